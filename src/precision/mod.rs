@@ -1,0 +1,3 @@
+//! precision
+mod scalar;
+pub use scalar::{Function, Scalar};

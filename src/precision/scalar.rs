@@ -1,0 +1,67 @@
+//! What a number type has to offer so that compiled expressions can be evaluated over it.
+
+use crate::number::Number;
+
+/// The elementary functions of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Function {
+    /// Sine.
+    Sin,
+    /// Cosine.
+    Cos,
+    /// Tangent.
+    Tan,
+    /// Arc sine.
+    Asin,
+    /// Arc cosine.
+    Acos,
+    /// Arc tangent.
+    Atan,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// Exponential function.
+    Exp,
+    /// Natural logarithm.
+    Ln,
+    /// Absolute value.
+    Abs,
+}
+
+/// A number type that expressions are evaluated over: `f64`, double-double balls, and whatever
+/// comes later.
+///
+/// Nothing panics: outside its domain an operation returns a value for which
+/// [`Scalar::is_finite`] is false, and that value spreads.
+pub trait Scalar: Clone {
+    /// The nearest value (for enclosures: a value that contains it) of an exact number.
+    fn from_number(number: &Number) -> Self;
+    /// The number pi.
+    fn pi() -> Self;
+    /// Sum.
+    fn add(&self, other: &Self) -> Self;
+    /// Difference.
+    fn sub(&self, other: &Self) -> Self;
+    /// Product.
+    fn mul(&self, other: &Self) -> Self;
+    /// Quotient.
+    fn div(&self, other: &Self) -> Self;
+    /// Opposite.
+    fn neg(&self) -> Self;
+    /// Integer power, negative ones included.
+    fn powi(&self, exponent: i32) -> Self;
+    /// Square root.
+    fn sqrt(&self) -> Self;
+    /// General power of a positive base.
+    fn pow(&self, exponent: &Self) -> Self;
+    /// An elementary function.
+    fn apply(&self, function: Function) -> Self;
+    /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`.
+    fn atan2(&self, x: &Self) -> Self;
+    /// Whether the value is a number at all.
+    fn is_finite(&self) -> bool;
+}
