@@ -1,2 +1,87 @@
-//! syntax
+//! From the text of a model file to its tree.
+//!
+//! [`parse`] cuts the text into statements, reads each by the grammar in `grammar/librate.pest`,
+//! and puts their trees into one [`File`]; what is wrong in one statement doesn't hide what is
+//! wrong in the next. [`print_file`] writes a tree back. This stage never asks what a name means:
+//! whether it is declared, is a function, or has the right indices is the model's affair. Only
+//! this module knows pest.
+//!
+//! No input overflows the stack: text that nests deeper than 256 levels is refused by the scan
+//! in front of the grammar, on every machine alike.
+
 pub mod ast;
+mod build;
+mod error;
+mod explain;
+mod grammar;
+mod lexer;
+mod lookalike;
+mod print;
+mod split;
+mod words;
+
+pub use ast::{
+    Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Factor, File, IndexEntry,
+    IndexKind, Indices, Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
+};
+pub use error::SyntaxError;
+pub use print::{print_expr, print_file, print_statement, print_unit};
+pub use words::{FUNCTIONS, STATEMENT_WORDS};
+
+use build::Builder;
+
+/// The longest text read, in bytes.
+pub const MOST_BYTES: usize = 32 << 20;
+
+/// Parses the text of a model file.
+///
+/// A byte order mark at the start is skipped; places count from the beginning of `source`, mark
+/// included.
+///
+/// # Errors
+/// All mistakes of the text in the order of their places, one or more; at most a thousand and
+/// one, since nobody reads more. Text longer than [`MOST_BYTES`] is refused as a whole.
+///
+/// ```
+/// let file = librate::syntax::parse("coord x  T = 1/2*x'^2  V = 1/2*x^2")?;
+/// assert_eq!(file.statements.len(), 3);
+///
+/// let errors = librate::syntax::parse("V = 2 x\ncoord t").unwrap_err();
+/// assert_eq!(errors[0].to_string(), "the multiplication sign is missing");
+/// assert_eq!(errors[1].to_string(), "`t` can't be used as a name");
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
+    if source.len() > MOST_BYTES {
+        return Err(vec![SyntaxError::FileTooLarge {
+            bytes: source.len(),
+            most: MOST_BYTES,
+        }]);
+    }
+    let mark = '\u{feff}';
+    let start = if source.starts_with(mark) {
+        mark.len_utf8() as u32
+    } else {
+        0
+    };
+    let pieces = split::split(source, start);
+    let mut errors = pieces.errors;
+    let mut builder = Builder::new(pieces.comments, pieces.statements.len());
+    for piece in pieces.statements {
+        if piece.broken {
+            continue;
+        }
+        if errors.len() >= split::MOST_ERRORS {
+            break;
+        }
+        if let Err(error) = builder.statement(source, piece.span) {
+            errors.push(error);
+        }
+    }
+    if errors.is_empty() {
+        Ok(builder.finish())
+    } else {
+        errors.sort_by_key(SyntaxError::span);
+        Err(errors)
+    }
+}

@@ -1,0 +1,708 @@
+//! The ways in which a text fails to be a model file.
+//!
+//! One variant a kind of mistake, each with its place; the words for people are in the conversion
+//! to [`Diagnostic`].
+
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// A mistake in the text of a model file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SyntaxError {
+    /// The file is longer than the parser accepts.
+    #[error("the file is too large: {bytes} bytes, at most {most} are read")]
+    FileTooLarge {
+        /// Its length.
+        bytes: usize,
+        /// The greatest length read.
+        most: usize,
+    },
+    /// A statement begins with a word that is none.
+    #[error("there is no statement `{word}`")]
+    UnknownStatement {
+        /// The word.
+        word: String,
+        /// The statement word probably meant.
+        suggestion: Option<&'static str>,
+        /// The word's place.
+        span: Span,
+    },
+    /// `m = 2` without `param` or another statement word before it.
+    #[error("a statement word is missing before `{name}`")]
+    MissingStatementWord {
+        /// The name that stands in its place.
+        name: String,
+        /// The name's place.
+        span: Span,
+    },
+    /// Something that can't begin a statement.
+    #[error("a statement can't begin with {found}")]
+    NoStatement {
+        /// What stands there.
+        found: String,
+        /// The place.
+        span: Span,
+    },
+    /// A reserved word is declared.
+    #[error("`{name}` can't be used as a name")]
+    ReservedName {
+        /// The word.
+        name: String,
+        /// What it stands for.
+        meaning: &'static str,
+        /// The place.
+        span: Span,
+    },
+    /// A statement word inside an expression.
+    #[error("`{word}` can't be used in an expression")]
+    WordInExpression {
+        /// The word.
+        word: String,
+        /// The place.
+        span: Span,
+    },
+    /// Two operands without a sign between them.
+    #[error("the multiplication sign is missing")]
+    MissingMultiplication {
+        /// The text left of the gap.
+        left: String,
+        /// The text right of it.
+        right: String,
+        /// Both operands.
+        span: Span,
+    },
+    /// `1.` or `.5`.
+    #[error("a number needs digits on both sides of the point")]
+    HalfNumber {
+        /// The number in full.
+        fix: String,
+        /// The place.
+        span: Span,
+    },
+    /// `9,81`
+    #[error("the decimal sign is a point, not a comma")]
+    DecimalComma {
+        /// The number with a point.
+        fix: String,
+        /// The place.
+        span: Span,
+    },
+    /// `+x`
+    #[error("a plus sign needs something on its left")]
+    UnaryPlus {
+        /// The sign.
+        span: Span,
+    },
+    /// `**`
+    #[error("`**` is not an operator")]
+    DoubleStar {
+        /// The sign.
+        span: Span,
+    },
+    /// An operator without its right operand.
+    #[error("something is missing behind `{sign}`")]
+    MissingOperand {
+        /// The operator, comma or bracket.
+        sign: String,
+        /// Its place.
+        span: Span,
+        /// What stands there instead.
+        found: Option<(String, Span)>,
+    },
+    /// An operator without its left operand.
+    #[error("something is missing before `{sign}`")]
+    MissingLeftOperand {
+        /// The operator.
+        sign: String,
+        /// Its place.
+        span: Span,
+    },
+    /// Nothing behind `=`.
+    #[error("the value behind `=` is missing")]
+    MissingValue {
+        /// The `=`.
+        span: Span,
+    },
+    /// A statement that needs a right side has none.
+    #[error("`{statement}` needs a right side: `= …`")]
+    MissingRightSide {
+        /// The statement word.
+        statement: &'static str,
+        /// The end of what is there.
+        span: Span,
+    },
+    /// Nothing where a statement expects an expression.
+    #[error("an expression is missing behind `{statement}`")]
+    MissingExpression {
+        /// The statement word.
+        statement: &'static str,
+        /// Its place.
+        span: Span,
+    },
+    /// No name behind a word that needs one.
+    #[error("a name is missing behind `{statement}`")]
+    MissingName {
+        /// The statement word.
+        statement: &'static str,
+        /// What stands there instead, or the end.
+        found: String,
+        /// The place.
+        span: Span,
+    },
+    /// Two names where one belongs.
+    #[error("`{statement}` takes one name")]
+    SeveralNames {
+        /// The statement word.
+        statement: &'static str,
+        /// The second name.
+        span: Span,
+    },
+    /// `coord x y`
+    #[error("a comma is missing between the names")]
+    MissingComma {
+        /// From the first to the second name.
+        span: Span,
+        /// The first name.
+        left: String,
+        /// The second name.
+        right: String,
+    },
+    /// `=` inside a condition.
+    #[error("a comparison is written `==`")]
+    EqualsForComparison {
+        /// The `=`.
+        span: Span,
+    },
+    /// `==` where a value is given.
+    #[error("a value is given with a single `=`")]
+    ComparisonForEquals {
+        /// The `==`.
+        span: Span,
+    },
+    /// `:=`, or a colon without a unit.
+    #[error("a unit is missing behind the colon")]
+    MissingUnit {
+        /// The colon.
+        span: Span,
+        /// Whether `=` follows at once.
+        assignment: bool,
+    },
+    /// A second `=`.
+    #[error("a second `=` in one statement")]
+    SecondEquals {
+        /// The second one.
+        span: Span,
+    },
+    /// `coord x = 1`
+    #[error("a coordinate has no value of its own")]
+    CoordinateValue {
+        /// The `=`.
+        span: Span,
+    },
+    /// `period = …`, `model = …`
+    #[error("`{statement}` is written without `=`")]
+    NeedlessEquals {
+        /// The statement word.
+        statement: &'static str,
+        /// The `=`.
+        span: Span,
+    },
+    /// A bracket without its partner.
+    #[error("the bracket `{bracket}` is never closed")]
+    UnclosedBracket {
+        /// The bracket.
+        bracket: char,
+        /// Its place.
+        open: Span,
+        /// The end of the statement, where the partner is missing at the latest.
+        end: Span,
+    },
+    /// A closing bracket without an opening one.
+    #[error("the bracket `{bracket}` closes nothing")]
+    StrayBracket {
+        /// The bracket.
+        bracket: char,
+        /// Its place.
+        span: Span,
+    },
+    /// `(…]`
+    #[error("`{close}` closes `{bracket}`")]
+    MismatchedBracket {
+        /// The opening bracket.
+        bracket: char,
+        /// Its place.
+        open: Span,
+        /// The closing bracket.
+        close: char,
+        /// Its place.
+        span: Span,
+    },
+    /// Brackets, signs or powers within each other beyond the limit.
+    #[error("this nests too deep: more than {most} levels")]
+    NestingTooDeep {
+        /// The deepest level read.
+        most: usize,
+        /// Where it is exceeded.
+        span: Span,
+    },
+    /// A character the language has no use for.
+    #[error("`{character}` means nothing here")]
+    IllegalCharacter {
+        /// The character or a run of them.
+        character: String,
+        /// What to write instead.
+        hint: Option<&'static str>,
+        /// A rewriting that depends on the character, such as `^2`.
+        fix: Option<String>,
+        /// The place.
+        span: Span,
+    },
+    /// A quote without its partner.
+    #[error("the closing quote is missing")]
+    OpenText {
+        /// From the quote to the end of the line.
+        span: Span,
+    },
+    /// Quoted text where none belongs.
+    #[error("text in quotes belongs only behind `table NAME =`")]
+    MisplacedText {
+        /// The text.
+        span: Span,
+    },
+    /// `;` within brackets.
+    #[error("a semicolon can't stand inside brackets")]
+    SemicolonInBrackets {
+        /// The semicolon.
+        span: Span,
+        /// The bracket around it.
+        open: Span,
+    },
+    /// `±` where no parameter gets its value.
+    #[error("an uncertainty can't stand here")]
+    MisplacedUncertainty {
+        /// The sign.
+        span: Span,
+    },
+    /// A comparison outside of a filter.
+    #[error("a condition can only stand behind `where`")]
+    ConditionOutsideFilter {
+        /// The operator.
+        span: Span,
+    },
+    /// `1 < i < n`
+    #[error("comparisons can't be chained")]
+    ChainedComparison {
+        /// The first comparison.
+        first: Span,
+        /// The second operator.
+        span: Span,
+    },
+    /// `not` where no condition begins.
+    #[error("`not` can only begin a condition")]
+    MisplacedNot {
+        /// The word.
+        span: Span,
+    },
+    /// `..` outside of indices.
+    #[error("a range can't stand here")]
+    MisplacedRange {
+        /// The `..`.
+        span: Span,
+    },
+    /// An index with `in` but neither a range nor a table behind it.
+    #[error("a range needs two ends")]
+    HalfRange {
+        /// What stands behind `in`.
+        span: Span,
+    },
+    /// `sum(x)`, `sum(1..3, x)`, `sum(i=1..3, x)`
+    #[error("`sum` needs an index: `sum(i in 1..n, …)`")]
+    SumWithoutIndex {
+        /// What stands there.
+        span: Span,
+    },
+    /// `sum(i in 1..n)`
+    #[error("nothing is summed here")]
+    SumWithoutBody {
+        /// The closing bracket.
+        span: Span,
+    },
+    /// `2'` or `2[1]`
+    #[error("a number can't be followed by `{sign}`")]
+    PostfixOnNumber {
+        /// The sign.
+        sign: String,
+        /// Its place.
+        span: Span,
+    },
+    /// `param x' = 1`
+    #[error("only `equilibrium` may give a rate: `NAME' = …`")]
+    MisplacedRate {
+        /// The prime.
+        span: Span,
+    },
+    /// `param g = 9.81 : m/s^2`
+    #[error("the unit belongs behind the name")]
+    UnitBehindValue {
+        /// The colon.
+        span: Span,
+    },
+    /// Something in a unit that is no part of one.
+    #[error("this is not a unit")]
+    BadUnit {
+        /// The place.
+        span: Span,
+    },
+    /// An exponent of a unit that is not a fraction of small integers.
+    #[error("the exponent of a unit is an integer or a fraction in parentheses")]
+    UnitExponent {
+        /// The exponent.
+        span: Span,
+    },
+    /// A name with a hyphen: `model double-pendulum`
+    #[error("a name has no hyphens, points or blanks")]
+    BrokenName {
+        /// The name with underscores.
+        fix: String,
+        /// The place.
+        span: Span,
+    },
+    /// A point without a column behind it.
+    #[error("a column's name is missing behind the point")]
+    MissingColumn {
+        /// The point.
+        span: Span,
+    },
+    /// `table NAME` without a path in quotes.
+    #[error("`table` needs the path of a CSV file in quotes")]
+    MissingPath {
+        /// What stands there instead.
+        span: Span,
+    },
+    /// Anything else.
+    #[error("{found} can't stand here")]
+    Unexpected {
+        /// What stands there.
+        found: String,
+        /// What could stand there, in plain words.
+        expected: Vec<&'static str>,
+        /// The place.
+        span: Span,
+    },
+}
+
+impl SyntaxError {
+    /// The place of the mistake; empty at 0 where the whole file is at fault.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        match self {
+            Self::FileTooLarge { .. } => Span::default(),
+            Self::UnclosedBracket { end: span, .. }
+            | Self::UnknownStatement { span, .. }
+            | Self::MissingStatementWord { span, .. }
+            | Self::NoStatement { span, .. }
+            | Self::ReservedName { span, .. }
+            | Self::WordInExpression { span, .. }
+            | Self::MissingMultiplication { span, .. }
+            | Self::HalfNumber { span, .. }
+            | Self::DecimalComma { span, .. }
+            | Self::UnaryPlus { span }
+            | Self::DoubleStar { span }
+            | Self::MissingOperand { span, .. }
+            | Self::MissingLeftOperand { span, .. }
+            | Self::MissingValue { span }
+            | Self::MissingRightSide { span, .. }
+            | Self::MissingExpression { span, .. }
+            | Self::MissingName { span, .. }
+            | Self::SeveralNames { span, .. }
+            | Self::MissingComma { span, .. }
+            | Self::EqualsForComparison { span }
+            | Self::ComparisonForEquals { span }
+            | Self::MissingUnit { span, .. }
+            | Self::SecondEquals { span }
+            | Self::CoordinateValue { span }
+            | Self::NeedlessEquals { span, .. }
+            | Self::StrayBracket { span, .. }
+            | Self::MismatchedBracket { span, .. }
+            | Self::NestingTooDeep { span, .. }
+            | Self::IllegalCharacter { span, .. }
+            | Self::OpenText { span }
+            | Self::MisplacedText { span }
+            | Self::SemicolonInBrackets { span, .. }
+            | Self::MisplacedUncertainty { span }
+            | Self::ConditionOutsideFilter { span }
+            | Self::ChainedComparison { span, .. }
+            | Self::MisplacedNot { span }
+            | Self::MisplacedRange { span }
+            | Self::HalfRange { span }
+            | Self::SumWithoutIndex { span }
+            | Self::SumWithoutBody { span }
+            | Self::PostfixOnNumber { span, .. }
+            | Self::MisplacedRate { span }
+            | Self::UnitBehindValue { span }
+            | Self::BadUnit { span }
+            | Self::UnitExponent { span }
+            | Self::BrokenName { span, .. }
+            | Self::MissingColumn { span }
+            | Self::MissingPath { span }
+            | Self::Unexpected { span, .. } => *span,
+        }
+    }
+
+    /// The remark at the place, the second places, and the fix.
+    fn remarks(&self) -> (String, Vec<(Span, String)>, Option<String>) {
+        let plain = |label: &str, help: &str| (label.to_owned(), Vec::new(), Some(help.to_owned()));
+        match self {
+            Self::FileTooLarge { .. } => plain(
+                "",
+                "write repeated terms as sum(i in 1..n, …), or keep the numbers in a table",
+            ),
+            Self::UnknownStatement {
+                suggestion: Some(word),
+                ..
+            } => plain("not a statement word", &format!("write `{word}`")),
+            Self::UnknownStatement {
+                suggestion: None, ..
+            }
+            | Self::NoStatement { .. } => plain("a statement begins here", STATEMENTS),
+            Self::MissingStatementWord { name, .. } => plain(
+                "a statement begins here",
+                &format!(
+                    "write `param {name} = …` for a constant, `let {name} = …` for anything else"
+                ),
+            ),
+            Self::ReservedName { name, meaning, .. } => plain(
+                &format!("stands for {meaning}"),
+                &format!("take another name, such as `{name}_0`"),
+            ),
+            Self::WordInExpression { word, .. } => plain(
+                "begins a statement",
+                match word.as_str() {
+                    "T" | "V" => {
+                        "the energies are no names: give the common part a name with `let` and use that"
+                    }
+                    _ => "take another name",
+                },
+            ),
+            Self::MissingMultiplication { left, right, .. } => plain(
+                "two factors without a sign between them",
+                &format!("write `{left}*{right}`"),
+            ),
+            Self::HalfNumber { fix, .. } => {
+                plain("not a complete number", &format!("write `{fix}`"))
+            }
+            Self::DecimalComma { fix, .. } => {
+                plain("two numbers to the parser", &format!("write `{fix}`"))
+            }
+            Self::UnaryPlus { .. } => plain("no sign for positive numbers", "leave the `+` out"),
+            Self::DoubleStar { .. } => plain("no such sign", "a power is written `x^2`"),
+            Self::MissingOperand { found, .. } => (
+                "nothing to work on behind it".to_owned(),
+                found
+                    .iter()
+                    .map(|(what, span)| (*span, format!("{what} stands here already")))
+                    .collect(),
+                None,
+            ),
+            Self::MissingLeftOperand { sign, .. } => (
+                format!("`{sign}` stands between two operands"),
+                Vec::new(),
+                None,
+            ),
+            Self::MissingValue { .. } => plain(
+                "nothing follows",
+                "write the value; a `param` may go without, but then without `=` too",
+            ),
+            Self::MissingRightSide { statement, .. } => plain(
+                "`= …` is missing here",
+                match *statement {
+                    "constraint" => "a constraint is written `constraint EXPR = EXPR`",
+                    "T" | "V" | "lagrangian" | "dissipation" => "write `=` and the expression",
+                    "table" => "write `= \"file.csv\"`",
+                    _ => "only a `param` may go without a value",
+                },
+            ),
+            Self::MissingExpression { statement, .. } => plain(
+                "nothing follows",
+                match *statement {
+                    "period" => "write the period of the explicit time dependence: `period 2*pi/W`",
+                    _ => "a constraint is written `constraint EXPR = EXPR`",
+                },
+            ),
+            Self::MissingName { found, .. } => plain(
+                &format!("{found} instead of a name"),
+                "a name is a letter or `_`, then letters, digits and `_`",
+            ),
+            Self::SeveralNames { statement, .. } => plain(
+                "a second name",
+                match *statement {
+                    "model" => "a model's name is one word; join words with `_`",
+                    _ => "write a statement for each name",
+                },
+            ),
+            Self::MissingComma { left, right, .. } => plain(
+                "two names without a comma",
+                &format!("write `{left}, {right}`"),
+            ),
+            Self::EqualsForComparison { .. } => plain("gives a value", "write `==`"),
+            Self::ComparisonForEquals { .. } => plain("compares two values", "write `=`"),
+            Self::MissingUnit {
+                assignment: true, ..
+            } => plain(
+                "begins a unit",
+                "write `=` alone, or a unit behind the colon: `g : m/s^2 = …`",
+            ),
+            Self::MissingUnit { .. } => plain(
+                "no unit follows",
+                "write a unit, `: 1` for a pure number, or leave the colon out",
+            ),
+            Self::SecondEquals { .. } => plain(
+                "the statement has its `=` already",
+                "if a new statement begins here, its first word is missing",
+            ),
+            Self::CoordinateValue { .. } => plain(
+                "gives a value",
+                "where it rests is said by `equilibrium NAME = …`, where to search for that by `guess NAME = …`",
+            ),
+            Self::NeedlessEquals { statement, .. } => plain(
+                "not needed",
+                match *statement {
+                    "period" => "write `period EXPR`",
+                    _ => "leave the `=` out",
+                },
+            ),
+            Self::UnclosedBracket { bracket, open, .. } => (
+                format!("`{}` is missing here at the latest", partner(*bracket)),
+                vec![(*open, "opened here".to_owned())],
+                None,
+            ),
+            Self::StrayBracket { .. } => (
+                "no bracket is open here".to_owned(),
+                Vec::new(),
+                Some("remove it, or open a bracket before it".to_owned()),
+            ),
+            Self::MismatchedBracket { bracket, open, .. } => (
+                format!("`{}` expected", partner(*bracket)),
+                vec![(*open, "opened here".to_owned())],
+                None,
+            ),
+            Self::NestingTooDeep { .. } => plain(
+                "one level too many",
+                "name a part of the expression with `let`",
+            ),
+            Self::IllegalCharacter { hint, fix, .. } => (
+                "not a character of the language".to_owned(),
+                Vec::new(),
+                match (fix, hint) {
+                    (Some(fix), _) => Some(format!("write `{fix}`")),
+                    (None, Some(hint)) => Some((*hint).to_owned()),
+                    (None, None) => None,
+                },
+            ),
+            Self::OpenText { .. } => plain(
+                "opened here, not closed on this line",
+                "end the text with `\"`",
+            ),
+            Self::MisplacedText { .. } => plain("not a value", "names are written without quotes"),
+            Self::SemicolonInBrackets { open, .. } => (
+                "ends a statement".to_owned(),
+                vec![(*open, "inside this bracket".to_owned())],
+                Some("the rows of a matrix are vectors: `[[1, 2], [3, 4]]`".to_owned()),
+            ),
+            Self::MisplacedUncertainty { .. } => plain(
+                "not behind a parameter's value",
+                "only a parameter has an uncertainty, once, behind its whole value: `param g = 9.81 ± 0.01`",
+            ),
+            Self::ConditionOutsideFilter { .. } => plain(
+                "a condition has no value",
+                "pick terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`",
+            ),
+            Self::ChainedComparison { first, .. } => (
+                "a second comparison".to_owned(),
+                vec![(*first, "compared already".to_owned())],
+                Some("join two comparisons with `and`: `1 < i and i < n`".to_owned()),
+            ),
+            Self::MisplacedNot { .. } => plain(
+                "no condition begins here",
+                "put the condition in parentheses: `not (…)`",
+            ),
+            Self::MisplacedRange { .. } => plain(
+                "ranges stand only in indices",
+                "add the members up with `sum(i in 1..n, …)`",
+            ),
+            Self::HalfRange { .. } => plain(
+                "only one end",
+                "write `i in 1..n`, or `b in TABLE` for the rows of a table",
+            ),
+            Self::SumWithoutIndex { .. } => plain(
+                "no index with `in`",
+                "write `sum(i in 1..n, …)`, or `sum(b in TABLE, …)` for the rows of a table",
+            ),
+            Self::SumWithoutBody { .. } => plain(
+                "only indices before it",
+                "write the expression to be summed behind a comma: `sum(i in 1..n, x[i])`",
+            ),
+            Self::PostfixOnNumber { sign, .. } => plain(
+                "not behind a number",
+                match sign.as_str() {
+                    "'" => "the derivative of a number is 0",
+                    _ => "only names, calls, vectors and parentheses have members",
+                },
+            ),
+            Self::MisplacedRate { .. } => plain("not for this statement", "leave the `'` out"),
+            Self::UnitBehindValue { .. } => {
+                plain("behind the value", "write `NAME : UNIT = VALUE`")
+            }
+            Self::BadUnit { .. } => plain(
+                "no part of a unit",
+                "a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number",
+            ),
+            Self::UnitExponent { .. } => {
+                plain("not such an exponent", "write `m^2`, `s^-1` or `m^(1/2)`")
+            }
+            Self::BrokenName { fix, .. } => plain("not one name", &format!("write `{fix}`")),
+            Self::MissingColumn { .. } => plain(
+                "nothing follows",
+                "write a column of the table: `b.k`; a range has two points: `1..n`",
+            ),
+            Self::MissingPath { .. } => {
+                plain("no text in quotes", "write `table NAME = \"file.csv\"`")
+            }
+            Self::Unexpected { expected, .. } => (
+                match expected.as_slice() {
+                    [] => String::new(),
+                    [one] => format!("expected {one}"),
+                    [first @ .., last] => format!("expected {} or {last}", first.join(", ")),
+                },
+                Vec::new(),
+                None,
+            ),
+        }
+    }
+}
+
+const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
+     `dissipation`, `constraint`, `guess`, `equilibrium`, `period` or `table`";
+
+fn partner(bracket: char) -> char {
+    if bracket == '(' { ')' } else { ']' }
+}
+
+impl From<&SyntaxError> for Diagnostic {
+    fn from(error: &SyntaxError) -> Self {
+        let message = error.to_string();
+        let (label, secondary, help) = error.remarks();
+        let mut diagnostic = match error {
+            SyntaxError::FileTooLarge { .. } => Self::global(message),
+            _ => Self::error(message, error.span(), label),
+        };
+        for (span, text) in secondary {
+            diagnostic = diagnostic.with_secondary(span, text);
+        }
+        if let Some(help) = help {
+            diagnostic = diagnostic.with_help(help);
+        }
+        diagnostic
+    }
+}

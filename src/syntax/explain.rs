@@ -1,0 +1,668 @@
+//! Finds the words for a mistake from the place where the grammar gave up.
+//!
+//! The grammar knows only what it would have accepted. What a person meant shows in the tokens
+//! around the place, so this reads the statement's tokens once more, up to that place, and picks
+//! the kind of mistake. It never decides whether a text is right.
+
+use super::error::SyntaxError;
+use super::lexer::{Lexer, Token, TokenKind};
+use super::split::expects_operand;
+use super::words;
+use crate::diagnostic::nearest;
+use crate::span::Span;
+
+/// An open bracket before the place.
+struct Enclosure {
+    sum: bool,
+    /// Since the last comma at this level.
+    has_in: bool,
+    has_range: bool,
+    filter: bool,
+    /// Whether an index with `in` has been seen at all.
+    indexed: bool,
+}
+
+/// Where outside of brackets the place is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Name,
+    Unit,
+    Value,
+}
+
+/// The tokens around the place, and what stands before it.
+struct Context<'s> {
+    source: &'s str,
+    statement: &'static str,
+    word: Token,
+    before_last: Option<Token>,
+    before: Token,
+    found: Option<Token>,
+    after: Option<Token>,
+    enclosures: Vec<Enclosure>,
+    part: Part,
+    /// A `==` outside of brackets.
+    comparison: Option<Token>,
+    end: u32,
+}
+
+/// The mistake in the statement at `span` that the grammar could not read beyond `at`;
+/// `expected` is what it would have accepted, in plain words.
+pub(super) fn explain(
+    source: &str,
+    span: Span,
+    at: u32,
+    expected: Vec<&'static str>,
+) -> SyntaxError {
+    match Context::read(source, span, at) {
+        Some(context) => context.mistake(expected),
+        None => SyntaxError::Unexpected {
+            found: "this".to_owned(),
+            expected,
+            span,
+        },
+    }
+}
+
+/// The mistake of text that belongs to no statement and begins with `token`.
+pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> SyntaxError {
+    let text = token.text(source);
+    if token.kind != TokenKind::Word {
+        return SyntaxError::NoStatement {
+            found: describe(source, token),
+            span: token.span(),
+        };
+    }
+    let suggestion = suggested(source, token, next);
+    let binds = next.is_some_and(|next| {
+        matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "["
+    });
+    if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
+        SyntaxError::MissingStatementWord {
+            name: text.to_owned(),
+            span: token.span(),
+        }
+    } else {
+        SyntaxError::UnknownStatement {
+            word: text.to_owned(),
+            suggestion,
+            span: token.span(),
+        }
+    }
+}
+
+/// The statement word meant by a word, judged by the word and by what follows it.
+fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static str> {
+    let word = token.text(source);
+    let fits = |candidate: &&'static str| match next.map(|next| next.kind) {
+        Some(TokenKind::Equals) => words::is_function_statement(candidate),
+        Some(TokenKind::Word) => !words::is_function_statement(candidate),
+        _ => matches!(*candidate, "period" | "constraint"),
+    };
+    words::synonym(word).filter(|s| fits(s)).or_else(|| {
+        nearest(
+            word,
+            words::STATEMENT_WORDS.into_iter().filter(|s| fits(&s)),
+        )
+    })
+}
+
+fn describe(source: &str, token: Token) -> String {
+    let text: String = token.text(source).chars().take(30).collect();
+    match token.kind {
+        TokenKind::Word if words::is_statement_word(&text) || words::is_connective(&text) => {
+            format!("`{text}`")
+        }
+        TokenKind::Word => format!("the name `{text}`"),
+        TokenKind::Number | TokenKind::HalfNumber => format!("the number `{text}`"),
+        TokenKind::Text | TokenKind::OpenText => "text in quotes".to_owned(),
+        TokenKind::Comment
+        | TokenKind::Open
+        | TokenKind::Close
+        | TokenKind::Prime
+        | TokenKind::Dot
+        | TokenKind::Range
+        | TokenKind::Comma
+        | TokenKind::Colon
+        | TokenKind::Semicolon
+        | TokenKind::Plus
+        | TokenKind::Minus
+        | TokenKind::Star
+        | TokenKind::Slash
+        | TokenKind::Caret
+        | TokenKind::DoubleStar
+        | TokenKind::Equals
+        | TokenKind::Comparison
+        | TokenKind::PlusMinus
+        | TokenKind::Illegal => format!("`{text}`"),
+    }
+}
+
+impl<'s> Context<'s> {
+    fn read(source: &'s str, span: Span, at: u32) -> Option<Self> {
+        let mut tokens = Lexer::new(source, span).filter(|t| t.kind != TokenKind::Comment);
+        let word = tokens.next()?;
+        let statement = words::STATEMENT_WORDS
+            .into_iter()
+            .find(|s| *s == word.text(source))?;
+        let mut context = Context {
+            source,
+            statement,
+            word,
+            before_last: None,
+            before: word,
+            found: None,
+            after: None,
+            enclosures: Vec::new(),
+            part: match statement {
+                "constraint" | "period" => Part::Value,
+                _ => Part::Name,
+            },
+            comparison: None,
+            end: span.end,
+        };
+        for token in tokens {
+            if context.found.is_some() {
+                context.after = Some(token);
+                break;
+            }
+            if token.end > at {
+                context.found = Some(token);
+            } else {
+                context.pass(token);
+            }
+        }
+        Some(context)
+    }
+
+    /// Takes note of a token before the place.
+    fn pass(&mut self, token: Token) {
+        let text = token.text(self.source);
+        match token.kind {
+            TokenKind::Open => self.enclosures.push(Enclosure {
+                sum: self.before.text(self.source) == "sum",
+                has_in: false,
+                has_range: false,
+                filter: false,
+                indexed: false,
+            }),
+            TokenKind::Close => {
+                self.enclosures.pop();
+            }
+            TokenKind::Comma => match self.enclosures.last_mut() {
+                Some(enclosure) => {
+                    enclosure.has_in = false;
+                    enclosure.has_range = false;
+                    enclosure.filter = false;
+                }
+                None if self.part == Part::Unit => self.part = Part::Name,
+                None => {}
+            },
+            TokenKind::Range => {
+                if let Some(enclosure) = self.enclosures.last_mut() {
+                    enclosure.has_range = true;
+                }
+            }
+            TokenKind::Word => {
+                if let Some(enclosure) = self.enclosures.last_mut() {
+                    if text == "in" {
+                        enclosure.has_in = true;
+                        enclosure.indexed = true;
+                    } else if text == "where" {
+                        enclosure.filter = true;
+                    }
+                }
+            }
+            TokenKind::Colon if self.enclosures.is_empty() => self.part = Part::Unit,
+            TokenKind::Equals if self.enclosures.is_empty() => self.part = Part::Value,
+            TokenKind::Comparison if self.enclosures.is_empty() && text == "==" => {
+                self.comparison = Some(token);
+            }
+            TokenKind::Comment
+            | TokenKind::Number
+            | TokenKind::HalfNumber
+            | TokenKind::Text
+            | TokenKind::OpenText
+            | TokenKind::Prime
+            | TokenKind::Dot
+            | TokenKind::Colon
+            | TokenKind::Semicolon
+            | TokenKind::Plus
+            | TokenKind::Minus
+            | TokenKind::Star
+            | TokenKind::Slash
+            | TokenKind::Caret
+            | TokenKind::DoubleStar
+            | TokenKind::Equals
+            | TokenKind::Comparison
+            | TokenKind::PlusMinus
+            | TokenKind::Illegal => {}
+        }
+        self.before_last = Some(self.before);
+        self.before = token;
+    }
+
+    fn text(&self, token: Token) -> &'s str {
+        token.text(self.source)
+    }
+
+    fn before_expects_operand(&self) -> bool {
+        expects_operand(self.before.kind, self.text(self.before))
+    }
+
+    fn before_is_word(&self) -> bool {
+        self.before.start == self.word.start
+    }
+
+    /// Whether a name to be declared should stand at the place.
+    fn at_name(&self) -> bool {
+        self.enclosures.is_empty()
+            && self.part == Part::Name
+            && (self.before_is_word() && words::is_naming(self.statement)
+                || self.before.kind == TokenKind::Comma)
+    }
+
+    fn mistake(&self, expected: Vec<&'static str>) -> SyntaxError {
+        let found = match self.found {
+            Some(found) => found,
+            None => return self.at_end(),
+        };
+        self.by_place(found)
+            .or_else(|| self.by_token(found))
+            .unwrap_or_else(|| SyntaxError::Unexpected {
+                found: describe(self.source, found),
+                expected,
+                span: found.span(),
+            })
+    }
+
+    fn at_end(&self) -> SyntaxError {
+        let statement = self.statement;
+        let span = self.before.span();
+        let end = Span::new(self.end, self.end);
+        if self.before_is_word() {
+            return match statement {
+                "constraint" | "period" => SyntaxError::MissingExpression { statement, span },
+                _ if words::is_naming(statement) => SyntaxError::MissingName {
+                    statement,
+                    found: "nothing".to_owned(),
+                    span,
+                },
+                _ => SyntaxError::MissingRightSide {
+                    statement,
+                    span: end,
+                },
+            };
+        }
+        match self.before.kind {
+            TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
+            TokenKind::Equals => SyntaxError::MissingValue { span },
+            TokenKind::Colon => SyntaxError::MissingUnit {
+                span,
+                assignment: false,
+            },
+            TokenKind::Dot => SyntaxError::MissingColumn { span },
+            _ if self.before_expects_operand() => SyntaxError::MissingOperand {
+                sign: self.text(self.before).to_owned(),
+                span,
+                found: None,
+            },
+            _ => match self.comparison {
+                Some(token) => SyntaxError::ComparisonForEquals { span: token.span() },
+                None => SyntaxError::MissingRightSide {
+                    statement,
+                    span: end,
+                },
+            },
+        }
+    }
+
+    /// Mistakes that show in where the place is, whatever stands there.
+    fn by_place(&self, found: Token) -> Option<SyntaxError> {
+        let text = self.text(found);
+        let span = found.span();
+        let statement = self.statement;
+        if self.at_name() {
+            let reserved = match found.kind {
+                TokenKind::Word => words::reserved_for(text),
+                _ => None,
+            };
+            return Some(match reserved {
+                Some(meaning) => SyntaxError::ReservedName {
+                    name: text.to_owned(),
+                    meaning,
+                    span,
+                },
+                None => SyntaxError::MissingName {
+                    statement,
+                    found: describe(self.source, found),
+                    span,
+                },
+            });
+        }
+        if self.before.kind == TokenKind::Dot {
+            return Some(SyntaxError::MissingColumn {
+                span: self.before.span(),
+            });
+        }
+        if self.before.kind == TokenKind::Colon && found.kind == TokenKind::Equals {
+            return Some(SyntaxError::MissingUnit {
+                span: self.before.span(),
+                assignment: found.glued,
+            });
+        }
+        if let Some(error) = self.unknown_statement(found) {
+            return Some(error);
+        }
+        if self.part == Part::Unit {
+            return Some(self.in_unit(found));
+        }
+        if found.kind == TokenKind::Word && text == "sum" && self.before_expects_operand() {
+            return Some(SyntaxError::SumWithoutIndex { span });
+        }
+        let enclosure = self.enclosures.last()?;
+        if enclosure.sum && !enclosure.indexed {
+            return Some(SyntaxError::SumWithoutIndex { span });
+        }
+        let ends_entry = matches!(found.kind, TokenKind::Comma | TokenKind::Close);
+        if enclosure.has_in && ends_entry && !self.before_expects_operand() {
+            let rows = self.before_last.is_some_and(|t| self.text(t) == "in");
+            if enclosure.sum
+                && found.kind == TokenKind::Close
+                && (enclosure.has_range || rows && self.before.kind == TokenKind::Word)
+            {
+                return Some(SyntaxError::SumWithoutBody { span });
+            }
+            if !enclosure.has_range {
+                return Some(SyntaxError::HalfRange {
+                    span: self.before.span(),
+                });
+            }
+        }
+        None
+    }
+
+    /// A word at the beginning of a line that was meant to begin a statement.
+    fn unknown_statement(&self, found: Token) -> Option<SyntaxError> {
+        if !self.enclosures.is_empty() || self.before_expects_operand() {
+            return None;
+        }
+        let binding = |next: Token| {
+            matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || self.text(next) == "["
+        };
+        if found.kind == TokenKind::Word && words::reserved_for(self.text(found)).is_none() {
+            let suggestion = suggested(self.source, found, self.after);
+            let next_is = |kind| self.after.is_some_and(|next| next.kind == kind);
+            if found.first_on_line
+                && (suggestion.is_some()
+                    || next_is(TokenKind::Word)
+                    || self.after.is_some_and(binding))
+                || suggestion.is_some() && next_is(TokenKind::Word)
+            {
+                return Some(no_statement(self.source, found, self.after));
+            }
+        }
+        None
+    }
+
+    fn in_unit(&self, found: Token) -> SyntaxError {
+        let span = found.span();
+        if self.before.kind == TokenKind::Caret
+            || self.before.kind == TokenKind::Open
+                && self.before_last.is_some_and(|t| t.kind == TokenKind::Caret)
+        {
+            return SyntaxError::UnitExponent { span };
+        }
+        if self.before.kind == TokenKind::Colon && self.statement == "coord" && self.found.is_none()
+        {
+            return SyntaxError::MissingUnit {
+                span: self.before.span(),
+                assignment: false,
+            };
+        }
+        if found.kind == TokenKind::Equals && self.statement == "coord" {
+            return SyntaxError::CoordinateValue { span };
+        }
+        let side_by_side = matches!(self.before.kind, TokenKind::Word | TokenKind::Close)
+            && (found.kind == TokenKind::Word || self.text(found) == "(");
+        if side_by_side {
+            return self.missing_multiplication(found);
+        }
+        match found.kind {
+            TokenKind::Comparison if self.text(found) == "==" => {
+                SyntaxError::ComparisonForEquals { span }
+            }
+            _ => SyntaxError::BadUnit { span },
+        }
+    }
+
+    fn missing_multiplication(&self, found: Token) -> SyntaxError {
+        let left = match (self.before.kind, self.before_last) {
+            (TokenKind::Close, _) if self.text(self.before) == ")" => "(…)".to_owned(),
+            (TokenKind::Close, _) => "[…]".to_owned(),
+            (TokenKind::Prime, Some(last)) => format!("{}'", self.text(last)),
+            _ => self.text(self.before).to_owned(),
+        };
+        let right = match (self.text(found), self.after) {
+            ("(", _) => "(…)".to_owned(),
+            ("[", _) => "[…]".to_owned(),
+            (name, Some(after))
+                if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued =>
+            {
+                format!("{name}(…)")
+            }
+            (text, _) => text.to_owned(),
+        };
+        SyntaxError::MissingMultiplication {
+            left,
+            right,
+            span: self.before.span().to(found.span()),
+        }
+    }
+
+    /// Mistakes that show in what stands at the place.
+    fn by_token(&self, found: Token) -> Option<SyntaxError> {
+        let span = found.span();
+        let text = self.text(found);
+        let naming = self.part == Part::Name && self.enclosures.is_empty();
+        match found.kind {
+            TokenKind::Plus if self.before_expects_operand() => {
+                Some(SyntaxError::UnaryPlus { span })
+            }
+            TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
+            TokenKind::Text => Some(SyntaxError::MisplacedText { span }),
+            TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
+            TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { span }),
+            TokenKind::Prime if self.before.kind == TokenKind::Number => {
+                Some(SyntaxError::PostfixOnNumber {
+                    sign: text.to_owned(),
+                    span,
+                })
+            }
+            TokenKind::Equals => self.equals(found),
+            TokenKind::Comparison if naming && text == "==" => {
+                Some(SyntaxError::ComparisonForEquals { span })
+            }
+            TokenKind::Comma => self.comma(found, naming),
+            TokenKind::Colon if self.enclosures.is_empty() => match self.part {
+                Part::Value => Some(SyntaxError::UnitBehindValue { span }),
+                Part::Name | Part::Unit => None,
+            },
+            TokenKind::Range if !self.before_expects_operand() => {
+                Some(SyntaxError::MisplacedRange { span })
+            }
+            TokenKind::Minus | TokenKind::Dot if naming => {
+                let fix = format!(
+                    "{}_{}",
+                    self.text(self.before),
+                    self.after.map_or("", |t| self.text(t))
+                );
+                Some(SyntaxError::BrokenName {
+                    fix,
+                    span: self
+                        .before
+                        .span()
+                        .to(self.after.map_or(span, |after| after.span())),
+                })
+            }
+            TokenKind::Comparison | TokenKind::Star | TokenKind::Slash | TokenKind::Caret
+                if matches!(
+                    self.before.kind,
+                    TokenKind::Equals | TokenKind::Open | TokenKind::Comma
+                ) || self.before_is_word() =>
+            {
+                Some(SyntaxError::MissingLeftOperand {
+                    sign: text.to_owned(),
+                    span,
+                })
+            }
+            TokenKind::Comparison
+            | TokenKind::Star
+            | TokenKind::Slash
+            | TokenKind::Caret
+            | TokenKind::Close
+            | TokenKind::Range
+            | TokenKind::Prime
+            | TokenKind::Colon
+                if self.before_expects_operand() =>
+            {
+                Some(self.missing_operand(found))
+            }
+            TokenKind::Comment
+            | TokenKind::HalfNumber
+            | TokenKind::OpenText
+            | TokenKind::Close
+            | TokenKind::Prime
+            | TokenKind::Dot
+            | TokenKind::Range
+            | TokenKind::Colon
+            | TokenKind::Semicolon
+            | TokenKind::Plus
+            | TokenKind::Minus
+            | TokenKind::Star
+            | TokenKind::Slash
+            | TokenKind::Caret
+            | TokenKind::DoubleStar
+            | TokenKind::Comparison
+            | TokenKind::Illegal => None,
+        }
+    }
+
+    fn missing_operand(&self, found: Token) -> SyntaxError {
+        SyntaxError::MissingOperand {
+            sign: self.text(self.before).to_owned(),
+            span: self.before.span(),
+            found: Some((describe(self.source, found), found.span())),
+        }
+    }
+
+    /// A word, a number or an opening bracket where none can be.
+    fn operand(&self, found: Token, naming: bool) -> Option<SyntaxError> {
+        let span = found.span();
+        let text = self.text(found);
+        let word = found.kind == TokenKind::Word;
+        if word && text == "not" {
+            return Some(SyntaxError::MisplacedNot { span });
+        }
+        if word && words::is_connective(text) {
+            return self
+                .before_expects_operand()
+                .then(|| self.missing_operand(found));
+        }
+        if word && words::is_statement_word(text) {
+            return Some(match words::reserved_for(text) {
+                Some(meaning) if self.enclosures.last().is_some_and(|e| e.has_in) => {
+                    SyntaxError::ReservedName {
+                        name: text.to_owned(),
+                        meaning,
+                        span,
+                    }
+                }
+                _ => SyntaxError::WordInExpression {
+                    word: text.to_owned(),
+                    span,
+                },
+            });
+        }
+        if self.statement == "table" && self.part == Part::Value {
+            return Some(SyntaxError::MissingPath { span });
+        }
+        if self.before_expects_operand() {
+            return None;
+        }
+        if naming {
+            return match (word, self.statement) {
+                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
+                    statement: self.statement,
+                    span: self.word.span(),
+                }),
+                (true, "coord") => Some(SyntaxError::MissingComma {
+                    span: self.before.span().to(span),
+                    left: self.text(self.before).to_owned(),
+                    right: text.to_owned(),
+                }),
+                (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
+                (false, _) => None,
+            };
+        }
+        if text == "[" && self.before.kind == TokenKind::Number {
+            return Some(SyntaxError::PostfixOnNumber {
+                sign: text.to_owned(),
+                span,
+            });
+        }
+        Some(self.missing_multiplication(found))
+    }
+
+    fn equals(&self, found: Token) -> Option<SyntaxError> {
+        let span = found.span();
+        let statement = self.statement;
+        if let Some(enclosure) = self.enclosures.last() {
+            return enclosure
+                .filter
+                .then_some(SyntaxError::EqualsForComparison { span });
+        }
+        if matches!(statement, "model" | "period") {
+            return Some(SyntaxError::NeedlessEquals { statement, span });
+        }
+        if statement == "coord" {
+            return Some(SyntaxError::CoordinateValue { span });
+        }
+        if self.before_expects_operand() {
+            return Some(SyntaxError::MissingLeftOperand {
+                sign: "=".to_owned(),
+                span,
+            });
+        }
+        if self.before.kind == TokenKind::Word && self.before.first_on_line {
+            return Some(no_statement(self.source, self.before, self.found));
+        }
+        (self.part == Part::Value).then_some(SyntaxError::SecondEquals { span })
+    }
+
+    fn comma(&self, found: Token, naming: bool) -> Option<SyntaxError> {
+        let span = found.span();
+        if self.before_expects_operand() {
+            return Some(self.missing_operand(found));
+        }
+        if naming {
+            return Some(SyntaxError::SeveralNames {
+                statement: self.statement,
+                span: self.after.map_or(span, |after| after.span()),
+            });
+        }
+        match self.after {
+            Some(after)
+                if self.before.kind == TokenKind::Number
+                    && after.kind == TokenKind::Number
+                    && self.enclosures.is_empty() =>
+            {
+                Some(SyntaxError::DecimalComma {
+                    fix: format!("{}.{}", self.text(self.before), self.text(after)),
+                    span: self.before.span().to(after.span()),
+                })
+            }
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,281 @@
+//! The text as a row of tokens, for finding statements and for explaining mistakes.
+//!
+//! Every byte of the text belongs to a token, a comment or white space; what the language has no
+//! use for becomes a token too, so that it can be pointed at. The grammar has its own idea of
+//! tokens and the tree is built from that one alone.
+
+use crate::span::Span;
+
+/// What a token is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum TokenKind {
+    Comment,
+    Word,
+    Number,
+    /// `1.` or `.5`.
+    HalfNumber,
+    Text,
+    /// A quote without its partner on the same line.
+    OpenText,
+    Open,
+    Close,
+    Prime,
+    Dot,
+    Range,
+    Comma,
+    Colon,
+    Semicolon,
+    Plus,
+    Minus,
+    Star,
+    Slash,
+    Caret,
+    DoubleStar,
+    Equals,
+    Comparison,
+    PlusMinus,
+    /// Characters that mean nothing in the language.
+    Illegal,
+}
+
+/// A token and its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Token {
+    pub(super) kind: TokenKind,
+    pub(super) start: u32,
+    pub(super) end: u32,
+    /// Whether it is the first on its line.
+    pub(super) first_on_line: bool,
+    /// Whether it follows the token before it without a gap.
+    pub(super) glued: bool,
+}
+
+impl Token {
+    pub(super) fn span(self) -> Span {
+        Span::new(self.start, self.end)
+    }
+
+    pub(super) fn text(self, source: &str) -> &str {
+        source.get(self.span().range()).unwrap_or("")
+    }
+}
+
+/// Whether a name may begin with the character.
+pub(super) fn is_letter(c: char) -> bool {
+    if c.is_ascii() {
+        c.is_ascii_alphabetic() || c == '_'
+    } else {
+        pest::unicode::LETTER(c)
+    }
+}
+
+/// Whether a name may go on with the character.
+pub(super) fn is_word_rest(c: char) -> bool {
+    if c.is_ascii() {
+        c.is_ascii_alphanumeric() || c == '_'
+    } else {
+        pest::unicode::LETTER(c) || pest::unicode::DECIMAL_NUMBER(c)
+    }
+}
+
+/// Superscript and subscript signs are read as one group: `⁻³`.
+fn script_group(c: char) -> u8 {
+    match c {
+        '¹' | '²' | '³' | '⁰' | '⁴'..='⁹' | '⁺' | '⁻' => 1,
+        '₀'..='₉' => 2,
+        _ => 0,
+    }
+}
+
+/// Runs over the tokens of a text; `Copy`, so that looking ahead is a copy.
+#[derive(Clone, Copy)]
+pub(super) struct Lexer<'s> {
+    source: &'s str,
+    at: usize,
+    end: usize,
+    first_on_line: bool,
+}
+
+impl<'s> Lexer<'s> {
+    /// The tokens of `source` within `span`.
+    pub(super) fn new(source: &'s str, span: Span) -> Self {
+        Self {
+            source,
+            at: span.range().start,
+            end: span.range().end.min(source.len()),
+            first_on_line: true,
+        }
+    }
+
+    fn byte(&self, ahead: usize) -> u8 {
+        let at = self.at + ahead;
+        if at < self.end {
+            self.source.as_bytes()[at]
+        } else {
+            0
+        }
+    }
+
+    fn character(&self) -> Option<char> {
+        self.source.get(self.at..self.end)?.chars().next()
+    }
+
+    fn skip_space(&mut self) {
+        while self.at < self.end {
+            match self.source.as_bytes()[self.at] {
+                b'\n' => self.first_on_line = true,
+                b' ' | b'\t' | b'\r' => {}
+                _ => break,
+            }
+            self.at += 1;
+        }
+    }
+
+    fn digits(&mut self) {
+        while self.byte(0).is_ascii_digit() {
+            self.at += 1;
+        }
+    }
+
+    fn exponent(&mut self) {
+        if matches!(self.byte(0), b'e' | b'E') {
+            let sign = usize::from(matches!(self.byte(1), b'+' | b'-'));
+            if self.byte(1 + sign).is_ascii_digit() {
+                self.at += 1 + sign;
+                self.digits();
+            }
+        }
+    }
+
+    fn number(&mut self) -> TokenKind {
+        self.digits();
+        let mut kind = TokenKind::Number;
+        if self.byte(0) == b'.' {
+            if self.byte(1).is_ascii_digit() {
+                self.at += 1;
+                self.digits();
+            } else if self.byte(1) != b'.' {
+                self.at += 1;
+                kind = TokenKind::HalfNumber;
+            }
+        }
+        self.exponent();
+        kind
+    }
+
+    fn word(&mut self) -> TokenKind {
+        while self.at < self.end {
+            let byte = self.source.as_bytes()[self.at];
+            if byte.is_ascii_alphanumeric() || byte == b'_' {
+                self.at += 1;
+            } else if byte.is_ascii() {
+                break;
+            } else {
+                match self.character() {
+                    Some(c) if is_word_rest(c) => self.at += c.len_utf8(),
+                    _ => break,
+                }
+            }
+        }
+        TokenKind::Word
+    }
+
+    fn quoted(&mut self) -> TokenKind {
+        self.at += 1;
+        loop {
+            match self.byte(0) {
+                _ if self.at >= self.end => return TokenKind::OpenText,
+                b'\n' | b'\r' => return TokenKind::OpenText,
+                b'"' => {
+                    self.at += 1;
+                    return TokenKind::Text;
+                }
+                _ => self.at += 1,
+            }
+        }
+    }
+
+    fn illegal(&mut self, first: char) -> TokenKind {
+        let group = script_group(first);
+        while let Some(c) = self.character() {
+            if c == first || (group != 0 && script_group(c) == group) {
+                self.at += c.len_utf8();
+            } else {
+                break;
+            }
+        }
+        TokenKind::Illegal
+    }
+
+    fn sign(&mut self, kind: TokenKind, length: usize) -> TokenKind {
+        self.at += length;
+        kind
+    }
+
+    fn kind(&mut self) -> TokenKind {
+        let next = self.byte(1);
+        match self.byte(0) {
+            b'#' => {
+                let rest = &self.source.as_bytes()[self.at..self.end];
+                self.at += rest.iter().position(|&b| b == b'\n').unwrap_or(rest.len());
+                TokenKind::Comment
+            }
+            b'0'..=b'9' => self.number(),
+            b'"' => self.quoted(),
+            b'(' | b'[' => self.sign(TokenKind::Open, 1),
+            b')' | b']' => self.sign(TokenKind::Close, 1),
+            b'\'' => self.sign(TokenKind::Prime, 1),
+            b'.' if next == b'.' => self.sign(TokenKind::Range, 2),
+            b'.' if next.is_ascii_digit() => {
+                self.at += 1;
+                self.digits();
+                self.exponent();
+                TokenKind::HalfNumber
+            }
+            b'.' => self.sign(TokenKind::Dot, 1),
+            b',' => self.sign(TokenKind::Comma, 1),
+            b':' => self.sign(TokenKind::Colon, 1),
+            b';' => self.sign(TokenKind::Semicolon, 1),
+            b'+' if next == b'/' && self.byte(2) == b'-' => self.sign(TokenKind::PlusMinus, 3),
+            b'+' => self.sign(TokenKind::Plus, 1),
+            b'-' => self.sign(TokenKind::Minus, 1),
+            b'*' if next == b'*' => self.sign(TokenKind::DoubleStar, 2),
+            b'*' => self.sign(TokenKind::Star, 1),
+            b'/' => self.sign(TokenKind::Slash, 1),
+            b'^' => self.sign(TokenKind::Caret, 1),
+            b'=' if next == b'=' => self.sign(TokenKind::Comparison, 2),
+            b'=' => self.sign(TokenKind::Equals, 1),
+            b'!' | b'<' | b'>' if next == b'=' => self.sign(TokenKind::Comparison, 2),
+            b'<' | b'>' => self.sign(TokenKind::Comparison, 1),
+            _ => match self.character() {
+                Some('±') => self.sign(TokenKind::PlusMinus, '±'.len_utf8()),
+                Some(c) if is_letter(c) => self.word(),
+                Some(c) => self.illegal(c),
+                None => self.sign(TokenKind::Illegal, 1),
+            },
+        }
+    }
+}
+
+impl Iterator for Lexer<'_> {
+    type Item = Token;
+
+    fn next(&mut self) -> Option<Token> {
+        let before = self.at;
+        self.skip_space();
+        if self.at >= self.end {
+            return None;
+        }
+        let start = self.at;
+        let first_on_line = std::mem::replace(&mut self.first_on_line, false);
+        let kind = self.kind();
+        Some(Token {
+            kind,
+            // Files are at most 32 MB long.
+            start: start as u32,
+            end: self.at as u32,
+            first_on_line,
+            glued: before == start,
+        })
+    }
+}

@@ -1,0 +1,456 @@
+//! Cuts the text into statements, in one pass over its tokens and without recursion.
+//!
+//! A statement begins with its word and ends where the next one begins, so a mistake in one
+//! leaves the others whole. What can be refused without knowing the grammar is refused here:
+//! characters that mean nothing, half numbers, brackets without partner, and nesting beyond
+//! [`MOST_LEVELS`], so that no later pass meets a tree too deep for its stack. What stands in a
+//! statement is not read here.
+
+use super::ast::Comment;
+use super::error::SyntaxError;
+use super::explain;
+use super::lexer::{Lexer, Token, TokenKind};
+use super::lookalike::{self, Lookalike};
+use super::words;
+use crate::span::Span;
+
+/// Brackets, signs, powers and primes within each other, all counted alike.
+pub(super) const MOST_LEVELS: usize = 256;
+
+/// More errors than anybody reads; the search ends there.
+pub(super) const MOST_ERRORS: usize = 1000;
+
+/// A statement's place.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Piece {
+    /// From its word to the end of its last token.
+    pub(super) span: Span,
+    /// Whether an error in it is known already.
+    pub(super) broken: bool,
+}
+
+/// What the scan found.
+#[derive(Debug, Default)]
+pub(super) struct Pieces {
+    pub(super) statements: Vec<Piece>,
+    pub(super) comments: Vec<Comment>,
+    pub(super) errors: Vec<SyntaxError>,
+}
+
+/// An open bracket, with the chains of the level around it.
+struct Bracket {
+    span: Span,
+    character: u8,
+    subscript: bool,
+    chain: usize,
+    nots: usize,
+}
+
+struct Splitter<'s> {
+    source: &'s str,
+    found: Pieces,
+    current: Option<Piece>,
+    /// The word that `current` begins with.
+    word: &'s str,
+    /// Behind text that belongs to no statement, until the next one begins.
+    lost: bool,
+    previous: Option<Token>,
+    in_unit: bool,
+    brackets: Vec<Bracket>,
+    /// Signs, powers and postfix operators of the operand being read.
+    chain: usize,
+    /// `not`s before it: they reach as far as the next `and`, `or` or comma.
+    nots: usize,
+    /// All levels open: brackets, and the chains of this level and of those around it.
+    levels: usize,
+}
+
+/// The statements of `source` from byte `start` on.
+pub(super) fn split(source: &str, start: u32) -> Pieces {
+    let mut splitter = Splitter {
+        source,
+        found: Pieces::default(),
+        current: None,
+        word: "",
+        lost: false,
+        previous: None,
+        in_unit: false,
+        brackets: Vec::new(),
+        chain: 0,
+        nots: 0,
+        levels: 0,
+    };
+    let mut lexer = Lexer::new(source, Span::new(start, source.len() as u32));
+    while let Some(token) = lexer.next() {
+        if splitter.found.errors.len() >= MOST_ERRORS {
+            break;
+        }
+        splitter.take(token, lexer);
+    }
+    splitter.finish();
+    splitter.found
+}
+
+/// Whether an operand has to follow the token.
+pub(super) fn expects_operand(kind: TokenKind, text: &str) -> bool {
+    match kind {
+        TokenKind::Plus
+        | TokenKind::Minus
+        | TokenKind::Star
+        | TokenKind::DoubleStar
+        | TokenKind::Slash
+        | TokenKind::Caret
+        | TokenKind::Equals
+        | TokenKind::Comparison
+        | TokenKind::PlusMinus
+        | TokenKind::Comma
+        | TokenKind::Colon
+        | TokenKind::Range
+        | TokenKind::Open => true,
+        TokenKind::Word => words::is_connective(text) || matches!(text, "constraint" | "period"),
+        TokenKind::Comment
+        | TokenKind::Number
+        | TokenKind::HalfNumber
+        | TokenKind::Text
+        | TokenKind::OpenText
+        | TokenKind::Close
+        | TokenKind::Prime
+        | TokenKind::Dot
+        | TokenKind::Semicolon
+        | TokenKind::Illegal => false,
+    }
+}
+
+impl<'s> Splitter<'s> {
+    fn take(&mut self, token: Token, rest: Lexer<'s>) {
+        if token.kind == TokenKind::Comment {
+            let text = token.text(self.source).get(1..).unwrap_or("");
+            self.found.comments.push(Comment {
+                text: text.strip_suffix('\r').unwrap_or(text).to_owned(),
+                span: token.span(),
+                trailing: !token.first_on_line,
+            });
+            return;
+        }
+        if token.kind == TokenKind::Word && self.begins_statement(token, rest) {
+            self.finish();
+            self.current = Some(Piece {
+                span: token.span(),
+                broken: false,
+            });
+            self.word = token.text(self.source);
+            self.lost = false;
+        } else if token.kind == TokenKind::Semicolon && self.brackets.is_empty() {
+            self.finish();
+            self.lost = false;
+            self.previous = None;
+            return;
+        } else if let Some(current) = &mut self.current {
+            current.span.end = token.end;
+            self.inspect(token);
+        } else if !self.lost {
+            self.lost = true;
+            let next = next_token(rest);
+            let error = match self.lexical_error(token) {
+                Some(error) => error,
+                None => explain::no_statement(self.source, token, next),
+            };
+            self.found.errors.push(error);
+        }
+        self.previous = Some(token);
+    }
+
+    /// Whether the word begins a statement, and isn't a unit, a column, or a mistake.
+    fn begins_statement(&self, token: Token, rest: Lexer<'s>) -> bool {
+        let word = token.text(self.source);
+        if !words::is_statement_word(word) {
+            return false;
+        }
+        let (Some(current), Some(previous)) = (self.current, self.previous) else {
+            return true;
+        };
+        let before = previous.text(self.source);
+        if previous.kind == TokenKind::Dot && token.glued {
+            return false;
+        }
+        if self.in_unit
+            && matches!(word, "T" | "V")
+            && matches!(
+                previous.kind,
+                TokenKind::Colon
+                    | TokenKind::Star
+                    | TokenKind::Slash
+                    | TokenKind::Open
+                    | TokenKind::Caret
+            )
+        {
+            return false;
+        }
+        // `param T = 300` declares a reserved name; on a line of its own `T` is a statement.
+        let names = previous.start == current.span.start && words::is_naming(self.word)
+            || previous.kind == TokenKind::Comma
+                && self.word == "coord"
+                && self.brackets.is_empty();
+        if names && !token.first_on_line {
+            return false;
+        }
+        // In the middle of an expression the word has to look like the beginning of a statement.
+        if self.brackets.is_empty() && !expects_operand(previous.kind, before) {
+            return true;
+        }
+        let Some(next) = next_token(rest) else {
+            return token.first_on_line;
+        };
+        let follower = next.text(self.source);
+        if words::is_function_statement(word) {
+            next.kind == TokenKind::Equals
+        } else if words::is_naming(word) {
+            next.kind == TokenKind::Word && !words::is_connective(follower)
+        } else {
+            token.first_on_line
+                && matches!(
+                    next.kind,
+                    TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Minus
+                )
+                && !words::is_connective(follower)
+        }
+    }
+
+    fn report(&mut self, error: SyntaxError) {
+        self.found.errors.push(error);
+        if let Some(current) = &mut self.current {
+            current.broken = true;
+        }
+    }
+
+    fn lexical_error(&self, token: Token) -> Option<SyntaxError> {
+        let text = token.text(self.source);
+        let span = token.span();
+        match token.kind {
+            TokenKind::HalfNumber => Some(SyntaxError::HalfNumber {
+                fix: whole_number(text),
+                span,
+            }),
+            TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
+            TokenKind::DoubleStar => Some(SyntaxError::DoubleStar { span }),
+            TokenKind::Illegal => {
+                let (fix, hint) = match lookalike::advice(text) {
+                    Lookalike::Write(fix) => (Some(fix), None),
+                    Lookalike::Say(hint) => (None, Some(hint)),
+                    Lookalike::Unknown => (None, None),
+                };
+                Some(SyntaxError::IllegalCharacter {
+                    character: shown(text),
+                    hint,
+                    fix,
+                    span,
+                })
+            }
+            TokenKind::Comment
+            | TokenKind::Word
+            | TokenKind::Number
+            | TokenKind::Text
+            | TokenKind::Open
+            | TokenKind::Close
+            | TokenKind::Prime
+            | TokenKind::Dot
+            | TokenKind::Range
+            | TokenKind::Comma
+            | TokenKind::Colon
+            | TokenKind::Semicolon
+            | TokenKind::Plus
+            | TokenKind::Minus
+            | TokenKind::Star
+            | TokenKind::Slash
+            | TokenKind::Caret
+            | TokenKind::Equals
+            | TokenKind::Comparison
+            | TokenKind::PlusMinus => None,
+        }
+    }
+
+    /// One more level; an error where it is one too many.
+    fn deepen(&mut self, token: Token) {
+        self.levels += 1;
+        if self.levels == MOST_LEVELS + 1 && !self.current.is_some_and(|piece| piece.broken) {
+            self.report(SyntaxError::NestingTooDeep {
+                most: MOST_LEVELS,
+                span: token.span(),
+            });
+        }
+    }
+
+    fn link(&mut self, token: Token) {
+        self.chain += 1;
+        self.deepen(token);
+    }
+
+    /// An operand is complete.
+    fn end_operand(&mut self) {
+        self.levels -= self.chain;
+        self.chain = 0;
+    }
+
+    /// A condition is complete.
+    fn end_condition(&mut self) {
+        self.end_operand();
+        self.levels -= self.nots;
+        self.nots = 0;
+    }
+
+    fn open(&mut self, token: Token, subscript: bool) {
+        self.brackets.push(Bracket {
+            span: token.span(),
+            character: self.source.as_bytes()[token.start as usize],
+            subscript,
+            chain: self.chain,
+            nots: self.nots,
+        });
+        self.chain = 0;
+        self.nots = 0;
+        self.deepen(token);
+    }
+
+    fn close(&mut self, token: Token) {
+        let character = self.source.as_bytes()[token.start as usize];
+        self.end_condition();
+        let Some(bracket) = self.brackets.pop() else {
+            self.report(SyntaxError::StrayBracket {
+                bracket: char::from(character),
+                span: token.span(),
+            });
+            return;
+        };
+        self.levels -= 1;
+        self.chain = bracket.chain;
+        self.nots = bracket.nots;
+        if (bracket.character == b'(') != (character == b')') {
+            self.report(SyntaxError::MismatchedBracket {
+                bracket: char::from(bracket.character),
+                open: bracket.span,
+                close: char::from(character),
+                span: token.span(),
+            });
+        } else if bracket.subscript {
+            self.link(token);
+        }
+    }
+
+    /// Follows brackets and chains through a token of the current statement.
+    fn inspect(&mut self, token: Token) {
+        if let Some(error) = self.lexical_error(token) {
+            self.report(error);
+        }
+        let operand_before = self
+            .previous
+            .is_some_and(|p| !expects_operand(p.kind, p.text(self.source)));
+        match token.kind {
+            TokenKind::Open => {
+                let subscript =
+                    operand_before && self.source.as_bytes()[token.start as usize] == b'[';
+                self.open(token, subscript);
+            }
+            TokenKind::Close => self.close(token),
+            TokenKind::Prime | TokenKind::Caret | TokenKind::Dot => self.link(token),
+            TokenKind::Minus => {
+                if operand_before {
+                    self.end_operand();
+                } else {
+                    self.link(token);
+                }
+            }
+            TokenKind::Word => match token.text(self.source) {
+                "not" => {
+                    self.nots += 1;
+                    self.deepen(token);
+                }
+                "and" | "or" | "where" | "in" => self.end_condition(),
+                _ => {}
+            },
+            TokenKind::Plus
+            | TokenKind::Star
+            | TokenKind::DoubleStar
+            | TokenKind::Slash
+            | TokenKind::Comparison => self.end_operand(),
+            TokenKind::Range | TokenKind::PlusMinus => self.end_condition(),
+            TokenKind::Comma => {
+                self.end_condition();
+                self.in_unit = false;
+            }
+            TokenKind::Colon => {
+                self.end_condition();
+                self.in_unit = true;
+            }
+            TokenKind::Equals => {
+                self.end_condition();
+                self.in_unit = false;
+            }
+            TokenKind::Semicolon => {
+                if let Some(bracket) = self.brackets.last() {
+                    let open = bracket.span;
+                    self.report(SyntaxError::SemicolonInBrackets {
+                        span: token.span(),
+                        open,
+                    });
+                }
+            }
+            TokenKind::Comment
+            | TokenKind::Number
+            | TokenKind::HalfNumber
+            | TokenKind::Text
+            | TokenKind::OpenText
+            | TokenKind::Illegal => {}
+        }
+    }
+
+    /// Ends the current statement.
+    fn finish(&mut self) {
+        let Some(mut piece) = self.current.take() else {
+            return;
+        };
+        if let Some(bracket) = self.brackets.last()
+            && !piece.broken
+        {
+            self.found.errors.push(SyntaxError::UnclosedBracket {
+                bracket: char::from(bracket.character),
+                open: bracket.span,
+                end: Span::new(piece.span.end, piece.span.end),
+            });
+            piece.broken = true;
+        }
+        self.found.statements.push(piece);
+        self.brackets.clear();
+        self.chain = 0;
+        self.nots = 0;
+        self.levels = 0;
+        self.in_unit = false;
+    }
+}
+
+fn next_token(rest: Lexer<'_>) -> Option<Token> {
+    rest.into_iter()
+        .find(|token| token.kind != TokenKind::Comment)
+}
+
+/// `1.` as `1.0`, `.5` as `0.5`.
+fn whole_number(text: &str) -> String {
+    match text.split_once('.') {
+        Some(("", after)) => format!("0.{after}"),
+        Some((before, after)) => format!("{before}.0{after}"),
+        None => text.to_owned(),
+    }
+}
+
+/// The character as it can be shown: unseen ones by number.
+fn shown(run: &str) -> String {
+    match run.chars().next() {
+        Some(c) if c.is_control() || c.is_whitespace() || is_invisible(c) => {
+            format!("U+{:04X}", u32::from(c))
+        }
+        _ => run.chars().take(20).collect(),
+    }
+}
+
+fn is_invisible(c: char) -> bool {
+    matches!(c, '\u{300}'..='\u{36f}' | '\u{200b}'..='\u{200f}' | '\u{2060}' | '\u{feff}')
+}

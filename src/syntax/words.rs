@@ -1,0 +1,120 @@
+//! The language's own words, and the words that other languages use for the same things.
+//!
+//! Tables only; nothing here reads text.
+
+/// The words that begin a statement.
+pub const STATEMENT_WORDS: [&str; 13] = [
+    "model",
+    "param",
+    "coord",
+    "let",
+    "T",
+    "V",
+    "lagrangian",
+    "dissipation",
+    "constraint",
+    "guess",
+    "equilibrium",
+    "period",
+    "table",
+];
+
+/// Words with a meaning inside expressions, besides the functions.
+const EXPRESSION_WORDS: [&str; 9] = ["t", "pi", "sum", "in", "where", "and", "or", "not", "rows"];
+
+/// The functions, `sum` and `rows` apart.
+pub const FUNCTIONS: [&str; 32] = [
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "exp",
+    "ln",
+    "sqrt",
+    "abs",
+    "norm",
+    "dot",
+    "cross",
+    "transpose",
+    "mod",
+    "floor",
+    "rot_x",
+    "rot_y",
+    "rot_z",
+    "angular_velocity",
+    "inertia_sphere",
+    "inertia_shell",
+    "inertia_cylinder",
+    "inertia_rod",
+    "inertia_box",
+    "inertia_point",
+    "steiner",
+    "about",
+];
+
+pub(super) fn is_statement_word(word: &str) -> bool {
+    STATEMENT_WORDS.contains(&word)
+}
+
+/// `T`, `V`, `lagrangian`, `dissipation`: followed by `=`.
+pub(super) fn is_function_statement(word: &str) -> bool {
+    matches!(word, "T" | "V" | "lagrangian" | "dissipation")
+}
+
+/// Statement words behind which a name stands.
+pub(super) fn is_naming(word: &str) -> bool {
+    matches!(
+        word,
+        "model" | "param" | "coord" | "let" | "guess" | "equilibrium" | "table"
+    )
+}
+
+/// Words between operands: none of them can be an operand.
+pub(super) fn is_connective(word: &str) -> bool {
+    matches!(word, "in" | "where" | "and" | "or" | "not")
+}
+
+/// Whether a parenthesis may follow at a distance: `sin (x)`.
+pub(super) fn is_function(word: &str) -> bool {
+    matches!(word, "sum" | "rows") || FUNCTIONS.contains(&word)
+}
+
+/// What a reserved word means, for the error about declaring it; `None` where it is free.
+pub(super) fn reserved_for(word: &str) -> Option<&'static str> {
+    match word {
+        "T" => Some("the kinetic energy"),
+        "V" => Some("the potential energy"),
+        "t" => Some("time"),
+        "pi" => Some("the number 3.14159…"),
+        _ if is_statement_word(word) => Some("a statement"),
+        _ if EXPRESSION_WORDS.contains(&word) => Some("the language itself"),
+        _ if FUNCTIONS.contains(&word) => Some("a function"),
+        _ => None,
+    }
+}
+
+/// The statement word that somebody means who writes `word`, where the spelling doesn't tell.
+pub(super) fn synonym(word: &str) -> Option<&'static str> {
+    match word {
+        "parameter" | "parameters" | "params" | "const" | "constant" | "var" | "variable"
+        | "set" | "par" => Some("param"),
+        "coordinate" | "coordinates" | "coords" | "dof" | "generalized" | "q" => Some("coord"),
+        "def" | "define" => Some("let"),
+        "kinetic" | "kinetic_energy" | "K" | "KE" | "Ekin" | "E_kin" | "Tkin" => Some("T"),
+        "potential" | "potential_energy" | "U" | "PE" | "Epot" | "E_pot" | "W" => Some("V"),
+        "L" | "Lagrangian" | "lagrange" | "lag" => Some("lagrangian"),
+        "F" | "D" | "rayleigh" | "damping" | "friction" => Some("dissipation"),
+        "constrain" | "subject" | "restrict" => Some("constraint"),
+        "start" | "initial" | "init" => Some("guess"),
+        "equilibria" | "rest" | "eq" => Some("equilibrium"),
+        "name" | "title" | "system" => Some("model"),
+        "csv" | "data" | "load" | "import" | "include" => Some("table"),
+        _ => None,
+    }
+}
