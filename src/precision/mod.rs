@@ -1,3 +1,22 @@
-//! precision
+//! Numbers with bounds: double-double arithmetic, rigorous enclosures and their decimal digits.
+//!
+//! The stage offers one number type after the other, from fast to careful: [`DoubleDouble`] (about
+//! 31 digits), [`Ball`] (a double-double with an absolute error bound that every operation
+//! carries along) and [`decimal`], which prints the digits that a ball decides and no others.
+//! Expressions are evaluated over any of them through [`Scalar`].
+//!
+//! It never sees an expression or a matrix, never guesses that something small is zero, and
+//! never returns a bound that does not hold: a result outside the domain or the range of its type
+//! is not finite, and that spreads.
+
+mod ball;
+mod decimal;
+mod double;
+mod elementary;
+mod evaluate;
 mod scalar;
+
+pub use ball::Ball;
+pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
+pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub use scalar::{Function, Scalar};

@@ -1,0 +1,473 @@
+//! The decimal digits of a ball: those it decides, and no others.
+//!
+//! Everything is done in exact integers, so the printed digits are a function of the ball alone.
+
+use dashu_int::{IBig, UBig};
+
+use super::ball::Ball;
+
+/// More digits than this are not printed whatever is asked for; a ball holds about 32.
+const MOST_DIGITS: usize = 1000;
+
+/// How a printed number relates to the true one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Rounding {
+    /// All digits asked for, correctly rounded (to nearest, ties to even).
+    Correct,
+    /// All digits asked for; the true number is so close to the middle between two neighbours
+    /// that the ball does not decide between them. Right to within one unit of the last place.
+    Tie,
+    /// Fewer digits than asked for, correctly rounded: the ball decides no more.
+    Fewer,
+    /// Not even one digit is decided.
+    Undecided,
+}
+
+/// A number in decimal.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decimal {
+    /// The digits, zeros kept: `3.132091953`, `0.000120`, `1.234567890e-12`.
+    pub text: String,
+    /// How many significant digits were decided.
+    pub digits: usize,
+    /// A bound of |printed - true|, rounded up to one significant digit; 0 if the printed number
+    /// is exact, infinite if the ball is not finite.
+    pub error_bound: f64,
+    /// How the digits relate to the true number.
+    pub rounding: Rounding,
+}
+
+/// A nonnegative fraction.
+struct Fraction {
+    numerator: UBig,
+    denominator: UBig,
+}
+
+/// `digits` 10^(exponent - count + 1) where `digits` has `count` decimal digits.
+#[derive(PartialEq)]
+struct Rounded {
+    digits: UBig,
+    exponent: i32,
+    count: usize,
+}
+
+enum Direction {
+    Nearest,
+    Up,
+}
+
+/// The number in `value` with `digits` significant digits (at least 1), correctly rounded if the
+/// ball decides them, else with as many digits as it decides.
+///
+/// Positional for exponents from -5 to 15 as far as the digits reach the decimal point, else
+/// scientific. A number that may be zero but is not known to be prints as `0` with its bound.
+pub fn decimal(value: &Ball, digits: usize) -> Decimal {
+    let wanted = digits.clamp(1, MOST_DIGITS);
+    if !value.is_finite() {
+        return Decimal {
+            text: "nan".to_owned(),
+            digits: 0,
+            error_bound: f64::INFINITY,
+            rounding: Rounding::Undecided,
+        };
+    }
+    if value.is_zero() {
+        let text = "0".to_owned();
+        return Decimal {
+            text,
+            digits: wanted,
+            error_bound: 0.0,
+            rounding: Rounding::Correct,
+        };
+    }
+    let (low, high, exponent) = ends(value);
+    let zero = IBig::ZERO;
+    if low <= zero && high >= zero {
+        let (_, below) = low.into_parts();
+        let (_, above) = high.into_parts();
+        let error_bound = one_digit(fraction(below.max(above), exponent));
+        let text = "0".to_owned();
+        return Decimal {
+            text,
+            digits: 0,
+            error_bound,
+            rounding: Rounding::Undecided,
+        };
+    }
+    let negative = high < zero;
+    let (_, a) = low.into_parts();
+    let (_, b) = high.into_parts();
+    // By magnitude from here on.
+    let (least, most) = if negative { (b, a) } else { (a, b) };
+    let (rounded, rounding) = decide(&least, &most, exponent, wanted);
+    let printed = rounded.value();
+    let error = distance(&printed, &fraction(least, exponent))
+        .max(distance(&printed, &fraction(most, exponent)));
+    Decimal {
+        digits: if rounding == Rounding::Undecided {
+            0
+        } else {
+            rounded.count
+        },
+        error_bound: one_digit(error),
+        text: rounded.layout(negative),
+        rounding,
+    }
+}
+
+/// The digits common to both ends, as many as `wanted` if possible.
+fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: usize) -> (Rounded, Rounding) {
+    let (low, high) = (
+        fraction(least.clone(), exponent),
+        fraction(most.clone(), exponent),
+    );
+    let at = |count| {
+        let below = round(&low, count, &Direction::Nearest);
+        let above = round(&high, count, &Direction::Nearest);
+        (below, above)
+    };
+    let (below, above) = at(wanted);
+    if below == above {
+        return (below, Rounding::Correct);
+    }
+    // A tie: both ends within a thousandth of a unit of the last place, on both sides of a middle.
+    let unit = below.unit();
+    let width = distance(&low, &high);
+    let thousandth = Fraction {
+        numerator: unit.numerator,
+        denominator: unit.denominator * 1000u32,
+    };
+    if width.at_most(&thousandth) {
+        // Across a power of ten the upper one ends in 0.
+        let even = above.exponent > below.exponent || (&above.digits % 2u8) == 0;
+        return (if even { above } else { below }, Rounding::Tie);
+    }
+    // No more digits than the width of the ball leaves; start there.
+    let mut count = (round(&low, 1, &Direction::Nearest).exponent
+        - round(&width, 1, &Direction::Nearest).exponent
+        + 2)
+    .clamp(0, wanted as i32 - 1) as usize;
+    while count > 0 {
+        let (below, above) = at(count);
+        if below == above {
+            return (below, Rounding::Fewer);
+        }
+        count -= 1;
+    }
+    (round(&high, 1, &Direction::Nearest), Rounding::Undecided)
+}
+
+impl Fraction {
+    fn at_most(&self, other: &Self) -> bool {
+        &self.numerator * &other.denominator <= &other.numerator * &self.denominator
+    }
+
+    fn max(self, other: Self) -> Self {
+        if self.at_most(&other) { other } else { self }
+    }
+}
+
+impl Rounded {
+    fn value(&self) -> Fraction {
+        let unit = self.unit();
+        Fraction {
+            numerator: unit.numerator * &self.digits,
+            denominator: unit.denominator,
+        }
+    }
+
+    /// One unit of the last place.
+    fn unit(&self) -> Fraction {
+        let place = self.exponent - self.count as i32 + 1;
+        let power = power_of_ten(place.unsigned_abs());
+        if place >= 0 {
+            Fraction {
+                numerator: power,
+                denominator: UBig::ONE,
+            }
+        } else {
+            Fraction {
+                numerator: UBig::ONE,
+                denominator: power,
+            }
+        }
+    }
+
+    fn layout(&self, negative: bool) -> String {
+        let sign = if negative { "-" } else { "" };
+        let digits = self.digits.to_string();
+        let exponent = self.exponent;
+        if (0..=15).contains(&exponent) && exponent < self.count as i32 {
+            let (whole, rest) = digits.split_at((exponent + 1) as usize);
+            let point = if rest.is_empty() { "" } else { "." };
+            format!("{sign}{whole}{point}{rest}")
+        } else if (-5..0).contains(&exponent) {
+            let zeros = "0".repeat((-exponent - 1) as usize);
+            format!("{sign}0.{zeros}{digits}")
+        } else {
+            let (whole, rest) = digits.split_at(1);
+            let point = if rest.is_empty() { "" } else { "." };
+            format!("{sign}{whole}{point}{rest}e{exponent}")
+        }
+    }
+}
+
+fn power_of_ten(exponent: u32) -> UBig {
+    UBig::from(10u8).pow(exponent as usize)
+}
+
+/// mantissa 2^exponent
+fn fraction(mantissa: UBig, exponent: i32) -> Fraction {
+    let power = UBig::ONE << exponent.unsigned_abs() as usize;
+    if exponent >= 0 {
+        Fraction {
+            numerator: mantissa * power,
+            denominator: UBig::ONE,
+        }
+    } else {
+        Fraction {
+            numerator: mantissa,
+            denominator: power,
+        }
+    }
+}
+
+/// |a - b|
+fn distance(a: &Fraction, b: &Fraction) -> Fraction {
+    let left = IBig::from(&a.numerator * &b.denominator);
+    let right = IBig::from(&b.numerator * &a.denominator);
+    let (_, numerator) = (left - right).into_parts();
+    Fraction {
+        numerator,
+        denominator: &a.denominator * &b.denominator,
+    }
+}
+
+/// A double as mantissa and exponent of 2, exactly.
+fn parts(x: f64) -> (IBig, i32) {
+    let bits = x.to_bits();
+    let biased = ((bits >> 52) & 0x7ff) as i32;
+    let fraction = bits & ((1 << 52) - 1);
+    let (mantissa, exponent) = if biased == 0 {
+        (fraction, -1074)
+    } else {
+        (fraction | (1 << 52), biased - 1075)
+    };
+    let mantissa = IBig::from(mantissa);
+    (if x < 0.0 { -mantissa } else { mantissa }, exponent)
+}
+
+/// Both ends of the ball over a common power of 2.
+fn ends(value: &Ball) -> (IBig, IBig, i32) {
+    let all = [
+        parts(value.mid.hi),
+        parts(value.mid.lo),
+        parts(value.radius),
+    ];
+    let least = all
+        .iter()
+        .filter(|p| p.0 != IBig::ZERO)
+        .map(|p| p.1)
+        .min()
+        .unwrap_or(0);
+    let [hi, lo, radius] = all.map(|(m, e)| m << (e - least).max(0) as usize);
+    let mid = hi + lo;
+    (&mid - &radius, mid + radius, least)
+}
+
+/// A positive fraction with `count` significant digits; zero gives zero.
+fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
+    use dashu_int::ops::{BitTest, DivRem};
+    if value.numerator == UBig::ZERO {
+        return Rounded {
+            digits: UBig::ZERO,
+            exponent: 0,
+            count,
+        };
+    }
+    // 2^(bits - 1) < value, so this exponent of 10 is right or too small.
+    let bits = value.numerator.bit_len() as i64 - value.denominator.bit_len() as i64;
+    let mut exponent = ((bits - 1) as f64 * std::f64::consts::LOG10_2).floor() as i32;
+    let limit = power_of_ten(count as u32);
+    loop {
+        let shift = count as i32 - 1 - exponent;
+        let power = power_of_ten(shift.unsigned_abs());
+        let (numerator, denominator) = if shift >= 0 {
+            (&value.numerator * power, value.denominator.clone())
+        } else {
+            (value.numerator.clone(), &value.denominator * power)
+        };
+        let (mut digits, rest) = numerator.div_rem(&denominator);
+        if digits >= limit {
+            exponent += 1;
+            continue;
+        }
+        let up = match direction {
+            Direction::Up => rest != UBig::ZERO,
+            Direction::Nearest => {
+                let twice = rest << 1;
+                twice > denominator || (twice == denominator && (&digits % 2u8) == 1)
+            }
+        };
+        if up {
+            digits += UBig::ONE;
+        }
+        if digits >= limit {
+            digits /= UBig::from(10u8);
+            exponent += 1;
+        }
+        return Rounded {
+            digits,
+            exponent,
+            count,
+        };
+    }
+}
+
+/// The fraction rounded up to one significant digit, as the nearest double.
+fn one_digit(value: Fraction) -> f64 {
+    let rounded = round(&value, 1, &Direction::Up);
+    format!("{}e{}", rounded.digits, rounded.exponent)
+        .parse()
+        .unwrap_or(f64::INFINITY)
+}
+
+/// A bound rounded up to one significant digit: 4.4e-16 gives 5e-16. What prints as one digit
+/// already stays.
+pub fn one_digit_up(bound: f64) -> f64 {
+    one_digit_up_text(bound).parse().unwrap_or(f64::INFINITY)
+}
+
+/// A bound rounded up to one significant digit, as text: `5e-16`, `0`, `inf`.
+pub fn one_digit_up_text(bound: f64) -> String {
+    let shortest = format!("{:e}", bound.abs());
+    let Some((mantissa, exponent)) = shortest.split_once('e') else {
+        return if bound == 0.0 {
+            "0".to_owned()
+        } else {
+            "inf".to_owned()
+        };
+    };
+    if bound == 0.0 {
+        return "0".to_owned();
+    }
+    let (first, rest) = mantissa.split_once('.').unwrap_or((mantissa, ""));
+    let (Ok(mut digit), Ok(mut exponent)) = (first.parse::<u32>(), exponent.parse::<i32>()) else {
+        return "inf".to_owned();
+    };
+    if rest.bytes().any(|b| b != b'0') {
+        digit += 1;
+    }
+    if digit == 10 {
+        (digit, exponent) = (1, exponent + 1);
+    }
+    format!("{digit}e{exponent}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::double::DoubleDouble;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ball(hi: f64, lo: f64, radius: f64) -> Ball {
+        Ball::new(DoubleDouble::new(hi, lo), radius)
+    }
+
+    fn text(hi: f64, radius: f64, digits: usize) -> String {
+        decimal(&ball(hi, 0.0, radius), digits).text
+    }
+
+    #[test]
+    fn digits_and_layout() {
+        assert_eq!(text(3.132_091_952_673_165, 1e-15, 10), "3.132091953");
+        assert_eq!(text(1.5, 0.0, 10), "1.500000000");
+        assert_eq!(text(-0.00012, 1e-20, 3), "-0.000120");
+        assert_eq!(text(1.234_567_89e-12, 1e-28, 10), "1.234567890e-12");
+        assert_eq!(text(123_456.0, 0.0, 10), "123456.0000");
+        assert_eq!(text(123_456.0, 0.0, 6), "123456");
+        assert_eq!(text(123_456.0, 0.0, 3), "1.23e5");
+        assert_eq!(text(9.9999, 1e-9, 2), "10");
+        assert_eq!(text(9.9999, 1e-9, 4), "10.00");
+        assert_eq!(text(0.000_001, 1e-30, 2), "1.0e-6");
+        assert_eq!(text(2.5e20, 0.0, 10), "2.500000000e20");
+        assert_eq!(text(0.0, 0.0, 10), "0");
+        assert_eq!(
+            decimal(&Ball::PI, 31).text,
+            "3.141592653589793238462643383280"
+        );
+    }
+
+    #[test]
+    fn only_decided_digits_are_printed() {
+        let d = decimal(&ball(3.141_592_653_589_793, 0.0, 1e-6), 10);
+        assert_eq!(
+            (d.text.as_str(), d.digits, d.rounding),
+            ("3.14159", 6, Rounding::Fewer)
+        );
+        assert_eq!(d.error_bound, 4e-6);
+        let d = decimal(&ball(1e-20, 0.0, 3e-20), 10);
+        assert_eq!(
+            (d.text.as_str(), d.rounding, d.error_bound),
+            ("0", Rounding::Undecided, 5e-20)
+        );
+        let d = decimal(&ball(0.5, 0.0, 0.3), 10);
+        assert_eq!(d.rounding, Rounding::Undecided);
+        assert!(d.error_bound >= 0.3);
+        assert_eq!(decimal(&Ball::NOT_FINITE, 10).error_bound, f64::INFINITY);
+    }
+
+    #[test]
+    fn ties_are_owned_up_to() {
+        let exact = decimal(&ball(0.125, 0.0, 0.0), 2);
+        assert_eq!(
+            (exact.text.as_str(), exact.rounding),
+            ("0.12", Rounding::Correct)
+        );
+        let near = decimal(&ball(0.125, 0.0, 1e-20), 2);
+        assert_eq!((near.text.as_str(), near.rounding), ("0.12", Rounding::Tie));
+        let near = decimal(&ball(0.375, 1e-25, 1e-20), 2);
+        assert_eq!((near.text.as_str(), near.rounding), ("0.38", Rounding::Tie));
+        let near = decimal(&ball(9.5, 0.0, 1e-20), 1);
+        assert_eq!((near.text.as_str(), near.error_bound), ("1e1", 0.6));
+    }
+
+    #[test]
+    fn bounds_round_up_to_one_digit() {
+        assert_eq!(one_digit_up_text(4.4e-16), "5e-16");
+        assert_eq!(one_digit_up_text(9.1e-3), "1e-2");
+        assert_eq!(one_digit_up_text(3e-10), "3e-10");
+        assert_eq!(one_digit_up_text(0.0), "0");
+        assert_eq!(one_digit_up_text(f64::INFINITY), "inf");
+        assert_eq!(one_digit_up_text(f64::NAN), "inf");
+        assert_eq!(one_digit_up(one_digit_up(1.0)), 1.0);
+        assert!(one_digit_up(5e-324) > 0.0);
+    }
+
+    proptest! {
+        /// The standard library prints doubles correctly rounded: an outside witness.
+        #[test]
+        fn agrees_with_the_standard_library(m in -1.0..1.0f64, e in -300..290i32, digits in 1..30usize) {
+            let x = m * 10f64.powi(e);
+            prop_assume!(x != 0.0);
+            let got = decimal(&Ball::exact(x), digits).text;
+            let want = format!("{:.*e}", digits - 1, x);
+            let value = |s: &str| s.parse::<f64>().unwrap();
+            prop_assert_eq!(value(&got), value(&want));
+            let count = |s: &str| {
+                let mantissa = s.split('e').next().unwrap().trim_start_matches(['-', '0', '.']);
+                mantissa.chars().filter(char::is_ascii_digit).count()
+            };
+            prop_assert_eq!(count(&got), digits);
+        }
+
+        #[test]
+        fn printed_number_is_within_its_bound(m in 0.1..1.0f64, r in 0.0..1.0f64, k in 0..20i32, digits in 1..14usize) {
+            let x = ball(m, 0.0, r * 10f64.powi(-k));
+            let d = decimal(&x, digits);
+            let printed = d.text.parse::<f64>().unwrap();
+            prop_assert!((printed - x.lower()).abs() <= d.error_bound * (1.0 + 1e-12) + 1e-15);
+            prop_assert!((printed - x.upper()).abs() <= d.error_bound * (1.0 + 1e-12) + 1e-15);
+        }
+    }
+}
