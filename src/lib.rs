@@ -8,3 +8,7 @@ pub mod number;
 pub mod precision;
 #[cfg(feature = "engine")]
 pub mod expr;
+#[cfg(feature = "engine")]
+pub mod model;
+#[cfg(feature = "engine")]
+pub mod linearize;

@@ -74,6 +74,10 @@ impl Scalar for f64 {
     fn is_finite(&self) -> bool {
         f64::is_finite(*self)
     }
+
+    fn is_exact_zero(&self) -> bool {
+        *self == 0.0
+    }
 }
 
 impl Scalar for Ball {
@@ -145,6 +149,10 @@ impl Scalar for Ball {
 
     fn is_finite(&self) -> bool {
         Ball::is_finite(self)
+    }
+
+    fn is_exact_zero(&self) -> bool {
+        self.is_zero()
     }
 }
 

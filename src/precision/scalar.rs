@@ -64,4 +64,6 @@ pub trait Scalar: Clone {
     fn atan2(&self, x: &Self) -> Self;
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
+    /// Whether the value is zero and known to be exactly that.
+    fn is_exact_zero(&self) -> bool;
 }

@@ -1,0 +1,433 @@
+//! Numbers for the elements of every instance, and their sums: force, stiffness, inertia.
+//!
+//! The symbolic work is done once a family of terms; here its tapes are run once an instance and
+//! the small blocks are scattered into place, as a finite-element code does.
+
+use std::collections::HashMap;
+
+use super::elements::{Element, elements};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+use crate::precision::Scalar;
+use crate::span::Span;
+
+/// The elements of one family of terms, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub struct ElementFamily {
+    /// Where the term stands.
+    pub span: Span,
+    /// Elements of the kinetic energy with respect to the velocities, at velocity zero.
+    pub inertia: Vec<Element>,
+    /// Elements of the effective potential V - T0 with respect to the coordinates.
+    pub potential: Vec<Element>,
+    /// The instances: coordinates and constants.
+    pub terms: TermFamily,
+    parameters: Vec<usize>,
+    constants: Vec<u32>,
+    inertia_tape: Tape,
+    force_tape: Tape,
+    stiffness_tape: Tape,
+}
+
+/// All families, with what they share.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembly {
+    pub(crate) families: Vec<ElementFamily>,
+    /// The distinct constants that fill value slots.
+    constants: Vec<ExprId>,
+    constants_tape: Option<Tape>,
+    constants_parameters: Vec<usize>,
+    dimension: usize,
+}
+
+/// Parameter values and constants as numbers of one type.
+#[derive(Clone, Debug)]
+pub(crate) struct Values<S> {
+    parameters: Vec<Option<S>>,
+    constants: Vec<S>,
+}
+
+/// The parameter that would have to have a value.
+pub(crate) struct NoValue(pub(crate) usize);
+
+/// What an evaluation is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    Inertia,
+    Force,
+    Stiffness,
+}
+
+/// A term of the energies with the sign it has in L = T - V.
+pub(crate) fn signed_terms(model: &Model) -> impl Iterator<Item = (bool, &TermFamily)> {
+    let kinetic = model.kinetic.iter().map(|family| (false, family));
+    let potential = model.potential.iter().map(|family| (true, family));
+    kinetic.chain(potential)
+}
+
+/// The terms that are linear in the velocities at velocity zero: the coefficient of each velocity.
+pub(crate) struct VelocityLinear {
+    pub(crate) family: TermFamily,
+    /// By local variable; those that vanish identically are left out.
+    pub(crate) coefficients: Vec<(usize, ExprId)>,
+}
+
+/// Takes all terms of a model apart.
+pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
+    let mut families = Vec::new();
+    let mut linear = Vec::new();
+    let mut constants = Vec::new();
+    let mut numbers: HashMap<ExprId, u32> = HashMap::new();
+    let terms: Vec<(bool, TermFamily)> = signed_terms(model)
+        .map(|(negative, family)| (negative, family.clone()))
+        .collect();
+    for (negative, family) in terms {
+        if family.count == 0 {
+            continue;
+        }
+        let (parts, coefficients) = split(&mut model.pool, &family, negative);
+        if !coefficients.is_empty() {
+            linear.push(VelocityLinear {
+                family: family.clone(),
+                coefficients,
+            });
+        }
+        let (inertia, potential) = parts;
+        if inertia.is_empty() && potential.is_empty() {
+            continue;
+        }
+        let mut indices = Vec::with_capacity(family.constants.len());
+        for constant in &family.constants {
+            let next = u32::try_from(constants.len()).unwrap_or(u32::MAX);
+            let index = *numbers.entry(*constant).or_insert_with(|| {
+                constants.push(*constant);
+                next
+            });
+            indices.push(index);
+        }
+        if let Some(family) = compile(model, family, inertia, potential, indices) {
+            families.push(family);
+        }
+    }
+    let constants_parameters = parameters_of(model, &constants);
+    let inputs: Vec<Symbol> = constants_parameters
+        .iter()
+        .map(|parameter| model.parameters[*parameter].symbol)
+        .collect();
+    let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
+    let assembly = Assembly {
+        families,
+        constants,
+        constants_tape,
+        constants_parameters,
+        dimension: model.coordinates.len(),
+    };
+    (assembly, linear)
+}
+
+type Parts = (Vec<Element>, Vec<Element>);
+
+/// Inertia, effective potential and velocity-linear coefficients of one term.
+fn split(pool: &mut Pool, family: &TermFamily, negative: bool) -> (Parts, Vec<(usize, ExprId)>) {
+    let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
+    let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
+    let mut at_rest = Substitution::default();
+    let zero = pool.zero();
+    for velocity in &velocities {
+        at_rest.insert(*velocity, zero);
+    }
+    // L = T - V: the body's share of L, and of the effective potential V - T0.
+    let share = if negative { pool.neg(family.body) } else { family.body };
+    let moving = pool
+        .symbols_of(&[share])
+        .iter()
+        .any(|symbol| velocities.contains(symbol));
+    let static_share = if moving {
+        pool.substitute(&[share], &at_rest)[0]
+    } else {
+        share
+    };
+    let effective = pool.neg(static_share);
+    let potential = elements(pool, effective, &coordinates);
+    if !moving {
+        return ((Vec::new(), potential), Vec::new());
+    }
+    let mut inertia = Vec::new();
+    let mut coefficients: Vec<Vec<ExprId>> = vec![Vec::new(); velocities.len()];
+    for element in elements(pool, share, &velocities) {
+        let element = element.substituted(pool, &at_rest);
+        for (place, slope) in &element.slope {
+            let coefficient = pool.mul(element.first, *slope);
+            coefficients[*place].push(coefficient);
+        }
+        if !(is_zero(pool, element.second) || element.slope.is_empty())
+            || !element.curvature.is_empty()
+        {
+            inertia.push(element);
+        }
+    }
+    let mut linear = Vec::new();
+    for (place, parts) in coefficients.iter().enumerate() {
+        let coefficient = pool.sum(parts);
+        if !is_zero(pool, coefficient) {
+            linear.push((place, coefficient));
+        }
+    }
+    ((inertia, potential), linear)
+}
+
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+/// The parameters in expressions, by number, ascending.
+pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
+    let mut found: Vec<usize> = model
+        .pool
+        .symbols_of(roots)
+        .iter()
+        .filter_map(|symbol| match model.symbols.get(symbol) {
+            Some(SymbolKind::Parameter(number)) => Some(*number),
+            Some(_) | None => None,
+        })
+        .collect();
+    found.sort_unstable();
+    found
+}
+
+fn compile(
+    model: &Model,
+    terms: TermFamily,
+    inertia: Vec<Element>,
+    potential: Vec<Element>,
+    constants: Vec<u32>,
+) -> Option<ElementFamily> {
+    let mut force_roots = Vec::new();
+    let mut stiffness_roots = Vec::new();
+    for element in &potential {
+        force_roots.push(element.first);
+        force_roots.extend(element.slope.iter().map(|(_, entry)| *entry));
+        stiffness_roots.extend(roots_of(element));
+    }
+    let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(roots_of).collect();
+    let all: Vec<ExprId> = stiffness_roots
+        .iter()
+        .chain(&inertia_roots)
+        .copied()
+        .collect();
+    let parameters = parameters_of(model, &all);
+    let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
+    inputs.extend(&terms.values);
+    inputs.extend(
+        parameters
+            .iter()
+            .map(|parameter| model.parameters[*parameter].symbol),
+    );
+    // Every symbol of a body is one of these; explicit time is refused before.
+    let tape = |roots: &[ExprId]| Tape::compile(&model.pool, roots, &inputs).ok();
+    Some(ElementFamily {
+        span: terms.span,
+        inertia_tape: tape(&inertia_roots)?,
+        force_tape: tape(&force_roots)?,
+        stiffness_tape: tape(&stiffness_roots)?,
+        inertia,
+        potential,
+        terms,
+        parameters,
+        constants,
+    })
+}
+
+fn roots_of(element: &Element) -> Vec<ExprId> {
+    let mut roots = vec![element.first, element.second];
+    roots.extend(element.slope.iter().map(|(_, entry)| *entry));
+    roots.extend(element.curvature.iter().map(|(_, _, entry)| *entry));
+    roots
+}
+
+impl Assembly {
+    /// The values of parameters and constants.
+    pub(crate) fn values<S: Scalar>(&self, model: &Model) -> Result<Values<S>, NoValue> {
+        let mut needed: Vec<usize> = self.constants_parameters.clone();
+        needed.extend(self.families.iter().flat_map(|family| &family.parameters));
+        needed.sort_unstable();
+        needed.dedup();
+        let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
+        for number in needed {
+            let value = model.parameters[number].value.ok_or(NoValue(number))?;
+            parameters[number] = evaluate_closed(&model.pool, value);
+        }
+        let inputs: Vec<S> = self
+            .constants_parameters
+            .iter()
+            .filter_map(|number| parameters[*number].clone())
+            .collect();
+        let constants = self
+            .constants_tape
+            .as_ref()
+            .map_or_else(Vec::new, |tape| tape.evaluate(&inputs, &mut Vec::new()));
+        Ok(Values {
+            parameters,
+            constants,
+        })
+    }
+
+    /// Runs one kind of tape for all instances: `scatter` gets the family, the coordinates of the
+    /// instance, and the numbers in the order of the elements.
+    fn run<S: Scalar>(
+        &self,
+        part: Part,
+        at: &[S],
+        values: &Values<S>,
+        mut scatter: impl FnMut(&ElementFamily, &[u32], &[S]),
+    ) {
+        let zero = S::from_number(&Number::from(0));
+        let mut scratch = Vec::new();
+        let mut inputs: Vec<S> = Vec::new();
+        let mut out: Vec<S> = Vec::new();
+        for family in &self.families {
+            let (tape, used) = match part {
+                Part::Inertia => (&family.inertia_tape, !family.inertia.is_empty()),
+                Part::Force => (&family.force_tape, !family.potential.is_empty()),
+                Part::Stiffness => (&family.stiffness_tape, !family.potential.is_empty()),
+            };
+            if !used {
+                continue;
+            }
+            let prepared = tape.prepare::<S>();
+            let width = family.terms.values.len();
+            out.clear();
+            out.resize(tape.outputs(), zero.clone());
+            for instance in 0..family.terms.count {
+                let coordinates = family.terms.coordinates_of(instance);
+                inputs.clear();
+                inputs.extend(
+                    coordinates
+                        .iter()
+                        .map(|number| at.get(*number as usize).unwrap_or(&zero).clone()),
+                );
+                let constants = &family.constants[instance * width..(instance + 1) * width];
+                inputs.extend(
+                    constants
+                        .iter()
+                        .map(|number| values.constants[*number as usize].clone()),
+                );
+                inputs.extend(
+                    family
+                        .parameters
+                        .iter()
+                        .map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
+                );
+                prepared.evaluate_into(&inputs, &mut scratch, &mut out);
+                scatter(family, coordinates, &out);
+            }
+        }
+    }
+
+    /// The gradient of the effective potential, one entry a coordinate.
+    pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        let mut gradient = vec![S::from_number(&Number::from(0)); self.dimension];
+        self.run(Part::Force, at, values, |family, coordinates, numbers| {
+            let mut rest = numbers;
+            for element in &family.potential {
+                let (first, slopes) = head(&mut rest, 1, element.slope.len());
+                for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                    let entry = &mut gradient[coordinates[*place] as usize];
+                    *entry = entry.add(&first[0].mul(slope));
+                }
+            }
+        });
+        gradient
+    }
+
+    /// The stiffness matrix, dense, column by column.
+    pub(crate) fn stiffness<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        self.matrix(Part::Stiffness, at, values)
+    }
+
+    /// The mass matrix, dense, column by column.
+    pub(crate) fn mass<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        self.matrix(Part::Inertia, at, values)
+    }
+
+    fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
+        let n = self.dimension;
+        let mut matrix = vec![S::from_number(&Number::from(0)); n * n];
+        self.run(part, at, values, |family, coordinates, numbers| {
+            let elements = if part == Part::Inertia {
+                &family.inertia
+            } else {
+                &family.potential
+            };
+            let mut add = |i: u32, j: u32, value: &S| {
+                let entry = &mut matrix[i as usize + n * j as usize];
+                *entry = entry.add(value);
+            };
+            let mut rest = numbers;
+            for element in elements {
+                let (outer, slopes) = head(&mut rest, 2, element.slope.len());
+                let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
+                let (first, second) = (&outer[0], &outer[1]);
+                if !second.is_exact_zero() {
+                    for (k, (a, _)) in element.slope.iter().enumerate() {
+                        if slopes[k].is_exact_zero() {
+                            continue;
+                        }
+                        let row = second.mul(&slopes[k]);
+                        for (l, (b, _)) in element.slope.iter().enumerate().skip(k) {
+                            if slopes[l].is_exact_zero() {
+                                continue;
+                            }
+                            let value = row.mul(&slopes[l]);
+                            add(coordinates[*a], coordinates[*b], &value);
+                            if k != l {
+                                add(coordinates[*b], coordinates[*a], &value);
+                            }
+                        }
+                    }
+                }
+                if !first.is_exact_zero() {
+                    for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
+                        let value = first.mul(bend);
+                        add(coordinates[*a], coordinates[*b], &value);
+                        if a != b {
+                            add(coordinates[*b], coordinates[*a], &value);
+                        }
+                    }
+                }
+            }
+        });
+        matrix
+    }
+
+    /// The first family whose numbers at a point are not finite.
+    pub(crate) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<Span> {
+        let mut place = None;
+        for part in [Part::Inertia, Part::Stiffness] {
+            self.run(part, at, values, |family, _, numbers| {
+                if place.is_none() && !numbers.iter().all(Scalar::is_finite) {
+                    place = Some(family.span);
+                }
+            });
+        }
+        place
+    }
+}
+
+/// Splits the next numbers off.
+fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&'a [S], &'a [S]) {
+    let (a, tail) = rest.split_at(first.min(rest.len()));
+    let (b, tail) = tail.split_at(second.min(tail.len()));
+    *rest = tail;
+    (a, b)
+}
+
+/// The number that an expression without symbols comes to.
+pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId) -> Option<S> {
+    if let Node::Number(number) = pool.node(value) {
+        return Some(S::from_number(number));
+    }
+    let tape = Tape::compile(pool, &[value], &[]).ok()?;
+    tape.evaluate::<S>(&[], &mut Vec::new()).into_iter().next()
+}

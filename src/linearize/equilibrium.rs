@@ -1,0 +1,491 @@
+//! The equilibrium: given and verified, zero where the forces vanish there, or searched for.
+//!
+//! The search is a Newton iteration on the generalised forces, so that saddles and maxima count as
+//! well as minima; it works in mass-weighted coordinates, in which forces on coordinates of
+//! different units can be compared, and is guarded by a limited step and a decreasing force. The
+//! forces themselves are evaluated in double-double with bounds: a component whose enclosure holds
+//! zero is at rounding level and does not move the point, which is how neutral directions (free
+//! bodies) stay where they are. What the point is still off by is estimated from the last forces
+//! and carried on as the radius of the coordinates, so that it enters the stiffness matrix.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use super::assemble::{Assembly, Values};
+use super::error::{LinearizeError, combination_words};
+use super::symbolic::force_text;
+use crate::model::Model;
+use crate::precision::{Ball, DoubleDouble, Scalar};
+
+/// Where a coordinate of the equilibrium comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The model gives it.
+    Given,
+    /// It is zero, and no force acts there.
+    Zero,
+    /// It was searched for.
+    Found,
+}
+
+/// The point that is linearized about.
+#[derive(Clone, Debug)]
+pub struct Equilibrium {
+    /// The coordinates in SI, each with the radius that it is known to.
+    pub values: Vec<Ball>,
+    /// Per coordinate: where the value comes from.
+    pub origins: Vec<Origin>,
+    /// Newton steps of the search; 0 where nothing was searched for.
+    pub steps: usize,
+}
+
+/// More Newton steps than this find nothing either.
+const MOST_STEPS: usize = 300;
+
+/// What the search works with.
+struct Search<'a> {
+    model: &'a Model,
+    assembly: &'a Assembly,
+    values: &'a Values<Ball>,
+    /// The coordinates that are searched for.
+    free: Vec<usize>,
+}
+
+/// Finds or verifies the equilibrium.
+pub(crate) fn find(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+) -> Result<Equilibrium, LinearizeError> {
+    let count = model.coordinates.len();
+    let closed = |given: &Option<crate::model::Given>| {
+        given
+            .and_then(|given| given.value)
+            .and_then(|value| super::assemble::evaluate_closed::<Ball>(&model.pool, value))
+    };
+    let mut point = vec![Ball::ZERO; count];
+    let mut origins = vec![Origin::Zero; count];
+    let mut free = Vec::new();
+    for i in 0..count {
+        if let Some(value) = closed(&model.equilibria[i]) {
+            point[i] = value;
+            origins[i] = Origin::Given;
+        } else {
+            free.push(i);
+        }
+    }
+    let guessed = model.guesses.iter().any(Option::is_some);
+    let mut search = Search {
+        model,
+        assembly,
+        values,
+        free,
+    };
+    if !search.free.is_empty() {
+        let force = search.gradient(&point);
+        let vanishes = !guessed && search.free.iter().all(|i| force[*i].contains_zero() && force[*i].is_finite());
+        if !vanishes {
+            for i in &search.free {
+                origins[*i] = Origin::Found;
+                if let Some(value) = closed(&model.guesses[*i]) {
+                    point[*i] = Ball::exact(value.mid_f64());
+                }
+            }
+            let steps = search.run(&mut point)?;
+            search.verify_given(&point)?;
+            return Ok(Equilibrium {
+                values: point,
+                origins,
+                steps,
+            });
+        }
+        search.free.clear();
+    }
+    search.verify_given(&point)?;
+    Ok(Equilibrium {
+        values: point,
+        origins,
+        steps: 0,
+    })
+}
+
+impl Search<'_> {
+    fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
+        self.assembly.gradient(at, self.values)
+    }
+
+    /// The point in words, for messages.
+    fn describe(&self, at: &[Ball]) -> String {
+        let mut parts: Vec<String> = self
+            .model
+            .coordinates
+            .iter()
+            .zip(at)
+            .take(6)
+            .map(|(coordinate, value)| format!("{} = {}", coordinate.name, short(value.mid_f64())))
+            .collect();
+        if at.len() > 6 {
+            parts.push("…".to_owned());
+        }
+        parts.join(", ")
+    }
+
+    fn not_finite(&self, at: &[Ball], what: &str) -> LinearizeError {
+        let span = self
+            .assembly
+            .not_finite(at, self.values)
+            .or_else(|| self.model.kinetic.first().map(|family| family.span))
+            .unwrap_or_default();
+        LinearizeError::NotFinite {
+            what: what.to_owned(),
+            point: self.describe(at),
+            span,
+        }
+    }
+
+    /// Checks that no force acts where the equilibrium is given.
+    fn verify_given(&self, at: &[Ball]) -> Result<(), LinearizeError> {
+        let force = self.gradient(at);
+        if !force.iter().all(Ball::is_finite) {
+            return Err(self.not_finite(at, "the force"));
+        }
+        for (i, component) in force.iter().enumerate() {
+            let place = match (&self.model.equilibria[i], self.free.contains(&i)) {
+                (Some(given), false) => given.span,
+                (None, false) => self.model.coordinates[i].span,
+                (_, true) => continue,
+            };
+            if !component.contains_zero() {
+                return Err(LinearizeError::NotAnEquilibrium {
+                    coordinate: self.model.coordinates[i].name.clone(),
+                    force: force_text(self.model, i, -component.mid_f64()),
+                    span: place,
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// Searches from `at`; gives the number of steps.
+    fn run(&self, at: &mut [Ball]) -> Result<usize, LinearizeError> {
+        let metric = self.metric(at);
+        let mut force = self.weighted(&self.gradient(at), &metric);
+        if !force.finite {
+            return Err(self.not_finite(at, "the force"));
+        }
+        let mut radius = f64::INFINITY;
+        let mut last = None;
+        for step in 0..MOST_STEPS {
+            if force.rounding {
+                self.settle(at, &metric);
+                return Ok(step);
+            }
+            let Some(spectrum) = self.spectrum(at, &metric) else {
+                return Err(self.not_finite(at, "the stiffness"));
+            };
+            let newton = spectrum.newton(&force);
+            let length = newton.norm();
+            let mut direction = if length > radius {
+                &newton * (radius / length)
+            } else {
+                newton.clone()
+            };
+            let mut accepted = false;
+            // The size of the force has the Newton step as a direction of descent; where the
+            // stiffness vanishes and there is none, the force itself is tried both ways.
+            for attempt in 0..40 {
+                let trial = self.moved(at, &metric, &direction);
+                let there = self.weighted(&self.gradient(&trial), &metric);
+                let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
+                // Near rounding level the size can't fall any more: a last tiny step is taken.
+                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at)) && there.finite;
+                if better || (tiny && there.norm <= force.norm * 2.0 && attempt == 0) {
+                    let stalled = !better;
+                    at.clone_from_slice(&trial);
+                    force = there;
+                    radius = 2.0 * direction.norm().max(radius.min(length) / 2.0);
+                    accepted = true;
+                    if stalled {
+                        self.settle(at, &metric);
+                        return Ok(step + 1);
+                    }
+                    break;
+                }
+                direction *= 0.5;
+            }
+            if !accepted {
+                last = Some(spectrum);
+                if let Some(trial) = self.along_force(at, &metric, &force) {
+                    force = self.weighted(&self.gradient(&trial), &metric);
+                    at.clone_from_slice(&trial);
+                    radius = f64::INFINITY;
+                    continue;
+                }
+                break;
+            }
+            if at.iter().any(|x| x.mid_f64().abs() > 1e150) {
+                break;
+            }
+        }
+        let spectrum = last.or_else(|| self.spectrum(at, &metric));
+        Err(self.failure(at, &metric, spectrum.as_ref()))
+    }
+
+    /// The square root of the mass matrix of the free coordinates, as a Cholesky factor; the unit
+    /// matrix where it has none.
+    fn metric(&self, at: &[Ball]) -> DMatrix<f64> {
+        let n = self.model.coordinates.len();
+        let m = self.free.len();
+        let mass = self.assembly.mass(at, self.values);
+        let own = DMatrix::from_fn(m, m, |i, j| mass[self.free[i] + n * self.free[j]].mid_f64());
+        match nalgebra::Cholesky::new(own) {
+            Some(factor) if factor.l().iter().all(|x| x.is_finite()) => factor.l(),
+            Some(_) | None => DMatrix::identity(m, m),
+        }
+    }
+
+    /// L⁻¹F: the force in mass-weighted coordinates, and whether it is nothing but rounding.
+    fn weighted(&self, gradient: &[Ball], metric: &DMatrix<f64>) -> Force {
+        let own: Vec<&Ball> = self.free.iter().map(|i| &gradient[*i]).collect();
+        let raw = DVector::from_iterator(own.len(), own.iter().map(|g| g.mid_f64()));
+        let noise = DVector::from_iterator(own.len(), own.iter().map(|g| g.radius));
+        let finite = own.iter().all(|g| g.is_finite());
+        let rounding = own.iter().all(|g| g.is_finite() && g.contains_zero());
+        let vector = metric.solve_lower_triangular(&raw).unwrap_or(raw);
+        let noise = metric.abs().solve_lower_triangular(&noise).unwrap_or(noise);
+        Force {
+            norm: vector.norm(),
+            noise: noise.amax(),
+            vector,
+            finite,
+            rounding,
+        }
+    }
+
+    fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
+        let n = self.model.coordinates.len();
+        let m = self.free.len();
+        let centre: Vec<f64> = at.iter().map(Ball::mid_f64).collect();
+        let _ = &centre;
+        let stiffness = self.assembly.stiffness(at, self.values);
+        let own = DMatrix::from_fn(m, m, |i, j| {
+            stiffness[self.free[i] + n * self.free[j]].mid_f64()
+        });
+        if !own.iter().all(|x| x.is_finite()) {
+            return None;
+        }
+        let half = metric.solve_lower_triangular(&own)?;
+        let both = metric.solve_lower_triangular(&half.transpose())?;
+        let symmetric = (&both + both.transpose()) * 0.5;
+        Some(Spectrum {
+            eigen: SymmetricEigen::new(symmetric),
+        })
+    }
+
+    /// The point moved by a step in mass-weighted coordinates.
+    fn moved(&self, at: &[Ball], metric: &DMatrix<f64>, step: &DVector<f64>) -> Vec<Ball> {
+        let step = metric
+            .transpose()
+            .solve_upper_triangular(step)
+            .unwrap_or_else(|| step.clone());
+        let mut moved = at.to_vec();
+        for (k, i) in self.free.iter().enumerate() {
+            // The new point is an exact number: what it is off by is asked of the force.
+            let sum = at[*i].mid + DoubleDouble::from(step[k]);
+            moved[*i] = Ball::new(sum, 0.0);
+        }
+        moved
+    }
+
+    /// Where Newton has no way on: steps along the force, both ways, from short to long.
+    fn along_force(&self, at: &[Ball], metric: &DMatrix<f64>, force: &Force) -> Option<Vec<Ball>> {
+        let unit = &force.vector / force.norm;
+        (-12..=12).find_map(|power| {
+            let length = 2.0_f64.powi(2 * power - 4);
+            [-length, length].into_iter().find_map(|length| {
+                let trial = self.moved(at, metric, &(&unit * length));
+                let there = self.weighted(&self.gradient(&trial), metric);
+                (there.finite && there.norm < 0.9 * force.norm).then_some(trial)
+            })
+        })
+    }
+
+    /// Newton steps with double-double forces down to rounding level, then the estimate of what is
+    /// left: twice the last possible step, the noise of the force included.
+    fn settle(&self, at: &mut [Ball], metric: &DMatrix<f64>) {
+        let Some(spectrum) = self.spectrum(at, metric) else {
+            return;
+        };
+        let mut best = f64::INFINITY;
+        for _ in 0..8 {
+            let gradient = self.gradient(at);
+            let force = self.weighted(&gradient, metric);
+            if !force.finite || force.norm >= best || force.norm == 0.0 {
+                break;
+            }
+            best = force.norm;
+            let trial = self.moved(at, metric, &spectrum.newton(&force));
+            let there = self.weighted(&self.gradient(&trial), metric);
+            if there.finite && there.norm <= force.norm {
+                at.clone_from_slice(&trial);
+            } else {
+                break;
+            }
+        }
+        let force = self.weighted(&self.gradient(at), metric);
+        let left = spectrum.reach(&force);
+        let back = metric
+            .transpose()
+            .try_inverse()
+            .unwrap_or_else(|| DMatrix::identity(left.len(), left.len()));
+        let vectors = back * &spectrum.eigen.eigenvectors;
+        for (k, i) in self.free.iter().enumerate() {
+            let radius: f64 = (0..left.len())
+                .map(|mode| vectors[(k, mode)].abs() * left[mode])
+                .sum();
+            at[*i] = at[*i].with_added_radius(2.0 * radius);
+        }
+    }
+
+    /// Why the search failed: forces that vanish nowhere, or simply no way on.
+    fn failure(
+        &self,
+        at: &[Ball],
+        metric: &DMatrix<f64>,
+        spectrum: Option<&Spectrum>,
+    ) -> LinearizeError {
+        let gradient = self.gradient(at);
+        let mut forces = Vec::new();
+        let mut span = None;
+        for i in &self.free {
+            if let Some(text) = super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64()) {
+                span = span.or(Some(self.model.coordinates[*i].span));
+                forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
+            }
+        }
+        // A combination that nothing holds although a force acts along it.
+        if forces.is_empty()
+            && let Some(spectrum) = spectrum
+        {
+            let force = self.weighted(&gradient, metric);
+            let largest = spectrum.eigen.eigenvalues.amax();
+            for (mode, value) in spectrum.eigen.eigenvalues.iter().enumerate() {
+                let vector = spectrum.eigen.eigenvectors.column(mode);
+                let along = vector.dot(&force.vector);
+                if value.abs() > 1e-12 * largest || along.abs() < 1e-6 * force.norm {
+                    continue;
+                }
+                let Some(motion) = metric.transpose().solve_upper_triangular(&vector) else {
+                    continue;
+                };
+                let scale = motion.amax();
+                let combination: Vec<(String, f64)> = self
+                    .free
+                    .iter()
+                    .zip(motion.iter())
+                    .filter(|(_, x)| x.abs() > 1e-9 * scale)
+                    .map(|(i, x)| (self.model.coordinates[*i].name.clone(), x / scale))
+                    .collect();
+                let total: f64 = -self
+                    .free
+                    .iter()
+                    .zip(motion.iter())
+                    .map(|(i, x)| gradient[*i].mid_f64() * x / scale)
+                    .sum::<f64>();
+                span = span.or_else(|| {
+                    let first = self.free.iter().zip(motion.iter());
+                    first
+                        .filter(|(_, x)| x.abs() > 1e-9 * scale)
+                        .map(|(i, _)| self.model.coordinates[*i].span)
+                        .next()
+                });
+                forces.push((combination_words(&combination), short(total)));
+            }
+        }
+        if let Some(span) = span {
+            return LinearizeError::NoEquilibrium { forces, span };
+        }
+        let worst = self
+            .free
+            .iter()
+            .copied()
+            .max_by(|a, b| {
+                let size = |i: &usize| gradient[*i].mid_f64().abs();
+                size(a).total_cmp(&size(b))
+            })
+            .unwrap_or(0);
+        LinearizeError::EquilibriumNotFound {
+            coordinate: self.model.coordinates[worst].name.clone(),
+            force: short(-gradient[worst].mid_f64()),
+            point: self.describe(at),
+            span: self.model.coordinates[worst].span,
+        }
+    }
+}
+
+/// A force in mass-weighted coordinates.
+struct Force {
+    vector: DVector<f64>,
+    norm: f64,
+    noise: f64,
+    finite: bool,
+    rounding: bool,
+}
+
+/// The stiffness in mass-weighted coordinates, taken to its principal axes.
+struct Spectrum {
+    eigen: SymmetricEigen<f64, nalgebra::Dyn>,
+}
+
+impl Spectrum {
+    /// -K⁺F: components of the force that are rounding move nothing.
+    fn newton(&self, force: &Force) -> DVector<f64> {
+        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let largest = self.eigen.eigenvalues.amax();
+        let noise = force.noise * (components.len() as f64).sqrt() + 1e-18 * force.norm;
+        let steps = DVector::from_iterator(
+            components.len(),
+            components
+                .iter()
+                .zip(self.eigen.eigenvalues.iter())
+                .map(|(f, k)| {
+                    let neutral = k.abs() <= 1e-15 * largest || f.abs() <= noise;
+                    if neutral { 0.0 } else { -f / k }
+                }),
+        );
+        &self.eigen.eigenvectors * steps
+    }
+
+    /// How far each principal axis may still be off: (|F| + noise)/|k|; none along neutral ones.
+    fn reach(&self, force: &Force) -> Vec<f64> {
+        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let largest = self.eigen.eigenvalues.amax();
+        components
+            .iter()
+            .zip(self.eigen.eigenvalues.iter())
+            .map(|(f, k)| {
+                if k.abs() <= 1e-12 * largest {
+                    0.0
+                } else {
+                    (f.abs() + force.noise * (components.len() as f64).sqrt()) / k.abs()
+                }
+            })
+            .collect()
+    }
+
+    fn size(&self, at: &[Ball]) -> f64 {
+        let _ = self;
+        at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max)
+    }
+}
+
+/// A number in a message.
+pub(crate) fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-3..1e6).contains(&size) {
+        let text = format!("{value:.6}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        if text.is_empty() || text == "-0" { "0".to_owned() } else { text.to_owned() }
+    } else {
+        format!("{value:.5e}")
+    }
+}

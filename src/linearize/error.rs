@@ -1,0 +1,209 @@
+//! Why a model has no small oscillations to speak of.
+
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// What a model may say that the modes of this version do not cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Feature {
+    /// Terms linear in the velocities that give a gyroscopic matrix.
+    Gyroscopic,
+    /// A `dissipation` function.
+    Dissipation,
+    /// A `constraint`.
+    Constraint,
+    /// `equilibrium NAME' = …`
+    SteadyMotion,
+}
+
+/// A model that can't be linearized.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum LinearizeError {
+    /// A parameter without a value where numbers are asked for.
+    #[error("the parameter `{name}` has no value")]
+    MissingValue {
+        /// The parameter.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// A point given as equilibrium where a force acts.
+    #[error("this is no equilibrium: a force {force} acts on `{coordinate}`")]
+    NotAnEquilibrium {
+        /// The coordinate.
+        coordinate: String,
+        /// The generalised force, as an expression, as a number or both.
+        force: String,
+        /// Where the equilibrium is given.
+        span: Span,
+    },
+    /// A force that vanishes nowhere.
+    #[error("there is no equilibrium: {}", describe_forces(.forces))]
+    NoEquilibrium {
+        /// The coordinate (or the combination that moves together) and the force on it.
+        forces: Vec<(String, String)>,
+        /// Where the coordinate is declared.
+        span: Span,
+    },
+    /// A search that led nowhere.
+    #[error("no equilibrium was found")]
+    EquilibriumNotFound {
+        /// The coordinate with the largest force left.
+        coordinate: String,
+        /// That force.
+        force: String,
+        /// The point the search ended at.
+        point: String,
+        /// Where the coordinate is declared.
+        span: Span,
+    },
+    /// An energy or one of its derivatives that is no number at the point in question.
+    #[error("{what} is not defined at {point}")]
+    NotFinite {
+        /// `the energy`, `the force`, …
+        what: String,
+        /// The point.
+        point: String,
+        /// Where the term stands.
+        span: Span,
+    },
+    /// A direction without inertia.
+    #[error("{} has no inertia: the mass matrix is singular", combination_words(.combination))]
+    SingularMass {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    },
+    /// A direction with negative inertia.
+    #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
+    IndefiniteMass {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    },
+    /// A feature of the language that modes do not cover.
+    #[error("{}", unsupported_words(*.feature))]
+    Unsupported {
+        /// Which.
+        feature: Feature,
+        /// Where.
+        span: Span,
+    },
+    /// Energies that depend on the time.
+    #[error("this model depends on the time explicitly and has no normal modes")]
+    TimeDependent {
+        /// Where.
+        span: Span,
+    },
+    /// More coordinates than a dense problem can have.
+    #[error("{coordinates} coordinates are too many for dense matrices (at most {most})")]
+    TooLarge {
+        /// How many.
+        coordinates: usize,
+        /// How many are possible.
+        most: usize,
+    },
+}
+
+fn describe_forces(forces: &[(String, String)]) -> String {
+    let parts: Vec<String> = forces
+        .iter()
+        .map(|(coordinate, force)| format!("the force on {coordinate} is {force} everywhere"))
+        .collect();
+    parts.join(", ")
+}
+
+/// `theta`, or `x[1] + x[2]` for coordinates that move together.
+pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
+    if let [(only, _)] = combination {
+        return format!("the coordinate `{only}`");
+    }
+    let mut text = String::new();
+    for (name, amplitude) in combination.iter().take(6) {
+        let sign = if *amplitude < 0.0 { "-" } else { "+" };
+        let size = amplitude.abs();
+        let factor = if (size - 1.0).abs() < 1e-9 {
+            String::new()
+        } else {
+            format!("{size:.4}*")
+        };
+        if text.is_empty() {
+            text = format!("{}{factor}{name}", if sign == "-" { "-" } else { "" });
+        } else {
+            text = format!("{text} {sign} {factor}{name}");
+        }
+    }
+    if combination.len() > 6 {
+        text.push_str(" + …");
+    }
+    format!("the motion along {text}")
+}
+
+fn unsupported_words(feature: Feature) -> &'static str {
+    match feature {
+        Feature::Gyroscopic => {
+            "the energies have terms linear in the velocities, and modes with gyroscopic forces are not supported in this version"
+        }
+        Feature::Dissipation => {
+            "the model has a dissipation function, and damped modes are not supported in this version"
+        }
+        Feature::Constraint => {
+            "the model has constraints, and modes with constraints are not supported in this version"
+        }
+        Feature::SteadyMotion => {
+            "the model asks for a steady motion, and oscillations about steady motions are not supported in this version"
+        }
+    }
+}
+
+impl From<&LinearizeError> for Diagnostic {
+    fn from(error: &LinearizeError) -> Self {
+        let message = error.to_string();
+        match error {
+            LinearizeError::MissingValue { name, span } => {
+                Self::error(message, *span, "declared without a value").with_help(format!(
+                    "give it a value in the file, or on the command line: --set {name}=VALUE"
+                ))
+            }
+            LinearizeError::NotAnEquilibrium { span, .. } => {
+                Self::error(message, *span, "given here").with_help(
+                    "at an equilibrium every generalised force vanishes; a point nearby can be given as `guess`, and the equilibrium is searched for from there",
+                )
+            }
+            LinearizeError::NoEquilibrium { span, .. } => {
+                Self::error(message, *span, "this coordinate runs away").with_help(
+                    "without an equilibrium there are no small oscillations; is a restoring force missing?",
+                )
+            }
+            LinearizeError::EquilibriumNotFound {
+                coordinate,
+                force,
+                point,
+                span,
+            } => Self::error(message, *span, format!("the force on {coordinate} is still {force}"))
+                .with_help(format!(
+                    "the search ended at {point}; give a point near the equilibrium with `guess`"
+                )),
+            LinearizeError::NotFinite { span, .. } => Self::error(message, *span, "in this term")
+                .with_help("is something divided by zero there, or a root taken of a negative number? `guess` moves the starting point"),
+            LinearizeError::SingularMass { span, .. } => Self::error(
+                message,
+                *span,
+                "no velocity of this motion in T",
+            )
+            .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
+            LinearizeError::IndefiniteMass { span, .. } => {
+                Self::error(message, *span, "declared here")
+                    .with_help("a kinetic energy can't be negative; look for a wrong sign in T")
+            }
+            LinearizeError::Unsupported { span, .. } => Self::error(message, *span, ""),
+            LinearizeError::TimeDependent { span } => Self::error(message, *span, "contains the time")
+                .with_help("`librate floquet` treats models that are periodic in time"),
+            LinearizeError::TooLarge { .. } => Self::global(message),
+        }
+    }
+}

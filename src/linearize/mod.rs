@@ -1,0 +1,190 @@
+//! From a checked model to its linearization: the equilibrium, and M and K there.
+//!
+//! The kinetic energy is read off at velocity zero as a quadratic form, the effective potential
+//! V - T0 is differentiated twice; nothing else of the equations of motion is ever built. Both stay
+//! families of elements ([`Element`]) with their factors; [`Linearized::mass`] and
+//! [`Linearized::stiffness`] add them up in double-double with rigorous bounds, from the exact
+//! expressions. Eigenvalues are not this stage's business.
+
+mod assemble;
+mod elements;
+mod equilibrium;
+mod error;
+mod gyroscopic;
+mod symbolic;
+mod zero;
+
+pub use assemble::ElementFamily;
+pub use elements::Element;
+pub use equilibrium::{Equilibrium, Origin};
+pub use error::{Feature, LinearizeError};
+pub use symbolic::SymbolicMatrices;
+pub use zero::ZeroMode;
+
+use assemble::{Assembly, Values};
+
+use crate::model::Model;
+use crate::precision::Ball;
+
+/// The largest dense problem: its matrices and vectors take about 2 GB.
+pub const MOST_COORDINATES: usize = 4000;
+
+/// A model about its equilibrium.
+#[derive(Clone, Debug)]
+pub struct Linearized {
+    model: Model,
+    assembly: Assembly,
+    values: Values<Ball>,
+    equilibrium: Equilibrium,
+}
+
+/// Finds the equilibrium of a model and linearizes it there.
+///
+/// # Errors
+/// Where the model needs something that is not supported, a parameter has no value, there is no
+/// equilibrium, or the energies are not defined there.
+pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
+    check_supported(&model)?;
+    let count = model.coordinates.len();
+    if count > MOST_COORDINATES {
+        return Err(LinearizeError::TooLarge {
+            coordinates: count,
+            most: MOST_COORDINATES,
+        });
+    }
+    let (assembly, linear) = assemble::assemble(&mut model);
+    let values = assembly
+        .values::<Ball>(&model)
+        .map_err(|missing| missing_value(&model, missing.0))?;
+    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
+    gyroscopic::check(&mut model, &linear, &equilibrium)?;
+    Ok(Linearized {
+        model,
+        assembly,
+        values,
+        equilibrium,
+    })
+}
+
+/// M and K of a model at its equilibrium, as expressions. Parameters need no values unless the
+/// equilibrium has to be searched for.
+///
+/// # Errors
+/// As [`linearize`].
+pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
+    check_supported(&model)?;
+    let (assembly, linear) = assemble::assemble(&mut model);
+    let guessed = model.guesses.iter().any(Option::is_some);
+    let mut pool = model.pool.clone();
+    let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    model.pool = pool;
+    if !guessed && symbolic::forces_vanish(&model, &assembly, &point) == Some(true) {
+        gyroscopic::check_symbolic(&mut model, &linear, &point)?;
+        return Ok(symbolic::matrices(&model, &assembly, None));
+    }
+    let values = assembly
+        .values::<Ball>(&model)
+        .map_err(|missing| missing_value(&model, missing.0))?;
+    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
+    gyroscopic::check(&mut model, &linear, &equilibrium)?;
+    Ok(symbolic::matrices(&model, &assembly, Some(&equilibrium)))
+}
+
+fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
+    let parameter = &model.parameters[parameter];
+    LinearizeError::MissingValue {
+        name: parameter.name.clone(),
+        span: parameter.span,
+    }
+}
+
+fn check_supported(model: &Model) -> Result<(), LinearizeError> {
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let features = [
+        (Feature::Dissipation, model.dissipation),
+        (Feature::Constraint, model.constraints.first().copied()),
+        (Feature::SteadyMotion, rate),
+    ];
+    for (feature, span) in features {
+        if let Some(span) = span {
+            return Err(LinearizeError::Unsupported { feature, span });
+        }
+    }
+    Ok(())
+}
+
+impl Linearized {
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The equilibrium.
+    #[must_use]
+    pub fn equilibrium(&self) -> &Equilibrium {
+        &self.equilibrium
+    }
+
+    /// The number of coordinates.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.model.coordinates.len()
+    }
+
+    /// The families of elements.
+    #[must_use]
+    pub fn elements(&self) -> &[ElementFamily] {
+        &self.assembly.families
+    }
+
+    /// The mass matrix, dense, column by column, in SI.
+    #[must_use]
+    pub fn mass(&self) -> Vec<Ball> {
+        self.assembly.mass(&self.equilibrium.values, &self.values)
+    }
+
+    /// The stiffness matrix, dense, column by column, in SI.
+    #[must_use]
+    pub fn stiffness(&self) -> Vec<Ball> {
+        self.assembly.stiffness(&self.equilibrium.values, &self.values)
+    }
+
+    /// M and K as expressions.
+    #[must_use]
+    pub fn symbolic(&self) -> SymbolicMatrices {
+        symbolic::matrices(&self.model, &self.assembly, Some(&self.equilibrium))
+    }
+
+    /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
+    #[must_use]
+    pub fn zero_modes(&self) -> Vec<ZeroMode> {
+        zero::zero_modes(&self.model, &self.assembly, &self.equilibrium.values)
+    }
+
+    /// The first term whose numbers at the equilibrium are not finite, as an error.
+    #[must_use]
+    pub fn not_finite(&self) -> Option<LinearizeError> {
+        let span = self
+            .assembly
+            .not_finite(&self.equilibrium.values, &self.values)?;
+        let point: Vec<String> = self
+            .model
+            .coordinates
+            .iter()
+            .zip(&self.equilibrium.values)
+            .take(6)
+            .map(|(coordinate, value)| {
+                format!("{} = {}", coordinate.name, equilibrium::short(value.mid_f64()))
+            })
+            .collect();
+        Some(LinearizeError::NotFinite {
+            what: "a second derivative of the energies".to_owned(),
+            point: point.join(", "),
+            span,
+        })
+    }
+}

@@ -1,0 +1,234 @@
+//! The same matrices as expressions: what `derive` shows, and the forces that messages name.
+//!
+//! Families are written out here, instance by instance, with the model's own symbols. Numeric
+//! commands never come this way, but for an error message.
+
+use std::collections::BTreeMap;
+
+use super::assemble::{Assembly, signed_terms};
+use super::elements::Element;
+use super::equilibrium::{Equilibrium, Origin, short};
+use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+
+/// Messages write out at most this many instances.
+const MOST_FOR_MESSAGES: usize = 10_000;
+
+/// M and K at the equilibrium, as expressions in the parameters.
+#[derive(Clone, Debug)]
+pub struct SymbolicMatrices {
+    /// Where the expressions live.
+    pub pool: Pool,
+    /// The coordinates' names.
+    pub coordinates: Vec<String>,
+    /// The equilibrium; a coordinate that was found numerically stands as itself.
+    pub equilibrium: Vec<ExprId>,
+    /// The mass matrix, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// The stiffness matrix, row by row.
+    pub stiffness: Vec<Vec<ExprId>>,
+}
+
+/// The replacement that turns a family's body into the term of one instance.
+fn instance(
+    model: &Model,
+    pool: &mut Pool,
+    terms: &TermFamily,
+    at: usize,
+    equilibrium: Option<&[ExprId]>,
+) -> Substitution {
+    let mut map = Substitution::default();
+    for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
+        let coordinate = &model.coordinates[*number as usize];
+        let q = match equilibrium {
+            Some(values) => values[*number as usize],
+            None => pool.symbol_expr(coordinate.symbol),
+        };
+        let v = pool.symbol_expr(coordinate.velocity);
+        map.insert(local.coordinate, q);
+        map.insert(local.velocity, v);
+    }
+    for (symbol, constant) in terms.values.iter().zip(terms.constants_of(at)) {
+        map.insert(*symbol, *constant);
+    }
+    map
+}
+
+/// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
+/// many terms to write out.
+fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
+    let total: usize = signed_terms(model).map(|(_, terms)| terms.count).sum();
+    if total > MOST_FOR_MESSAGES {
+        return None;
+    }
+    let symbol = model.coordinates[coordinate].symbol;
+    let mut at_rest = Substitution::default();
+    let zero = pool.zero();
+    for own in &model.coordinates {
+        at_rest.insert(own.velocity, zero);
+    }
+    let mut parts = Vec::new();
+    for (negative, terms) in signed_terms(model) {
+        for at in 0..terms.count {
+            if !terms.coordinates_of(at).contains(&u32::try_from(coordinate).ok()?) {
+                continue;
+            }
+            let map = instance(model, pool, terms, at, None);
+            let body = pool.substitute(&[terms.body], &map)[0];
+            let body = pool.substitute(&[body], &at_rest)[0];
+            let slope = pool.diff(body, symbol);
+            parts.push(if negative { pool.neg(slope) } else { slope });
+        }
+    }
+    Some(pool.sum(&parts))
+}
+
+/// A force in a message: the expression where it is short, and the number.
+pub(crate) fn force_text(model: &Model, coordinate: usize, value: f64) -> String {
+    let mut pool = model.pool.clone();
+    let expression = force(model, &mut pool, coordinate)
+        .map(|force| pool.display(force))
+        .filter(|text| text.chars().count() <= 80);
+    match expression {
+        Some(text) if text == short(value) => text,
+        Some(text) => format!("{text} = {}", short(value)),
+        None => short(value),
+    }
+}
+
+/// The force on a coordinate, if it is the same everywhere and not zero.
+pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Option<String> {
+    let mut pool = model.pool.clone();
+    let force = force(model, &mut pool, coordinate)?;
+    let constant = pool.symbols_of(&[force]).iter().all(|symbol| {
+        matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None)
+    });
+    (constant && value != 0.0).then(|| force_text(model, coordinate, value))
+}
+
+/// The equilibrium as `derive` shows it.
+pub(crate) fn equilibrium_expressions(
+    model: &Model,
+    pool: &mut Pool,
+    equilibrium: Option<&Equilibrium>,
+) -> Vec<ExprId> {
+    let mut result = Vec::new();
+    for (i, coordinate) in model.coordinates.iter().enumerate() {
+        let given = model.equilibria[i].as_ref().map(|given| given.symbolic);
+        let found = equilibrium.is_some_and(|found| found.origins[i] == Origin::Found);
+        result.push(match given {
+            Some(given) => given,
+            None if found => pool.symbol_expr(coordinate.symbol),
+            None => pool.zero(),
+        });
+    }
+    result
+}
+
+/// Whether all forces vanish identically at a point, whatever the parameters; `None` if that can't
+/// be said.
+pub(crate) fn forces_vanish(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<bool> {
+    let mut pool = model.pool.clone();
+    let mut forces: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = instance(model, &mut pool, &family.terms, at, Some(point));
+            let coordinates = family.terms.coordinates_of(at);
+            for element in &family.potential {
+                let here = element.substituted(&mut pool, &map);
+                for (place, slope) in &here.slope {
+                    let part = pool.mul(here.first, *slope);
+                    forces.entry(coordinates[*place]).or_default().push(part);
+                }
+            }
+        }
+    }
+    let mut known = true;
+    for parts in forces.values() {
+        let force = pool.sum(parts);
+        match pool.is_zero(force) {
+            ZeroVerdict::Zero => {}
+            ZeroVerdict::NonZero => return Some(false),
+            ZeroVerdict::Unknown => known = false,
+        }
+    }
+    known.then_some(true)
+}
+
+/// Writes M and K out.
+pub(crate) fn matrices(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: Option<&Equilibrium>,
+) -> SymbolicMatrices {
+    let mut pool = model.pool.clone();
+    let point = equilibrium_expressions(model, &mut pool, equilibrium);
+    let n = model.coordinates.len();
+    let mut mass = BTreeMap::new();
+    let mut stiffness = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = instance(model, &mut pool, &family.terms, at, Some(&point));
+            let coordinates = family.terms.coordinates_of(at);
+            for element in &family.inertia {
+                let here = element.substituted(&mut pool, &map);
+                scatter(&mut pool, &here, coordinates, &mut mass);
+            }
+            for element in &family.potential {
+                let here = element.substituted(&mut pool, &map);
+                scatter(&mut pool, &here, coordinates, &mut stiffness);
+            }
+        }
+    }
+    let mut dense = |entries: BTreeMap<(u32, u32), Vec<ExprId>>| {
+        let mut rows = vec![vec![pool.zero(); n]; n];
+        for ((i, j), parts) in entries {
+            let (i, j) = (i as usize, j as usize);
+            rows[i][j] = pool.sum(&parts);
+            rows[j][i] = rows[i][j];
+        }
+        rows
+    };
+    let mass = dense(mass);
+    let stiffness = dense(stiffness);
+    SymbolicMatrices {
+        coordinates: model
+            .coordinates
+            .iter()
+            .map(|coordinate| coordinate.name.clone())
+            .collect(),
+        equilibrium: point,
+        mass,
+        stiffness,
+        pool,
+    }
+}
+
+/// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.
+fn scatter(
+    pool: &mut Pool,
+    element: &Element,
+    coordinates: &[u32],
+    into: &mut BTreeMap<(u32, u32), Vec<ExprId>>,
+) {
+    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
+    let two = Number::from(2);
+    let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
+        // Two slots that hold the same coordinate meet on the diagonal from both sides.
+        let value = if twice && a == b { pool.scale(value, &two) } else { value };
+        into.entry((a.min(b), a.max(b))).or_default().push(value);
+    };
+    if !is_zero(pool, element.second) {
+        for (k, (a, left)) in element.slope.iter().enumerate() {
+            for (l, (b, right)) in element.slope.iter().enumerate().skip(k) {
+                let value = pool.product(&[element.second, *left, *right]);
+                add(pool, coordinates[*a], coordinates[*b], value, k != l);
+            }
+        }
+    }
+    for (a, b, bend) in &element.curvature {
+        let value = pool.mul(element.first, *bend);
+        add(pool, coordinates[*a], coordinates[*b], value, a != b);
+    }
+}

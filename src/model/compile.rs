@@ -1,0 +1,405 @@
+//! From syntax to programs: names are looked up here, once, and every mistake is collected.
+
+use super::ModelError;
+use super::functions::{Builtin, FUNCTION_NAMES};
+use super::names::{Entity, World};
+use super::program::{Binder, BinderKind, IndexForm, IndexProgram, Op, Program, SumProgram};
+use crate::diagnostic::nearest;
+use crate::number::Number;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name};
+
+/// What an index variable in scope holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Variable {
+    Index,
+    Row(usize),
+}
+
+/// The index variables in scope; the place in the list is the slot.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Scope {
+    pub(super) variables: Vec<(String, Variable)>,
+}
+
+impl Scope {
+    pub(super) fn find(&self, name: &str) -> Option<(usize, Variable)> {
+        let slot = self.variables.iter().rposition(|(own, _)| own == name)?;
+        Some((slot, self.variables[slot].1))
+    }
+}
+
+/// Compiles expressions of one file; mistakes are collected in `errors`.
+pub(super) struct Compiler<'a> {
+    pub(super) file: &'a File,
+    pub(super) world: &'a mut World,
+    /// Where names are declared that are not yet declared here.
+    pub(super) later: &'a std::collections::HashMap<String, Span>,
+    pub(super) errors: &'a mut Vec<ModelError>,
+    /// Deepest nesting of `let` families read so far.
+    pub(super) depth: usize,
+    /// The `let` family being compiled reads itself.
+    pub(super) recursive: bool,
+    pub(super) current_let: Option<usize>,
+}
+
+enum Task {
+    Visit(ExprRef),
+    Emit(Op, Span),
+}
+
+impl Compiler<'_> {
+    pub(super) fn fail(&mut self, error: ModelError) {
+        self.errors.push(error);
+    }
+
+    pub(super) fn undeclared(&mut self, name: &str, span: Span, scope: &Scope) {
+        let later = self.later.get(name).copied();
+        let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
+        known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
+        known.sort_unstable();
+        let nearest = nearest(name, known).map(str::to_owned);
+        self.errors.push(ModelError::UndeclaredName {
+            name: name.to_owned(),
+            span,
+            nearest,
+            later,
+        });
+    }
+
+    pub(super) fn entity(&self, name: &str) -> Option<Entity> {
+        self.world.names.get(name).map(|(entity, _)| *entity)
+    }
+
+    /// Compiles an expression that yields a value.
+    pub(super) fn value(&mut self, root: ExprRef, scope: &mut Scope) -> Program {
+        let mut program = Program {
+            ops: Vec::new(),
+            span: self.file.expr(root).span,
+        };
+        let mut tasks = vec![Task::Visit(root)];
+        while let Some(task) = tasks.pop() {
+            match task {
+                Task::Emit(op, span) => program.ops.push((op, span)),
+                Task::Visit(at) => self.visit(at, scope, &mut tasks),
+            }
+        }
+        program
+    }
+
+    #[allow(clippy::too_many_lines)] // one arm a form of expression
+    fn visit(&mut self, at: ExprRef, scope: &mut Scope, tasks: &mut Vec<Task>) {
+        let file = self.file;
+        let expr = file.expr(at);
+        let span = expr.span;
+        let then = |tasks: &mut Vec<Task>, op: Op, children: &[ExprRef]| {
+            tasks.push(Task::Emit(op, span));
+            tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
+        };
+        match &expr.kind {
+            ExprKind::Number(text) => {
+                let number = self.literal(text, span);
+                let op = Op::Literal(self.world.pool.number(number));
+                tasks.push(Task::Emit(op, span));
+            }
+            ExprKind::Name(name) => {
+                let op = self.read(name, span, &[], scope);
+                tasks.push(Task::Emit(op, span));
+            }
+            ExprKind::Index { .. } => {
+                let (base, indices) = self.flatten_index(at);
+                let compiled: Vec<IndexProgram> = indices
+                    .iter()
+                    .map(|index| self.index(*index, scope))
+                    .collect();
+                if let ExprKind::Name(name) = &file.expr(base).kind
+                    && scope.find(name).is_none()
+                {
+                    let op = self.read(name, span, &compiled, scope);
+                    tasks.push(Task::Emit(op, span));
+                } else {
+                    then(tasks, Op::Component(compiled.into()), &[base]);
+                }
+            }
+            ExprKind::Field { base, field } => {
+                if let Some((table, row, column)) = self.field(*base, field, scope) {
+                    tasks.push(Task::Emit(Op::Field { table, row, column }, span));
+                }
+            }
+            ExprKind::Prime(inner) => then(tasks, Op::Prime, &[*inner]),
+            ExprKind::Negate(inner) => then(tasks, Op::Negate, &[*inner]),
+            ExprKind::Power { base, exponent } => {
+                tasks.push(Task::Emit(Op::Power, span));
+                tasks.push(Task::Emit(Op::EndExponent, span));
+                tasks.push(Task::Visit(*exponent));
+                tasks.push(Task::Emit(Op::BeginExponent, span));
+                tasks.push(Task::Visit(*base));
+            }
+            ExprKind::Product(factors) => {
+                let divided = factors.iter().map(|factor| factor.divided).collect();
+                let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value).collect();
+                then(tasks, Op::Product(divided), &children);
+            }
+            ExprKind::Sum(terms) => {
+                let subtracted = terms.iter().map(|term| term.subtracted).collect();
+                let children: Vec<ExprRef> = terms.iter().map(|term| term.value).collect();
+                then(tasks, Op::Sum(subtracted), &children);
+            }
+            ExprKind::Call {
+                function,
+                arguments,
+            } => match function.text.as_str() {
+                "mod" | "floor" | "rows" => {
+                    let number = self.index(at, scope);
+                    tasks.push(Task::Emit(Op::Number(number), span));
+                }
+                name => {
+                    if let Some(builtin) = Builtin::from_name(name) {
+                        if let Some(error) = builtin.check_count(function, arguments.len(), span) {
+                            self.fail(error);
+                        }
+                        then(tasks, Op::Call(builtin, arguments.len()), arguments);
+                    } else {
+                        self.unknown_function(function, scope);
+                        then(tasks, Op::Vector(arguments.len()), arguments);
+                    }
+                }
+            },
+            ExprKind::SumOver { indices, body } => {
+                let outer = scope.variables.len();
+                let (binders, filter) = self.binders(indices, scope);
+                let body = self.value(*body, scope);
+                scope.variables.truncate(outer);
+                let sum = SumProgram {
+                    binders,
+                    filter,
+                    body,
+                };
+                tasks.push(Task::Emit(Op::SumOver(Box::new(sum)), span));
+            }
+            ExprKind::Vector(parts) => then(tasks, Op::Vector(parts.len()), parts),
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
+                self.fail(ModelError::ConditionOrValue {
+                    what: "a condition stands where a value is expected; conditions belong behind `where`",
+                    span,
+                });
+                let zero = self.world.pool.zero();
+                tasks.push(Task::Emit(Op::Literal(zero), span));
+            }
+        }
+    }
+
+    /// `r[i][2]` reads like `r[i,2]`.
+    pub(super) fn flatten_index(&self, at: ExprRef) -> (ExprRef, Vec<ExprRef>) {
+        let mut base = at;
+        let mut groups = Vec::new();
+        while let ExprKind::Index {
+            base: inner,
+            indices,
+        } = &self.file.expr(base).kind
+        {
+            groups.push(indices.as_slice());
+            base = *inner;
+        }
+        (base, groups.into_iter().rev().flatten().copied().collect())
+    }
+
+    pub(super) fn literal(&mut self, text: &str, span: Span) -> Number {
+        Number::parse(text).unwrap_or_else(|| {
+            self.fail(ModelError::Undefined {
+                what: format!("the number {text}: its exponent is out of range; it"),
+                span,
+            });
+            Number::from(0)
+        })
+    }
+
+    fn read(&mut self, name: &str, span: Span, indices: &[IndexProgram], scope: &Scope) -> Op {
+        let zero = Op::Literal(self.world.pool.zero());
+        if indices.is_empty()
+            && let Some((slot, _)) = scope.find(name)
+        {
+            return Op::Number(IndexProgram {
+                form: IndexForm::Shifted { slot, shift: 0 },
+                span,
+            });
+        }
+        match self.entity(name) {
+            Some(Entity::Table(_)) => {
+                self.fail(ModelError::TableAsValue {
+                    name: name.to_owned(),
+                    span,
+                });
+                zero
+            }
+            Some(entity) => {
+                if let Entity::Let(family) = entity {
+                    if self.current_let == Some(family) {
+                        self.recursive = true;
+                    } else if let Some(family) = self.world.lets.get(family)
+                        && family.family.grid.rank > 0
+                    {
+                        self.depth = self.depth.max(family.depth);
+                    }
+                }
+                Op::Read {
+                    entity,
+                    indices: indices.into(),
+                }
+            }
+            None if indices.is_empty() && name == "pi" => Op::Literal(self.world.pool.pi()),
+            None if indices.is_empty() && name == "t" => Op::Time,
+            None => {
+                self.undeclared(name, span, scope);
+                zero
+            }
+        }
+    }
+
+    pub(super) fn field(
+        &mut self,
+        base: ExprRef,
+        field: &Name,
+        scope: &mut Scope,
+    ) -> Option<(usize, IndexProgram, usize)> {
+        let file = self.file;
+        let (head, indices) = self.flatten_index(base);
+        let span = file.expr(base).span;
+        let ExprKind::Name(name) = &file.expr(head).kind else {
+            self.fail(ModelError::Shape {
+                what: "only the rows of a table have fields".to_owned(),
+                span,
+                help: None,
+            });
+            return None;
+        };
+        let (table, row) = match (scope.find(name), self.entity(name), indices.as_slice()) {
+            (Some((slot, Variable::Row(table))), _, []) => {
+                let form = IndexForm::Shifted { slot, shift: 0 };
+                (table, IndexProgram { form, span })
+            }
+            (None, Some(Entity::Table(table)), [row]) => (table, self.index(*row, scope)),
+            (None, Some(Entity::Table(_)), _) => {
+                self.fail(ModelError::Shape {
+                    what: format!("`{name}` is a whole table; a field belongs to one row"),
+                    span,
+                    help: Some(format!("write `{name}[3].{}`, or sum over its rows", field.text)),
+                });
+                return None;
+            }
+            (None, None, _) => {
+                self.undeclared(name, span, scope);
+                return None;
+            }
+            (Some(_), _, _) | (None, Some(_), _) => {
+                self.fail(ModelError::Shape {
+                    what: format!("`{name}` is no row of a table and has no fields"),
+                    span,
+                    help: None,
+                });
+                return None;
+            }
+        };
+        let known = &self.world.tables[table];
+        let column = known.columns.iter().position(|own| *own == field.text);
+        if column.is_none() {
+            let error = ModelError::UnknownColumn {
+                table: known.name.clone(),
+                column: field.text.clone(),
+                available: known.columns.join(", "),
+                nearest: nearest(&field.text, known.columns.iter().map(String::as_str))
+                    .map(str::to_owned),
+                span: field.span,
+            };
+            self.fail(error);
+        }
+        column.map(|column| (table, row, column))
+    }
+
+    pub(super) fn unknown_function(&mut self, function: &Name, scope: &Scope) {
+        let quantity =
+            self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
+        self.fail(ModelError::UnknownFunction {
+            name: function.text.clone(),
+            span: function.span,
+            nearest: nearest(&function.text, FUNCTION_NAMES.iter().copied()).map(str::to_owned),
+            quantity,
+        });
+    }
+
+    /// Compiles indices of a sum or a binding and brings their variables into scope.
+    pub(super) fn binders(
+        &mut self,
+        indices: &Indices,
+        scope: &mut Scope,
+    ) -> (Vec<Binder>, Option<IndexProgram>) {
+        let mut binders = Vec::new();
+        for entry in &indices.entries {
+            let (name, variable, kind) = match &entry.kind {
+                IndexKind::Member(value) => {
+                    let at = self.index(*value, scope);
+                    let kind = BinderKind::Range {
+                        from: at.clone(),
+                        to: at,
+                    };
+                    (None, Variable::Index, kind)
+                }
+                IndexKind::Range { variable, from, to } => {
+                    let from = self.index(*from, scope);
+                    let to = self.index(*to, scope);
+                    (variable.as_ref(), Variable::Index, BinderKind::Range { from, to })
+                }
+                IndexKind::Rows { variable, table } => match self.entity(&table.text) {
+                    Some(Entity::Table(number)) => {
+                        (Some(variable), Variable::Row(number), BinderKind::Rows(number))
+                    }
+                    Some(_) => {
+                        self.fail(ModelError::Shape {
+                            what: format!("`{}` is no table", table.text),
+                            span: table.span,
+                            help: Some(format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text)),
+                        });
+                        (Some(variable), Variable::Index, self.empty(entry.span))
+                    }
+                    None => {
+                        self.undeclared(&table.text, table.span, scope);
+                        (Some(variable), Variable::Index, self.empty(entry.span))
+                    }
+                },
+            };
+            if let Some(name) = name {
+                let declared = self.world.names.get(&name.text).map(|(_, span)| *span);
+                if declared.is_some() || scope.find(&name.text).is_some() {
+                    self.fail(ModelError::IndexReusesName {
+                        name: name.text.clone(),
+                        span: name.span,
+                        declared,
+                    });
+                }
+            }
+            // Every index has a slot, so that slots and indices count alike.
+            let slot = scope.variables.len();
+            scope
+                .variables
+                .push((name.map_or_else(String::new, |name| name.text.clone()), variable));
+            binders.push(Binder {
+                slot,
+                kind,
+                span: entry.span,
+            });
+        }
+        let filter = indices.filter.map(|filter| self.condition(filter, scope));
+        (binders, filter)
+    }
+
+    fn empty(&self, span: Span) -> BinderKind {
+        let bound = |value| IndexProgram {
+            form: IndexForm::Constant(value),
+            span,
+        };
+        BinderKind::Range {
+            from: bound(1),
+            to: bound(0),
+        }
+    }
+}

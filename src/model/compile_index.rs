@@ -1,0 +1,294 @@
+//! From syntax to index programs: indices, bounds and conditions.
+
+use super::ModelError;
+use super::compile::{Compiler, Scope};
+use super::functions::Builtin;
+use super::names::Entity;
+use super::program::{IndexForm, IndexOp, IndexProgram};
+use crate::number::Number;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, Name};
+
+impl Compiler<'_> {
+    /// Compiles a condition behind `where`.
+    pub(super) fn condition(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
+        if !self.is_condition(root) {
+            self.fail(ModelError::ConditionOrValue {
+                what: "a number stands where a condition is expected",
+                span: self.file.expr(root).span,
+            });
+        }
+        self.index_ops(root, scope)
+    }
+
+    fn is_condition(&self, at: ExprRef) -> bool {
+        match &self.file.expr(at).kind {
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => true,
+            ExprKind::Number(_)
+            | ExprKind::Name(_)
+            | ExprKind::Index { .. }
+            | ExprKind::Field { .. }
+            | ExprKind::Prime(_)
+            | ExprKind::Negate(_)
+            | ExprKind::Power { .. }
+            | ExprKind::Product(_)
+            | ExprKind::Sum(_)
+            | ExprKind::Call { .. }
+            | ExprKind::SumOver { .. }
+            | ExprKind::Vector(_) => false,
+        }
+    }
+
+    /// Compiles an index, a bound, or a number made of such.
+    pub(super) fn index(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
+        if self.is_condition(root) {
+            self.fail(ModelError::ConditionOrValue {
+                what: "a condition stands where a number is expected",
+                span: self.file.expr(root).span,
+            });
+        }
+        self.index_ops(root, scope)
+    }
+
+    fn index_ops(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
+        enum Task {
+            Visit(ExprRef),
+            Emit(IndexOp, Span),
+        }
+        let file = self.file;
+        let mut ops: Vec<(IndexOp, Span)> = Vec::new();
+        let mut tasks = vec![Task::Visit(root)];
+        while let Some(task) = tasks.pop() {
+            let at = match task {
+                Task::Emit(op, span) => {
+                    ops.push((op, span));
+                    continue;
+                }
+                Task::Visit(at) => at,
+            };
+            let span = file.expr(at).span;
+            let mut conditions_under = None;
+            let (op, children): (IndexOp, Vec<ExprRef>) = match &file.expr(at).kind {
+                ExprKind::Number(text) => (IndexOp::Number(self.literal(text, span)), vec![]),
+                ExprKind::Name(name) => match (scope.find(name), self.entity(name)) {
+                    (Some((slot, _)), _) => (IndexOp::Variable(slot), vec![]),
+                    (None, Some(Entity::Parameter(family))) => {
+                        (IndexOp::Parameter { family, indices: 0 }, vec![])
+                    }
+                    (None, Some(_)) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
+                    (None, None) if name == "pi" => (IndexOp::Pi, vec![]),
+                    (None, None) if name == "t" => {
+                        (self.not_for_indices("the time".to_owned(), span), vec![])
+                    }
+                    (None, None) => {
+                        self.undeclared(name, span, scope);
+                        (IndexOp::Number(Number::from(1)), vec![])
+                    }
+                },
+                ExprKind::Index { .. } => {
+                    let (base, indices) = self.flatten_index(at);
+                    if let ExprKind::Name(name) = &file.expr(base).kind {
+                        match self.entity(name) {
+                            Some(Entity::Parameter(family)) => {
+                                let count = indices.len();
+                                (IndexOp::Parameter { family, indices: count }, indices)
+                            }
+                            Some(_) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
+                            None => {
+                                self.undeclared(name, file.expr(base).span, scope);
+                                (IndexOp::Number(Number::from(1)), vec![])
+                            }
+                        }
+                    } else {
+                        (self.not_for_indices("this".to_owned(), span), vec![])
+                    }
+                }
+                ExprKind::Field { base, field } => match self.field(*base, field, scope) {
+                    Some((table, row, column)) => {
+                        // The row's program stands in front of the operation that pops its value.
+                        let row = row.into_ops();
+                        ops.extend(row);
+                        (IndexOp::Field { table, column }, vec![])
+                    }
+                    None => (IndexOp::Number(Number::from(1)), vec![]),
+                },
+                ExprKind::Negate(inner) => (IndexOp::Negate, vec![*inner]),
+                ExprKind::Power { base, exponent } => (IndexOp::Power, vec![*base, *exponent]),
+                ExprKind::Product(factors) => (
+                    IndexOp::Product(factors.iter().map(|factor| factor.divided).collect()),
+                    factors.iter().map(|factor| factor.value).collect(),
+                ),
+                ExprKind::Sum(terms) => (
+                    IndexOp::Sum(terms.iter().map(|term| term.subtracted).collect()),
+                    terms.iter().map(|term| term.value).collect(),
+                ),
+                ExprKind::Call { function, arguments } => {
+                    self.index_call(function, arguments, span, scope)
+                }
+                ExprKind::Compare { operator, left, right } => {
+                    conditions_under = Some(false);
+                    (IndexOp::Compare(*operator), vec![*left, *right])
+                }
+                ExprKind::Not(inner) => {
+                    conditions_under = Some(true);
+                    (IndexOp::Not, vec![*inner])
+                }
+                ExprKind::And(parts) => {
+                    conditions_under = Some(true);
+                    (IndexOp::And(parts.len()), parts.clone())
+                }
+                ExprKind::Or(parts) => {
+                    conditions_under = Some(true);
+                    (IndexOp::Or(parts.len()), parts.clone())
+                }
+                ExprKind::Prime(_) => {
+                    (self.not_for_indices("a time derivative".to_owned(), span), vec![])
+                }
+                ExprKind::SumOver { .. } => {
+                    (self.not_for_indices("a sum".to_owned(), span), vec![])
+                }
+                ExprKind::Vector(_) => {
+                    (self.not_for_indices("a vector".to_owned(), span), vec![])
+                }
+            };
+            let expected = conditions_under.unwrap_or(false);
+            for child in &children {
+                if self.is_condition(*child) != expected {
+                    self.fail(ModelError::ConditionOrValue {
+                        what: if expected {
+                            "a number stands where a condition is expected"
+                        } else {
+                            "a condition stands where a number is expected"
+                        },
+                        span: file.expr(*child).span,
+                    });
+                }
+            }
+            tasks.push(Task::Emit(op, span));
+            tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
+        }
+        IndexProgram::from_ops(ops, file.expr(root).span)
+    }
+
+    fn not_for_indices(&mut self, what: String, span: Span) -> IndexOp {
+        self.fail(ModelError::NotForIndices { what, span });
+        IndexOp::Number(Number::from(1))
+    }
+
+    fn index_call(
+        &mut self,
+        function: &Name,
+        arguments: &[ExprRef],
+        span: Span,
+        scope: &Scope,
+    ) -> (IndexOp, Vec<ExprRef>) {
+        let one = || (IndexOp::Number(Number::from(1)), Vec::new());
+        let (op, expected) = match function.text.as_str() {
+            "mod" => (IndexOp::Mod, 2),
+            "floor" => (IndexOp::Floor, 1),
+            "sqrt" => (IndexOp::Sqrt, 1),
+            "norm" => {
+                // norm([a, b, c]) of numbers: the parts are the arguments here.
+                if let [only] = arguments
+                    && let ExprKind::Vector(parts) = &self.file.expr(*only).kind
+                {
+                    return (IndexOp::Norm(parts.len()), parts.clone());
+                }
+                return (self.not_for_indices("`norm` of this".to_owned(), span), Vec::new());
+            }
+            "rows" => {
+                if let [only] = arguments
+                    && let ExprKind::Name(name) = &self.file.expr(*only).kind
+                {
+                    if let Some(Entity::Table(table)) = self.entity(name) {
+                        let rows = self.world.tables[table].rows();
+                        let rows = i64::try_from(rows).unwrap_or(i64::MAX);
+                        return (IndexOp::Number(Number::from(rows)), Vec::new());
+                    }
+                    if self.entity(name).is_none() {
+                        let span = self.file.expr(*only).span;
+                        self.undeclared(name, span, scope);
+                        return one();
+                    }
+                }
+                self.fail(ModelError::Shape {
+                    what: "`rows` counts the rows of a table".to_owned(),
+                    span,
+                    help: Some("write `rows(NAME)` with the name of a table".to_owned()),
+                });
+                return one();
+            }
+            name => match Builtin::from_name(name) {
+                Some(Builtin::Elementary(function)) => (IndexOp::Apply(function), 1),
+                Some(_) => {
+                    let what = format!("`{}`", function.text);
+                    return (self.not_for_indices(what, span), Vec::new());
+                }
+                None => {
+                    self.unknown_function(function, scope);
+                    return one();
+                }
+            },
+        };
+        if arguments.len() != expected {
+            self.fail(ModelError::ArgumentCount {
+                function: function.text.clone(),
+                expected: super::functions::count_words(expected),
+                found: arguments.len(),
+                span,
+            });
+            return one();
+        }
+        (op, arguments.to_vec())
+    }
+}
+
+impl IndexProgram {
+    fn from_ops(ops: Vec<(IndexOp, Span)>, span: Span) -> Self {
+        let form = match ops.as_slice() {
+            [(IndexOp::Number(n), _)] => n.to_i64().map(IndexForm::Constant),
+            [(IndexOp::Variable(slot), _)] => Some(IndexForm::Shifted {
+                slot: *slot,
+                shift: 0,
+            }),
+            [(IndexOp::Variable(slot), _), (IndexOp::Number(n), _), (IndexOp::Sum(signs), _)] => n
+                .to_i64()
+                .filter(|n| n.abs() < i64::MAX / 4)
+                .map(|n| IndexForm::Shifted {
+                    slot: *slot,
+                    shift: if signs[1] { -n } else { n },
+                }),
+            [(IndexOp::Variable(slot), _), (IndexOp::Field { table, column }, _)] => {
+                Some(IndexForm::RowField {
+                    table: *table,
+                    slot: *slot,
+                    column: *column,
+                })
+            }
+            _ => None,
+        };
+        Self {
+            form: form.unwrap_or(IndexForm::General(ops)),
+            span,
+        }
+    }
+
+    fn into_ops(self) -> Vec<(IndexOp, Span)> {
+        let span = self.span;
+        let number = |n: i64| (IndexOp::Number(Number::from(n)), span);
+        match self.form {
+            IndexForm::Constant(n) => vec![number(n)],
+            IndexForm::Shifted { slot, shift: 0 } => vec![(IndexOp::Variable(slot), span)],
+            IndexForm::Shifted { slot, shift } => vec![
+                (IndexOp::Variable(slot), span),
+                number(shift),
+                (IndexOp::Sum([false, false].into()), span),
+            ],
+            IndexForm::RowField { table, slot, column } => vec![
+                (IndexOp::Variable(slot), span),
+                (IndexOp::Field { table, column }, span),
+            ],
+            IndexForm::General(ops) => ops,
+        }
+    }
+}

@@ -1,0 +1,438 @@
+//! What can be wrong with a model whose syntax is right: one variant a kind of mistake.
+
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// A mistake in what a model file says.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ModelError {
+    /// A name that is not declared before it is used.
+    #[error("`{name}` is not declared")]
+    UndeclaredName {
+        /// The name.
+        name: String,
+        /// Where it is used.
+        span: Span,
+        /// A declared name that it may have been meant to be.
+        nearest: Option<String>,
+        /// Where it is declared, but too late.
+        later: Option<Span>,
+    },
+    /// A call of something that is no function.
+    #[error("there is no function `{name}`")]
+    UnknownFunction {
+        /// The name.
+        name: String,
+        /// Where it stands.
+        span: Span,
+        /// A function that it may have been meant to be.
+        nearest: Option<String>,
+        /// Whether the name is a declared quantity, so that a `*` is missing.
+        quantity: bool,
+    },
+    /// A name declared twice, or a member given twice.
+    #[error("`{name}` is given twice")]
+    GivenTwice {
+        /// The name or member.
+        name: String,
+        /// The second place.
+        span: Span,
+        /// The first place.
+        first: Span,
+    },
+    /// A second statement where the model can have only one.
+    #[error("{what} is given twice")]
+    SecondStatement {
+        /// `T`, `V`, …
+        what: &'static str,
+        /// The second place.
+        span: Span,
+        /// The first place.
+        first: Span,
+    },
+    /// `lagrangian` beside `T` or `V`.
+    #[error("a model has either `lagrangian` or `T` and `V`, not both")]
+    LagrangianBesideEnergies {
+        /// The lagrangian.
+        span: Span,
+        /// The energy.
+        energy: Span,
+    },
+    /// A model without kinetic energy.
+    #[error("the model has no kinetic energy")]
+    MissingKinetic {},
+    /// A model without coordinates.
+    #[error("the model has no coordinates")]
+    NoCoordinates {},
+    /// A `let` that uses itself, or a member that uses one with the same or a higher index.
+    #[error("`{name}` is defined through itself")]
+    RecursiveLet {
+        /// The name or member.
+        name: String,
+        /// Where it uses itself.
+        span: Span,
+    },
+    /// A member outside the family.
+    #[error("there is no member `{member}`")]
+    IndexOutOfRange {
+        /// The member as asked for.
+        member: String,
+        /// Which members there are.
+        available: String,
+        /// Where it is asked for.
+        span: Span,
+        /// Where the family is declared.
+        declared: Option<Span>,
+    },
+    /// An index or bound that is not a whole number.
+    #[error("{value} is not a whole number")]
+    NotAnInteger {
+        /// What it came out as.
+        value: String,
+        /// Where.
+        span: Span,
+    },
+    /// Too many indices or an index on something that has none.
+    #[error("too many indices: {what} has {available}")]
+    TooManyIndices {
+        /// What is indexed.
+        what: String,
+        /// How many indices it has.
+        available: usize,
+        /// Where.
+        span: Span,
+    },
+    /// Operands whose shapes don't fit.
+    #[error("{what}")]
+    Shape {
+        /// What doesn't fit.
+        what: String,
+        /// Where.
+        span: Span,
+        /// The way out, if there is one.
+        help: Option<String>,
+    },
+    /// A function with the wrong number of arguments.
+    #[error("`{function}` takes {expected}, not {found}")]
+    ArgumentCount {
+        /// The function.
+        function: String,
+        /// How many it takes, in words.
+        expected: String,
+        /// How many there are.
+        found: usize,
+        /// Where.
+        span: Span,
+    },
+    /// A list of values of the wrong length.
+    #[error("`{name}` has {expected} members, but {found} values are given")]
+    ListLength {
+        /// The family.
+        name: String,
+        /// Its members.
+        expected: usize,
+        /// The values.
+        found: usize,
+        /// Where the values stand.
+        span: Span,
+    },
+    /// An acceleration in an energy.
+    #[error("{energy} contains an acceleration")]
+    Acceleration {
+        /// `T`, `V`, …
+        energy: &'static str,
+        /// Where.
+        span: Span,
+    },
+    /// A constant that depends on coordinates or time.
+    #[error("{what} must be constant, but depends on `{on}`")]
+    NotConstant {
+        /// What should be constant.
+        what: String,
+        /// What it depends on.
+        on: String,
+        /// Where.
+        span: Span,
+    },
+    /// A parameter without a value where a number is needed.
+    #[error("the parameter `{name}` has no value")]
+    MissingValue {
+        /// The parameter.
+        name: String,
+        /// Where the number is needed, or where the parameter is declared.
+        span: Span,
+    },
+    /// `--set` of something that is no parameter.
+    #[error("`{name}` can't be set: the model has no such parameter")]
+    UnknownSetting {
+        /// What was to be set.
+        name: String,
+        /// A parameter that it may have been meant to be.
+        nearest: Option<String>,
+    },
+    /// A `--set` that can't be read.
+    #[error("can't read the setting `{text}`: {reason}")]
+    BadSetting {
+        /// As given.
+        text: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A table whose file was not handed over.
+    #[error("the table `{path}` can't be read{reason}")]
+    MissingTable {
+        /// As written.
+        path: String,
+        /// Why, with a leading `: `; may be empty.
+        reason: String,
+        /// Where.
+        span: Span,
+    },
+    /// A table that is not a table.
+    #[error("the table `{path}` has a mistake in line {line}: {reason}")]
+    BadTable {
+        /// As written.
+        path: String,
+        /// Line of the CSV file.
+        line: u64,
+        /// What is wrong.
+        reason: String,
+        /// Where the model names the file.
+        span: Span,
+    },
+    /// A column that the table does not have.
+    #[error("the table `{table}` has no column `{column}`")]
+    UnknownColumn {
+        /// The table.
+        table: String,
+        /// The column.
+        column: String,
+        /// All columns.
+        available: String,
+        /// A column that it may have been meant to be.
+        nearest: Option<String>,
+        /// Where.
+        span: Span,
+    },
+    /// More members or terms than fit into memory.
+    #[error("{count} are too many")]
+    TooLarge {
+        /// How many of what.
+        count: String,
+        /// Where.
+        span: Span,
+    },
+    /// A comparison of numbers that can't be told apart.
+    #[error("this comparison can't be decided")]
+    UndecidedComparison {
+        /// Where.
+        span: Span,
+    },
+    /// An index with the name of something declared.
+    #[error("the index `{name}` has the name of something else")]
+    IndexReusesName {
+        /// The name.
+        name: String,
+        /// Where the index stands.
+        span: Span,
+        /// Where the other is declared.
+        declared: Option<Span>,
+    },
+    /// A condition where a value is expected, or the reverse.
+    #[error("{what}")]
+    ConditionOrValue {
+        /// What is expected and what there is.
+        what: &'static str,
+        /// Where.
+        span: Span,
+    },
+    /// A form that can't set indices, bounds or filters.
+    #[error("{what} can't stand in an index, a range or a filter")]
+    NotForIndices {
+        /// What.
+        what: String,
+        /// Where.
+        span: Span,
+    },
+    /// A division by exactly zero, or a function outside its domain.
+    #[error("{what} is not defined")]
+    Undefined {
+        /// What.
+        what: String,
+        /// Where.
+        span: Span,
+    },
+    /// A unit that is not known.
+    #[error("`{name}` is not a unit")]
+    UnknownUnit {
+        /// As written.
+        name: String,
+        /// Where.
+        span: Span,
+        /// A unit that it may have been meant to be.
+        nearest: Option<String>,
+    },
+    /// A table or a row where a number is expected.
+    #[error("`{name}` is a table, not a number")]
+    TableAsValue {
+        /// The table.
+        name: String,
+        /// Where.
+        span: Span,
+    },
+    /// A `guess` or `equilibrium` for something that is no coordinate.
+    #[error("`{name}` is not a coordinate")]
+    NotACoordinate {
+        /// The name.
+        name: String,
+        /// Where.
+        span: Span,
+        /// A coordinate that it may have been meant to be.
+        nearest: Option<String>,
+    },
+    /// A coordinate without a range where the family needs one.
+    #[error("{what}")]
+    BadIndices {
+        /// What is wrong.
+        what: String,
+        /// Where.
+        span: Span,
+    },
+}
+
+fn meant(nearest: Option<&String>) -> Option<String> {
+    nearest.map(|name| format!("did you mean `{name}`?"))
+}
+
+impl From<&ModelError> for Diagnostic {
+    fn from(error: &ModelError) -> Self {
+        let message = error.to_string();
+        let at = |span: Span, label: &str| Diagnostic::error(message.clone(), span, label);
+        let or_help = |diagnostic: Diagnostic, help: Option<String>| match help {
+            Some(help) => diagnostic.with_help(help),
+            None => diagnostic,
+        };
+        match error {
+            ModelError::UndeclaredName {
+                span,
+                nearest,
+                later,
+                name,
+            } => match later {
+                Some(later) => at(*span, "used here")
+                    .with_secondary(*later, "declared only here")
+                    .with_help(format!("move the declaration of `{name}` before its first use")),
+                None => or_help(
+                    at(*span, "unknown name"),
+                    meant(nearest.as_ref()).or_else(|| {
+                        Some(format!(
+                            "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
+                        ))
+                    }),
+                ),
+            },
+            ModelError::UnknownFunction {
+                span,
+                nearest,
+                quantity,
+                name,
+            } => or_help(
+                at(*span, "not a function"),
+                if *quantity {
+                    Some(format!("`{name}` is a quantity; to multiply, write `{name}*(…)`"))
+                } else {
+                    meant(nearest.as_ref())
+                },
+            ),
+            ModelError::GivenTwice { span, first, .. } => {
+                at(*span, "given again here").with_secondary(*first, "first given here")
+            }
+            ModelError::SecondStatement { span, first, what } => at(*span, "given again here")
+                .with_secondary(*first, "first given here")
+                .with_help(format!("add the terms into one `{what} = …`")),
+            ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
+                .with_secondary(*energy, "an energy beside it")
+                .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+            ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
+                .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
+            ModelError::NoCoordinates {} => Diagnostic::global(message.clone())
+                .with_help("declare the generalised coordinates, for example `coord x`"),
+            ModelError::RecursiveLet { span, .. } => at(*span, "uses itself here")
+                .with_help("a member of a family may use members with a lower index only"),
+            ModelError::IndexOutOfRange {
+                span,
+                available,
+                declared,
+                ..
+            } => {
+                let diagnostic = at(*span, available);
+                match declared {
+                    Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+                    None => diagnostic,
+                }
+            }
+            ModelError::NotAnInteger { span, .. } => {
+                at(*span, "indices and ranges count in whole numbers")
+            }
+            ModelError::TooManyIndices { span, .. } => at(*span, "too many indices"),
+            ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
+            ModelError::ArgumentCount { span, .. } => at(*span, ""),
+            ModelError::ListLength { span, expected, .. } => at(*span, "").with_help(format!(
+                "give {expected} values, or a single one that fills the family"
+            )),
+            ModelError::Acceleration { span, energy } => at(*span, "a second time derivative")
+                .with_help(format!(
+                    "{energy} may contain coordinates and velocities only; was one `'` too many?"
+                )),
+            ModelError::NotConstant { span, .. } => at(*span, "not constant"),
+            ModelError::MissingValue { span, name } => at(*span, "a number is needed")
+                .with_help(format!("give it a value in the file, or `--set {name}=VALUE`")),
+            ModelError::UnknownSetting { nearest, .. } => {
+                or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
+            }
+            ModelError::BadSetting { .. } => Diagnostic::global(message.clone())
+                .with_help("write `--set NAME=VALUE`, for example `--set 'm[2]=3/2'`"),
+            ModelError::MissingTable { span, .. } => at(*span, "named here")
+                .with_help("the path is taken relative to the model file"),
+            ModelError::BadTable { span, .. } => at(*span, "named here"),
+            ModelError::UnknownColumn {
+                span,
+                nearest,
+                available,
+                ..
+            } => or_help(
+                at(*span, "unknown column"),
+                meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}"))),
+            ),
+            ModelError::TooLarge { span, .. } => at(*span, "this does not fit into memory"),
+            ModelError::UndecidedComparison { span } => {
+                at(*span, "the two sides agree to thirty digits").with_help(
+                    "write the condition without roots or functions, for example with squares",
+                )
+            }
+            ModelError::IndexReusesName { span, declared, .. } => {
+                let diagnostic = at(*span, "an index needs a name of its own");
+                match declared {
+                    Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+                    None => diagnostic,
+                }
+            }
+            ModelError::ConditionOrValue { span, .. } => at(*span, ""),
+            ModelError::NotForIndices { span, .. } => at(*span, "").with_help(
+                "literals, parameters, table fields and outer indices can, with mod and floor",
+            ),
+            ModelError::Undefined { span, .. } => at(*span, "not defined"),
+            ModelError::UnknownUnit { span, nearest, .. } => {
+                or_help(at(*span, "unknown unit"), meant(nearest.as_ref()))
+            }
+            ModelError::TableAsValue { span, name } => at(*span, "a table").with_help(format!(
+                "`rows({name})` is its length, `{name}[3].column` one of its fields"
+            )),
+            ModelError::NotACoordinate { span, nearest, .. } => {
+                or_help(at(*span, "not a coordinate"), meant(nearest.as_ref()))
+            }
+            ModelError::BadIndices { span, .. } => at(*span, ""),
+        }
+    }
+}

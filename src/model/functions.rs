@@ -1,0 +1,289 @@
+//! The functions of the language and what they do with values.
+
+use super::ModelError;
+use super::values::{Misfit, Value, cross, dot, norm, product, sum, three, transposed};
+use crate::expr::{ExprId, Pool};
+use crate::number::Number;
+use crate::precision::Function;
+use crate::span::Span;
+use crate::syntax::Name;
+
+/// A function of the language.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Builtin {
+    Elementary(Function),
+    Sqrt,
+    Atan2,
+    Norm,
+    Dot,
+    Cross,
+    Transpose,
+    /// Rotation matrix about axis 0, 1 or 2.
+    Rotation(usize),
+    AngularVelocity,
+    Inertia(Body),
+    Steiner,
+    About,
+}
+
+/// The bodies whose tensors of inertia are known.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Body {
+    Sphere,
+    Shell,
+    Cylinder,
+    Rod,
+    Cuboid,
+    Point,
+}
+
+/// All function names, for suggestions.
+pub(super) const FUNCTION_NAMES: &[&str] = &[
+    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "ln",
+    "sqrt", "abs", "norm", "dot", "cross", "transpose", "sum", "mod", "floor", "rows", "rot_x",
+    "rot_y", "rot_z", "angular_velocity", "inertia_sphere", "inertia_shell", "inertia_cylinder",
+    "inertia_rod", "inertia_box", "inertia_point", "steiner", "about",
+];
+
+impl Builtin {
+    pub(super) fn from_name(name: &str) -> Option<Self> {
+        Some(match name {
+            "sin" => Self::Elementary(Function::Sin),
+            "cos" => Self::Elementary(Function::Cos),
+            "tan" => Self::Elementary(Function::Tan),
+            "asin" => Self::Elementary(Function::Asin),
+            "acos" => Self::Elementary(Function::Acos),
+            "atan" => Self::Elementary(Function::Atan),
+            "sinh" => Self::Elementary(Function::Sinh),
+            "cosh" => Self::Elementary(Function::Cosh),
+            "tanh" => Self::Elementary(Function::Tanh),
+            "exp" => Self::Elementary(Function::Exp),
+            "ln" => Self::Elementary(Function::Ln),
+            "abs" => Self::Elementary(Function::Abs),
+            "sqrt" => Self::Sqrt,
+            "atan2" => Self::Atan2,
+            "norm" => Self::Norm,
+            "dot" => Self::Dot,
+            "cross" => Self::Cross,
+            "transpose" => Self::Transpose,
+            "rot_x" => Self::Rotation(0),
+            "rot_y" => Self::Rotation(1),
+            "rot_z" => Self::Rotation(2),
+            "angular_velocity" => Self::AngularVelocity,
+            "inertia_sphere" => Self::Inertia(Body::Sphere),
+            "inertia_shell" => Self::Inertia(Body::Shell),
+            "inertia_cylinder" => Self::Inertia(Body::Cylinder),
+            "inertia_rod" => Self::Inertia(Body::Rod),
+            "inertia_box" => Self::Inertia(Body::Cuboid),
+            "inertia_point" => Self::Inertia(Body::Point),
+            "steiner" => Self::Steiner,
+            "about" => Self::About,
+            _ => return None,
+        })
+    }
+
+    fn arguments(self) -> usize {
+        match self {
+            Self::Elementary(_)
+            | Self::Sqrt
+            | Self::Norm
+            | Self::Transpose
+            | Self::Rotation(_)
+            | Self::AngularVelocity => 1,
+            Self::Atan2 | Self::Dot | Self::Cross | Self::About => 2,
+            Self::Steiner => 3,
+            Self::Inertia(body) => match body {
+                Body::Sphere | Body::Shell | Body::Rod | Body::Point => 2,
+                Body::Cylinder => 3,
+                Body::Cuboid => 4,
+            },
+        }
+    }
+
+    pub(super) fn check_count(self, name: &Name, found: usize, span: Span) -> Option<ModelError> {
+        let expected = self.arguments();
+        (expected != found).then(|| ModelError::ArgumentCount {
+            function: name.text.clone(),
+            expected: count_words(expected),
+            found,
+            span,
+        })
+    }
+
+    /// Applies the function.
+    pub(super) fn apply(
+        self,
+        pool: &mut Pool,
+        arguments: &[Value],
+        rate: &mut dyn FnMut(&mut Pool, ExprId) -> ExprId,
+    ) -> Result<Value, Misfit> {
+        let scalar = |at: usize| match arguments.get(at) {
+            Some(value) => value.scalar(if arguments.len() == 1 {
+                "the argument"
+            } else {
+                ["the first argument", "the second argument", "the third argument"]
+                    .get(at)
+                    .unwrap_or(&"the last argument")
+            }),
+            None => Err(("an argument is missing".to_owned(), None)),
+        };
+        let vector = Value::Vector(Vec::new());
+        let value = |at: usize| arguments.get(at).unwrap_or(&vector);
+        match self {
+            Self::Elementary(function) => {
+                if matches!((function, value(0)), (Function::Abs, Value::Vector(_))) {
+                    return Err((
+                        format!("`abs` takes a number, not {}", value(0).describe()),
+                        Some("the length of a vector is `norm(v)`".to_owned()),
+                    ));
+                }
+                let x = scalar(0)?;
+                Ok(Value::Scalar(pool.apply(function, x)))
+            }
+            Self::Sqrt => {
+                let x = scalar(0)?;
+                Ok(Value::Scalar(pool.sqrt(x)))
+            }
+            Self::Atan2 => {
+                let (y, x) = (scalar(0)?, scalar(1)?);
+                Ok(Value::Scalar(pool.atan2(y, x)))
+            }
+            Self::Norm => norm(pool, value(0)),
+            Self::Dot => dot(pool, value(0), value(1)),
+            Self::Cross => cross(pool, value(0), value(1)),
+            Self::Transpose => {
+                let rows = value(0).matrix("the argument of `transpose`")?;
+                Ok(Value::from_rows(transposed(&rows)))
+            }
+            Self::Rotation(axis) => {
+                let angle = scalar(0)?;
+                Ok(rotation(pool, axis, angle))
+            }
+            Self::AngularVelocity => {
+                // The skew matrix of the body-frame angular velocity is Rᵀ dR/dt (Goldstein, sec. 4.9).
+                let r = value(0);
+                let rows = r.matrix("the argument of `angular_velocity`")?;
+                if rows.len() != 3 || rows[0].len() != 3 {
+                    return Err((format!("a rotation matrix is 3 x 3, this is {}", r.describe()), None));
+                }
+                let rates: Vec<Vec<ExprId>> = rows
+                    .iter()
+                    .map(|row| row.iter().map(|e| rate(pool, *e)).collect())
+                    .collect();
+                let mut element = |i: usize, j: usize| {
+                    let terms: Vec<ExprId> =
+                        (0..3).map(|k| pool.mul(rows[k][i], rates[k][j])).collect();
+                    pool.sum(&terms)
+                };
+                let parts = vec![element(2, 1), element(0, 2), element(1, 0)];
+                Ok(Value::from_components(parts))
+            }
+            Self::Inertia(Body::Point) => {
+                let mass = scalar(0)?;
+                let r = three(value(1), "the place of the point")?;
+                Ok(point_tensor(pool, mass, r))
+            }
+            Self::Inertia(body) => {
+                let mut lengths = Vec::new();
+                for at in 0..arguments.len() {
+                    lengths.push(scalar(at)?);
+                }
+                Ok(body_tensor(pool, body, &lengths))
+            }
+            Self::Steiner => {
+                let mass = scalar(1)?;
+                let d = three(value(2), "the displacement")?;
+                let moved = point_tensor(pool, mass, d);
+                sum(pool, &[(false, value(0).clone()), (false, moved)])
+            }
+            Self::About => {
+                let axis = value(1).clone();
+                let product = product(pool, &[(false, value(0).clone()), (false, axis.clone())])?;
+                dot(pool, &axis, &product)
+            }
+        }
+    }
+}
+
+pub(super) fn count_words(count: usize) -> String {
+    match count {
+        1 => "one argument".to_owned(),
+        2 => "two arguments".to_owned(),
+        3 => "three arguments".to_owned(),
+        4 => "four arguments".to_owned(),
+        n => format!("{n} arguments"),
+    }
+}
+
+fn rotation(pool: &mut Pool, axis: usize, angle: ExprId) -> Value {
+    let (zero, one) = (pool.zero(), pool.one());
+    let c = pool.apply(Function::Cos, angle);
+    let s = pool.apply(Function::Sin, angle);
+    let minus_s = pool.neg(s);
+    let mut rows = vec![vec![zero; 3]; 3];
+    let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+    rows[axis][axis] = one;
+    rows[i][i] = c;
+    rows[i][j] = minus_s;
+    rows[j][i] = s;
+    rows[j][j] = c;
+    Value::from_rows(rows)
+}
+
+/// m (r² 1 - r rᵀ).
+fn point_tensor(pool: &mut Pool, mass: ExprId, r: [ExprId; 3]) -> Value {
+    let squares = r.map(|x| pool.mul(x, x));
+    let mut rows = Vec::new();
+    for i in 0..3 {
+        let mut row = Vec::new();
+        for j in 0..3 {
+            let element = if i == j {
+                pool.add(squares[(i + 1) % 3], squares[(i + 2) % 3])
+            } else {
+                let product = pool.mul(r[i], r[j]);
+                pool.neg(product)
+            };
+            row.push(pool.mul(mass, element));
+        }
+        rows.push(row);
+    }
+    Value::from_rows(rows)
+}
+
+/// Principal tensors about the centre of mass (Landau & Lifshitz, Mechanics, sec. 32).
+fn body_tensor(pool: &mut Pool, body: Body, arguments: &[ExprId]) -> Value {
+    let get = |at: usize| arguments.get(at).copied();
+    let zero = pool.zero();
+    let mass = get(0).unwrap_or(zero);
+    let term = |pool: &mut Pool, numerator: i64, denominator: i64, length: Option<ExprId>| {
+        let length = length.unwrap_or(zero);
+        let square = pool.mul(length, length);
+        let inertia = pool.mul(mass, square);
+        let factor = Number::ratio(numerator, denominator).unwrap_or_else(|| Number::from(0));
+        pool.scale(inertia, &factor)
+    };
+    let diagonal = match body {
+        Body::Sphere => [term(pool, 2, 5, get(1)); 3],
+        Body::Shell => [term(pool, 2, 3, get(1)); 3],
+        Body::Rod => {
+            let across = term(pool, 1, 12, get(1));
+            [across, across, zero]
+        }
+        Body::Cylinder => {
+            let (r, h) = (term(pool, 1, 4, get(1)), term(pool, 1, 12, get(2)));
+            let along = term(pool, 1, 2, get(1));
+            let across = pool.add(r, h);
+            [across, across, along]
+        }
+        Body::Cuboid => {
+            let [a, b, c] = [1, 2, 3].map(|at| term(pool, 1, 12, get(at)));
+            [pool.add(b, c), pool.add(a, c), pool.add(a, b)]
+        }
+        Body::Point => [zero; 3],
+    };
+    let mut rows = vec![vec![zero; 3]; 3];
+    for (axis, moment) in diagonal.into_iter().enumerate() {
+        rows[axis][axis] = moment;
+    }
+    Value::from_rows(rows)
+}

@@ -1,0 +1,385 @@
+//! Running index programs: exact numbers for indices, ranges and filters.
+
+use super::ModelError;
+use super::names::{World, key, member_name};
+use super::program::{IndexForm, IndexOp, IndexProgram};
+use crate::expr::ExprId;
+use crate::number::Number;
+use crate::precision::{Ball, Function, Scalar};
+use crate::span::Span;
+use crate::syntax::Comparison;
+
+/// A number that sets an index, or the truth of a condition.
+#[derive(Clone, Debug)]
+pub(super) enum Quantity {
+    Exact(Number),
+    /// Where roots and functions come in: an enclosure.
+    Enclosed(Ball),
+    Truth(bool),
+}
+
+impl Quantity {
+    fn ball(&self) -> Ball {
+        match self {
+            Self::Exact(number) => Ball::from_number(number),
+            Self::Enclosed(ball) => ball.clone(),
+            Self::Truth(_) => Ball::from_number(&Number::from(0)),
+        }
+    }
+
+    fn is_true(&self) -> bool {
+        matches!(self, Self::Truth(true))
+    }
+}
+
+impl World {
+    /// The number that an index program comes to.
+    pub(super) fn quantity(
+        &self,
+        program: &IndexProgram,
+        slots: &[i64],
+    ) -> Result<Quantity, ModelError> {
+        match &program.form {
+            IndexForm::Constant(value) => Ok(Quantity::Exact(Number::from(*value))),
+            IndexForm::Shifted { slot, shift } => Ok(Quantity::Exact(Number::from(
+                slots.get(*slot).copied().unwrap_or(0) + shift,
+            ))),
+            IndexForm::RowField {
+                table,
+                slot,
+                column,
+            } => {
+                let row = slots.get(*slot).copied().unwrap_or(0);
+                let field = self.field(*table, row, *column, program.span)?;
+                Ok(Quantity::Exact(field.clone()))
+            }
+            IndexForm::General(ops) => self.run_index(ops, slots, program.span),
+        }
+    }
+
+    /// The whole number that an index program comes to.
+    pub(super) fn integer(
+        &self,
+        program: &IndexProgram,
+        slots: &[i64],
+    ) -> Result<i64, ModelError> {
+        match &program.form {
+            IndexForm::Constant(value) => Ok(*value),
+            IndexForm::Shifted { slot, shift } => {
+                Ok(slots.get(*slot).copied().unwrap_or(0) + shift)
+            }
+            IndexForm::RowField { .. } | IndexForm::General(_) => {
+                let span = program.span;
+                let not = |value: String| ModelError::NotAnInteger { value, span };
+                match self.quantity(program, slots)? {
+                    Quantity::Exact(number) => number
+                        .to_i64()
+                        .filter(|n| n.abs() < i64::MAX / 4)
+                        .ok_or_else(|| not(number.to_string())),
+                    Quantity::Enclosed(ball) => Err(not(format!("{}", ball.mid_f64()))),
+                    Quantity::Truth(_) => Err(not("a condition".to_owned())),
+                }
+            }
+        }
+    }
+
+    /// Whether a filter holds.
+    pub(super) fn holds(&self, filter: &IndexProgram, slots: &[i64]) -> Result<bool, ModelError> {
+        Ok(self.quantity(filter, slots)?.is_true())
+    }
+
+    pub(super) fn field(
+        &self,
+        table: usize,
+        row: i64,
+        column: usize,
+        span: Span,
+    ) -> Result<&Number, ModelError> {
+        let table = &self.tables[table];
+        table.field(row, column).ok_or_else(|| ModelError::IndexOutOfRange {
+            member: format!("{}[{row}]", table.name),
+            available: format!("the table has {} rows, counted from 1", table.rows()),
+            span,
+            declared: Some(table.span),
+        })
+    }
+
+    /// The exact value of a parameter, or an enclosure of one that is not rational.
+    fn parameter_quantity(
+        &self,
+        family: usize,
+        indices: &[i64],
+        span: Span,
+    ) -> Result<Quantity, ModelError> {
+        let family = &self.parameter_families[family];
+        let at = key(indices);
+        let rank = family.grid.rank;
+        if indices.len() != rank {
+            return Err(ModelError::Shape {
+                what: format!("`{}` has {rank} indices, not {}", family.name, indices.len()),
+                span,
+                help: None,
+            });
+        }
+        let Some(number) = family.grid.find(&at) else {
+            return Err(ModelError::IndexOutOfRange {
+                member: member_name(&family.name, rank, &at),
+                available: family.grid.describe(&family.name),
+                span,
+                declared: Some(family.span),
+            });
+        };
+        let parameter = &self.parameters[number];
+        let Some(value) = parameter.value else {
+            return Err(ModelError::MissingValue {
+                name: parameter.name.clone(),
+                span,
+            });
+        };
+        self.closed_quantity(value).ok_or_else(|| ModelError::Undefined {
+            what: format!("the value of `{}`", parameter.name),
+            span,
+        })
+    }
+
+    /// The number that an expression without symbols comes to.
+    pub(super) fn closed_quantity(&self, value: ExprId) -> Option<Quantity> {
+        if let Some(number) = self.pool.as_number(value) {
+            return Some(Quantity::Exact(number.clone()));
+        }
+        let tape = crate::expr::Tape::compile(&self.pool, &[value], &[]).ok()?;
+        let ball = tape.evaluate::<Ball>(&[], &mut Vec::new()).into_iter().next()?;
+        ball.is_finite().then_some(Quantity::Enclosed(ball))
+    }
+
+    fn run_index(
+        &self,
+        ops: &[(IndexOp, Span)],
+        slots: &[i64],
+        whole: Span,
+    ) -> Result<Quantity, ModelError> {
+        let mut stack: Vec<Quantity> = Vec::new();
+        for (op, span) in ops {
+            let span = *span;
+            let undefined = |what: &str| ModelError::Undefined {
+                what: what.to_owned(),
+                span,
+            };
+            let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
+            let result = match op {
+                IndexOp::Number(number) => Quantity::Exact(number.clone()),
+                IndexOp::Pi => Quantity::Enclosed(Ball::pi()),
+                IndexOp::Variable(slot) => {
+                    Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0)))
+                }
+                IndexOp::Parameter { family, indices } => {
+                    let mut at = Vec::new();
+                    for _ in 0..*indices {
+                        match pop() {
+                            Quantity::Exact(number) => at.push(number.to_i64().ok_or_else(|| {
+                                ModelError::NotAnInteger {
+                                    value: number.to_string(),
+                                    span,
+                                }
+                            })?),
+                            Quantity::Enclosed(_) | Quantity::Truth(_) => {
+                                return Err(ModelError::NotAnInteger {
+                                    value: "the index".to_owned(),
+                                    span,
+                                });
+                            }
+                        }
+                    }
+                    at.reverse();
+                    if at.len() > 3 {
+                        return Err(ModelError::TooManyIndices {
+                            what: format!("`{}`", self.parameter_families[*family].name),
+                            available: self.parameter_families[*family].grid.rank,
+                            span,
+                        });
+                    }
+                    self.parameter_quantity(*family, &at, span)?
+                }
+                IndexOp::Field { table, column } => {
+                    let row = match pop() {
+                        Quantity::Exact(number) => number.to_i64(),
+                        Quantity::Enclosed(_) | Quantity::Truth(_) => None,
+                    };
+                    let row = row.ok_or_else(|| ModelError::NotAnInteger {
+                        value: "the row".to_owned(),
+                        span,
+                    })?;
+                    Quantity::Exact(self.field(*table, row, *column, span)?.clone())
+                }
+                IndexOp::Negate => match pop() {
+                    Quantity::Exact(a) => Quantity::Exact(a.neg()),
+                    other => Quantity::Enclosed(other.ball().neg()),
+                },
+                IndexOp::Power => {
+                    let (exponent, base) = (pop(), pop());
+                    power(&base, &exponent).ok_or_else(|| undefined("this power"))?
+                }
+                IndexOp::Product(divided) => {
+                    let mut factors: Vec<Quantity> = divided.iter().map(|_| pop()).collect();
+                    factors.reverse();
+                    product(&factors, divided).ok_or_else(|| undefined("a division by zero"))?
+                }
+                IndexOp::Sum(subtracted) => {
+                    let mut terms: Vec<Quantity> = subtracted.iter().map(|_| pop()).collect();
+                    terms.reverse();
+                    total(&terms, subtracted)
+                }
+                IndexOp::Mod => {
+                    let (b, a) = (pop(), pop());
+                    match (&a, &b) {
+                        (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(
+                            a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?,
+                        ),
+                        _ => return Err(undefined("`mod` of numbers that are not rational")),
+                    }
+                }
+                IndexOp::Floor => match pop() {
+                    Quantity::Exact(a) => Quantity::Exact(a.floor()),
+                    other => {
+                        let ball = other.ball();
+                        let (low, high) = (ball.lower().floor(), ball.upper().floor());
+                        if low != high {
+                            return Err(ModelError::UndecidedComparison { span });
+                        }
+                        let floor = Number::from_f64_exact(low);
+                        Quantity::Exact(floor.ok_or_else(|| undefined("this `floor`"))?)
+                    }
+                },
+                IndexOp::Sqrt => {
+                    let radicand = pop();
+                    root(&radicand).ok_or_else(|| undefined("the root of a negative number"))?
+                }
+                IndexOp::Norm(count) => {
+                    let parts: Vec<Quantity> = (0..*count).map(|_| pop()).collect();
+                    let two = Quantity::Exact(Number::from(2));
+                    let squares: Option<Vec<Quantity>> =
+                        parts.iter().map(|part| power(part, &two)).collect();
+                    let squares = squares.ok_or_else(|| undefined("this `norm`"))?;
+                    let square = total(&squares, &vec![false; squares.len()]);
+                    root(&square).ok_or_else(|| undefined("this `norm`"))?
+                }
+                IndexOp::Apply(Function::Abs) => match pop() {
+                    Quantity::Exact(a) => Quantity::Exact(a.abs()),
+                    other => Quantity::Enclosed(other.ball().apply(Function::Abs)),
+                },
+                IndexOp::Apply(function) => {
+                    let ball = pop().ball().apply(*function);
+                    if !ball.is_finite() {
+                        return Err(undefined("this function value"));
+                    }
+                    Quantity::Enclosed(ball)
+                }
+                IndexOp::Compare(comparison) => {
+                    let (b, a) = (pop(), pop());
+                    let truth = compare(&a, &b, *comparison);
+                    Quantity::Truth(truth.ok_or(ModelError::UndecidedComparison { span })?)
+                }
+                IndexOp::Not => Quantity::Truth(!pop().is_true()),
+                IndexOp::And(count) => {
+                    let parts: Vec<bool> = (0..*count).map(|_| pop().is_true()).collect();
+                    Quantity::Truth(parts.iter().all(|part| *part))
+                }
+                IndexOp::Or(count) => {
+                    let parts: Vec<bool> = (0..*count).map(|_| pop().is_true()).collect();
+                    Quantity::Truth(parts.iter().any(|part| *part))
+                }
+            };
+            stack.push(result);
+        }
+        stack.pop().ok_or(ModelError::Undefined {
+            what: "this".to_owned(),
+            span: whole,
+        })
+    }
+}
+
+fn power(base: &Quantity, exponent: &Quantity) -> Option<Quantity> {
+    if let (Quantity::Exact(a), Quantity::Exact(e)) = (base, exponent)
+        && let Some(e) = e.to_i64()
+    {
+        let e = i32::try_from(e).ok()?;
+        return a.powi(e).map(Quantity::Exact);
+    }
+    let ball = base.ball().pow(&exponent.ball());
+    ball.is_finite().then_some(Quantity::Enclosed(ball))
+}
+
+fn root(radicand: &Quantity) -> Option<Quantity> {
+    if let Quantity::Exact(a) = radicand {
+        if a.is_negative() {
+            return None;
+        }
+        if let Some(root) = a.sqrt_exact() {
+            return Some(Quantity::Exact(root));
+        }
+    }
+    let ball = radicand.ball().sqrt();
+    ball.is_finite().then_some(Quantity::Enclosed(ball))
+}
+
+fn product(factors: &[Quantity], divided: &[bool]) -> Option<Quantity> {
+    let mut result = Quantity::Exact(Number::from(1));
+    for (factor, divided) in factors.iter().zip(divided) {
+        result = match (&result, factor) {
+            (Quantity::Exact(a), Quantity::Exact(b)) => {
+                Quantity::Exact(if *divided { a.div(b)? } else { a.mul(b) })
+            }
+            (a, b) => {
+                let ball = if *divided {
+                    a.ball().div(&b.ball())
+                } else {
+                    a.ball().mul(&b.ball())
+                };
+                if !ball.is_finite() {
+                    return None;
+                }
+                Quantity::Enclosed(ball)
+            }
+        };
+    }
+    Some(result)
+}
+
+fn total(terms: &[Quantity], subtracted: &[bool]) -> Quantity {
+    let mut result = Quantity::Exact(Number::from(0));
+    for (term, subtracted) in terms.iter().zip(subtracted) {
+        result = match (&result, term) {
+            (Quantity::Exact(a), Quantity::Exact(b)) => {
+                Quantity::Exact(if *subtracted { a.sub(b) } else { a.add(b) })
+            }
+            (a, b) if *subtracted => Quantity::Enclosed(a.ball().sub(&b.ball())),
+            (a, b) => Quantity::Enclosed(a.ball().add(&b.ball())),
+        };
+    }
+    result
+}
+
+fn compare(a: &Quantity, b: &Quantity, comparison: Comparison) -> Option<bool> {
+    use std::cmp::Ordering::{Equal, Greater, Less};
+    let order = match (a, b) {
+        (Quantity::Exact(a), Quantity::Exact(b)) => a.cmp(b),
+        (a, b) => {
+            let difference = a.ball().sub(&b.ball());
+            if difference.is_positive() {
+                Greater
+            } else if difference.is_negative() {
+                Less
+            } else {
+                return None;
+            }
+        }
+    };
+    Some(match comparison {
+        Comparison::Equal => order == Equal,
+        Comparison::NotEqual => order != Equal,
+        Comparison::Less => order == Less,
+        Comparison::LessEqual => order != Greater,
+        Comparison::Greater => order == Greater,
+        Comparison::GreaterEqual => order != Less,
+    })
+}

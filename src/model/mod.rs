@@ -1,0 +1,92 @@
+//! From the syntax tree to a checked model.
+//!
+//! Names are looked up, shapes and ranges checked, tables read, settings applied, and the energies
+//! taken apart into families of terms ([`TermFamily`]). Everything stays exact and symbolic: no
+//! energy is differentiated and no coordinate gets a number here.
+
+mod compile;
+mod compile_index;
+mod elaborate;
+mod error;
+mod functions;
+mod index;
+mod names;
+mod program;
+mod run;
+mod settings;
+mod table;
+mod terms;
+mod units;
+mod values;
+
+use std::collections::HashMap;
+
+pub use error::ModelError;
+pub use names::{Coordinate, Parameter, SymbolKind};
+pub use settings::Settings;
+pub use table::TableTexts;
+pub use terms::{Local, TermFamily};
+
+use crate::expr::{ExprId, Pool, Symbol};
+use crate::span::Span;
+use crate::syntax::File;
+
+/// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Given {
+    /// In the model's parameters, as derivations show it.
+    pub symbolic: ExprId,
+    /// The value: without symbols. `None` where a parameter has no value.
+    pub value: Option<ExprId>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A checked model.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// From the `model` statement.
+    pub name: Option<String>,
+    /// Where all expressions of the model live.
+    pub pool: Pool,
+    /// The generalised coordinates in the order of declaration, the last index fastest.
+    pub coordinates: Vec<Coordinate>,
+    /// The parameters in the order of declaration.
+    pub parameters: Vec<Parameter>,
+    /// What the symbols of the pool stand for.
+    pub symbols: HashMap<Symbol, SymbolKind>,
+    /// The kinetic energy, or the whole `lagrangian`.
+    pub kinetic: Vec<TermFamily>,
+    /// The potential energy; empty beside a `lagrangian`.
+    pub potential: Vec<TermFamily>,
+    /// Whether `kinetic` holds a `lagrangian`.
+    pub lagrangian: bool,
+    /// Per coordinate: where the search for an equilibrium starts.
+    pub guesses: Vec<Option<Given>>,
+    /// Per coordinate: the equilibrium as given.
+    pub equilibria: Vec<Option<Given>>,
+    /// Per coordinate: the rate of a steady motion.
+    pub rates: Vec<Option<Given>>,
+    /// The dissipation function, if there is one.
+    pub dissipation: Option<Span>,
+    /// The constraints.
+    pub constraints: Vec<Span>,
+    /// The `period` statement: the period and its place.
+    pub period: Option<Given>,
+    /// Where the energies depend on the time explicitly.
+    pub time_dependent: Option<Span>,
+    /// Whether the file uses units, so that results are in SI.
+    pub has_units: bool,
+}
+
+/// Checks a parsed file.
+///
+/// # Errors
+/// All mistakes that could be told apart, each with its place.
+pub fn elaborate(
+    file: &File,
+    tables: &TableTexts,
+    settings: &Settings,
+) -> Result<Model, Vec<ModelError>> {
+    elaborate::elaborate(file, tables, settings)
+}

@@ -1,0 +1,374 @@
+//! What the names of a model stand for: parameters, coordinates, named expressions, tables.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::program::{IndexProgram, Program};
+use super::table::Table;
+use super::values::Value;
+use crate::expr::{ExprId, Pool, Symbol};
+use crate::span::Span;
+use crate::syntax::ExprRef;
+
+/// Up to three indices; unused ones are 0.
+pub(crate) type Key = [i64; 3];
+
+pub(super) fn key(indices: &[i64]) -> Key {
+    let mut key = [0; 3];
+    for (slot, index) in key.iter_mut().zip(indices) {
+        *slot = *index;
+    }
+    key
+}
+
+/// What a declared name stands for; the number is its place in the list of its kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Entity {
+    Parameter(usize),
+    Coordinate(usize),
+    Let(usize),
+    Table(usize),
+}
+
+/// A box of indices whose members are numbered from `base` on, the last index fastest.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    pub(super) lower: Key,
+    pub(super) upper: Key,
+    pub(super) base: usize,
+    pub(super) span: Span,
+}
+
+impl Block {
+    fn contains(&self, at: &Key) -> bool {
+        (0..3).all(|axis| (self.lower[axis]..=self.upper[axis]).contains(&at[axis]))
+    }
+
+    pub(super) fn extent(&self, axis: usize) -> usize {
+        usize::try_from(self.upper[axis] - self.lower[axis] + 1).unwrap_or(0)
+    }
+
+    pub(super) fn len(&self) -> usize {
+        (0..3).map(|axis| self.extent(axis)).product()
+    }
+
+    fn offset(&self, at: &Key) -> usize {
+        (0..3).fold(0, |sum, axis| {
+            sum * self.extent(axis) + usize::try_from(at[axis] - self.lower[axis]).unwrap_or(0)
+        })
+    }
+
+    /// All indices of the box, the last fastest.
+    pub(super) fn keys(&self) -> impl Iterator<Item = Key> + '_ {
+        let [a, b, c] = [0, 1, 2].map(|axis| self.lower[axis]..=self.upper[axis]);
+        a.flat_map(move |i| {
+            let c = c.clone();
+            b.clone()
+                .flat_map(move |j| c.clone().map(move |k| [i, j, k]))
+        })
+    }
+}
+
+/// The members of a family: where they are and which numbers they have.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Grid {
+    pub(super) rank: usize,
+    pub(super) blocks: Vec<Block>,
+    /// Members given one by one or through a filter.
+    pub(super) singles: HashMap<Key, (usize, Span)>,
+}
+
+impl Grid {
+    /// The number of a member, the box that holds it where there is one.
+    pub(super) fn find(&self, at: &Key) -> Option<usize> {
+        if let Some((number, _)) = self.singles.get(at) {
+            return Some(*number);
+        }
+        let block = self.blocks.iter().find(|block| block.contains(at))?;
+        Some(block.base + block.offset(at))
+    }
+
+    /// The number of the box (not of the member) that holds an index.
+    pub(super) fn find_block(&self, at: &Key) -> Option<usize> {
+        if let Some((number, _)) = self.singles.get(at) {
+            return Some(*number);
+        }
+        let block = self.blocks.iter().find(|block| block.contains(at))?;
+        Some(block.base)
+    }
+
+    /// Where a member that is to be added is given already.
+    pub(super) fn overlap(&self, block: &Block) -> Option<(Key, Span)> {
+        for other in &self.blocks {
+            let mut least = [0; 3];
+            let meets = (0..3).all(|axis| {
+                least[axis] = block.lower[axis].max(other.lower[axis]);
+                least[axis] <= block.upper[axis].min(other.upper[axis])
+            });
+            if meets {
+                return Some((least, other.span));
+            }
+        }
+        if self.singles.len() < block.len() {
+            let mut inside: Vec<_> = self
+                .singles
+                .iter()
+                .filter(|(at, _)| block.contains(at))
+                .map(|(at, (_, span))| (*at, *span))
+                .collect();
+            inside.sort_unstable();
+            inside.first().copied()
+        } else {
+            block
+                .keys()
+                .find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
+        }
+    }
+
+    /// Smallest and largest value of the index behind `prefix`, over all members.
+    pub(super) fn bounds(&self, prefix: &[i64]) -> Option<(i64, i64)> {
+        let axis = prefix.len();
+        let fits = |lower: &Key, upper: &Key| {
+            (0..axis).all(|i| (lower[i]..=upper[i]).contains(&prefix[i]))
+        };
+        let boxes = self
+            .blocks
+            .iter()
+            .filter(|block| fits(&block.lower, &block.upper))
+            .map(|block| (block.lower[axis], block.upper[axis]));
+        let singles = self
+            .singles
+            .keys()
+            .filter(|at| fits(at, at))
+            .map(|at| (at[axis], at[axis]));
+        boxes
+            .chain(singles)
+            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+    }
+
+    /// The ranges in words, for messages.
+    pub(super) fn describe(&self, name: &str) -> String {
+        let mut parts: Vec<String> = self
+            .blocks
+            .iter()
+            .map(|block| {
+                let ranges: Vec<String> = (0..self.rank)
+                    .map(|axis| format!("{}..{}", block.lower[axis], block.upper[axis]))
+                    .collect();
+                format!("{name}[{}]", ranges.join(", "))
+            })
+            .collect();
+        let mut singles: Vec<&Key> = self.singles.keys().collect();
+        singles.sort_unstable();
+        parts.extend(singles.iter().take(4).map(|at| member_name(name, self.rank, at)));
+        if singles.len() > 4 {
+            parts.push("…".to_owned());
+        }
+        if parts.is_empty() {
+            return format!("`{name}` has no members");
+        }
+        format!("there is {}", parts.join(", "))
+    }
+}
+
+/// `r[1,3]`, or the plain name of something without indices.
+pub(super) fn member_name(name: &str, rank: usize, at: &Key) -> String {
+    if rank == 0 {
+        return name.to_owned();
+    }
+    let indices: Vec<String> = at[..rank].iter().map(ToString::to_string).collect();
+    format!("{name}[{}]", indices.join(","))
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct Family {
+    pub(super) name: String,
+    pub(super) span: Span,
+    pub(super) grid: Grid,
+}
+
+/// One `let` name: its pieces, and the members that have been written out so far.
+#[derive(Clone, Debug)]
+pub(super) struct LetFamily {
+    pub(super) family: Family,
+    pub(super) pieces: Vec<LetPiece>,
+    pub(super) members: HashMap<Key, Value>,
+    /// A member uses lower ones: it can't be a term with slots and is written out.
+    pub(super) recursive: bool,
+    /// How deep named families nest in it.
+    pub(super) depth: usize,
+    /// Members written out, ascending, of a recursive family.
+    pub(super) progress: Option<Progress>,
+}
+
+/// How far a recursive family is written out.
+#[derive(Clone, Debug)]
+pub(super) struct Progress {
+    pub(super) order: Vec<Key>,
+    pub(super) done: usize,
+    /// The member that is being written out.
+    pub(super) current: Option<Key>,
+}
+
+#[derive(Clone, Debug)]
+pub(super) struct LetPiece {
+    pub(super) program: Arc<Program>,
+    pub(super) filter: Option<IndexProgram>,
+    /// The right side is written without an index: a vector of the right length lists the members.
+    pub(super) list: bool,
+    /// The right side in the syntax tree.
+    pub(super) root: ExprRef,
+    /// It is a sum over many terms, which energies take apart.
+    pub(super) additive: bool,
+}
+
+/// A declared parameter, one member of a family or a single one.
+#[derive(Clone, Debug)]
+pub struct Parameter {
+    /// `g`, `m[2]`.
+    pub name: String,
+    /// Where it is declared.
+    pub span: Span,
+    /// Its symbol in the pool.
+    pub symbol: Symbol,
+    /// What stands for it in derivations: the symbol itself, or, where it is defined from other
+    /// parameters, the expression in those; a number where it sets ranges.
+    pub symbolic: ExprId,
+    /// Its value: an expression without symbols. `None` without a value.
+    pub value: Option<ExprId>,
+    /// Standard uncertainty, an expression without symbols.
+    pub uncertainty: Option<ExprId>,
+}
+
+/// A generalised coordinate.
+#[derive(Clone, Debug)]
+pub struct Coordinate {
+    /// `theta`, `phi[1]`, `r[1,3]`.
+    pub name: String,
+    /// Where it is declared.
+    pub span: Span,
+    /// The coordinate's symbol.
+    pub symbol: Symbol,
+    /// Its velocity's symbol, named `x'`.
+    pub velocity: Symbol,
+}
+
+/// What a symbol of the pool means to the model.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SymbolKind {
+    /// A coordinate, by its number.
+    Coordinate(usize),
+    /// A coordinate's velocity.
+    Velocity(usize),
+    /// A coordinate's acceleration.
+    Acceleration(usize),
+    /// A parameter, by its number.
+    Parameter(usize),
+    /// The time.
+    Time,
+    /// A place in a family's term that every instance fills with a coordinate of its own.
+    CoordinateSlot(usize),
+    /// The velocity of such a coordinate.
+    VelocitySlot(usize),
+    /// The acceleration of such a coordinate.
+    AccelerationSlot(usize),
+    /// A place that every instance fills with a parameter or number of its own.
+    ValueSlot(usize),
+}
+
+/// Everything declared so far.
+#[derive(Debug, Default)]
+pub(super) struct World {
+    pub(super) pool: Pool,
+    pub(super) names: HashMap<String, (Entity, Span)>,
+    pub(super) kinds: HashMap<Symbol, SymbolKind>,
+    pub(super) parameter_families: Vec<Family>,
+    pub(super) parameters: Vec<Parameter>,
+    pub(super) coordinate_families: Vec<Family>,
+    pub(super) coordinates: Vec<Coordinate>,
+    pub(super) accelerations: HashMap<usize, Symbol>,
+    pub(super) lets: Vec<LetFamily>,
+    pub(super) tables: Vec<Table>,
+    pub(super) time: Option<Symbol>,
+    /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
+    pub(super) coordinate_slots: Vec<[Symbol; 3]>,
+    pub(super) value_slots: Vec<Symbol>,
+}
+
+impl World {
+    pub(super) fn time_symbol(&mut self) -> Symbol {
+        if let Some(time) = self.time {
+            return time;
+        }
+        let time = self.pool.fresh_symbol("t");
+        self.kinds.insert(time, SymbolKind::Time);
+        self.time = Some(time);
+        time
+    }
+
+    pub(super) fn coordinate_slot(&mut self, k: usize) -> [Symbol; 3] {
+        while self.coordinate_slots.len() <= k {
+            let k = self.coordinate_slots.len();
+            let symbols = [
+                self.pool.fresh_symbol(&format!("q{}", k + 1)),
+                self.pool.fresh_symbol(&format!("q{}'", k + 1)),
+                self.pool.fresh_symbol(&format!("q{}''", k + 1)),
+            ];
+            self.kinds.insert(symbols[0], SymbolKind::CoordinateSlot(k));
+            self.kinds.insert(symbols[1], SymbolKind::VelocitySlot(k));
+            self.kinds
+                .insert(symbols[2], SymbolKind::AccelerationSlot(k));
+            self.coordinate_slots.push(symbols);
+        }
+        self.coordinate_slots[k]
+    }
+
+    pub(super) fn value_slot(&mut self, k: usize) -> Symbol {
+        while self.value_slots.len() <= k {
+            let k = self.value_slots.len();
+            let symbol = self.pool.fresh_symbol(&format!("c{}", k + 1));
+            self.kinds.insert(symbol, SymbolKind::ValueSlot(k));
+            self.value_slots.push(symbol);
+        }
+        self.value_slots[k]
+    }
+
+    pub(super) fn acceleration(&mut self, coordinate: usize) -> Symbol {
+        if let Some(symbol) = self.accelerations.get(&coordinate) {
+            return *symbol;
+        }
+        let name = format!("{}''", self.coordinates[coordinate].name);
+        let symbol = self.pool.fresh_symbol(&name);
+        self.kinds
+            .insert(symbol, SymbolKind::Acceleration(coordinate));
+        self.accelerations.insert(coordinate, symbol);
+        symbol
+    }
+
+    /// The time derivative of a symbol: a velocity, an acceleration, 1 for the time, `None` for
+    /// constants.
+    pub(super) fn rate(&mut self, symbol: Symbol) -> Option<ExprId> {
+        let rate = match *self.kinds.get(&symbol)? {
+            SymbolKind::Coordinate(i) => self.coordinates[i].velocity,
+            SymbolKind::Velocity(i) => self.acceleration(i),
+            SymbolKind::CoordinateSlot(k) => self.coordinate_slot(k)[1],
+            SymbolKind::VelocitySlot(k) => self.coordinate_slot(k)[2],
+            SymbolKind::Time => return Some(self.pool.integer(1)),
+            SymbolKind::Acceleration(_)
+            | SymbolKind::AccelerationSlot(_)
+            | SymbolKind::Parameter(_)
+            | SymbolKind::ValueSlot(_) => return None,
+        };
+        Some(self.pool.symbol_expr(rate))
+    }
+
+    /// The family behind a parameter, coordinate or `let`.
+    pub(super) fn family(&self, entity: Entity) -> Option<&Family> {
+        match entity {
+            Entity::Parameter(i) => self.parameter_families.get(i),
+            Entity::Coordinate(i) => self.coordinate_families.get(i),
+            Entity::Let(i) => self.lets.get(i).map(|family| &family.family),
+            Entity::Table(_) => None,
+        }
+    }
+}

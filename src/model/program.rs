@@ -1,0 +1,133 @@
+//! Programs: expressions of the syntax tree with every name looked up, ready to be run many times.
+//!
+//! A program is a list of operations for a stack machine, so that running it never recurses to the
+//! depth of the text. Two kinds: [`Program`] yields symbolic values, [`IndexProgram`] the exact
+//! numbers that set indices, ranges and filters.
+
+use super::functions::Builtin;
+use super::names::Entity;
+use crate::expr::ExprId;
+use crate::number::Number;
+use crate::precision::Function;
+use crate::span::Span;
+use crate::syntax::Comparison;
+
+/// A compiled expression.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Program {
+    pub(super) ops: Vec<(Op, Span)>,
+    pub(super) span: Span,
+}
+
+/// One operation on the stack of values.
+#[derive(Clone, Debug)]
+pub(super) enum Op {
+    Literal(ExprId),
+    Time,
+    /// A number made of indices, table fields and parameters.
+    Number(IndexProgram),
+    /// The field of a row of a table.
+    Field {
+        table: usize,
+        row: IndexProgram,
+        column: usize,
+    },
+    /// A declared quantity: a member, a slice or the whole family.
+    Read {
+        entity: Entity,
+        indices: Box<[IndexProgram]>,
+    },
+    Prime,
+    Negate,
+    /// From here on numbers are part of the expression's form, not slots.
+    BeginExponent,
+    EndExponent,
+    Power,
+    Product(Box<[bool]>),
+    Sum(Box<[bool]>),
+    Vector(usize),
+    Component(Box<[IndexProgram]>),
+    Call(Builtin, usize),
+    SumOver(Box<SumProgram>),
+}
+
+/// `sum(…)` inside an expression.
+#[derive(Clone, Debug)]
+pub(super) struct SumProgram {
+    pub(super) binders: Vec<Binder>,
+    pub(super) filter: Option<IndexProgram>,
+    pub(super) body: Program,
+}
+
+/// One index of a sum: which slot it fills and with what.
+#[derive(Clone, Debug)]
+pub(super) struct Binder {
+    pub(super) slot: usize,
+    pub(super) kind: BinderKind,
+    pub(super) span: Span,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum BinderKind {
+    Range {
+        from: IndexProgram,
+        to: IndexProgram,
+    },
+    Rows(usize),
+}
+
+/// A compiled index, bound or condition.
+#[derive(Clone, Debug)]
+pub(super) struct IndexProgram {
+    pub(super) form: IndexForm,
+    pub(super) span: Span,
+}
+
+/// The frequent forms are kept apart, since they are run once an instance of a sum.
+#[derive(Clone, Debug)]
+pub(super) enum IndexForm {
+    Constant(i64),
+    /// An index variable plus a constant.
+    Shifted {
+        slot: usize,
+        shift: i64,
+    },
+    /// The field of the row that an index variable holds.
+    RowField {
+        table: usize,
+        slot: usize,
+        column: usize,
+    },
+    General(Vec<(IndexOp, Span)>),
+}
+
+/// One operation on the stack of exact numbers.
+#[derive(Clone, Debug)]
+pub(super) enum IndexOp {
+    Number(Number),
+    Pi,
+    Variable(usize),
+    /// Pops as many indices as stand here.
+    Parameter {
+        family: usize,
+        indices: usize,
+    },
+    /// Pops the row.
+    Field {
+        table: usize,
+        column: usize,
+    },
+    Negate,
+    Power,
+    Product(Box<[bool]>),
+    Sum(Box<[bool]>),
+    Mod,
+    Floor,
+    Sqrt,
+    Norm(usize),
+    Apply(Function),
+    Compare(Comparison),
+    Not,
+    And(usize),
+    Or(usize),
+}

@@ -1,0 +1,861 @@
+//! Running programs: once in full, to symbolic values, and once an instance of a sum in light form,
+//! to find out only what the instance fills the slots of its term with.
+//!
+//! Both walk through a program in the same order. What the full run meets on its way (which member
+//! of a family, which piece of a `let`, how many terms of an inner sum) it writes down as a
+//! signature; an instance with the same signature has the same term with other slots, and is never
+//! run in full.
+
+use std::sync::Arc;
+
+use super::ModelError;
+use super::index::Quantity;
+use super::names::{Entity, Key, Progress, World, key, member_name};
+use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
+use super::values::{self, Value};
+use crate::expr::{ExprId, Node};
+use crate::number::Number;
+use crate::span::Span;
+
+/// More terms than this in one sum are refused.
+const MOST_INSTANCES: u64 = 50_000_000;
+
+/// `let` families nested deeper than this are written out when they are declared.
+pub(super) const DEEPEST_LET: usize = 64;
+
+/// What a slot of a term is filled with.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Leaf {
+    Coordinate(usize),
+    Parameter(usize),
+    Field {
+        table: usize,
+        row: i64,
+        column: usize,
+    },
+    Number(Number),
+}
+
+/// The slots of one instance of a term, and the way that led to them.
+#[derive(Debug, Default)]
+pub(super) struct Instance {
+    pub(super) signature: Vec<u32>,
+    pub(super) leaves: Vec<Leaf>,
+    in_exponent: usize,
+}
+
+impl Instance {
+    pub(super) fn clear(&mut self) {
+        self.signature.clear();
+        self.leaves.clear();
+        self.in_exponent = 0;
+    }
+
+    /// The slot of a leaf; a leaf met before keeps its slot.
+    fn slot(&mut self, leaf: Leaf) -> usize {
+        // Terms have few slots; the search is short.
+        let slot = match self.leaves.iter().position(|own| *own == leaf) {
+            Some(slot) => slot,
+            None => {
+                self.leaves.push(leaf);
+                self.leaves.len() - 1
+            }
+        };
+        self.signature.push(u32::try_from(slot).unwrap_or(u32::MAX));
+        slot
+    }
+
+    /// Notes a number that decides the form of the term.
+    fn note(&mut self, number: i64) {
+        let bits = number.cast_unsigned();
+        self.signature.push((bits >> 32) as u32);
+        self.signature.push((bits & 0xffff_ffff) as u32);
+    }
+}
+
+/// Why a run stopped.
+#[derive(Debug)]
+pub(super) enum Stop {
+    Error(Box<ModelError>),
+    /// The term can't have slots: it must be written out.
+    WriteOut,
+}
+
+impl From<ModelError> for Stop {
+    fn from(error: ModelError) -> Self {
+        Self::Error(Box::new(error))
+    }
+}
+
+fn shape(misfit: values::Misfit, span: Span) -> Stop {
+    Stop::from(ModelError::Shape {
+        what: misfit.0,
+        span,
+        help: misfit.1,
+    })
+}
+
+impl World {
+    /// Runs a program to its value; with an `instance`, members become slots.
+    pub(super) fn run(
+        &mut self,
+        program: &Program,
+        slots: &mut Vec<i64>,
+        mut instance: Option<&mut Instance>,
+    ) -> Result<Value, Stop> {
+        let mut stack: Vec<Value> = Vec::new();
+        for (op, span) in &program.ops {
+            let span = *span;
+            let count = match op {
+                Op::Prime | Op::Negate | Op::Component(_) => 1,
+                Op::Power => 2,
+                Op::Product(parts) | Op::Sum(parts) => parts.len(),
+                Op::Vector(count) | Op::Call(_, count) => *count,
+                Op::Literal(_)
+                | Op::Time
+                | Op::Number(_)
+                | Op::Field { .. }
+                | Op::Read { .. }
+                | Op::BeginExponent
+                | Op::EndExponent
+                | Op::SumOver(_) => 0,
+            };
+            let operands = stack.split_off(stack.len().saturating_sub(count));
+            let value = match op {
+                Op::Literal(e) => Value::Scalar(*e),
+                Op::Time => {
+                    let time = self.time_symbol();
+                    Value::Scalar(self.pool.symbol_expr(time))
+                }
+                Op::Number(number) => {
+                    let number = self.exact(number, slots)?;
+                    Value::Scalar(self.number_value(number, instance.as_deref_mut()))
+                }
+                Op::Field { table, row, column } => {
+                    let row = self.integer(row, slots)?;
+                    let number = self.field(*table, row, *column, span)?.clone();
+                    let e = match instance.as_deref_mut() {
+                        Some(instance) if instance.in_exponent == 0 => {
+                            let slot = instance.slot(Leaf::Field {
+                                table: *table,
+                                row,
+                                column: *column,
+                            });
+                            let symbol = self.value_slot(slot);
+                            self.pool.symbol_expr(symbol)
+                        }
+                        instance => self.number_value(number, instance),
+                    };
+                    Value::Scalar(e)
+                }
+                Op::Read { entity, indices } => {
+                    let at = self.integers(indices, slots)?;
+                    self.read(*entity, &at, span, instance.as_deref_mut())?
+                }
+                Op::BeginExponent => {
+                    if let Some(instance) = instance.as_deref_mut() {
+                        instance.in_exponent += 1;
+                    }
+                    continue;
+                }
+                Op::EndExponent => {
+                    if let Some(instance) = instance.as_deref_mut() {
+                        instance.in_exponent -= 1;
+                    }
+                    continue;
+                }
+                Op::Prime => self.prime(&operands),
+                Op::Negate => match operands.first() {
+                    Some(value) => value.map(&mut |e| self.pool.neg(e)),
+                    None => Value::Vector(Vec::new()),
+                },
+                Op::Power => self.power(&operands, span)?,
+                Op::Product(divided) => {
+                    let factors: Vec<(bool, Value)> =
+                        divided.iter().copied().zip(operands).collect();
+                    values::product(&mut self.pool, &factors).map_err(|e| shape(e, span))?
+                }
+                Op::Sum(subtracted) => {
+                    let terms: Vec<(bool, Value)> =
+                        subtracted.iter().copied().zip(operands).collect();
+                    values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))?
+                }
+                Op::Vector(_) => Value::Vector(operands),
+                Op::Component(indices) => {
+                    let at = self.integers(indices, slots)?;
+                    let base = operands.into_iter().next();
+                    let base = base.unwrap_or(Value::Vector(Vec::new()));
+                    component(base, &at, span, instance.as_deref_mut())?
+                }
+                Op::Call(builtin, _) => self.call(*builtin, &operands, span)?,
+                Op::SumOver(sum) => self.sum_over(sum, slots, instance.as_deref_mut(), span)?,
+            };
+            if let Value::Scalar(e) = value
+                && matches!(self.pool.node(e), Node::Undefined)
+            {
+                let what = match op {
+                    Op::Product(_) => "a division by zero",
+                    Op::Power => "this power",
+                    _ => "this function value",
+                };
+                return Err(Stop::from(ModelError::Undefined {
+                    what: what.to_owned(),
+                    span,
+                }));
+            }
+            stack.push(value);
+        }
+        Ok(stack.pop().unwrap_or(Value::Vector(Vec::new())))
+    }
+
+    /// Runs a program without slots; everything is written out.
+    pub(super) fn run_written_out(
+        &mut self,
+        program: &Program,
+        slots: &mut Vec<i64>,
+    ) -> Result<Value, ModelError> {
+        self.run(program, slots, None).map_err(|stop| match stop {
+            Stop::Error(error) => *error,
+            // Only runs with slots ask for it.
+            Stop::WriteOut => ModelError::Undefined {
+                what: "this".to_owned(),
+                span: program.span,
+            },
+        })
+    }
+
+    /// Finds out what an instance fills the slots with, and its signature.
+    pub(super) fn run_light(
+        &mut self,
+        program: &Program,
+        slots: &mut Vec<i64>,
+        instance: &mut Instance,
+    ) -> Result<(), Stop> {
+        for (op, span) in &program.ops {
+            match op {
+                Op::Number(number) => {
+                    let number = self.exact(number, slots)?;
+                    note_number(number, instance);
+                }
+                Op::Field { table, row, column } => {
+                    let row = self.integer(row, slots)?;
+                    let number = self.field(*table, row, *column, *span)?;
+                    if instance.in_exponent == 0 {
+                        instance.slot(Leaf::Field {
+                            table: *table,
+                            row,
+                            column: *column,
+                        });
+                    } else {
+                        note_number(number.clone(), instance);
+                    }
+                }
+                Op::Read { entity, indices } => {
+                    let mut at = [0; 3];
+                    if indices.len() <= 3 {
+                        for (slot, index) in at.iter_mut().zip(indices) {
+                            *slot = self.integer(index, slots)?;
+                        }
+                        self.read_light(*entity, &at[..indices.len()], *span, instance)?;
+                    } else {
+                        let at = self.integers(indices, slots)?;
+                        self.read_light(*entity, &at, *span, instance)?;
+                    }
+                }
+                Op::BeginExponent => instance.in_exponent += 1,
+                Op::EndExponent => instance.in_exponent -= 1,
+                Op::Component(indices) => {
+                    for index in indices {
+                        let at = self.integer(index, slots)?;
+                        instance.note(at);
+                    }
+                }
+                Op::SumOver(sum) => {
+                    let mut count = 0_i64;
+                    let outer = slots.len();
+                    let filters = filters(sum);
+                    self.instances(&sum.binders, &filters, slots, *span, |world, slots| {
+                        count += 1;
+                        world.run_light(&sum.body, slots, instance)
+                    })?;
+                    slots.truncate(outer);
+                    instance.note(count);
+                }
+                Op::Literal(_)
+                | Op::Time
+                | Op::Prime
+                | Op::Negate
+                | Op::Power
+                | Op::Product(_)
+                | Op::Sum(_)
+                | Op::Vector(_)
+                | Op::Call(..) => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn integers(&self, indices: &[IndexProgram], slots: &[i64]) -> Result<Vec<i64>, ModelError> {
+        indices
+            .iter()
+            .map(|index| self.integer(index, slots))
+            .collect()
+    }
+
+    fn exact(&self, number: &IndexProgram, slots: &[i64]) -> Result<Number, ModelError> {
+        match self.quantity(number, slots)? {
+            Quantity::Exact(number) => Ok(number),
+            Quantity::Enclosed(_) | Quantity::Truth(_) => Err(ModelError::Undefined {
+                what: "a rational number; this".to_owned(),
+                span: number.span,
+            }),
+        }
+    }
+
+    fn number_value(&mut self, number: Number, instance: Option<&mut Instance>) -> ExprId {
+        match instance {
+            Some(instance) if instance.in_exponent == 0 => {
+                let slot = instance.slot(Leaf::Number(number));
+                let symbol = self.value_slot(slot);
+                self.pool.symbol_expr(symbol)
+            }
+            Some(instance) => {
+                note_number(number.clone(), instance);
+                self.pool.number(number)
+            }
+            None => self.pool.number(number),
+        }
+    }
+
+    /// Runs `body` for every value of the indices, in order; their slots lie on top of `slots`.
+    pub(super) fn instances<E: From<ModelError>>(
+        &mut self,
+        binders: &[Binder],
+        filters: &[(usize, &IndexProgram)],
+        slots: &mut Vec<i64>,
+        span: Span,
+        mut body: impl FnMut(&mut Self, &mut Vec<i64>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let base = slots.len();
+        let mut levels: Vec<(i64, i64)> = Vec::with_capacity(binders.len());
+        let mut steps = 0_u64;
+        let mut descend = true;
+        loop {
+            if descend && levels.len() < binders.len() {
+                let range = self.binder_range(&binders[levels.len()], slots)?;
+                levels.push(range);
+            }
+            let Some((next, last)) = levels.last_mut() else {
+                return Ok(());
+            };
+            let (value, last) = (*next, *last);
+            *next += 1;
+            let depth = levels.len();
+            slots.truncate(base + depth - 1);
+            if value > last {
+                levels.pop();
+                if levels.is_empty() {
+                    return Ok(());
+                }
+                descend = false;
+                continue;
+            }
+            steps += 1;
+            if steps > MOST_INSTANCES {
+                return Err(E::from(ModelError::TooLarge {
+                    count: format!("more than {MOST_INSTANCES} terms"),
+                    span,
+                }));
+            }
+            slots.push(value);
+            descend = true;
+            for (after, filter) in filters {
+                if *after == depth && !self.holds(filter, slots)? {
+                    descend = false;
+                }
+            }
+            if descend && depth == binders.len() {
+                body(self, slots)?;
+                slots.truncate(base + depth);
+                descend = false;
+            }
+        }
+    }
+
+    pub(super) fn binder_range(
+        &self,
+        binder: &Binder,
+        slots: &[i64],
+    ) -> Result<(i64, i64), ModelError> {
+        let range = match &binder.kind {
+            BinderKind::Range { from, to } => {
+                (self.integer(from, slots)?, self.integer(to, slots)?)
+            }
+            BinderKind::Rows(table) => {
+                let rows = self.tables[*table].rows();
+                (1, i64::try_from(rows).unwrap_or(i64::MAX))
+            }
+        };
+        let count = range.1.saturating_sub(range.0).saturating_add(1);
+        if u64::try_from(count).is_ok_and(|count| count > MOST_INSTANCES) {
+            return Err(ModelError::TooLarge {
+                count: format!("the {count} values of this range"),
+                span: binder.span,
+            });
+        }
+        Ok(range)
+    }
+
+    fn sum_over(
+        &mut self,
+        sum: &SumProgram,
+        slots: &mut Vec<i64>,
+        mut instance: Option<&mut Instance>,
+        span: Span,
+    ) -> Result<Value, Stop> {
+        let outer = slots.len();
+        let mut terms: Vec<(bool, Value)> = Vec::new();
+        let filters = filters(sum);
+        self.instances::<Stop>(&sum.binders, &filters, slots, span, |world, slots| {
+            let term = world.run(&sum.body, slots, instance.as_deref_mut())?;
+            terms.push((false, term));
+            Ok(())
+        })?;
+        slots.truncate(outer);
+        if let Some(instance) = instance {
+            instance.note(i64::try_from(terms.len()).unwrap_or(i64::MAX));
+        }
+        values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))
+    }
+
+    fn power(&mut self, operands: &[Value], span: Span) -> Result<Value, Stop> {
+        let [base, exponent] = operands else {
+            return Ok(Value::Vector(Vec::new()));
+        };
+        if matches!(base, Value::Vector(_)) {
+            return Err(shape(
+                (
+                    format!("{} has no power", base.describe()),
+                    Some("the square of a vector is `dot(v, v)`".to_owned()),
+                ),
+                span,
+            ));
+        }
+        let base = base.scalar("the base").map_err(|e| shape(e, span))?;
+        let exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;
+        Ok(Value::Scalar(self.pool.power(base, exponent)))
+    }
+
+    fn prime(&mut self, operands: &[Value]) -> Value {
+        let Some(value) = operands.first() else {
+            return Value::Vector(Vec::new());
+        };
+        let scalars = value.scalars();
+        let mut rates = self.time_derivative(&scalars).into_iter();
+        let zero = self.pool.zero();
+        value.map(&mut |_| rates.next().unwrap_or(zero))
+    }
+
+    fn call(
+        &mut self,
+        builtin: super::functions::Builtin,
+        operands: &[Value],
+        span: Span,
+    ) -> Result<Value, Stop> {
+        // The only function that needs more than the pool differentiates its argument: the rates
+        // are made beforehand and looked up.
+        let mut rates = std::collections::HashMap::new();
+        if builtin == super::functions::Builtin::AngularVelocity {
+            let scalars: Vec<ExprId> = operands.iter().flat_map(Value::scalars).collect();
+            let derivatives = self.time_derivative(&scalars);
+            rates.extend(scalars.into_iter().zip(derivatives));
+        }
+        builtin
+            .apply(&mut self.pool, operands, &mut |pool, e| {
+                rates.get(&e).copied().unwrap_or_else(|| pool.zero())
+            })
+            .map_err(|e| shape(e, span))
+    }
+
+    /// The total time derivative: the chain rule through coordinates, velocities and the time.
+    pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let mut seeds = crate::expr::Seeds::default();
+        for symbol in self.pool.symbols_of(roots) {
+            if let Some(rate) = self.rate(symbol) {
+                seeds.insert(symbol, rate);
+            }
+        }
+        self.pool.derivation(roots, &seeds)
+    }
+
+    fn out_of_range(&self, entity: Entity, at: &[i64], span: Span) -> Stop {
+        let Some(family) = self.family(entity) else {
+            return Stop::WriteOut;
+        };
+        Stop::from(ModelError::IndexOutOfRange {
+            member: member_name(&family.name, at.len().min(3), &key(at)),
+            available: family.grid.describe(&family.name),
+            span,
+            declared: Some(family.span),
+        })
+    }
+
+    fn too_many(&self, entity: Entity, span: Span) -> Stop {
+        let Some(family) = self.family(entity) else {
+            return Stop::WriteOut;
+        };
+        Stop::from(ModelError::TooManyIndices {
+            what: format!("`{}`", family.name),
+            available: family.grid.rank,
+            span,
+        })
+    }
+
+    /// The value of a member, a slice or a family.
+    fn read(
+        &mut self,
+        entity: Entity,
+        at: &[i64],
+        span: Span,
+        mut instance: Option<&mut Instance>,
+    ) -> Result<Value, Stop> {
+        let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        if at.len() < rank {
+            let bounds = self
+                .family(entity)
+                .and_then(|family| family.grid.bounds(at));
+            let Some((from, to)) = bounds else {
+                return Err(self.out_of_range(entity, at, span));
+            };
+            if let Some(instance) = instance.as_deref_mut() {
+                instance.note(to - from);
+            }
+            let mut parts = Vec::new();
+            for index in from..=to {
+                let mut deeper = at.to_vec();
+                deeper.push(index);
+                parts.push(self.read(entity, &deeper, span, instance.as_deref_mut())?);
+            }
+            return Ok(Value::Vector(parts));
+        }
+        let (own, rest) = at.split_at(rank);
+        let own = key(own);
+        match entity {
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
+                Err(self.too_many(entity, span))
+            }
+            Entity::Parameter(family) => {
+                let Some(number) = self.parameter_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                match instance {
+                    // A parameter without indices is the same for all instances.
+                    Some(instance) if rank > 0 => {
+                        let slot = instance.slot(Leaf::Parameter(number));
+                        let symbol = self.value_slot(slot);
+                        Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
+                    }
+                    Some(_) | None => Ok(Value::Scalar(self.parameters[number].symbolic)),
+                }
+            }
+            Entity::Coordinate(family) => {
+                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                let symbol = match instance {
+                    Some(instance) => {
+                        let slot = instance.slot(Leaf::Coordinate(number));
+                        self.coordinate_slot(slot)[0]
+                    }
+                    None => self.coordinates[number].symbol,
+                };
+                Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
+            }
+            Entity::Let(family) => {
+                let value = self.let_member(family, own, span, instance.as_deref_mut())?;
+                component(value, rest, span, instance)
+            }
+            Entity::Table(_) => Err(Stop::WriteOut),
+        }
+    }
+
+    fn read_light(
+        &mut self,
+        entity: Entity,
+        at: &[i64],
+        span: Span,
+        instance: &mut Instance,
+    ) -> Result<(), Stop> {
+        let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        if at.len() < rank {
+            let bounds = self
+                .family(entity)
+                .and_then(|family| family.grid.bounds(at));
+            let Some((from, to)) = bounds else {
+                return Err(self.out_of_range(entity, at, span));
+            };
+            instance.note(to - from);
+            let mut deeper = [0; 3];
+            deeper[..at.len()].copy_from_slice(at);
+            for index in from..=to {
+                deeper[at.len()] = index;
+                self.read_light(entity, &deeper[..=at.len()], span, instance)?;
+            }
+            return Ok(());
+        }
+        let (own, rest) = at.split_at(rank);
+        let own = key(own);
+        match entity {
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
+                Err(self.too_many(entity, span))
+            }
+            Entity::Parameter(family) => {
+                let Some(number) = self.parameter_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                if rank > 0 {
+                    instance.slot(Leaf::Parameter(number));
+                }
+                Ok(())
+            }
+            Entity::Coordinate(family) => {
+                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                instance.slot(Leaf::Coordinate(number));
+                Ok(())
+            }
+            Entity::Let(family) => {
+                if rank > 0 {
+                    let (program, piece) = self.let_piece(family, &own, span)?;
+                    instance.note(piece);
+                    let mut slots = own[..rank].to_vec();
+                    self.run_light(&program, &mut slots, instance)?;
+                }
+                for index in rest {
+                    instance.note(*index);
+                }
+                Ok(())
+            }
+            Entity::Table(_) => Err(Stop::WriteOut),
+        }
+    }
+
+    /// The piece of a `let` family that gives a member, to be run with slots.
+    fn let_piece(
+        &self,
+        family: usize,
+        at: &Key,
+        span: Span,
+    ) -> Result<(Arc<Program>, i64), Stop> {
+        let own = &self.lets[family];
+        if own.recursive || own.depth > DEEPEST_LET {
+            return Err(Stop::WriteOut);
+        }
+        let rank = own.family.grid.rank;
+        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
+        let piece = own.family.grid.find_block(at).ok_or_else(missing)?;
+        let Some(found) = own.pieces.get(piece) else {
+            return Err(missing());
+        };
+        if found.list {
+            return Err(Stop::WriteOut);
+        }
+        if let Some(filter) = &found.filter
+            && !self.holds(filter, &at[..rank])?
+        {
+            return Err(missing());
+        }
+        Ok((
+            Arc::clone(&found.program),
+            i64::try_from(piece).unwrap_or(i64::MAX),
+        ))
+    }
+
+    fn let_member(
+        &mut self,
+        family: usize,
+        at: Key,
+        span: Span,
+        instance: Option<&mut Instance>,
+    ) -> Result<Value, Stop> {
+        let rank = self.lets[family].family.grid.rank;
+        if let Some(instance) = instance
+            && rank > 0
+        {
+            let (program, piece) = self.let_piece(family, &at, span)?;
+            instance.note(piece);
+            let mut slots = at[..rank].to_vec();
+            return self.run(&program, &mut slots, Some(instance));
+        }
+        if let Some(value) = self.lets[family].members.get(&at) {
+            return Ok(value.clone());
+        }
+        if self.lets[family].recursive {
+            self.write_out_up_to(family, at, span)?;
+            if let Some(value) = self.lets[family].members.get(&at) {
+                return Ok(value.clone());
+            }
+            return Err(self.out_of_range(Entity::Let(family), &at[..rank], span));
+        }
+        self.write_out_member(family, at, span)
+    }
+
+    /// Writes out a member of a `let` family and remembers it.
+    fn write_out_member(&mut self, family: usize, at: Key, span: Span) -> Result<Value, Stop> {
+        let own = &self.lets[family];
+        let rank = own.family.grid.rank;
+        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
+        let piece = own.family.grid.find_block(&at).ok_or_else(missing)?;
+        let found = own.pieces.get(piece).ok_or_else(missing)?;
+        let (program, list) = (Arc::clone(&found.program), found.list);
+        if let Some(filter) = &found.filter
+            && !self.holds(filter, &at[..rank])?
+        {
+            return Err(missing());
+        }
+        let first = own
+            .family
+            .grid
+            .blocks
+            .iter()
+            .find(|block| block.base == piece)
+            .map(|block| (block.lower, block.extent(0)));
+        let mut slots = at[..rank].to_vec();
+        let mut value = self.run(&program, &mut slots, None)?;
+        if list
+            && let Some((lower, extent)) = first
+            && let Value::Vector(parts) = &value
+            && parts.len() == extent
+            && let Some(part) = usize::try_from(at[0] - lower[0]).ok().and_then(|i| parts.get(i))
+        {
+            value = part.clone();
+        }
+        self.lets[family].members.insert(at, value.clone());
+        Ok(value)
+    }
+
+    /// Writes out the members of a recursive family in ascending order, up to one.
+    fn write_out_up_to(&mut self, family: usize, at: Key, span: Span) -> Result<(), Stop> {
+        if self.lets[family].progress.is_none() {
+            let grid = &self.lets[family].family.grid;
+            let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
+            order.extend(grid.singles.keys());
+            order.sort_unstable();
+            self.lets[family].progress = Some(Progress {
+                order,
+                done: 0,
+                current: None,
+            });
+        }
+        loop {
+            let name = self.lets[family].family.name.clone();
+            let rank = self.lets[family].family.grid.rank;
+            let Some(progress) = self.lets[family].progress.as_mut() else {
+                return Ok(());
+            };
+            if let Some(current) = progress.current {
+                // A member that is being written out asks for one that comes later, or for itself.
+                if at >= current {
+                    return Err(Stop::from(ModelError::RecursiveLet {
+                        name: member_name(&name, rank, &current),
+                        span,
+                    }));
+                }
+                return Ok(());
+            }
+            let Some(next) = progress.order.get(progress.done).copied() else {
+                return Ok(());
+            };
+            if next > at {
+                return Ok(());
+            }
+            progress.done += 1;
+            if self.lets[family].members.contains_key(&next) {
+                continue;
+            }
+            if let Some(progress) = self.lets[family].progress.as_mut() {
+                progress.current = Some(next);
+            }
+            let written = self.write_out_member(family, next, span);
+            if let Some(progress) = self.lets[family].progress.as_mut() {
+                progress.current = None;
+            }
+            written?;
+        }
+    }
+
+    /// Writes out all members of a `let` family.
+    pub(super) fn write_out_all(&mut self, family: usize, span: Span) -> Result<(), ModelError> {
+        let grid = &self.lets[family].family.grid;
+        let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
+        order.extend(grid.singles.keys());
+        order.sort_unstable();
+        for at in order {
+            self.let_member(family, at, span, None)
+                .map_err(|stop| match stop {
+                    Stop::Error(error) => *error,
+                    Stop::WriteOut => ModelError::RecursiveLet {
+                        name: self.lets[family].family.name.clone(),
+                        span,
+                    },
+                })?;
+        }
+        Ok(())
+    }
+}
+
+fn filters(sum: &SumProgram) -> Vec<(usize, &IndexProgram)> {
+    let after = sum.binders.len();
+    sum.filter.iter().map(|filter| (after, filter)).collect()
+}
+
+fn note_number(number: Number, instance: &mut Instance) {
+    if instance.in_exponent == 0 {
+        instance.slot(Leaf::Number(number));
+    } else if let Some(integer) = number.to_i64() {
+        instance.note(integer);
+    } else {
+        for byte in number.to_string().bytes() {
+            instance.signature.push(u32::from(byte));
+        }
+    }
+}
+
+fn component(
+    value: Value,
+    at: &[i64],
+    span: Span,
+    mut instance: Option<&mut Instance>,
+) -> Result<Value, Stop> {
+    let mut value = value;
+    for index in at {
+        if let Some(instance) = instance.as_deref_mut() {
+            instance.note(*index);
+        }
+        value = match value {
+            Value::Scalar(_) => {
+                return Err(Stop::from(ModelError::TooManyIndices {
+                    what: "a number".to_owned(),
+                    available: 0,
+                    span,
+                }));
+            }
+            Value::Vector(mut parts) => {
+                let count = parts.len();
+                match usize::try_from(*index) {
+                    Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
+                    _ => {
+                        return Err(Stop::from(ModelError::IndexOutOfRange {
+                            member: format!("[{index}]"),
+                            available: format!("the vector has the components 1..{count}"),
+                            span,
+                            declared: None,
+                        }));
+                    }
+                }
+            }
+        };
+    }
+    Ok(value)
+}

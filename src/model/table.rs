@@ -1,0 +1,167 @@
+//! Tables: CSV text with a header, read into exact numbers.
+
+use crate::model::ModelError;
+use crate::number::Number;
+use crate::span::Span;
+
+/// The texts of the CSV files that a model names, by the path as the model writes it.
+///
+/// The library reads no files; whoever calls it hands over what it has.
+#[derive(Clone, Debug, Default)]
+pub struct TableTexts {
+    texts: Vec<(String, Result<String, String>)>,
+}
+
+impl TableTexts {
+    /// No tables.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the text of the file that the model calls `path`.
+    #[must_use]
+    pub fn with(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
+        self.texts.push((path.into(), Ok(text.into())));
+        self
+    }
+
+    /// Remembers why the file that the model calls `path` could not be read, for the error message.
+    #[must_use]
+    pub fn with_failure(mut self, path: impl Into<String>, reason: impl Into<String>) -> Self {
+        self.texts.push((path.into(), Err(reason.into())));
+        self
+    }
+
+    fn get(&self, path: &str) -> Option<&Result<String, String>> {
+        let found = self.texts.iter().find(|(name, _)| name == path);
+        found.map(|(_, text)| text)
+    }
+}
+
+/// A table of exact numbers.
+#[derive(Clone, Debug)]
+pub(crate) struct Table {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+    pub(crate) columns: Vec<String>,
+    /// Row by row.
+    cells: Vec<Number>,
+    rows: usize,
+}
+
+impl Table {
+    pub(crate) fn rows(&self) -> usize {
+        self.rows
+    }
+
+    /// The field in a row counted from 1.
+    pub(crate) fn field(&self, row: i64, column: usize) -> Option<&Number> {
+        let row = usize::try_from(row).ok()?.checked_sub(1)?;
+        if row >= self.rows || column >= self.columns.len() {
+            return None;
+        }
+        self.cells.get(row * self.columns.len() + column)
+    }
+
+    pub(crate) fn read(
+        name: &str,
+        path: &str,
+        span: Span,
+        path_span: Span,
+        texts: &TableTexts,
+    ) -> Result<Self, ModelError> {
+        let missing = |reason: String| ModelError::MissingTable {
+            path: path.to_owned(),
+            reason,
+            span: path_span,
+        };
+        let text = match texts.get(path) {
+            None => return Err(missing(String::new())),
+            Some(Err(reason)) => return Err(missing(format!(": {reason}"))),
+            Some(Ok(text)) => text.trim_start_matches('\u{feff}'),
+        };
+        let bad = |line: u64, reason: String| ModelError::BadTable {
+            path: path.to_owned(),
+            line,
+            reason,
+            span: path_span,
+        };
+        let mut reader = csv::ReaderBuilder::new()
+            .trim(csv::Trim::All)
+            .comment(Some(b'#'))
+            .from_reader(text.as_bytes());
+        let describe = |error: &csv::Error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            let reason = match error.kind() {
+                csv::ErrorKind::UnequalLengths {
+                    expected_len, len, ..
+                } => format!("{len} fields where the header has {expected_len}"),
+                csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
+                _ => error.to_string(),
+            };
+            bad(line, reason)
+        };
+        let columns: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Err(error) => return Err(describe(&error)),
+        };
+        if columns.is_empty() || columns.iter().all(String::is_empty) {
+            return Err(bad(1, "there is no header with column names".to_owned()));
+        }
+        for (at, column) in columns.iter().enumerate() {
+            if columns[..at].contains(column) {
+                return Err(bad(1, format!("the column `{column}` stands twice")));
+            }
+        }
+        let mut cells = Vec::new();
+        let mut rows = 0;
+        for record in reader.records() {
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return Err(describe(&error)),
+            };
+            for (column, field) in columns.iter().zip(record.iter()) {
+                let Some(number) = parse_field(field) else {
+                    let line = record.position().map_or(0, csv::Position::line);
+                    return Err(bad(
+                        line,
+                        format!("`{field}` in column `{column}` is not a number"),
+                    ));
+                };
+                cells.push(number);
+            }
+            rows += 1;
+        }
+        Ok(Self {
+            name: name.to_owned(),
+            span,
+            columns,
+            cells,
+            rows,
+        })
+    }
+}
+
+/// Decimal numbers as spreadsheets write them: with a sign, with `.5` and `5.` too.
+fn parse_field(field: &str) -> Option<Number> {
+    let (negative, digits) = match field.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, field.strip_prefix('+').unwrap_or(field)),
+    };
+    let (mantissa, exponent) = match digits.find(['e', 'E']) {
+        Some(at) => (&digits[..at], &digits[at..]),
+        None => (digits, ""),
+    };
+    let mut plain = String::with_capacity(digits.len() + 2);
+    if mantissa.starts_with('.') {
+        plain.push('0');
+    }
+    plain.push_str(mantissa);
+    if mantissa.ends_with('.') {
+        plain.push('0');
+    }
+    plain.push_str(exponent);
+    let number = Number::parse(&plain)?;
+    Some(if negative { number.neg() } else { number })
+}

@@ -1,0 +1,481 @@
+//! Energies as families of terms.
+//!
+//! An energy is taken apart at its outer sums. `sum(i in 1..N, …)` becomes one term with slots and
+//! a table of what every instance fills them with, whatever N is; what can't be kept so (a
+//! pendulum's prefix sums) is written out into a single further term. Nothing is expanded and
+//! nothing is differentiated here.
+
+use std::collections::HashMap;
+
+use super::ModelError;
+use super::compile::{Compiler, Scope};
+use super::names::{Entity, SymbolKind, World};
+use super::program::{Binder, IndexProgram, Op, Program};
+use super::run::{Instance, Leaf, Stop};
+use super::values::Value;
+use crate::expr::{ExprId, Symbol};
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File};
+
+/// A coordinate as it appears in the body of a [`TermFamily`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Local {
+    /// The symbol that stands for the coordinate.
+    pub coordinate: Symbol,
+    /// The symbol that stands for its velocity.
+    pub velocity: Symbol,
+}
+
+/// Terms of one form: a body with slots, and what each instance fills them with.
+#[derive(Clone, Debug)]
+pub struct TermFamily {
+    /// Where the term stands.
+    pub span: Span,
+    /// The term, an expression in the symbols of `locals` and `values` and in parameters.
+    pub body: ExprId,
+    /// The coordinates in the body.
+    pub locals: Vec<Local>,
+    /// Further slots, filled with parameters or numbers.
+    pub values: Vec<Symbol>,
+    /// How many instances there are.
+    pub count: usize,
+    /// Numbers of the coordinates, `locals.len()` an instance.
+    pub coordinates: Vec<u32>,
+    /// Expressions for `values`, `values.len()` an instance.
+    pub constants: Vec<ExprId>,
+}
+
+impl TermFamily {
+    /// The coordinates of an instance, one number a local.
+    #[must_use]
+    pub fn coordinates_of(&self, instance: usize) -> &[u32] {
+        let width = self.locals.len();
+        self.coordinates
+            .get(instance * width..(instance + 1) * width)
+            .unwrap_or(&[])
+    }
+
+    /// The values of an instance, one expression a value slot.
+    #[must_use]
+    pub fn constants_of(&self, instance: usize) -> &[ExprId] {
+        let width = self.values.len();
+        self.constants
+            .get(instance * width..(instance + 1) * width)
+            .unwrap_or(&[])
+    }
+}
+
+/// Whether an expression is, seen from outside, a sum over an index.
+pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
+    let mut todo = vec![root];
+    while let Some(at) = todo.pop() {
+        match &file.expr(at).kind {
+            ExprKind::SumOver { .. } => return true,
+            ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value)),
+            ExprKind::Negate(inner) => todo.push(*inner),
+            ExprKind::Product(factors) => todo.extend(
+                factors
+                    .iter()
+                    .filter(|factor| !factor.divided)
+                    .map(|factor| factor.value),
+            ),
+            ExprKind::Name(name) => {
+                if let Some((Entity::Let(number), _)) = world.names.get(name)
+                    && let family = &world.lets[*number]
+                    && family.family.grid.rank == 0
+                    && family.pieces.first().is_some_and(|piece| piece.additive)
+                {
+                    return true;
+                }
+            }
+            ExprKind::Number(_)
+            | ExprKind::Index { .. }
+            | ExprKind::Field { .. }
+            | ExprKind::Prime(_)
+            | ExprKind::Power { .. }
+            | ExprKind::Call { .. }
+            | ExprKind::Vector(_)
+            | ExprKind::Compare { .. }
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_) => {}
+        }
+    }
+    false
+}
+
+/// A part of an energy on its way from the outside in.
+struct Part {
+    at: ExprRef,
+    negated: bool,
+    /// Factors in front, with their signs of division.
+    prefactors: Vec<(bool, Program)>,
+    binders: Vec<Binder>,
+    filters: Vec<(usize, IndexProgram)>,
+    scope: Scope,
+}
+
+/// The terms of an energy.
+pub(super) fn families(
+    compiler: &mut Compiler<'_>,
+    root: ExprRef,
+) -> Result<Vec<TermFamily>, ModelError> {
+    let span = compiler.file.expr(root).span;
+    let mut result = Vec::new();
+    let mut written_out: Vec<ExprId> = Vec::new();
+    let mut parts = vec![Part {
+        at: root,
+        negated: false,
+        prefactors: Vec::new(),
+        binders: Vec::new(),
+        filters: Vec::new(),
+        scope: Scope::default(),
+    }];
+    while let Some(part) = parts.pop() {
+        let Err(whole) = take_apart(compiler, part, &mut parts) else {
+            continue;
+        };
+        let program = assemble(compiler, *whole.0, &whole.1);
+        if !compiler.errors.is_empty() {
+            continue;
+        }
+        let part = whole.1;
+        instantiate(
+            compiler.world,
+            &part,
+            &program,
+            &mut result,
+            &mut written_out,
+        )?;
+    }
+    if !written_out.is_empty() {
+        let body = compiler.world.pool.sum(&written_out);
+        let mut family = Finisher::new(compiler.world, body, span).finish();
+        family.push_constant_row();
+        result.push(family);
+    }
+    Ok(result)
+}
+
+/// Pushes the pieces of a part, or gives it back where it is one piece.
+#[allow(clippy::type_complexity)] // the program and the part it belongs to
+fn take_apart(
+    compiler: &mut Compiler<'_>,
+    mut part: Part,
+    parts: &mut Vec<Part>,
+) -> Result<(), (Box<ExprRef>, Part)> {
+    let file = compiler.file;
+    let at = part.at;
+    if !is_additive(file, compiler.world, at) {
+        return Err((Box::new(at), part));
+    }
+    match &file.expr(at).kind {
+        ExprKind::Sum(terms) => {
+            // The last on the stack comes first.
+            for term in terms.iter().rev() {
+                parts.push(Part {
+                    at: term.value,
+                    negated: part.negated ^ term.subtracted,
+                    prefactors: part.prefactors.clone(),
+                    binders: part.binders.clone(),
+                    filters: part.filters.clone(),
+                    scope: part.scope.clone(),
+                });
+            }
+            Ok(())
+        }
+        ExprKind::Negate(inner) => {
+            part.at = *inner;
+            part.negated = !part.negated;
+            parts.push(part);
+            Ok(())
+        }
+        ExprKind::Product(factors) => {
+            let mut inner = None;
+            for factor in factors {
+                if !factor.divided && is_additive(file, compiler.world, factor.value) {
+                    if inner.is_some() {
+                        // A product of sums is one term.
+                        return Err((Box::new(at), part));
+                    }
+                    inner = Some(factor.value);
+                }
+            }
+            let Some(inner) = inner else {
+                return Err((Box::new(at), part));
+            };
+            for factor in factors.iter().filter(|factor| factor.value != inner) {
+                let program = compiler.value(factor.value, &mut part.scope);
+                part.prefactors.push((factor.divided, program));
+            }
+            part.at = inner;
+            parts.push(part);
+            Ok(())
+        }
+        ExprKind::SumOver { indices, body } => {
+            let (binders, filter) = compiler.binders(indices, &mut part.scope);
+            part.binders.extend(binders);
+            let after = part.binders.len();
+            part.filters.extend(filter.map(|filter| (after, filter)));
+            part.at = *body;
+            parts.push(part);
+            Ok(())
+        }
+        ExprKind::Name(name) => {
+            let root = match compiler.world.names.get(name) {
+                Some((Entity::Let(number), _)) => compiler.world.lets[*number]
+                    .pieces
+                    .first()
+                    .map(|piece| piece.root),
+                Some(_) | None => None,
+            };
+            let Some(root) = root else {
+                return Err((Box::new(at), part));
+            };
+            // The indices outside are not visible inside the named expression.
+            for (name, _) in &mut part.scope.variables {
+                name.clear();
+            }
+            part.at = root;
+            parts.push(part);
+            Ok(())
+        }
+        ExprKind::Number(_)
+        | ExprKind::Index { .. }
+        | ExprKind::Field { .. }
+        | ExprKind::Prime(_)
+        | ExprKind::Power { .. }
+        | ExprKind::Call { .. }
+        | ExprKind::Vector(_)
+        | ExprKind::Compare { .. }
+        | ExprKind::Not(_)
+        | ExprKind::And(_)
+        | ExprKind::Or(_) => Err((Box::new(at), part)),
+    }
+}
+
+/// The program of a whole part: prefactors times the expression, with the sign.
+fn assemble(compiler: &mut Compiler<'_>, at: ExprRef, part: &Part) -> Program {
+    let mut scope = part.scope.clone();
+    let core = compiler.value(at, &mut scope);
+    let span = core.span;
+    if part.prefactors.is_empty() && !part.negated {
+        return core;
+    }
+    let mut ops = Vec::new();
+    let mut divided = Vec::new();
+    for (under, program) in &part.prefactors {
+        ops.extend(program.ops.iter().cloned());
+        divided.push(*under);
+    }
+    ops.extend(core.ops);
+    divided.push(false);
+    ops.push((Op::Product(divided.into()), span));
+    if part.negated {
+        ops.push((Op::Negate, span));
+    }
+    Program { ops, span }
+}
+
+fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
+    value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
+        what,
+        span,
+        help: Some("the square of a vector is `dot(v, v)`".to_owned()),
+    })
+}
+
+/// Runs a part for all its instances.
+fn instantiate(
+    world: &mut World,
+    part: &Part,
+    program: &Program,
+    result: &mut Vec<TermFamily>,
+    written_out: &mut Vec<ExprId>,
+) -> Result<(), ModelError> {
+    if part.binders.is_empty() {
+        let value = world.run_written_out(program, &mut Vec::new())?;
+        written_out.push(scalar(&value, program.span)?);
+        return Ok(());
+    }
+    let first = result.len();
+    let mut forms: HashMap<Vec<u32>, usize> = HashMap::new();
+    let mut finishers: Vec<Finisher> = Vec::new();
+    let mut instance = Instance::default();
+    let filters: Vec<(usize, &IndexProgram)> = part
+        .filters
+        .iter()
+        .map(|(after, filter)| (*after, filter))
+        .collect();
+    let mut slots = Vec::new();
+    world.instances::<ModelError>(
+        &part.binders,
+        &filters,
+        &mut slots,
+        program.span,
+        |world, slots| {
+            instance.clear();
+            match world.run_light(program, slots, &mut instance) {
+                Ok(()) => {}
+                Err(Stop::Error(error)) => return Err(*error),
+                Err(Stop::WriteOut) => {
+                    let value = world.run_written_out(program, slots)?;
+                    written_out.push(scalar(&value, program.span)?);
+                    return Ok(());
+                }
+            }
+            let form = if let Some(form) = forms.get(&instance.signature) {
+                *form
+            } else {
+                let signature = instance.signature.clone();
+                instance.clear();
+                let value = match world.run(program, slots, Some(&mut instance)) {
+                    Ok(value) => value,
+                    Err(Stop::Error(error)) => return Err(*error),
+                    Err(Stop::WriteOut) => {
+                        let value = world.run_written_out(program, slots)?;
+                        written_out.push(scalar(&value, program.span)?);
+                        return Ok(());
+                    }
+                };
+                let body = scalar(&value, program.span)?;
+                finishers.push(Finisher::new(world, body, program.span));
+                forms.insert(signature, finishers.len() - 1);
+                finishers.len() - 1
+            };
+            if let Some(finisher) = finishers.get_mut(form) {
+                finisher.push(world, &instance.leaves);
+            }
+            Ok(())
+        },
+    )?;
+    for finisher in finishers {
+        result.push(finisher.finish());
+    }
+    debug_assert!(first <= result.len());
+    Ok(())
+}
+
+/// A family while its instances come in: which leaf goes where.
+struct Finisher {
+    family: TermFamily,
+    /// For every local: the leaf, or the coordinate itself where all instances share it.
+    local_sources: Vec<Source>,
+    value_sources: Vec<usize>,
+}
+
+#[derive(Clone, Copy)]
+enum Source {
+    Leaf(usize),
+    Shared(usize),
+}
+
+impl Finisher {
+    fn new(world: &World, body: ExprId, span: Span) -> Self {
+        let mut family = TermFamily {
+            span,
+            body,
+            locals: Vec::new(),
+            values: Vec::new(),
+            count: 0,
+            coordinates: Vec::new(),
+            constants: Vec::new(),
+        };
+        let mut local_sources: Vec<Source> = Vec::new();
+        let mut value_sources = Vec::new();
+        let mut slots_seen = std::collections::BTreeSet::new();
+        let mut shared_seen = std::collections::BTreeSet::new();
+        for symbol in world.pool.symbols_of(&[body]) {
+            match world.kinds.get(&symbol) {
+                Some(
+                    SymbolKind::CoordinateSlot(k)
+                    | SymbolKind::VelocitySlot(k)
+                    | SymbolKind::AccelerationSlot(k),
+                ) => {
+                    slots_seen.insert(*k);
+                }
+                Some(
+                    SymbolKind::Coordinate(i)
+                    | SymbolKind::Velocity(i)
+                    | SymbolKind::Acceleration(i),
+                ) => {
+                    shared_seen.insert(*i);
+                }
+                Some(SymbolKind::ValueSlot(k)) => {
+                    family.values.push(symbol);
+                    value_sources.push(*k);
+                }
+                Some(SymbolKind::Parameter(_) | SymbolKind::Time) | None => {}
+            }
+        }
+        for k in slots_seen {
+            let [coordinate, velocity, _] = world.coordinate_slots[k];
+            family.locals.push(Local {
+                coordinate,
+                velocity,
+            });
+            local_sources.push(Source::Leaf(k));
+        }
+        for i in shared_seen {
+            let own = &world.coordinates[i];
+            family.locals.push(Local {
+                coordinate: own.symbol,
+                velocity: own.velocity,
+            });
+            local_sources.push(Source::Shared(i));
+        }
+        Self {
+            family,
+            local_sources,
+            value_sources,
+        }
+    }
+
+    fn push(&mut self, world: &mut World, leaves: &[Leaf]) {
+        for source in &self.local_sources {
+            let number = match source {
+                Source::Shared(number) => *number,
+                Source::Leaf(k) => match leaves.get(*k) {
+                    Some(Leaf::Coordinate(number)) => *number,
+                    Some(Leaf::Parameter(_) | Leaf::Field { .. } | Leaf::Number(_)) | None => 0,
+                },
+            };
+            self.family
+                .coordinates
+                .push(u32::try_from(number).unwrap_or(u32::MAX));
+        }
+        for k in &self.value_sources {
+            let constant = match leaves.get(*k) {
+                Some(Leaf::Parameter(number)) => world.parameters[*number].symbolic,
+                Some(Leaf::Field { table, row, column }) => {
+                    let number = world.tables[*table].field(*row, *column).cloned();
+                    world.pool.number(number.unwrap_or_else(|| 0.into()))
+                }
+                Some(Leaf::Number(number)) => world.pool.number(number.clone()),
+                Some(Leaf::Coordinate(_)) | None => world.pool.zero(),
+            };
+            self.family.constants.push(constant);
+        }
+        self.family.count += 1;
+    }
+
+    fn finish(mut self) -> TermFamily {
+        if self.family.count == 0 && self.value_sources.is_empty() {
+            for source in &self.local_sources {
+                if let Source::Shared(number) = source {
+                    self.family
+                        .coordinates
+                        .push(u32::try_from(*number).unwrap_or(u32::MAX));
+                }
+            }
+        }
+        self.family
+    }
+}
+
+impl TermFamily {
+    /// The single instance of a term that was written out.
+    fn push_constant_row(&mut self) {
+        self.count = 1;
+    }
+}

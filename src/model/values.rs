@@ -1,0 +1,245 @@
+//! Values of expressions: scalars, vectors and matrices of symbolic expressions, and what can be
+//! done with them.
+
+use crate::expr::{ExprId, Pool};
+
+/// A scalar, or a vector of scalars, vectors, …
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Value {
+    Scalar(ExprId),
+    Vector(Vec<Value>),
+}
+
+/// Why an operation on shapes is impossible: the sentence, and the way out.
+pub(super) type Misfit = (String, Option<String>);
+
+impl Value {
+    pub(super) fn describe(&self) -> String {
+        match self {
+            Self::Scalar(_) => "a number".to_owned(),
+            Self::Vector(rows) => match rows.first() {
+                Some(Self::Vector(columns)) => {
+                    format!("a {} x {} matrix", rows.len(), columns.len())
+                }
+                Some(Self::Scalar(_)) | None => format!("a vector of {}", rows.len()),
+            },
+        }
+    }
+
+    pub(super) fn scalar(&self, what: &str) -> Result<ExprId, Misfit> {
+        match self {
+            Self::Scalar(e) => Ok(*e),
+            Self::Vector(_) => Err((format!("{what} must be a number, but is {}", self.describe()), None)),
+        }
+    }
+
+    /// The components of a plain vector.
+    pub(super) fn components(&self, what: &str) -> Result<Vec<ExprId>, Misfit> {
+        if let Self::Vector(rows) = self {
+            let parts: Option<Vec<ExprId>> = rows
+                .iter()
+                .map(|row| match row {
+                    Self::Scalar(e) => Some(*e),
+                    Self::Vector(_) => None,
+                })
+                .collect();
+            if let Some(parts) = parts {
+                return Ok(parts);
+            }
+        }
+        Err((format!("{what} must be a vector, but is {}", self.describe()), None))
+    }
+
+    /// The rows of a rectangular matrix.
+    pub(super) fn matrix(&self, what: &str) -> Result<Vec<Vec<ExprId>>, Misfit> {
+        if let Self::Vector(rows) = self {
+            let rows: Result<Vec<Vec<ExprId>>, Misfit> =
+                rows.iter().map(|row| row.components(what)).collect();
+            if let Ok(rows) = rows {
+                let width = rows.first().map_or(0, Vec::len);
+                if width > 0 && rows.iter().all(|row| row.len() == width) {
+                    return Ok(rows);
+                }
+            }
+        }
+        Err((format!("{what} must be a matrix, but is {}", self.describe()), None))
+    }
+
+    pub(super) fn from_components(parts: Vec<ExprId>) -> Self {
+        Self::Vector(parts.into_iter().map(Self::Scalar).collect())
+    }
+
+    pub(super) fn from_rows(rows: Vec<Vec<ExprId>>) -> Self {
+        Self::Vector(rows.into_iter().map(Self::from_components).collect())
+    }
+
+    /// All scalars, in order.
+    pub(super) fn scalars(&self) -> Vec<ExprId> {
+        match self {
+            Self::Scalar(e) => vec![*e],
+            Self::Vector(rows) => rows.iter().flat_map(Self::scalars).collect(),
+        }
+    }
+
+    /// The same shape with other scalars.
+    pub(super) fn map(&self, f: &mut impl FnMut(ExprId) -> ExprId) -> Self {
+        match self {
+            Self::Scalar(e) => Self::Scalar(f(*e)),
+            Self::Vector(rows) => Self::Vector(rows.iter().map(|row| row.map(f)).collect()),
+        }
+    }
+
+    fn zip(&self, other: &Self, f: &mut impl FnMut(ExprId, ExprId) -> ExprId) -> Option<Self> {
+        match (self, other) {
+            (Self::Scalar(a), Self::Scalar(b)) => Some(Self::Scalar(f(*a, *b))),
+            (Self::Vector(a), Self::Vector(b)) if a.len() == b.len() => a
+                .iter()
+                .zip(b)
+                .map(|(a, b)| a.zip(b, f))
+                .collect::<Option<Vec<_>>>()
+                .map(Self::Vector),
+            (Self::Scalar(_) | Self::Vector(_), Self::Scalar(_) | Self::Vector(_)) => None,
+        }
+    }
+}
+
+/// The sum of values of one shape, each with its sign.
+pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Misfit> {
+    if terms.iter().all(|(_, value)| matches!(value, Value::Scalar(_))) {
+        let one = crate::number::Number::from(1);
+        let minus_one = crate::number::Number::from(-1);
+        let linear: Vec<_> = terms
+            .iter()
+            .flat_map(|(negative, value)| {
+                let sign = if *negative { &minus_one } else { &one };
+                value.scalars().into_iter().map(|e| (e, sign.clone()))
+            })
+            .collect();
+        return Ok(Value::Scalar(pool.linear(&linear)));
+    }
+    let mut total: Option<Value> = None;
+    for (negative, value) in terms {
+        total = Some(match total {
+            None if *negative => value.map(&mut |e| pool.neg(e)),
+            None => value.clone(),
+            Some(total) => total
+                .zip(value, &mut |a, b| if *negative { pool.sub(a, b) } else { pool.add(a, b) })
+                .ok_or_else(|| {
+                    let what = if *negative { "subtracted from" } else { "added to" };
+                    (format!("{} can't be {what} {}", value.describe(), total.describe()), None)
+                })?,
+        });
+    }
+    Ok(total.unwrap_or_else(|| Value::Scalar(pool.zero())))
+}
+
+/// The product of factors, some of them divisors.
+pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Value, Misfit> {
+    // Scalars are collected so that the canonical form sees them together.
+    let mut scalars = Vec::new();
+    let mut tensor: Option<Value> = None;
+    for (divided, value) in factors {
+        match (value, &tensor) {
+            (Value::Scalar(e), _) => {
+                let e = if *divided {
+                    let one = pool.one();
+                    pool.div(one, *e)
+                } else {
+                    *e
+                };
+                scalars.push(e);
+            }
+            (Value::Vector(_), _) if *divided => {
+                return Err((format!("can't divide by {}", value.describe()), None));
+            }
+            (Value::Vector(_), None) => tensor = Some(value.clone()),
+            (Value::Vector(_), Some(left)) => {
+                let result = matrix_product(pool, left, value)?;
+                if let Value::Scalar(e) = result {
+                    scalars.push(e);
+                    tensor = None;
+                } else {
+                    tensor = Some(result);
+                }
+            }
+        }
+    }
+    let scale = pool.product(&scalars);
+    Ok(match tensor {
+        None => Value::Scalar(scale),
+        Some(value) if scalars.is_empty() => value,
+        Some(value) => value.map(&mut |e| pool.mul(scale, e)),
+    })
+}
+
+fn inner(pool: &mut Pool, a: &[ExprId], b: &[ExprId]) -> ExprId {
+    let terms: Vec<ExprId> = a.iter().zip(b).map(|(a, b)| pool.mul(*a, *b)).collect();
+    pool.sum(&terms)
+}
+
+fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value, Misfit> {
+    let misfit = || {
+        let vectors = left.matrix("").is_err() && right.matrix("").is_err();
+        let help = vectors.then(|| "write `dot(u, v)` or `cross(u, v)`".to_owned());
+        (format!("can't multiply {} by {}", left.describe(), right.describe()), help)
+    };
+    let a = left.matrix("").map_err(|_| misfit())?;
+    let width = a.first().map_or(0, Vec::len);
+    if let Ok(b) = right.components("") {
+        if b.len() != width {
+            return Err(misfit());
+        }
+        let parts = a.iter().map(|row| inner(pool, row, &b)).collect();
+        return Ok(Value::from_components(parts));
+    }
+    let b = right.matrix("").map_err(|_| misfit())?;
+    if b.len() != width {
+        return Err(misfit());
+    }
+    let columns = transposed(&b);
+    let rows = a
+        .iter()
+        .map(|row| columns.iter().map(|column| inner(pool, row, column)).collect())
+        .collect();
+    Ok(Value::from_rows(rows))
+}
+
+pub(super) fn transposed(rows: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
+    let width = rows.first().map_or(0, Vec::len);
+    (0..width)
+        .map(|j| rows.iter().map(|row| row[j]).collect())
+        .collect()
+}
+
+pub(super) fn dot(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {
+    let a = u.components("the first argument of `dot`")?;
+    let b = v.components("the second argument of `dot`")?;
+    if a.len() != b.len() {
+        return Err((format!("can't multiply {} by {}", u.describe(), v.describe()), None));
+    }
+    Ok(Value::Scalar(inner(pool, &a, &b)))
+}
+
+pub(super) fn norm(pool: &mut Pool, v: &Value) -> Result<Value, Misfit> {
+    let a = v.components("the argument of `norm`")?;
+    let square = inner(pool, &a, &a);
+    Ok(Value::Scalar(pool.sqrt(square)))
+}
+
+pub(super) fn three(value: &Value, what: &str) -> Result<[ExprId; 3], Misfit> {
+    let parts = value.components(what)?;
+    <[ExprId; 3]>::try_from(parts)
+        .map_err(|_| (format!("{what} must be a vector of 3, but is {}", value.describe()), None))
+}
+
+pub(super) fn cross(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {
+    let a = three(u, "the first argument of `cross`")?;
+    let b = three(v, "the second argument of `cross`")?;
+    let mut component = |i: usize, j: usize| {
+        let plus = pool.mul(a[i], b[j]);
+        let minus = pool.mul(a[j], b[i]);
+        pool.sub(plus, minus)
+    };
+    let parts = vec![component(1, 2), component(2, 0), component(0, 1)];
+    Ok(Value::from_components(parts))
+}
