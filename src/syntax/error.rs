@@ -49,7 +49,7 @@ pub enum SyntaxError {
     ReservedName {
         /// The word.
         name: String,
-        /// What it stands for.
+        /// What it is: `is the time`.
         meaning: &'static str,
         /// The place.
         span: Span,
@@ -200,6 +200,12 @@ pub enum SyntaxError {
         /// The `=`.
         span: Span,
     },
+    /// `param f(x) = …`
+    #[error("functions can't be defined")]
+    FunctionDefinition {
+        /// The bracket behind the name.
+        span: Span,
+    },
     /// `period = …`, `model = …`
     #[error("`{statement}` is written without `=`")]
     NeedlessEquals {
@@ -296,6 +302,12 @@ pub enum SyntaxError {
         /// The first comparison.
         first: Span,
         /// The second operator.
+        span: Span,
+    },
+    /// `i in 1..3, where …`
+    #[error("no comma belongs before `where`")]
+    CommaBeforeWhere {
+        /// The comma.
         span: Span,
     },
     /// `not` where no condition begins.
@@ -434,6 +446,8 @@ impl SyntaxError {
             | Self::ConditionOutsideFilter { span }
             | Self::ChainedComparison { span, .. }
             | Self::MisplacedNot { span }
+            | Self::CommaBeforeWhere { span }
+            | Self::FunctionDefinition { span }
             | Self::MisplacedRange { span }
             | Self::HalfRange { span }
             | Self::SumWithoutIndex { span }
@@ -472,10 +486,9 @@ impl SyntaxError {
                     "write `param {name} = …` for a constant, `let {name} = …` for anything else"
                 ),
             ),
-            Self::ReservedName { name, meaning, .. } => plain(
-                &format!("stands for {meaning}"),
-                &format!("take another name, such as `{name}_0`"),
-            ),
+            Self::ReservedName { name, meaning, .. } => {
+                plain(meaning, &format!("take another name, such as `{name}_0`"))
+            }
             Self::WordInExpression { word, .. } => plain(
                 "begins a statement",
                 match word.as_str() {
@@ -492,9 +505,7 @@ impl SyntaxError {
             Self::HalfNumber { fix, .. } => {
                 plain("not a complete number", &format!("write `{fix}`"))
             }
-            Self::DecimalComma { fix, .. } => {
-                plain("two numbers to the parser", &format!("write `{fix}`"))
-            }
+            Self::DecimalComma { fix, .. } => plain("two numbers here", &format!("write `{fix}`")),
             Self::UnaryPlus { .. } => plain("no sign for positive numbers", "leave the `+` out"),
             Self::DoubleStar { .. } => plain("no such sign", "a power is written `x^2`"),
             Self::MissingOperand { found, .. } => (
@@ -592,7 +603,7 @@ impl SyntaxError {
                 "name a part of the expression with `let`",
             ),
             Self::IllegalCharacter { hint, fix, .. } => (
-                "not a character of the language".to_owned(),
+                "not a sign of the language".to_owned(),
                 Vec::new(),
                 match (fix, hint) {
                     (Some(fix), _) => Some(format!("write `{fix}`")),
@@ -622,6 +633,14 @@ impl SyntaxError {
                 "a second comparison".to_owned(),
                 vec![(*first, "compared already".to_owned())],
                 Some("join two comparisons with `and`: `1 < i and i < n`".to_owned()),
+            ),
+            Self::FunctionDefinition { .. } => plain(
+                "no argument can stand here",
+                "a family has square brackets: `let f[i in 1..n] = …`; other names are used as they are in the expression",
+            ),
+            Self::CommaBeforeWhere { .. } => plain(
+                "another index would follow",
+                "the condition stands right behind the last index: `i in 1..n where i != 2`",
             ),
             Self::MisplacedNot { .. } => plain(
                 "no condition begins here",

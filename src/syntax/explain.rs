@@ -91,6 +91,64 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
     }
 }
 
+/// The mistake of a word outside of brackets that was meant to begin a statement: at the
+/// beginning of a line, or spelt nearly as a statement word and followed by a name.
+pub(super) fn unknown_statement(
+    source: &str,
+    before: Token,
+    found: Token,
+    after: Option<Token>,
+) -> Option<SyntaxError> {
+    let reserved = words::reserved_for(found.text(source)).is_some();
+    if found.kind != TokenKind::Word
+        || reserved
+        || expects_operand(before.kind, before.text(source))
+        || before.kind == TokenKind::Dot
+    {
+        return None;
+    }
+    let suggestion = suggested(source, found, after);
+    let before_word = after.is_some_and(|after| after.kind == TokenKind::Word);
+    let binds = after.is_some_and(|after| {
+        matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "["
+    });
+    let meant = if found.first_on_line {
+        suggestion.is_some() || before_word || binds
+    } else {
+        suggestion.is_some() && before_word
+    };
+    meant.then(|| no_statement(source, found, after))
+}
+
+/// The further words in the text at `span`, behind a mistake of that kind, that were meant to
+/// begin statements.
+pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxError> {
+    let mut errors = Vec::new();
+    let mut tokens = Lexer::new(source, span)
+        .filter(|token| token.kind != TokenKind::Comment)
+        .peekable();
+    let mut depth = 0_usize;
+    let mut before = None;
+    while let Some(token) = tokens.next() {
+        match token.kind {
+            TokenKind::Open => depth += 1,
+            TokenKind::Close => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if let Some(before) = before.replace(token)
+            && depth == 0
+        {
+            errors.extend(unknown_statement(
+                source,
+                before,
+                token,
+                tokens.peek().copied(),
+            ));
+        }
+    }
+    errors
+}
+
 /// The statement word meant by a word, judged by the word and by what follows it.
 fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static str> {
     let word = token.text(source);
@@ -183,7 +241,7 @@ impl<'s> Context<'s> {
                 sum: self.before.text(self.source) == "sum",
                 has_in: false,
                 has_range: false,
-                filter: false,
+                filter: self.enclosures.last().is_some_and(|e| e.filter),
                 indexed: false,
             }),
             TokenKind::Close => {
@@ -294,6 +352,13 @@ impl<'s> Context<'s> {
                 },
             };
         }
+        if self.before.kind == TokenKind::Comma && self.part == Part::Name {
+            return SyntaxError::MissingName {
+                statement,
+                found: "nothing".to_owned(),
+                span,
+            };
+        }
         match self.before.kind {
             TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
             TokenKind::Equals => SyntaxError::MissingValue { span },
@@ -351,8 +416,21 @@ impl<'s> Context<'s> {
                 assignment: found.glued,
             });
         }
-        if let Some(error) = self.unknown_statement(found) {
+        if self.enclosures.is_empty()
+            && let Some(error) = unknown_statement(self.source, self.before, found, self.after)
+        {
             return Some(error);
+        }
+        let binds = self.after.is_some_and(|after| self.text(after) == "in");
+        if found.kind == TokenKind::Word
+            && binds
+            && let Some(meaning) = words::reserved_for(text)
+        {
+            return Some(SyntaxError::ReservedName {
+                name: text.to_owned(),
+                meaning,
+                span,
+            });
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
@@ -377,29 +455,6 @@ impl<'s> Context<'s> {
                 return Some(SyntaxError::HalfRange {
                     span: self.before.span(),
                 });
-            }
-        }
-        None
-    }
-
-    /// A word at the beginning of a line that was meant to begin a statement.
-    fn unknown_statement(&self, found: Token) -> Option<SyntaxError> {
-        if !self.enclosures.is_empty() || self.before_expects_operand() {
-            return None;
-        }
-        let binding = |next: Token| {
-            matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || self.text(next) == "["
-        };
-        if found.kind == TokenKind::Word && words::reserved_for(self.text(found)).is_none() {
-            let suggestion = suggested(self.source, found, self.after);
-            let next_is = |kind| self.after.is_some_and(|next| next.kind == kind);
-            if found.first_on_line
-                && (suggestion.is_some()
-                    || next_is(TokenKind::Word)
-                    || self.after.is_some_and(binding))
-                || suggestion.is_some() && next_is(TokenKind::Word)
-            {
-                return Some(no_statement(self.source, found, self.after));
             }
         }
         None
@@ -564,24 +619,20 @@ impl<'s> Context<'s> {
         if word && text == "not" {
             return Some(SyntaxError::MisplacedNot { span });
         }
+        if text == "where" && self.before.kind == TokenKind::Comma {
+            return Some(SyntaxError::CommaBeforeWhere {
+                span: self.before.span(),
+            });
+        }
         if word && words::is_connective(text) {
             return self
                 .before_expects_operand()
                 .then(|| self.missing_operand(found));
         }
         if word && words::is_statement_word(text) {
-            return Some(match words::reserved_for(text) {
-                Some(meaning) if self.enclosures.last().is_some_and(|e| e.has_in) => {
-                    SyntaxError::ReservedName {
-                        name: text.to_owned(),
-                        meaning,
-                        span,
-                    }
-                }
-                _ => SyntaxError::WordInExpression {
-                    word: text.to_owned(),
-                    span,
-                },
+            return Some(SyntaxError::WordInExpression {
+                word: text.to_owned(),
+                span,
             });
         }
         if self.statement == "table" && self.part == Part::Value {
@@ -602,6 +653,7 @@ impl<'s> Context<'s> {
                     right: text.to_owned(),
                 }),
                 (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
+                (false, _) if text == "(" => Some(SyntaxError::FunctionDefinition { span }),
                 (false, _) => None,
             };
         }

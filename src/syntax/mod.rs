@@ -28,6 +28,7 @@ pub use error::SyntaxError;
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use words::{FUNCTIONS, STATEMENT_WORDS};
 
+use crate::span::Span;
 use build::Builder;
 
 /// The longest text read, in bytes.
@@ -75,7 +76,16 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
             break;
         }
         if let Err(error) = builder.statement(source, piece.span) {
+            let place = error.span();
+            let lost = matches!(
+                error,
+                SyntaxError::UnknownStatement { .. } | SyntaxError::MissingStatementWord { .. }
+            );
             errors.push(error);
+            if lost {
+                let rest = Span::new(place.start, piece.span.end);
+                errors.extend(explain::more_unknown_statements(source, rest));
+            }
         }
     }
     if errors.is_empty() {

@@ -156,6 +156,10 @@ impl<'s> Splitter<'s> {
                 None => explain::no_statement(self.source, token, next),
             };
             self.found.errors.push(error);
+        } else if let Some(previous) = self.previous {
+            let next = next_token(rest);
+            let error = explain::unknown_statement(self.source, previous, token, next);
+            self.found.errors.extend(error);
         }
         self.previous = Some(token);
     }
@@ -202,10 +206,12 @@ impl<'s> Splitter<'s> {
             return token.first_on_line;
         };
         let follower = next.text(self.source);
-        if words::is_function_statement(word) {
-            next.kind == TokenKind::Equals
+        if token.first_on_line && next.first_on_line {
+            true
+        } else if words::is_function_statement(word) {
+            next.kind == TokenKind::Equals || token.first_on_line && follower == "=="
         } else if words::is_naming(word) {
-            next.kind == TokenKind::Word && !words::is_connective(follower)
+            next.kind == TokenKind::Word && !next.first_on_line && !words::is_connective(follower)
         } else {
             token.first_on_line
                 && matches!(
