@@ -1,4 +1,11 @@
 //! What the grammar promises: precedences, spans, statement ends, limits.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
 use librate::span::Span;
 use librate::syntax::*;
 
@@ -336,6 +343,8 @@ fn nested(levels: usize) -> Vec<String> {
         format!("V = x{}", "'".repeat(levels)),
         format!("V = x{}", ".c".repeat(levels)),
         format!("V = {}x", "-".repeat(levels)),
+        format!("period {}x", "-".repeat(levels)),
+        format!("constraint {} = 0", around("[", "x", "]", levels)),
         format!("V = {}2", "2^".repeat(levels)),
         format!("V = {}2", "2^-".repeat(levels / 2)),
         format!("V = {}", around("-(", "x", ")", levels / 2)),
@@ -383,6 +392,10 @@ fn nesting_has_the_same_limit_everywhere() {
                 ["this nests too deep: more than 256 levels"],
                 "{source}"
             );
+        }
+        for source in ["-", "("] {
+            let errors = messages(&format!("period {}", source.repeat(257)));
+            assert_eq!(errors, ["this nests too deep: more than 256 levels"]);
         }
         for (text, times) in [("x''", 1), ("x[1]", 1), ("b.c", 1)] {
             let (name, postfix) = text.split_at(1);

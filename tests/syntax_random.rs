@@ -1,4 +1,11 @@
 //! Random trees survive printing and parsing; random text never breaks the parser.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
 mod syntax_common;
 
 use librate::diagnostic::Diagnostic;

@@ -17,6 +17,7 @@ mod grammar;
 mod lexer;
 mod lookalike;
 mod print;
+mod report;
 mod split;
 mod words;
 

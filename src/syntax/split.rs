@@ -107,7 +107,7 @@ pub(super) fn expects_operand(kind: TokenKind, text: &str) -> bool {
         | TokenKind::Colon
         | TokenKind::Range
         | TokenKind::Open => true,
-        TokenKind::Word => words::is_connective(text) || matches!(text, "constraint" | "period"),
+        TokenKind::Word => words::is_connective(text),
         TokenKind::Comment
         | TokenKind::Number
         | TokenKind::HalfNumber
@@ -199,7 +199,8 @@ impl<'s> Splitter<'s> {
             return false;
         }
         // In the middle of an expression the word has to look like the beginning of a statement.
-        if self.brackets.is_empty() && !expects_operand(previous.kind, before) {
+        let at_first = previous.start == current.span.start && !words::is_naming(self.word);
+        if self.brackets.is_empty() && !at_first && !expects_operand(previous.kind, before) {
             return true;
         }
         let Some(next) = next_token(rest) else {
@@ -347,9 +348,10 @@ impl<'s> Splitter<'s> {
         if let Some(error) = self.lexical_error(token) {
             self.report(error);
         }
-        let operand_before = self
-            .previous
-            .is_some_and(|p| !expects_operand(p.kind, p.text(self.source)));
+        let first = self.current.map(|piece| piece.span.start);
+        let operand_before = self.previous.is_some_and(|p| {
+            Some(p.start) != first && !expects_operand(p.kind, p.text(self.source))
+        });
         match token.kind {
             TokenKind::Open => {
                 let subscript =
