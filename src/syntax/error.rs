@@ -71,6 +71,32 @@ pub enum SyntaxError {
         /// Both operands.
         span: Span,
     },
+    /// `3 4`
+    #[error("two numbers side by side")]
+    TwoNumbers {
+        /// Both.
+        span: Span,
+    },
+    /// `sin x`
+    #[error("the argument of `{function}` needs parentheses")]
+    MissingParentheses {
+        /// The function.
+        function: String,
+        /// The argument, or its beginning.
+        argument: String,
+        /// Both.
+        span: Span,
+    },
+    /// `sin^2(x)`
+    #[error("the power of `{function}` stands behind its argument")]
+    FunctionPower {
+        /// The function.
+        function: String,
+        /// The exponent.
+        exponent: String,
+        /// From the function to the exponent.
+        span: Span,
+    },
     /// `1.` or `.5`.
     #[error("a number needs digits on both sides of the point")]
     HalfNumber {
@@ -147,6 +173,30 @@ pub enum SyntaxError {
         /// What stands there instead, or the end.
         found: String,
         /// The place.
+        span: Span,
+    },
+    /// `param m = 1, k = 2`
+    #[error("`{statement}` gives one value")]
+    SeveralValues {
+        /// The statement word.
+        statement: &'static str,
+        /// The comma.
+        span: Span,
+    },
+    /// `T : J = …`
+    #[error("`{statement}` takes no unit")]
+    MisplacedUnit {
+        /// The statement word.
+        statement: &'static str,
+        /// The colon.
+        span: Span,
+    },
+    /// `x[i 1..n]`
+    #[error("`in` is missing")]
+    IndexWithoutIn {
+        /// The index's name.
+        name: String,
+        /// From the name to what follows.
         span: Span,
     },
     /// Two names where one belongs.
@@ -348,8 +398,10 @@ pub enum SyntaxError {
         span: Span,
     },
     /// `param x' = 1`
-    #[error("only `equilibrium` may give a rate: `NAME' = …`")]
+    #[error("a prime can't stand here")]
     MisplacedRate {
+        /// The statement word.
+        statement: &'static str,
         /// The prime.
         span: Span,
     },
@@ -452,7 +504,13 @@ impl SyntaxError {
             | Self::SumWithoutIndex { span }
             | Self::SumWithoutBody { span }
             | Self::PostfixOnNumber { span, .. }
-            | Self::MisplacedRate { span }
+            | Self::MisplacedRate { span, .. }
+            | Self::TwoNumbers { span }
+            | Self::MissingParentheses { span, .. }
+            | Self::FunctionPower { span, .. }
+            | Self::SeveralValues { span, .. }
+            | Self::MisplacedUnit { span, .. }
+            | Self::IndexWithoutIn { span, .. }
             | Self::UnitBehindValue { span }
             | Self::BadUnit { span }
             | Self::UnitExponent { span }

@@ -41,8 +41,8 @@ pub const MOST_BYTES: usize = 32 << 20;
 /// included.
 ///
 /// # Errors
-/// All mistakes of the text in the order of their places, one or more; at most a thousand and
-/// one, since nobody reads more. Text longer than [`MOST_BYTES`] is refused as a whole.
+/// All mistakes of the text in the order of their places, one or more; at most a thousand,
+/// since nobody reads more. Text longer than [`MOST_BYTES`] is refused as a whole.
 ///
 /// ```
 /// let file = librate::syntax::parse("coord x  T = 1/2*x'^2  V = 1/2*x^2")?;
@@ -92,6 +92,7 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
     if errors.is_empty() {
         Ok(builder.finish())
     } else {
+        errors.truncate(split::MOST_ERRORS);
         errors.sort_by_key(SyntaxError::span);
         Err(errors)
     }

@@ -237,7 +237,47 @@ impl SyntaxError {
                     _ => "only names, calls, vectors and parentheses have members",
                 },
             ),
-            Self::MisplacedRate { .. } => plain("not for this statement", "leave the `'` out"),
+            Self::MisplacedRate { statement, .. } => match *statement {
+                "equilibrium" => plain(
+                    "not here",
+                    "a rate has one prime, behind the brackets if there are any: `equilibrium x[1]' = …`",
+                ),
+                _ => plain(
+                    "not for this statement",
+                    "leave the `'` out; only `equilibrium` may give a rate",
+                ),
+            },
+            Self::TwoNumbers { .. } => plain(
+                "nothing between them",
+                "write an operator or a comma between them",
+            ),
+            Self::MissingParentheses {
+                function, argument, ..
+            } => plain(
+                "a function without parentheses",
+                &format!("write `{function}({argument})`"),
+            ),
+            Self::FunctionPower {
+                function, exponent, ..
+            } => plain(
+                "a power before the argument",
+                &format!("write `{function}(…)^{exponent}`"),
+            ),
+            Self::SeveralValues { .. } => {
+                plain("a second value", "write a statement for each name")
+            }
+            Self::MisplacedUnit { statement, .. } => plain(
+                "begins a unit",
+                match *statement {
+                    "T" | "V" | "lagrangian" => "leave it out: this is an energy",
+                    "dissipation" => "leave it out: this is a power",
+                    _ => "leave it out",
+                },
+            ),
+            Self::IndexWithoutIn { name, .. } => plain(
+                "an index and its range without a word between them",
+                &format!("write `{name} in 1..n`"),
+            ),
             Self::UnitBehindValue { .. } => {
                 plain("behind the value", "write `NAME : UNIT = VALUE`")
             }

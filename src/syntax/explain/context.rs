@@ -8,19 +8,19 @@ use super::{describe, no_statement, unknown_statement};
 use crate::span::Span;
 
 /// An open bracket before the place.
-struct Enclosure {
-    sum: bool,
+pub(super) struct Enclosure {
+    pub(super) sum: bool,
     /// Since the last comma at this level.
-    has_in: bool,
-    has_range: bool,
-    filter: bool,
+    pub(super) has_in: bool,
+    pub(super) has_range: bool,
+    pub(super) filter: bool,
     /// Whether an index with `in` has been seen at all.
-    indexed: bool,
+    pub(super) indexed: bool,
 }
 
 /// Where outside of brackets the place is.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+pub(super) enum Part {
     Name,
     Unit,
     Value,
@@ -28,18 +28,19 @@ enum Part {
 
 /// The tokens around the place, and what stands before it.
 pub(super) struct Context<'s> {
-    source: &'s str,
-    statement: &'static str,
-    word: Token,
-    before_last: Option<Token>,
-    before: Token,
-    found: Option<Token>,
-    after: Option<Token>,
-    enclosures: Vec<Enclosure>,
-    part: Part,
+    pub(super) source: &'s str,
+    pub(super) statement: &'static str,
+    pub(super) word: Token,
+    pub(super) third_last: Option<Token>,
+    pub(super) before_last: Option<Token>,
+    pub(super) before: Token,
+    pub(super) found: Option<Token>,
+    pub(super) after: Option<Token>,
+    pub(super) enclosures: Vec<Enclosure>,
+    pub(super) part: Part,
     /// A `==` outside of brackets.
-    comparison: Option<Token>,
-    end: u32,
+    pub(super) comparison: Option<Token>,
+    pub(super) end: u32,
 }
 
 impl<'s> Context<'s> {
@@ -53,6 +54,7 @@ impl<'s> Context<'s> {
             source,
             statement,
             word,
+            third_last: None,
             before_last: None,
             before: word,
             found: None,
@@ -142,20 +144,21 @@ impl<'s> Context<'s> {
             | TokenKind::PlusMinus
             | TokenKind::Illegal => {}
         }
+        self.third_last = self.before_last;
         self.before_last = Some(self.before);
         self.before = token;
     }
 
-    fn text(&self, token: Token) -> &'s str {
+    pub(super) fn text(&self, token: Token) -> &'s str {
         token.text(self.source)
     }
 
-    fn before_expects_operand(&self) -> bool {
+    pub(super) fn before_expects_operand(&self) -> bool {
         expects_operand(self.before.kind, self.text(self.before))
             || self.before_is_word() && matches!(self.statement, "constraint" | "period")
     }
 
-    fn before_is_word(&self) -> bool {
+    pub(super) fn before_is_word(&self) -> bool {
         self.before.start == self.word.start
     }
 
@@ -338,34 +341,11 @@ impl<'s> Context<'s> {
         }
     }
 
-    fn missing_multiplication(&self, found: Token) -> SyntaxError {
-        let left = match (self.before.kind, self.before_last) {
-            (TokenKind::Close, _) if self.text(self.before) == ")" => "(…)".to_owned(),
-            (TokenKind::Close, _) => "[…]".to_owned(),
-            (TokenKind::Prime, Some(last)) => format!("{}'", self.text(last)),
-            _ => self.text(self.before).to_owned(),
-        };
-        let right = match (self.text(found), self.after) {
-            ("(", _) => "(…)".to_owned(),
-            ("[", _) => "[…]".to_owned(),
-            (name, Some(after))
-                if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued =>
-            {
-                format!("{name}(…)")
-            }
-            (text, _) => text.to_owned(),
-        };
-        SyntaxError::MissingMultiplication {
-            left,
-            right,
-            span: self.before.span().to(found.span()),
-        }
-    }
-
     /// Mistakes that show in what stands at the place.
     fn by_token(&self, found: Token) -> Option<SyntaxError> {
         let span = found.span();
         let text = self.text(found);
+        let statement = self.statement;
         let naming = self.part == Part::Name && self.enclosures.is_empty();
         match found.kind {
             TokenKind::Plus if self.before_expects_operand() => {
@@ -374,7 +354,7 @@ impl<'s> Context<'s> {
             TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
             TokenKind::Text => Some(SyntaxError::MisplacedText { span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
-            TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { span }),
+            TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),
             TokenKind::Prime if self.before.kind == TokenKind::Number => {
                 Some(SyntaxError::PostfixOnNumber {
                     sign: text.to_owned(),
@@ -387,8 +367,12 @@ impl<'s> Context<'s> {
             }
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
-                Part::Value => Some(SyntaxError::UnitBehindValue { span }),
-                Part::Name | Part::Unit => None,
+                Part::Value if words::is_naming(statement) => {
+                    Some(SyntaxError::UnitBehindValue { span })
+                }
+                Part::Name if matches!(statement, "param" | "coord" | "let") => None,
+                Part::Unit => None,
+                Part::Name | Part::Value => Some(SyntaxError::MisplacedUnit { statement, span }),
             },
             TokenKind::Range if !self.before_expects_operand() => {
                 Some(SyntaxError::MisplacedRange { span })
@@ -450,67 +434,12 @@ impl<'s> Context<'s> {
         }
     }
 
-    fn missing_operand(&self, found: Token) -> SyntaxError {
+    pub(super) fn missing_operand(&self, found: Token) -> SyntaxError {
         SyntaxError::MissingOperand {
             sign: self.text(self.before).to_owned(),
             span: self.before.span(),
             found: Some((describe(self.source, found), found.span())),
         }
-    }
-
-    /// A word, a number or an opening bracket where none can be.
-    fn operand(&self, found: Token, naming: bool) -> Option<SyntaxError> {
-        let span = found.span();
-        let text = self.text(found);
-        let word = found.kind == TokenKind::Word;
-        if word && text == "not" {
-            return Some(SyntaxError::MisplacedNot { span });
-        }
-        if text == "where" && self.before.kind == TokenKind::Comma {
-            return Some(SyntaxError::CommaBeforeWhere {
-                span: self.before.span(),
-            });
-        }
-        if word && words::is_connective(text) {
-            return self
-                .before_expects_operand()
-                .then(|| self.missing_operand(found));
-        }
-        if word && words::is_statement_word(text) {
-            return Some(SyntaxError::WordInExpression {
-                word: text.to_owned(),
-                span,
-            });
-        }
-        if self.statement == "table" && self.part == Part::Value {
-            return Some(SyntaxError::MissingPath { span });
-        }
-        if self.before_expects_operand() {
-            return None;
-        }
-        if naming {
-            return match (word, self.statement) {
-                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
-                    statement: self.statement,
-                    span: self.word.span(),
-                }),
-                (true, "coord") => Some(SyntaxError::MissingComma {
-                    span: self.before.span().to(span),
-                    left: self.text(self.before).to_owned(),
-                    right: text.to_owned(),
-                }),
-                (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
-                (false, _) if text == "(" => Some(SyntaxError::FunctionDefinition { span }),
-                (false, _) => None,
-            };
-        }
-        if text == "[" && self.before.kind == TokenKind::Number {
-            return Some(SyntaxError::PostfixOnNumber {
-                sign: text.to_owned(),
-                span,
-            });
-        }
-        Some(self.missing_multiplication(found))
     }
 
     fn equals(&self, found: Token) -> Option<SyntaxError> {
@@ -561,7 +490,12 @@ impl<'s> Context<'s> {
                     span: self.before.span().to(after.span()),
                 })
             }
-            _ => None,
+            _ => (self.part == Part::Value && self.enclosures.is_empty()).then_some(
+                SyntaxError::SeveralValues {
+                    statement: self.statement,
+                    span,
+                },
+            ),
         }
     }
 }

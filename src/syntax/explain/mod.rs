@@ -5,10 +5,11 @@
 //! the kind of mistake. It never decides whether a text is right.
 
 mod context;
+mod operands;
 
 use super::error::SyntaxError;
 use super::lexer::{Lexer, Token, TokenKind};
-use super::split::expects_operand;
+use super::split::{MOST_ERRORS, expects_operand};
 use super::words;
 use crate::diagnostic::nearest;
 use crate::span::Span;
@@ -75,8 +76,11 @@ pub(super) fn unknown_statement(
     {
         return None;
     }
-    let suggestion = suggested(source, found, after);
     let before_word = after.is_some_and(|after| after.kind == TokenKind::Word);
+    if !found.first_on_line && !before_word {
+        return None;
+    }
+    let suggestion = suggested(source, found, after);
     let binds = after.is_some_and(|after| {
         matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "["
     });
@@ -102,6 +106,9 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
             TokenKind::Open => depth += 1,
             TokenKind::Close => depth = depth.saturating_sub(1),
             _ => {}
+        }
+        if errors.len() >= MOST_ERRORS {
+            break;
         }
         if let Some(before) = before.replace(token)
             && depth == 0
