@@ -133,3 +133,41 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         | Rule::COMMENT => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Grammar, Rule};
+    use pest::Parser;
+
+    /// `file` is for readers; the parser takes statements one by one. They must agree.
+    #[test]
+    fn the_whole_file_is_the_same_language() {
+        for source in [
+            include_str!("../../models/three_pendulums.lag"),
+            include_str!("../../models/triple_pendulum.lag"),
+            include_str!("../../models/diatomic_ring.lag"),
+            "param B : T = 1 T = 2 V = 3; ; coord x : V/m, y",
+            "constraint [i in 1..n] x[i] = b.period period 3 # end",
+            "param g = 9.81 +/- 0.01 coord T_1",
+            "",
+        ] {
+            assert!(Grammar::parse(Rule::file, source).is_ok(), "{source}");
+            assert!(crate::syntax::parse(source).is_ok(), "{source}");
+        }
+        for source in [
+            "x = 1",
+            "param T = 1",
+            "V = 2 x",
+            "V = 1. T = 2",
+            "V = a**b",
+            "V = 2'",
+            "V = +1",
+            "V = a < not b",
+            "param a : m m",
+            "let a = 1 ± 2",
+        ] {
+            assert!(Grammar::parse(Rule::file, source).is_err(), "{source}");
+            assert!(crate::syntax::parse(source).is_err(), "{source}");
+        }
+    }
+}

@@ -243,6 +243,9 @@ impl<'s> Lexer<'s> {
             b'*' => self.sign(TokenKind::Star, 1),
             b'/' => self.sign(TokenKind::Slash, 1),
             b'^' => self.sign(TokenKind::Caret, 1),
+            // Not signs of the language, but meant as one.
+            b'<' if next == b'>' => self.sign(TokenKind::Illegal, 2),
+            b'=' if matches!(next, b'<' | b'>') => self.sign(TokenKind::Illegal, 2),
             b'=' if next == b'=' => self.sign(TokenKind::Comparison, 2),
             b'=' => self.sign(TokenKind::Equals, 1),
             b'!' | b'<' | b'>' if next == b'=' => self.sign(TokenKind::Comparison, 2),

@@ -15,6 +15,13 @@ pub(super) fn advice(run: &str) -> Lookalike {
     let Some(first) = run.chars().next() else {
         return Lookalike::Unknown;
     };
+    match run {
+        "<>" => return Lookalike::Write("!=".to_owned()),
+        "=<" => return Lookalike::Write("<=".to_owned()),
+        "=>" => return Lookalike::Write(">=".to_owned()),
+        "||" => return Lookalike::Write("or".to_owned()),
+        _ => {}
+    }
     let scripts: String = run.chars().filter_map(plain_script).collect();
     if !scripts.is_empty() {
         return match first {
@@ -40,7 +47,7 @@ pub(super) fn advice(run: &str) -> Lookalike {
         '≠' => "!=",
         '∧' | '&' => "and",
         '∨' => "or",
-        '¬' | '!' => "not",
+        '¬' => "not",
         '∈' => "in",
         '½' => "1/2",
         '⅓' => "1/3",
@@ -51,7 +58,6 @@ pub(super) fn advice(run: &str) -> Lookalike {
         '，' => ",",
         '：' => ":",
         '；' => ";",
-        '°' => "deg",
         _ => return said(first),
     };
     Lookalike::Write(plain.to_owned())
@@ -63,6 +69,8 @@ fn said(character: char) -> Lookalike {
         '|' => "write `abs(x)` or `norm(v)`; in a condition `or`",
         '%' => "write `mod(a, b)`; a comment begins with `#`",
         '\\' => "line breaks mean nothing: just go on in the next line",
+        '!' => "write `not`, or `!=` for unequal",
+        '°' => "degrees are a unit: `param a : deg = 30`",
         '√' => "write `sqrt(x)`",
         '∑' => "write `sum(i in 1..n, …)`",
         '∞' => "there is no infinity",

@@ -17,6 +17,7 @@ mod grammar;
 mod lexer;
 mod lookalike;
 mod print;
+mod report;
 mod split;
 mod words;
 
@@ -28,6 +29,7 @@ pub use error::SyntaxError;
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use words::{FUNCTIONS, STATEMENT_WORDS};
 
+use crate::span::Span;
 use build::Builder;
 
 /// The longest text read, in bytes.
@@ -39,8 +41,8 @@ pub const MOST_BYTES: usize = 32 << 20;
 /// included.
 ///
 /// # Errors
-/// All mistakes of the text in the order of their places, one or more; at most a thousand and
-/// one, since nobody reads more. Text longer than [`MOST_BYTES`] is refused as a whole.
+/// All mistakes of the text in the order of their places, one or more; at most a thousand,
+/// since nobody reads more. Text longer than [`MOST_BYTES`] is refused as a whole.
 ///
 /// ```
 /// let file = librate::syntax::parse("coord x  T = 1/2*x'^2  V = 1/2*x^2")?;
@@ -75,12 +77,22 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
             break;
         }
         if let Err(error) = builder.statement(source, piece.span) {
+            let place = error.span();
+            let lost = matches!(
+                error,
+                SyntaxError::UnknownStatement { .. } | SyntaxError::MissingStatementWord { .. }
+            );
             errors.push(error);
+            if lost {
+                let rest = Span::new(place.start, piece.span.end);
+                errors.extend(explain::more_unknown_statements(source, rest));
+            }
         }
     }
     if errors.is_empty() {
         Ok(builder.finish())
     } else {
+        errors.truncate(split::MOST_ERRORS);
         errors.sort_by_key(SyntaxError::span);
         Err(errors)
     }

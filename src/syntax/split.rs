@@ -107,7 +107,7 @@ pub(super) fn expects_operand(kind: TokenKind, text: &str) -> bool {
         | TokenKind::Colon
         | TokenKind::Range
         | TokenKind::Open => true,
-        TokenKind::Word => words::is_connective(text) || matches!(text, "constraint" | "period"),
+        TokenKind::Word => words::is_connective(text),
         TokenKind::Comment
         | TokenKind::Number
         | TokenKind::HalfNumber
@@ -156,6 +156,10 @@ impl<'s> Splitter<'s> {
                 None => explain::no_statement(self.source, token, next),
             };
             self.found.errors.push(error);
+        } else if let Some(previous) = self.previous {
+            let next = next_token(rest);
+            let error = explain::unknown_statement(self.source, previous, token, next);
+            self.found.errors.extend(error);
         }
         self.previous = Some(token);
     }
@@ -195,17 +199,20 @@ impl<'s> Splitter<'s> {
             return false;
         }
         // In the middle of an expression the word has to look like the beginning of a statement.
-        if self.brackets.is_empty() && !expects_operand(previous.kind, before) {
+        let at_first = previous.start == current.span.start && !words::is_naming(self.word);
+        if self.brackets.is_empty() && !at_first && !expects_operand(previous.kind, before) {
             return true;
         }
         let Some(next) = next_token(rest) else {
             return token.first_on_line;
         };
         let follower = next.text(self.source);
-        if words::is_function_statement(word) {
-            next.kind == TokenKind::Equals
+        if token.first_on_line && next.first_on_line {
+            true
+        } else if words::is_function_statement(word) {
+            next.kind == TokenKind::Equals || token.first_on_line && follower == "=="
         } else if words::is_naming(word) {
-            next.kind == TokenKind::Word && !words::is_connective(follower)
+            next.kind == TokenKind::Word && !next.first_on_line && !words::is_connective(follower)
         } else {
             token.first_on_line
                 && matches!(
@@ -341,9 +348,10 @@ impl<'s> Splitter<'s> {
         if let Some(error) = self.lexical_error(token) {
             self.report(error);
         }
-        let operand_before = self
-            .previous
-            .is_some_and(|p| !expects_operand(p.kind, p.text(self.source)));
+        let first = self.current.map(|piece| piece.span.start);
+        let operand_before = self.previous.is_some_and(|p| {
+            Some(p.start) != first && !expects_operand(p.kind, p.text(self.source))
+        });
         match token.kind {
             TokenKind::Open => {
                 let subscript =

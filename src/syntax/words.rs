@@ -88,13 +88,13 @@ pub(super) fn is_function(word: &str) -> bool {
 /// What a reserved word means, for the error about declaring it; `None` where it is free.
 pub(super) fn reserved_for(word: &str) -> Option<&'static str> {
     match word {
-        "T" => Some("the kinetic energy"),
-        "V" => Some("the potential energy"),
-        "t" => Some("time"),
-        "pi" => Some("the number 3.14159…"),
-        _ if is_statement_word(word) => Some("a statement"),
-        _ if EXPRESSION_WORDS.contains(&word) => Some("the language itself"),
-        _ if FUNCTIONS.contains(&word) => Some("a function"),
+        "T" => Some("is the kinetic energy"),
+        "V" => Some("is the potential energy"),
+        "t" => Some("is the time"),
+        "pi" => Some("is the number 3.14159…"),
+        _ if is_statement_word(word) => Some("begins a statement"),
+        _ if EXPRESSION_WORDS.contains(&word) => Some("is a word of the language"),
+        _ if FUNCTIONS.contains(&word) => Some("is a function"),
         _ => None,
     }
 }

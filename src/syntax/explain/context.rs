@@ -1,145 +1,50 @@
-//! Finds the words for a mistake from the place where the grammar gave up.
-//!
-//! The grammar knows only what it would have accepted. What a person meant shows in the tokens
-//! around the place, so this reads the statement's tokens once more, up to that place, and picks
-//! the kind of mistake. It never decides whether a text is right.
+//! The kinds of mistakes inside a statement, told apart by the tokens around their place.
 
-use super::error::SyntaxError;
-use super::lexer::{Lexer, Token, TokenKind};
-use super::split::expects_operand;
-use super::words;
-use crate::diagnostic::nearest;
+use super::super::error::SyntaxError;
+use super::super::lexer::{Lexer, Token, TokenKind};
+use super::super::split::expects_operand;
+use super::super::words;
+use super::{describe, no_statement, unknown_statement};
 use crate::span::Span;
 
 /// An open bracket before the place.
-struct Enclosure {
-    sum: bool,
+pub(super) struct Enclosure {
+    pub(super) sum: bool,
     /// Since the last comma at this level.
-    has_in: bool,
-    has_range: bool,
-    filter: bool,
+    pub(super) has_in: bool,
+    pub(super) has_range: bool,
+    pub(super) filter: bool,
     /// Whether an index with `in` has been seen at all.
-    indexed: bool,
+    pub(super) indexed: bool,
 }
 
 /// Where outside of brackets the place is.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+pub(super) enum Part {
     Name,
     Unit,
     Value,
 }
 
 /// The tokens around the place, and what stands before it.
-struct Context<'s> {
-    source: &'s str,
-    statement: &'static str,
-    word: Token,
-    before_last: Option<Token>,
-    before: Token,
-    found: Option<Token>,
-    after: Option<Token>,
-    enclosures: Vec<Enclosure>,
-    part: Part,
+pub(super) struct Context<'s> {
+    pub(super) source: &'s str,
+    pub(super) statement: &'static str,
+    pub(super) word: Token,
+    pub(super) third_last: Option<Token>,
+    pub(super) before_last: Option<Token>,
+    pub(super) before: Token,
+    pub(super) found: Option<Token>,
+    pub(super) after: Option<Token>,
+    pub(super) enclosures: Vec<Enclosure>,
+    pub(super) part: Part,
     /// A `==` outside of brackets.
-    comparison: Option<Token>,
-    end: u32,
-}
-
-/// The mistake in the statement at `span` that the grammar could not read beyond `at`;
-/// `expected` is what it would have accepted, in plain words.
-pub(super) fn explain(
-    source: &str,
-    span: Span,
-    at: u32,
-    expected: Vec<&'static str>,
-) -> SyntaxError {
-    match Context::read(source, span, at) {
-        Some(context) => context.mistake(expected),
-        None => SyntaxError::Unexpected {
-            found: "this".to_owned(),
-            expected,
-            span,
-        },
-    }
-}
-
-/// The mistake of text that belongs to no statement and begins with `token`.
-pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> SyntaxError {
-    let text = token.text(source);
-    if token.kind != TokenKind::Word {
-        return SyntaxError::NoStatement {
-            found: describe(source, token),
-            span: token.span(),
-        };
-    }
-    let suggestion = suggested(source, token, next);
-    let binds = next.is_some_and(|next| {
-        matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "["
-    });
-    if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
-        SyntaxError::MissingStatementWord {
-            name: text.to_owned(),
-            span: token.span(),
-        }
-    } else {
-        SyntaxError::UnknownStatement {
-            word: text.to_owned(),
-            suggestion,
-            span: token.span(),
-        }
-    }
-}
-
-/// The statement word meant by a word, judged by the word and by what follows it.
-fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static str> {
-    let word = token.text(source);
-    let fits = |candidate: &&'static str| match next.map(|next| next.kind) {
-        Some(TokenKind::Equals) => words::is_function_statement(candidate),
-        Some(TokenKind::Word) => !words::is_function_statement(candidate),
-        _ => matches!(*candidate, "period" | "constraint"),
-    };
-    words::synonym(word).filter(|s| fits(s)).or_else(|| {
-        nearest(
-            word,
-            words::STATEMENT_WORDS.into_iter().filter(|s| fits(&s)),
-        )
-    })
-}
-
-fn describe(source: &str, token: Token) -> String {
-    let text: String = token.text(source).chars().take(30).collect();
-    match token.kind {
-        TokenKind::Word if words::is_statement_word(&text) || words::is_connective(&text) => {
-            format!("`{text}`")
-        }
-        TokenKind::Word => format!("the name `{text}`"),
-        TokenKind::Number | TokenKind::HalfNumber => format!("the number `{text}`"),
-        TokenKind::Text | TokenKind::OpenText => "text in quotes".to_owned(),
-        TokenKind::Comment
-        | TokenKind::Open
-        | TokenKind::Close
-        | TokenKind::Prime
-        | TokenKind::Dot
-        | TokenKind::Range
-        | TokenKind::Comma
-        | TokenKind::Colon
-        | TokenKind::Semicolon
-        | TokenKind::Plus
-        | TokenKind::Minus
-        | TokenKind::Star
-        | TokenKind::Slash
-        | TokenKind::Caret
-        | TokenKind::DoubleStar
-        | TokenKind::Equals
-        | TokenKind::Comparison
-        | TokenKind::PlusMinus
-        | TokenKind::Illegal => format!("`{text}`"),
-    }
+    pub(super) comparison: Option<Token>,
+    pub(super) end: u32,
 }
 
 impl<'s> Context<'s> {
-    fn read(source: &'s str, span: Span, at: u32) -> Option<Self> {
+    pub(super) fn read(source: &'s str, span: Span, at: u32) -> Option<Self> {
         let mut tokens = Lexer::new(source, span).filter(|t| t.kind != TokenKind::Comment);
         let word = tokens.next()?;
         let statement = words::STATEMENT_WORDS
@@ -149,6 +54,7 @@ impl<'s> Context<'s> {
             source,
             statement,
             word,
+            third_last: None,
             before_last: None,
             before: word,
             found: None,
@@ -183,7 +89,7 @@ impl<'s> Context<'s> {
                 sum: self.before.text(self.source) == "sum",
                 has_in: false,
                 has_range: false,
-                filter: false,
+                filter: self.enclosures.last().is_some_and(|e| e.filter),
                 indexed: false,
             }),
             TokenKind::Close => {
@@ -238,19 +144,21 @@ impl<'s> Context<'s> {
             | TokenKind::PlusMinus
             | TokenKind::Illegal => {}
         }
+        self.third_last = self.before_last;
         self.before_last = Some(self.before);
         self.before = token;
     }
 
-    fn text(&self, token: Token) -> &'s str {
+    pub(super) fn text(&self, token: Token) -> &'s str {
         token.text(self.source)
     }
 
-    fn before_expects_operand(&self) -> bool {
+    pub(super) fn before_expects_operand(&self) -> bool {
         expects_operand(self.before.kind, self.text(self.before))
+            || self.before_is_word() && matches!(self.statement, "constraint" | "period")
     }
 
-    fn before_is_word(&self) -> bool {
+    pub(super) fn before_is_word(&self) -> bool {
         self.before.start == self.word.start
     }
 
@@ -262,7 +170,7 @@ impl<'s> Context<'s> {
                 || self.before.kind == TokenKind::Comma)
     }
 
-    fn mistake(&self, expected: Vec<&'static str>) -> SyntaxError {
+    pub(super) fn mistake(&self, expected: Vec<&'static str>) -> SyntaxError {
         let found = match self.found {
             Some(found) => found,
             None => return self.at_end(),
@@ -292,6 +200,13 @@ impl<'s> Context<'s> {
                     statement,
                     span: end,
                 },
+            };
+        }
+        if self.before.kind == TokenKind::Comma && self.part == Part::Name {
+            return SyntaxError::MissingName {
+                statement,
+                found: "nothing".to_owned(),
+                span,
             };
         }
         match self.before.kind {
@@ -351,8 +266,21 @@ impl<'s> Context<'s> {
                 assignment: found.glued,
             });
         }
-        if let Some(error) = self.unknown_statement(found) {
+        if self.enclosures.is_empty()
+            && let Some(error) = unknown_statement(self.source, self.before, found, self.after)
+        {
             return Some(error);
+        }
+        let binds = self.after.is_some_and(|after| self.text(after) == "in");
+        if found.kind == TokenKind::Word
+            && binds
+            && let Some(meaning) = words::reserved_for(text)
+        {
+            return Some(SyntaxError::ReservedName {
+                name: text.to_owned(),
+                meaning,
+                span,
+            });
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
@@ -377,29 +305,6 @@ impl<'s> Context<'s> {
                 return Some(SyntaxError::HalfRange {
                     span: self.before.span(),
                 });
-            }
-        }
-        None
-    }
-
-    /// A word at the beginning of a line that was meant to begin a statement.
-    fn unknown_statement(&self, found: Token) -> Option<SyntaxError> {
-        if !self.enclosures.is_empty() || self.before_expects_operand() {
-            return None;
-        }
-        let binding = |next: Token| {
-            matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || self.text(next) == "["
-        };
-        if found.kind == TokenKind::Word && words::reserved_for(self.text(found)).is_none() {
-            let suggestion = suggested(self.source, found, self.after);
-            let next_is = |kind| self.after.is_some_and(|next| next.kind == kind);
-            if found.first_on_line
-                && (suggestion.is_some()
-                    || next_is(TokenKind::Word)
-                    || self.after.is_some_and(binding))
-                || suggestion.is_some() && next_is(TokenKind::Word)
-            {
-                return Some(no_statement(self.source, found, self.after));
             }
         }
         None
@@ -436,34 +341,11 @@ impl<'s> Context<'s> {
         }
     }
 
-    fn missing_multiplication(&self, found: Token) -> SyntaxError {
-        let left = match (self.before.kind, self.before_last) {
-            (TokenKind::Close, _) if self.text(self.before) == ")" => "(…)".to_owned(),
-            (TokenKind::Close, _) => "[…]".to_owned(),
-            (TokenKind::Prime, Some(last)) => format!("{}'", self.text(last)),
-            _ => self.text(self.before).to_owned(),
-        };
-        let right = match (self.text(found), self.after) {
-            ("(", _) => "(…)".to_owned(),
-            ("[", _) => "[…]".to_owned(),
-            (name, Some(after))
-                if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued =>
-            {
-                format!("{name}(…)")
-            }
-            (text, _) => text.to_owned(),
-        };
-        SyntaxError::MissingMultiplication {
-            left,
-            right,
-            span: self.before.span().to(found.span()),
-        }
-    }
-
     /// Mistakes that show in what stands at the place.
     fn by_token(&self, found: Token) -> Option<SyntaxError> {
         let span = found.span();
         let text = self.text(found);
+        let statement = self.statement;
         let naming = self.part == Part::Name && self.enclosures.is_empty();
         match found.kind {
             TokenKind::Plus if self.before_expects_operand() => {
@@ -472,7 +354,7 @@ impl<'s> Context<'s> {
             TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
             TokenKind::Text => Some(SyntaxError::MisplacedText { span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
-            TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { span }),
+            TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),
             TokenKind::Prime if self.before.kind == TokenKind::Number => {
                 Some(SyntaxError::PostfixOnNumber {
                     sign: text.to_owned(),
@@ -485,8 +367,12 @@ impl<'s> Context<'s> {
             }
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
-                Part::Value => Some(SyntaxError::UnitBehindValue { span }),
-                Part::Name | Part::Unit => None,
+                Part::Value if words::is_naming(statement) => {
+                    Some(SyntaxError::UnitBehindValue { span })
+                }
+                Part::Name if matches!(statement, "param" | "coord" | "let") => None,
+                Part::Unit => None,
+                Part::Name | Part::Value => Some(SyntaxError::MisplacedUnit { statement, span }),
             },
             TokenKind::Range if !self.before_expects_operand() => {
                 Some(SyntaxError::MisplacedRange { span })
@@ -548,70 +434,12 @@ impl<'s> Context<'s> {
         }
     }
 
-    fn missing_operand(&self, found: Token) -> SyntaxError {
+    pub(super) fn missing_operand(&self, found: Token) -> SyntaxError {
         SyntaxError::MissingOperand {
             sign: self.text(self.before).to_owned(),
             span: self.before.span(),
             found: Some((describe(self.source, found), found.span())),
         }
-    }
-
-    /// A word, a number or an opening bracket where none can be.
-    fn operand(&self, found: Token, naming: bool) -> Option<SyntaxError> {
-        let span = found.span();
-        let text = self.text(found);
-        let word = found.kind == TokenKind::Word;
-        if word && text == "not" {
-            return Some(SyntaxError::MisplacedNot { span });
-        }
-        if word && words::is_connective(text) {
-            return self
-                .before_expects_operand()
-                .then(|| self.missing_operand(found));
-        }
-        if word && words::is_statement_word(text) {
-            return Some(match words::reserved_for(text) {
-                Some(meaning) if self.enclosures.last().is_some_and(|e| e.has_in) => {
-                    SyntaxError::ReservedName {
-                        name: text.to_owned(),
-                        meaning,
-                        span,
-                    }
-                }
-                _ => SyntaxError::WordInExpression {
-                    word: text.to_owned(),
-                    span,
-                },
-            });
-        }
-        if self.statement == "table" && self.part == Part::Value {
-            return Some(SyntaxError::MissingPath { span });
-        }
-        if self.before_expects_operand() {
-            return None;
-        }
-        if naming {
-            return match (word, self.statement) {
-                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
-                    statement: self.statement,
-                    span: self.word.span(),
-                }),
-                (true, "coord") => Some(SyntaxError::MissingComma {
-                    span: self.before.span().to(span),
-                    left: self.text(self.before).to_owned(),
-                    right: text.to_owned(),
-                }),
-                (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
-                (false, _) => None,
-            };
-        }
-        if text == "[" && self.before.kind == TokenKind::Number {
-            return Some(SyntaxError::PostfixOnNumber {
-                sign: text.to_owned(),
-                span,
-            });
-        }
-        Some(self.missing_multiplication(found))
     }
 
     fn equals(&self, found: Token) -> Option<SyntaxError> {
@@ -662,7 +490,12 @@ impl<'s> Context<'s> {
                     span: self.before.span().to(after.span()),
                 })
             }
-            _ => None,
+            _ => (self.part == Part::Value && self.enclosures.is_empty()).then_some(
+                SyntaxError::SeveralValues {
+                    statement: self.statement,
+                    span,
+                },
+            ),
         }
     }
 }

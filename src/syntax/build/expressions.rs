@@ -1,0 +1,305 @@
+//! Trees of expressions, by the table of precedences.
+
+use pest::iterators::Pair;
+
+use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, Factor, Name, Term};
+use super::super::error::SyntaxError;
+use super::super::grammar::Rule;
+use super::super::words;
+use super::{Builder, incomplete};
+use crate::span::Span;
+
+/// An operand on its way through the precedence parser: sums, products and the like stay open
+/// for further members until a stronger or weaker operator takes them.
+struct Operand<'i> {
+    /// Parentheses included.
+    span: Span,
+    form: Form<'i>,
+}
+
+enum Form<'i> {
+    Done(ExprRef),
+    Name(&'i str),
+    Sum(Vec<Term>),
+    Product(Vec<Factor>),
+    Compare(Comparison, ExprRef, ExprRef),
+    And(Vec<ExprRef>),
+    Or(Vec<ExprRef>),
+}
+
+impl Builder {
+    fn push(&self, span: Span, kind: ExprKind) -> ExprRef {
+        let mut expressions = self.expressions.borrow_mut();
+        expressions.push(Expr { span, kind });
+        ExprRef(expressions.len() as u32 - 1)
+    }
+
+    pub(super) fn expression(&self, pair: Pair<'_, Rule>) -> ExprRef {
+        let operand = self
+            .precedences
+            .map_primary(|pair| self.primary(pair))
+            .map_prefix(|sign, operand| self.prefix(&sign, operand))
+            .map_postfix(|operand, sign| self.postfix(operand, sign))
+            .map_infix(|left, sign, right| self.infix(left, &sign, right))
+            .parse(pair.into_inner());
+        self.close(operand)
+    }
+
+    fn expressions_in(&self, pair: Pair<'_, Rule>) -> Vec<ExprRef> {
+        pair.into_inner()
+            .filter(|part| part.as_rule() == Rule::expr)
+            .map(|part| self.expression(part))
+            .collect()
+    }
+
+    /// Makes a node of an operand that takes no more members.
+    fn close(&self, operand: Operand<'_>) -> ExprRef {
+        let kind = match operand.form {
+            Form::Done(at) => return at,
+            Form::Name(name) => ExprKind::Name(name.to_owned()),
+            Form::Sum(terms) => ExprKind::Sum(terms),
+            Form::Product(factors) => ExprKind::Product(factors),
+            Form::Compare(operator, left, right) => ExprKind::Compare {
+                operator,
+                left,
+                right,
+            },
+            Form::And(members) => ExprKind::And(members),
+            Form::Or(members) => ExprKind::Or(members),
+        };
+        self.push(operand.span, kind)
+    }
+
+    fn primary<'i>(&self, pair: Pair<'i, Rule>) -> Operand<'i> {
+        let span = self.span(&pair);
+        let form = match pair.as_rule() {
+            Rule::name => Form::Name(pair.as_str()),
+            Rule::number => Form::Done(self.push(span, ExprKind::Number(pair.as_str().to_owned()))),
+            Rule::vector => {
+                let members = self.expressions_in(pair);
+                Form::Done(self.push(span, ExprKind::Vector(members)))
+            }
+            Rule::sum_over => Form::Done(self.sum_over(pair)),
+            // A parenthesis closes what is inside and leaves no node of its own.
+            _ => match self.expressions_in(pair).first() {
+                Some(inner) => Form::Done(*inner),
+                None => self.impossible(span),
+            },
+        };
+        Operand { span, form }
+    }
+
+    /// For shapes of pairs that the grammar has no way to make: an error instead of a tree.
+    fn impossible<'i>(&self, span: Span) -> Form<'i> {
+        self.object(incomplete(span));
+        Form::Name("")
+    }
+
+    fn sum_over(&self, pair: Pair<'_, Rule>) -> ExprRef {
+        let span = self.span(&pair);
+        let mut indices = Err(incomplete(span));
+        let mut body = None;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::sum_indices => indices = self.indices(part),
+                Rule::expr => {
+                    // The condition around a sum doesn't reach into it.
+                    let outside = self.in_filter.replace(false);
+                    body = Some(self.expression(part));
+                    self.in_filter.set(outside);
+                }
+                _ => {}
+            }
+        }
+        let kind = match (indices, body) {
+            (Ok(indices), Some(body)) => ExprKind::SumOver { indices, body },
+            (Err(error), _) => {
+                self.object(error);
+                ExprKind::Vector(Vec::new())
+            }
+            (Ok(_), None) => {
+                self.object(incomplete(span));
+                ExprKind::Vector(Vec::new())
+            }
+        };
+        self.push(span, kind)
+    }
+
+    fn prefix<'i>(&self, sign: &Pair<'i, Rule>, operand: Operand<'i>) -> Operand<'i> {
+        let at = self.span(sign);
+        let span = at.to(operand.span);
+        let inner = self.close(operand);
+        let kind = if sign.as_rule() == Rule::not {
+            self.condition(at);
+            ExprKind::Not(inner)
+        } else {
+            ExprKind::Negate(inner)
+        };
+        Operand {
+            span,
+            form: Form::Done(self.push(span, kind)),
+        }
+    }
+
+    fn postfix<'i>(&self, operand: Operand<'i>, sign: Pair<'i, Rule>) -> Operand<'i> {
+        let at = self.span(&sign);
+        let span = operand.span.to(at);
+        if sign.as_rule() == Rule::arguments {
+            return self.call(operand, sign);
+        }
+        let base = self.close(operand);
+        let kind = match sign.as_rule() {
+            Rule::subscript => ExprKind::Index {
+                base,
+                indices: self.expressions_in(sign),
+            },
+            Rule::field => {
+                let column = sign
+                    .into_inner()
+                    .find(|part| part.as_rule() == Rule::column);
+                match column {
+                    Some(column) => ExprKind::Field {
+                        base,
+                        field: self.name(&column),
+                    },
+                    None => {
+                        self.object(incomplete(at));
+                        ExprKind::Prime(base)
+                    }
+                }
+            }
+            _ => ExprKind::Prime(base),
+        };
+        Operand {
+            span,
+            form: Form::Done(self.push(span, kind)),
+        }
+    }
+
+    fn call<'i>(&self, operand: Operand<'i>, list: Pair<'i, Rule>) -> Operand<'i> {
+        let at = self.span(&list);
+        let span = operand.span.to(at);
+        let Form::Name(name) = operand.form else {
+            return Operand {
+                span,
+                form: self.impossible(span),
+            };
+        };
+        if operand.span.end != at.start && !words::is_function(name) {
+            self.object(SyntaxError::MissingMultiplication {
+                left: name.to_owned(),
+                right: "(…)".to_owned(),
+                span: Span::new(operand.span.start, at.start + 1),
+            });
+        }
+        let function = Name {
+            text: name.to_owned(),
+            span: operand.span,
+        };
+        let arguments = self.expressions_in(list);
+        let kind = ExprKind::Call {
+            function,
+            arguments,
+        };
+        Operand {
+            span,
+            form: Form::Done(self.push(span, kind)),
+        }
+    }
+
+    fn infix<'i>(
+        &self,
+        left: Operand<'i>,
+        sign: &Pair<'i, Rule>,
+        right: Operand<'i>,
+    ) -> Operand<'i> {
+        let span = left.span.to(right.span);
+        let at = self.span(sign);
+        let form = match sign.as_rule() {
+            Rule::add => self.sum(left, false, right),
+            Rule::subtract => self.sum(left, true, right),
+            Rule::multiply => self.product(left, false, right),
+            Rule::divide => self.product(left, true, right),
+            Rule::equal => self.compare(at, left, Comparison::Equal, right),
+            Rule::not_equal => self.compare(at, left, Comparison::NotEqual, right),
+            Rule::less => self.compare(at, left, Comparison::Less, right),
+            Rule::less_equal => self.compare(at, left, Comparison::LessEqual, right),
+            Rule::greater => self.compare(at, left, Comparison::Greater, right),
+            Rule::greater_equal => self.compare(at, left, Comparison::GreaterEqual, right),
+            Rule::and => {
+                self.condition(at);
+                let mut members = match left.form {
+                    Form::And(members) => members,
+                    _ => vec![self.close(left)],
+                };
+                members.push(self.close(right));
+                Form::And(members)
+            }
+            Rule::or => {
+                self.condition(at);
+                let mut members = match left.form {
+                    Form::Or(members) => members,
+                    _ => vec![self.close(left)],
+                };
+                members.push(self.close(right));
+                Form::Or(members)
+            }
+            _ => {
+                let base = self.close(left);
+                let exponent = self.close(right);
+                Form::Done(self.push(span, ExprKind::Power { base, exponent }))
+            }
+        };
+        Operand { span, form }
+    }
+
+    fn sum<'i>(&self, left: Operand<'i>, subtracted: bool, right: Operand<'i>) -> Form<'i> {
+        let mut terms = match left.form {
+            Form::Sum(terms) => terms,
+            _ => vec![Term {
+                subtracted: false,
+                value: self.close(left),
+            }],
+        };
+        let value = self.close(right);
+        terms.push(Term { subtracted, value });
+        Form::Sum(terms)
+    }
+
+    fn product<'i>(&self, left: Operand<'i>, divided: bool, right: Operand<'i>) -> Form<'i> {
+        let mut factors = match left.form {
+            Form::Product(factors) => factors,
+            _ => vec![Factor {
+                divided: false,
+                value: self.close(left),
+            }],
+        };
+        let value = self.close(right);
+        factors.push(Factor { divided, value });
+        Form::Product(factors)
+    }
+
+    fn compare<'i>(
+        &self,
+        at: Span,
+        left: Operand<'i>,
+        operator: Comparison,
+        right: Operand<'i>,
+    ) -> Form<'i> {
+        self.condition(at);
+        if let Form::Compare(..) = left.form {
+            self.object(SyntaxError::ChainedComparison {
+                first: left.span,
+                span: at,
+            });
+        }
+        Form::Compare(operator, self.close(left), self.close(right))
+    }
+
+    /// Conditions stand only behind `where`.
+    fn condition(&self, span: Span) {
+        if !self.in_filter.get() {
+            self.object(SyntaxError::ConditionOutsideFilter { span });
+        }
+    }
+}

@@ -1,0 +1,317 @@
+//! From pest's pairs to the tree, one statement at a time.
+//!
+//! The depth of its calls is bounded by the nesting that the scan in `split` lets through.
+
+mod expressions;
+mod units;
+
+use std::cell::{Cell, RefCell};
+
+use pest::Parser;
+use pest::error::{ErrorVariant, InputLocation};
+use pest::iterators::{Pair, Pairs};
+use pest::pratt_parser::PrattParser;
+
+use super::ast::{
+    Binding, Comment, Declaration, Expr, File, IndexEntry, IndexKind, Indices, Name, Statement,
+    StatementKind, Unit,
+};
+use super::error::SyntaxError;
+use super::explain;
+use super::grammar::{Grammar, Rule, in_words, precedences};
+use super::split::MOST_LEVELS;
+use super::words;
+use crate::span::Span;
+
+/// Collects the trees of a file's statements.
+pub(super) struct Builder {
+    precedences: PrattParser<Rule>,
+    statements: Vec<Statement>,
+    comments: Vec<Comment>,
+    units: Vec<Unit>,
+    // Shared by the callbacks of the precedence parser.
+    expressions: RefCell<Vec<Expr>>,
+    error: RefCell<Option<SyntaxError>>,
+    in_filter: Cell<bool>,
+    /// Where the statement begins that pest has been given.
+    offset: Cell<u32>,
+}
+
+impl Builder {
+    pub(super) fn new(comments: Vec<Comment>, statements: usize) -> Self {
+        Self {
+            precedences: precedences(),
+            statements: Vec::with_capacity(statements),
+            comments,
+            units: Vec::new(),
+            expressions: RefCell::new(Vec::new()),
+            error: RefCell::new(None),
+            in_filter: Cell::new(false),
+            offset: Cell::new(0),
+        }
+    }
+
+    pub(super) fn finish(self) -> File {
+        File {
+            statements: self.statements,
+            expressions: self.expressions.into_inner(),
+            units: self.units,
+            comments: self.comments,
+        }
+    }
+
+    /// Reads the statement at `span` of `source` and keeps its tree.
+    pub(super) fn statement(&mut self, source: &str, span: Span) -> Result<(), SyntaxError> {
+        let text = source.get(span.range()).unwrap_or("");
+        self.offset.set(span.start);
+        let pairs = Grammar::parse(Rule::single, text).map_err(|error| match error.variant {
+            ErrorVariant::ParsingError { positives, .. } => {
+                let at = match error.location {
+                    InputLocation::Pos(at) | InputLocation::Span((at, _)) => at,
+                };
+                explain::explain(source, span, span.start + at as u32, in_words(&positives))
+            }
+            // pest's own guard of the stack, which the count of levels should forestall.
+            ErrorVariant::CustomError { .. } => SyntaxError::NestingTooDeep {
+                most: MOST_LEVELS,
+                span,
+            },
+        })?;
+        let single = pairs.into_iter().next();
+        let statement = single.and_then(|single| single.into_inner().next());
+        let kind = self.kind(required(statement, span)?)?;
+        match self.error.take() {
+            Some(error) => Err(error),
+            None => {
+                self.statements.push(Statement { span, kind });
+                Ok(())
+            }
+        }
+    }
+
+    fn span(&self, pair: &Pair<'_, Rule>) -> Span {
+        let span = pair.as_span();
+        let offset = self.offset.get();
+        Span::new(offset + span.start() as u32, offset + span.end() as u32)
+    }
+
+    /// Keeps the first error that pest had no objection to.
+    fn object(&self, error: SyntaxError) {
+        self.error.borrow_mut().get_or_insert(error);
+    }
+
+    fn kind(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
+        let rule = pair.as_rule();
+        let span = self.span(&pair);
+        Ok(match rule {
+            Rule::model => StatementKind::Model {
+                name: required(self.first_name(pair.into_inner()), span)?,
+            },
+            Rule::param => StatementKind::Param(self.binding(pair)?.0),
+            Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
+            Rule::guess => StatementKind::Guess(self.binding(pair)?.0),
+            Rule::equilibrium => {
+                let (binding, rate) = self.binding(pair)?;
+                StatementKind::Equilibrium { binding, rate }
+            }
+            Rule::coord => {
+                let mut declarations = Vec::new();
+                for part in pair.into_inner() {
+                    if part.as_rule() == Rule::declaration {
+                        let (binding, _) = self.binding(part)?;
+                        declarations.push(Declaration {
+                            name: binding.name,
+                            indices: binding.indices,
+                            unit: binding.unit,
+                        });
+                    }
+                }
+                StatementKind::Coord { declarations }
+            }
+            Rule::constraint => self.constraint(pair)?,
+            Rule::table => {
+                let mut name = None;
+                let mut path = None;
+                for part in pair.into_inner() {
+                    match part.as_rule() {
+                        Rule::name => name = Some(self.declared(&part)),
+                        Rule::text => path = Some((part.as_str(), self.span(&part))),
+                        _ => {}
+                    }
+                }
+                let (path, path_span) = required(path, span)?;
+                StatementKind::Table {
+                    name: required(name, span)?,
+                    path: path.trim_matches('"').to_owned(),
+                    path_span,
+                }
+            }
+            _ => {
+                let expr = pair.into_inner().find(|part| part.as_rule() == Rule::expr);
+                let expr = self.expression(required(expr, span)?);
+                match rule {
+                    Rule::kinetic => StatementKind::Kinetic(expr),
+                    Rule::potential => StatementKind::Potential(expr),
+                    Rule::lagrangian => StatementKind::Lagrangian(expr),
+                    Rule::dissipation => StatementKind::Dissipation(expr),
+                    Rule::period => StatementKind::Period(expr),
+                    _ => return required(None, span),
+                }
+            }
+        })
+    }
+
+    fn constraint(&mut self, pair: Pair<'_, Rule>) -> Result<StatementKind, SyntaxError> {
+        let span = self.span(&pair);
+        let mut indices = None;
+        let mut sides = Vec::with_capacity(2);
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::indices => indices = Some(self.indices(part)?),
+                Rule::expr => sides.push(self.expression(part)),
+                _ => {}
+            }
+        }
+        match sides.as_slice() {
+            [left, right] => Ok(StatementKind::Constraint {
+                indices,
+                left: *left,
+                right: *right,
+            }),
+            _ => required(None, span),
+        }
+    }
+
+    /// The parts of `param`, `let`, `guess`, `equilibrium` and of a name of `coord`; the flag is
+    /// the prime of a rate.
+    fn binding(&mut self, pair: Pair<'_, Rule>) -> Result<(Binding, bool), SyntaxError> {
+        let span = self.span(&pair);
+        let mut name = None;
+        let mut indices = None;
+        let mut unit = None;
+        let mut value = None;
+        let mut uncertainty = None;
+        let mut rate = false;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => name = Some(self.declared(&part)),
+                Rule::indices => indices = Some(self.indices(part)?),
+                Rule::unit => unit = Some(self.unit(part)?),
+                Rule::expr => value = Some(self.expression(part)),
+                Rule::uncertainty => {
+                    let expr = part.into_inner().find(|part| part.as_rule() == Rule::expr);
+                    uncertainty = expr.map(|expr| self.expression(expr));
+                }
+                Rule::rate => rate = true,
+                _ => {}
+            }
+        }
+        let binding = Binding {
+            name: required(name, span)?,
+            indices,
+            unit,
+            value,
+            uncertainty,
+        };
+        Ok((binding, rate))
+    }
+
+    fn name(&self, pair: &Pair<'_, Rule>) -> Name {
+        Name {
+            text: pair.as_str().to_owned(),
+            span: self.span(pair),
+        }
+    }
+
+    /// A name that the file declares, which can't be one of the language's own.
+    fn declared(&self, pair: &Pair<'_, Rule>) -> Name {
+        let name = self.name(pair);
+        if let Some(meaning) = words::reserved_for(&name.text) {
+            self.object(SyntaxError::ReservedName {
+                name: name.text.clone(),
+                meaning,
+                span: name.span,
+            });
+        }
+        name
+    }
+
+    fn first_name(&self, parts: Pairs<'_, Rule>) -> Option<Name> {
+        parts
+            .into_iter()
+            .find(|part| part.as_rule() == Rule::name)
+            .map(|part| self.name(&part))
+    }
+
+    fn indices(&self, pair: Pair<'_, Rule>) -> Result<Indices, SyntaxError> {
+        let span = self.span(&pair);
+        let mut entries = Vec::new();
+        let mut filter = None;
+        for part in pair.into_inner() {
+            let span = self.span(&part);
+            match part.as_rule() {
+                Rule::rows => {
+                    let mut names = part
+                        .into_inner()
+                        .filter(|part| part.as_rule() == Rule::name);
+                    let variable = required(names.next(), span)?;
+                    let table = required(names.next(), span)?;
+                    let kind = IndexKind::Rows {
+                        variable: self.declared(&variable),
+                        table: self.name(&table),
+                    };
+                    entries.push(IndexEntry { span, kind });
+                }
+                Rule::range | Rule::unnamed => {
+                    let kind = self.range(part)?;
+                    entries.push(IndexEntry { span, kind });
+                }
+                Rule::filter => {
+                    let expr = part.into_inner().find(|part| part.as_rule() == Rule::expr);
+                    let outside = self.in_filter.replace(true);
+                    filter = expr.map(|expr| self.expression(expr));
+                    self.in_filter.set(outside);
+                }
+                _ => {}
+            }
+        }
+        Ok(Indices {
+            span,
+            entries,
+            filter,
+        })
+    }
+
+    fn range(&self, pair: Pair<'_, Rule>) -> Result<IndexKind, SyntaxError> {
+        let span = self.span(&pair);
+        let mut variable = None;
+        let mut from = None;
+        let mut to = None;
+        for part in pair.into_inner() {
+            match part.as_rule() {
+                Rule::name => variable = Some(self.declared(&part)),
+                Rule::expr if from.is_none() => from = Some(self.expression(part)),
+                Rule::expr => to = Some(self.expression(part)),
+                _ => {}
+            }
+        }
+        let from = required(from, span)?;
+        Ok(match to {
+            Some(to) => IndexKind::Range { variable, from, to },
+            None => IndexKind::Member(from),
+        })
+    }
+}
+
+/// A part that the grammar makes sure of; its absence is an error like any other.
+fn required<T>(part: Option<T>, span: Span) -> Result<T, SyntaxError> {
+    part.ok_or_else(|| incomplete(span))
+}
+
+fn incomplete(span: Span) -> SyntaxError {
+    SyntaxError::Unexpected {
+        found: "an incomplete statement".to_owned(),
+        expected: Vec::new(),
+        span,
+    }
+}

@@ -1,0 +1,169 @@
+//! Finds the words for a mistake from the place where the grammar gave up.
+//!
+//! The grammar knows only what it would have accepted. What a person meant shows in the tokens
+//! around the place, so this reads the statement's tokens once more, up to that place, and picks
+//! the kind of mistake. It never decides whether a text is right.
+
+mod context;
+mod operands;
+
+use super::error::SyntaxError;
+use super::lexer::{Lexer, Token, TokenKind};
+use super::split::{MOST_ERRORS, expects_operand};
+use super::words;
+use crate::diagnostic::nearest;
+use crate::span::Span;
+use context::Context;
+
+/// The mistake in the statement at `span` that the grammar could not read beyond `at`;
+/// `expected` is what it would have accepted, in plain words.
+pub(super) fn explain(
+    source: &str,
+    span: Span,
+    at: u32,
+    expected: Vec<&'static str>,
+) -> SyntaxError {
+    match Context::read(source, span, at) {
+        Some(context) => context.mistake(expected),
+        None => SyntaxError::Unexpected {
+            found: "this".to_owned(),
+            expected,
+            span,
+        },
+    }
+}
+
+/// The mistake of text that belongs to no statement and begins with `token`.
+pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> SyntaxError {
+    let text = token.text(source);
+    if token.kind != TokenKind::Word {
+        return SyntaxError::NoStatement {
+            found: describe(source, token),
+            span: token.span(),
+        };
+    }
+    let suggestion = suggested(source, token, next);
+    let binds = next.is_some_and(|next| {
+        matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "["
+    });
+    if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
+        SyntaxError::MissingStatementWord {
+            name: text.to_owned(),
+            span: token.span(),
+        }
+    } else {
+        SyntaxError::UnknownStatement {
+            word: text.to_owned(),
+            suggestion,
+            span: token.span(),
+        }
+    }
+}
+
+/// The mistake of a word outside of brackets that was meant to begin a statement: at the
+/// beginning of a line, or spelt nearly as a statement word and followed by a name.
+pub(super) fn unknown_statement(
+    source: &str,
+    before: Token,
+    found: Token,
+    after: Option<Token>,
+) -> Option<SyntaxError> {
+    let reserved = words::reserved_for(found.text(source)).is_some();
+    if found.kind != TokenKind::Word
+        || reserved
+        || expects_operand(before.kind, before.text(source))
+        || before.kind == TokenKind::Dot
+    {
+        return None;
+    }
+    let before_word = after.is_some_and(|after| after.kind == TokenKind::Word);
+    if !found.first_on_line && !before_word {
+        return None;
+    }
+    let suggestion = suggested(source, found, after);
+    let binds = after.is_some_and(|after| {
+        matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "["
+    });
+    let meant = if found.first_on_line {
+        suggestion.is_some() || before_word || binds
+    } else {
+        suggestion.is_some() && before_word
+    };
+    meant.then(|| no_statement(source, found, after))
+}
+
+/// The further words in the text at `span`, behind a mistake of that kind, that were meant to
+/// begin statements.
+pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxError> {
+    let mut errors = Vec::new();
+    let mut tokens = Lexer::new(source, span)
+        .filter(|token| token.kind != TokenKind::Comment)
+        .peekable();
+    let mut depth = 0_usize;
+    let mut before = None;
+    while let Some(token) = tokens.next() {
+        match token.kind {
+            TokenKind::Open => depth += 1,
+            TokenKind::Close => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        if errors.len() >= MOST_ERRORS {
+            break;
+        }
+        if let Some(before) = before.replace(token)
+            && depth == 0
+        {
+            errors.extend(unknown_statement(
+                source,
+                before,
+                token,
+                tokens.peek().copied(),
+            ));
+        }
+    }
+    errors
+}
+
+/// The statement word meant by a word, judged by the word and by what follows it.
+fn suggested(source: &str, token: Token, next: Option<Token>) -> Option<&'static str> {
+    let word = token.text(source);
+    let fits = |candidate: &&'static str| match next.map(|next| next.kind) {
+        Some(TokenKind::Equals) => words::is_function_statement(candidate),
+        Some(TokenKind::Word) => !words::is_function_statement(candidate),
+        _ => matches!(*candidate, "period" | "constraint"),
+    };
+    words::synonym(word)
+        .filter(|s| fits(s))
+        .or_else(|| nearest(word, words::STATEMENT_WORDS.into_iter().filter(|s| fits(s))))
+}
+
+fn describe(source: &str, token: Token) -> String {
+    let text: String = token.text(source).chars().take(30).collect();
+    match token.kind {
+        TokenKind::Word if words::is_statement_word(&text) || words::is_connective(&text) => {
+            format!("`{text}`")
+        }
+        TokenKind::Word => format!("the name `{text}`"),
+        TokenKind::Number | TokenKind::HalfNumber => format!("the number `{text}`"),
+        TokenKind::Text | TokenKind::OpenText => "text in quotes".to_owned(),
+        TokenKind::Comment
+        | TokenKind::Open
+        | TokenKind::Close
+        | TokenKind::Prime
+        | TokenKind::Dot
+        | TokenKind::Range
+        | TokenKind::Comma
+        | TokenKind::Colon
+        | TokenKind::Semicolon
+        | TokenKind::Plus
+        | TokenKind::Minus
+        | TokenKind::Star
+        | TokenKind::Slash
+        | TokenKind::Caret
+        | TokenKind::DoubleStar
+        | TokenKind::Equals
+        | TokenKind::Comparison
+        | TokenKind::PlusMinus
+        | TokenKind::Illegal => format!("`{text}`"),
+    }
+}

@@ -1,0 +1,133 @@
+//! Mistakes with operands: two in a row, or a word that can't be one.
+
+use super::super::error::SyntaxError;
+use super::super::lexer::{Token, TokenKind};
+use super::super::words;
+use super::context::{Context, Part};
+
+impl Context<'_> {
+    /// A word, a number or an opening bracket where none can be.
+    pub(super) fn operand(&self, found: Token, naming: bool) -> Option<SyntaxError> {
+        let span = found.span();
+        let text = self.text(found);
+        let word = found.kind == TokenKind::Word;
+        if word && text == "not" {
+            return Some(SyntaxError::MisplacedNot { span });
+        }
+        if text == "where" && self.before.kind == TokenKind::Comma {
+            return Some(SyntaxError::CommaBeforeWhere {
+                span: self.before.span(),
+            });
+        }
+        if word && words::is_connective(text) {
+            return self
+                .before_expects_operand()
+                .then(|| self.missing_operand(found));
+        }
+        if word && words::is_statement_word(text) {
+            return Some(SyntaxError::WordInExpression {
+                word: text.to_owned(),
+                span,
+            });
+        }
+        if self.statement == "table" && self.part == Part::Value {
+            return Some(SyntaxError::MissingPath { span });
+        }
+        if self.before_expects_operand() {
+            return None;
+        }
+        if naming {
+            return match (word, self.statement) {
+                _ if self.before.kind == TokenKind::Prime => Some(SyntaxError::MisplacedRate {
+                    statement: self.statement,
+                    span: self.before.span(),
+                }),
+                (false, _) if text == "(" => Some(SyntaxError::FunctionDefinition { span }),
+                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
+                    statement: self.statement,
+                    span: self.word.span(),
+                }),
+                (true, "coord") => Some(SyntaxError::MissingComma {
+                    span: self.before.span().to(span),
+                    left: self.text(self.before).to_owned(),
+                    right: text.to_owned(),
+                }),
+                (true, statement) => Some(SyntaxError::SeveralNames { statement, span }),
+                (false, _) => None,
+            };
+        }
+        if text == "[" && self.before.kind == TokenKind::Number {
+            return Some(SyntaxError::PostfixOnNumber {
+                sign: text.to_owned(),
+                span,
+            });
+        }
+        let indices = self.part == Part::Name || self.statement == "constraint";
+        let opened = self
+            .before_last
+            .is_some_and(|t| matches!(self.text(t), "[" | ","));
+        if self.before.kind == TokenKind::Word && indices && opened && self.enclosures.len() == 1 {
+            return Some(SyntaxError::IndexWithoutIn {
+                name: self.text(self.before).to_owned(),
+                span: self.before.span().to(span),
+            });
+        }
+        Some(self.side_by_side(found))
+    }
+
+    /// Two operands with nothing between them.
+    fn side_by_side(&self, found: Token) -> SyntaxError {
+        let before = self.before;
+        let both = before.span().to(found.span());
+        if before.kind == TokenKind::Number && found.kind == TokenKind::Number {
+            return SyntaxError::TwoNumbers { span: both };
+        }
+        let is_function =
+            |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
+        if is_function(before) {
+            return SyntaxError::MissingParentheses {
+                function: self.text(before).to_owned(),
+                argument: self.text(found).to_owned(),
+                span: both,
+            };
+        }
+        match (self.third_last, self.before_last) {
+            (Some(function), Some(caret))
+                if is_function(function)
+                    && caret.kind == TokenKind::Caret
+                    && matches!(before.kind, TokenKind::Number | TokenKind::Word) =>
+            {
+                SyntaxError::FunctionPower {
+                    function: self.text(function).to_owned(),
+                    exponent: self.text(before).to_owned(),
+                    span: function.span().to(before.span()),
+                }
+            }
+            _ => self.missing_multiplication(found),
+        }
+    }
+
+    pub(super) fn missing_multiplication(&self, found: Token) -> SyntaxError {
+        let left = match (self.before.kind, self.before_last) {
+            (TokenKind::Close, _) if self.text(self.before) == ")" => "(…)".to_owned(),
+            (TokenKind::Close, _) => "[…]".to_owned(),
+            (TokenKind::Prime, Some(last)) => format!("{}'", self.text(last)),
+            _ => self.text(self.before).to_owned(),
+        };
+        let right = match (self.text(found), self.after) {
+            ("(", _) => "(…)".to_owned(),
+            ("[", _) => "[…]".to_owned(),
+            (name, Some(after))
+                if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued =>
+            {
+                format!("{name}(…)")
+            }
+            (text, _) => text.to_owned(),
+        };
+        SyntaxError::MissingMultiplication {
+            left,
+            right,
+            span: self.before.span().to(found.span()),
+        }
+    }
+}
