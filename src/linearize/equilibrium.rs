@@ -197,7 +197,9 @@ impl Search<'_> {
                 let there = self.weighted(&self.gradient(&trial), &metric);
                 let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
                 // Near rounding level the size can't fall any more: a last tiny step is taken.
-                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at)) && there.finite;
+                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
+                    && there.finite
+                    && !spectrum.pushes_neutral(&force);
                 if better || (tiny && there.norm <= force.norm * 2.0 && attempt == 0) {
                     let stalled = !better;
                     at.clone_from_slice(&trial);
@@ -264,8 +266,6 @@ impl Search<'_> {
     fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
-        let centre: Vec<f64> = at.iter().map(Ball::mid_f64).collect();
-        let _ = &centre;
         let stiffness = self.assembly.stiffness(at, self.values);
         let own = DMatrix::from_fn(m, m, |i, j| {
             stiffness[self.free[i] + n * self.free[j]].mid_f64()
@@ -472,8 +472,18 @@ impl Spectrum {
             .collect()
     }
 
+    /// Whether a force acts along a direction without stiffness: Newton can't answer it.
+    fn pushes_neutral(&self, force: &Force) -> bool {
+        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let largest = self.eigen.eigenvalues.amax();
+        let noise = force.noise * (components.len() as f64).sqrt() + 1e-13 * force.norm;
+        components
+            .iter()
+            .zip(self.eigen.eigenvalues.iter())
+            .any(|(f, k)| k.abs() <= 1e-15 * largest && f.abs() > noise)
+    }
+
     fn size(&self, at: &[Ball]) -> f64 {
-        let _ = self;
         at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max)
     }
 }
