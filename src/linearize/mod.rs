@@ -10,6 +10,7 @@ mod assemble;
 mod elements;
 mod equilibrium;
 mod error;
+mod exact;
 mod gyroscopic;
 mod symbolic;
 mod zero;

@@ -1355,6 +1355,12 @@ impl<'a> Elaborator<'a> {
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
+            families: self
+                .world
+                .coordinate_families
+                .iter()
+                .flat_map(coordinate_families)
+                .collect(),
             coordinates: self.world.coordinates,
             parameters: self.world.parameters,
             symbols: self.world.kinds,
@@ -1400,6 +1406,25 @@ impl<'a> Elaborator<'a> {
             symbols.contains(&time).then_some(family.span)
         })
     }
+}
+
+/// The boxes of a family of coordinates.
+fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamily> {
+    let one = |extents: Vec<usize>, first: usize| super::CoordinateFamily {
+        name: family.name.clone(),
+        extents,
+        first,
+    };
+    let rank = family.grid.rank;
+    let boxes = family.grid.blocks.iter().map(|block| {
+        let extents = (0..rank).map(|axis| block.extent(axis)).collect();
+        one(extents, block.base)
+    });
+    let mut singles: Vec<usize> = family.grid.singles.values().map(|(first, _)| *first).collect();
+    singles.sort_unstable();
+    boxes
+        .chain(singles.into_iter().map(|first| one(Vec::new(), first)))
+        .collect()
 }
 
 /// Whether a program names a declared quantity: a parameter, a coordinate or a `let`.
