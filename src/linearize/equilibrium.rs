@@ -57,16 +57,21 @@ pub(crate) fn find(
     values: &Values<Ball>,
 ) -> Result<Equilibrium, LinearizeError> {
     let count = model.coordinates.len();
-    let closed = |given: &Option<crate::model::Given>| {
-        given
-            .and_then(|given| given.value)
-            .and_then(|value| super::assemble::evaluate_closed::<Ball>(&model.pool, value))
+    let closed = |given: &Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
+        let Some(given) = given else { return Ok(None) };
+        let Some(value) = given.value else {
+            let number = super::assemble::parameters_of(model, &[given.symbolic])
+                .into_iter()
+                .find(|number| model.parameters[*number].value.is_none());
+            return Err(super::missing_value(model, number.unwrap_or(0)));
+        };
+        Ok(super::assemble::evaluate_closed::<Ball>(&model.pool, value))
     };
     let mut point = vec![Ball::ZERO; count];
     let mut origins = vec![Origin::Zero; count];
     let mut free = Vec::new();
     for i in 0..count {
-        if let Some(value) = closed(&model.equilibria[i]) {
+        if let Some(value) = closed(&model.equilibria[i])? {
             point[i] = value;
             origins[i] = Origin::Given;
         } else {
@@ -86,7 +91,7 @@ pub(crate) fn find(
         if !vanishes {
             for i in &search.free {
                 origins[*i] = Origin::Found;
-                if let Some(value) = closed(&model.guesses[*i]) {
+                if let Some(value) = closed(&model.guesses[*i])? {
                     point[*i] = Ball::exact(value.mid_f64());
                 }
             }

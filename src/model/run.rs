@@ -18,7 +18,10 @@ use crate::number::Number;
 use crate::span::Span;
 
 /// More terms than this in one sum are refused.
-const MOST_INSTANCES: u64 = 50_000_000;
+const MOST_INSTANCES: u64 = 20_000_000;
+
+/// A term with more slots than this couples too much to be worth keeping as a family.
+const MOST_SLOTS: usize = 64;
 
 /// `let` families nested deeper than this are written out when they are declared.
 pub(super) const DEEPEST_LET: usize = 64;
@@ -276,7 +279,11 @@ impl World {
                     let filters = filters(sum);
                     self.instances(&sum.binders, &filters, slots, *span, |world, slots| {
                         count += 1;
-                        world.run_light(&sum.body, slots, instance)
+                        world.run_light(&sum.body, slots, instance)?;
+                        if instance.leaves.len() > MOST_SLOTS {
+                            return Err(Stop::WriteOut);
+                        }
+                        Ok(())
                     })?;
                     slots.truncate(outer);
                     instance.note(count);
