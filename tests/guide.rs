@@ -21,6 +21,9 @@ fn blocks_of_the_guide_run() {
         let linearized = linearize(model).unwrap_or_else(|e| panic!("{block}\n{e}"));
         let normal = normal_modes(&linearized, &Options::default()).unwrap();
         assert_eq!(normal.modes.len(), linearized.dimension());
-        assert!(normal.modes.iter().all(|mode| mode.omega.mid_f64() > 0.0), "{block}");
+        assert!(
+            normal.modes.iter().all(|mode| mode.omega.mid_f64() > 0.0),
+            "{block}"
+        );
     }
 }

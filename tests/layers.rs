@@ -74,7 +74,11 @@ fn modes_know_no_names_and_expressions() {
         let text = std::fs::read_to_string(&path).unwrap();
         for other in ["expr", "model", "linearize", "syntax", "number"] {
             let code = text.split("#[cfg(test)]").next().unwrap();
-            assert!(!code.contains(&format!("crate::{other}")), "{} uses {other}", path.display());
+            assert!(
+                !code.contains(&format!("crate::{other}")),
+                "{} uses {other}",
+                path.display()
+            );
         }
     }
 }

@@ -33,7 +33,8 @@ fn load(path: &Path) -> Model {
             tables = tables.with(table.clone(), csv);
         }
     }
-    elaborate(&file, &tables, &Settings::new()).unwrap_or_else(|errors| panic!("{path:?}: {errors:?}"))
+    elaborate(&file, &tables, &Settings::new())
+        .unwrap_or_else(|errors| panic!("{path:?}: {errors:?}"))
 }
 
 fn reference(path: &Path) -> Value {
@@ -68,7 +69,10 @@ fn assert_holds(what: &str, own: &Ball, want: &Ball, name: &str) -> f64 {
 }
 
 fn check(name: &str, normal: &NormalModes, equilibrium: &[Ball], want: &Value) {
-    for (own, want) in equilibrium.iter().zip(want["equilibrium"].as_array().unwrap()) {
+    for (own, want) in equilibrium
+        .iter()
+        .zip(want["equilibrium"].as_array().unwrap())
+    {
         assert_holds("the equilibrium", own, &ball(want), name);
     }
     let stability = match normal.stability {
@@ -93,7 +97,10 @@ fn check(name: &str, normal: &NormalModes, equilibrium: &[Ball], want: &Value) {
             ("growth", &own.growth, &want["growth"]),
         ] {
             let relative = assert_holds(what, own, &ball(want), name);
-            assert!(relative <= 1e-13, "{name}: {what} of mode {i} is off by {relative:e}");
+            assert!(
+                relative <= 1e-13,
+                "{name}: {what} of mode {i} is off by {relative:e}"
+            );
         }
     }
     if let Some(classes) = want.get("symmetry") {
@@ -113,8 +120,13 @@ fn models_agree_with_references() {
         let name = path.file_stem().unwrap().to_string_lossy().to_string();
         let linearized = linearize(load(&path));
         if let Some(error) = want.get("error") {
-            let found = linearized.err().unwrap_or_else(|| panic!("{name} has no error"));
-            assert!(found.to_string().contains(error.as_str().unwrap()), "{name}: {found}");
+            let found = linearized
+                .err()
+                .unwrap_or_else(|| panic!("{name} has no error"));
+            assert!(
+                found.to_string().contains(error.as_str().unwrap()),
+                "{name}: {found}"
+            );
             continue;
         }
         let linearized = linearized.unwrap_or_else(|error| panic!("{name}: {error}"));
@@ -137,11 +149,16 @@ fn ubiquitin_agrees_with_the_published_eigenvalues() {
     let published = want["published_eigenvalues"].as_array().unwrap();
     assert_eq!(published.len(), 36);
     for (mode, published) in normal.modes.iter().zip(published) {
-        let text = published.as_str().map_or_else(|| published.to_string(), str::to_owned);
+        let text = published
+            .as_str()
+            .map_or_else(|| published.to_string(), str::to_owned);
         let published: f64 = text.parse().unwrap();
         let own = mode.omega_squared.mid_f64();
         // Five digits are given, and the noise of single precision is in them.
         let digit = 10.0_f64.powf(own.abs().max(1e-9).log10().floor() - 4.0);
-        assert!((own - published).abs() <= 0.5 * digit + 1e-6, "{own} {published}");
+        assert!(
+            (own - published).abs() <= 0.5 * digit + 1e-6,
+            "{own} {published}"
+        );
     }
 }

@@ -138,7 +138,11 @@ fn split(pool: &mut Pool, family: &TermFamily, negative: bool) -> (Parts, Vec<(u
         at_rest.insert(*velocity, zero);
     }
     // L = T - V: the body's share of L, and of the effective potential V - T0.
-    let share = if negative { pool.neg(family.body) } else { family.body };
+    let share = if negative {
+        pool.neg(family.body)
+    } else {
+        family.body
+    };
     let moving = pool
         .symbols_of(&[share])
         .iter()

@@ -87,7 +87,11 @@ pub(crate) fn find(
     };
     if !search.free.is_empty() {
         let force = search.gradient(&point);
-        let vanishes = !guessed && search.free.iter().all(|i| force[*i].contains_zero() && force[*i].is_finite());
+        let vanishes = !guessed
+            && search
+                .free
+                .iter()
+                .all(|i| force[*i].contains_zero() && force[*i].is_finite());
         if !vanishes {
             for i in &search.free {
                 origins[*i] = Origin::Found;
@@ -200,7 +204,8 @@ impl Search<'_> {
             for attempt in 0..40 {
                 let trial = self.moved(at, &metric, &direction);
                 let there = self.weighted(&self.gradient(&trial), &metric);
-                let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
+                let better =
+                    there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
                 // Near rounding level the size can't fall any more: a last tiny step is taken.
                 let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
                     && there.finite
@@ -362,7 +367,9 @@ impl Search<'_> {
         let mut forces = Vec::new();
         let mut span = None;
         for i in &self.free {
-            if let Some(text) = super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64()) {
+            if let Some(text) =
+                super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64())
+            {
                 span = span.or(Some(self.model.coordinates[*i].span));
                 forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
             }
@@ -499,7 +506,11 @@ pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&size) {
         let text = format!("{value:.6}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
-        if text.is_empty() || text == "-0" { "0".to_owned() } else { text.to_owned() }
+        if text.is_empty() || text == "-0" {
+            "0".to_owned()
+        } else {
+            text.to_owned()
+        }
     } else {
         format!("{value:.5e}")
     }

@@ -74,9 +74,12 @@ impl Scalar for Exact {
         };
         let (zero, one) = (a.is_zero(), a.is_one());
         Self(match function {
-            Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {
-                zero.then(|| Number::from(0))
-            }
+            Function::Sin
+            | Function::Tan
+            | Function::Asin
+            | Function::Atan
+            | Function::Sinh
+            | Function::Tanh => zero.then(|| Number::from(0)),
             Function::Cos | Function::Cosh | Function::Exp => zero.then(|| Number::from(1)),
             Function::Acos | Function::Ln => one.then(|| Number::from(0)),
             Function::Abs => Some(a.abs()),

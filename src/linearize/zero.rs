@@ -12,7 +12,10 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
 use super::exact;
-use crate::expr::{ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
+use crate::expr::{
+    ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
+    rational_reconstruct,
+};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Scalar};
@@ -72,7 +75,11 @@ fn sample(pool: &Pool, roots: &[ExprId], seed: u64) -> Option<Vec<u64>> {
     // A point where a denominator vanishes is replaced by another.
     (0..4).find_map(|attempt| {
         let seed = seed.wrapping_mul(4).wrapping_add(attempt);
-        pool.evaluate_mod(roots, |symbol| ModularPoint::random_value(seed, symbol), seed)
+        pool.evaluate_mod(
+            roots,
+            |symbol| ModularPoint::random_value(seed, symbol),
+            seed,
+        )
     })
 }
 
@@ -220,7 +227,9 @@ impl Elimination {
 }
 
 fn constant_meaning(model: &Model, vector: &[Number]) -> String {
-    let moved: Vec<usize> = (0..vector.len()).filter(|i| !vector[*i].is_zero()).collect();
+    let moved: Vec<usize> = (0..vector.len())
+        .filter(|i| !vector[*i].is_zero())
+        .collect();
     if let [only] = moved.as_slice() {
         return format!("{} is free", model.coordinates[*only].name);
     }
@@ -282,7 +291,9 @@ fn candidate_rotations(model: &Model) -> Vec<Rotation> {
             .map(|axis| {
                 vectors
                     .iter()
-                    .flat_map(|family| (family.first + axis..family.first + family.len()).step_by(width))
+                    .flat_map(|family| {
+                        (family.first + axis..family.first + family.len()).step_by(width)
+                    })
                     .collect()
             })
             .collect();

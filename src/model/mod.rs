@@ -6,14 +6,21 @@
 
 mod compile;
 mod compile_index;
+mod coordinates;
 mod elaborate;
 mod error;
 mod functions;
+mod given;
 mod index;
+mod lets;
+mod members;
 mod names;
+mod parameters;
 mod program;
+mod read;
 mod run;
 mod settings;
+mod survey;
 mod table;
 mod terms;
 mod units;

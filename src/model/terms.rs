@@ -278,11 +278,13 @@ fn assemble(compiler: &mut Compiler<'_>, at: ExprRef, part: &Part) -> Program {
 }
 
 fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
-    value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
-        what,
-        span,
-        help: Some("the square of a vector is `dot(v, v)`".to_owned()),
-    })
+    value
+        .scalar("an energy")
+        .map_err(|(what, _)| ModelError::Shape {
+            what,
+            span,
+            help: Some("the square of a vector is `dot(v, v)`".to_owned()),
+        })
 }
 
 /// Runs a part for all its instances.

@@ -184,10 +184,10 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             point: "the equilibrium".to_owned(),
             span: first_term,
         },
-        ModesError::Shape { .. }
-        | ModesError::ZeroVector { .. }
-        | ModesError::NoConvergence => LinearizeError::NoModes {
-            reason: error.to_string(),
-        },
+        ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {
+            LinearizeError::NoModes {
+                reason: error.to_string(),
+            }
+        }
     }
 }
