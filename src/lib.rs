@@ -12,3 +12,11 @@ pub mod expr;
 pub mod model;
 #[cfg(feature = "engine")]
 pub mod linearize;
+#[cfg(feature = "engine")]
+pub mod modes;
+#[cfg(feature = "cli")]
+pub mod report;
+#[cfg(feature = "engine")]
+mod error;
+#[cfg(feature = "engine")]
+pub use error::Error;
