@@ -72,9 +72,7 @@ fn modes_text(args: &args::Modes) -> Result<String, Failure> {
         Ok((linearized, modes)) if args.json => {
             Ok(report::modes_json(&linearized, &modes, &options))
         }
-        Ok((linearized, modes)) => {
-            Ok(report::modes_text(&linearized, &modes, &options, &style()))
-        }
+        Ok((linearized, modes)) => Ok(report::modes_text(&linearized, &modes, &options, &style())),
         Err(error) => Err(Failure::Model(source, error.into())),
     }
 }

@@ -31,7 +31,10 @@ fn coordinates_text(matrices: &SymbolicMatrices, style: &Style) -> String {
     if line.chars().count() <= style.width {
         return format!("{line}\n");
     }
-    format!("coordinates:\n{}", flow(&matrices.coordinates, "  ", style.width))
+    format!(
+        "coordinates:\n{}",
+        flow(&matrices.coordinates, "  ", style.width)
+    )
 }
 
 fn equilibrium_text(matrices: &SymbolicMatrices, style: &Style) -> String {
@@ -92,7 +95,10 @@ fn matrix_text(
             column.set_padding((0, 2));
         }
         let lines: Vec<String> = table.lines().collect();
-        if lines.iter().all(|line| line.trim_end().chars().count() + 2 <= style.width) {
+        if lines
+            .iter()
+            .all(|line| line.trim_end().chars().count() + 2 <= style.width)
+        {
             let body: String = lines
                 .iter()
                 .map(|line| format!("  {}\n", line.trim_end()))

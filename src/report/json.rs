@@ -19,9 +19,15 @@ use crate::precision::{Ball, decimal, one_digit_up};
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
     let model = linearized.model();
-    let names = model.coordinates.iter().map(|coordinate| string(&coordinate.name));
+    let names = model
+        .coordinates
+        .iter()
+        .map(|coordinate| string(&coordinate.name));
     let equilibrium = linearized.equilibrium();
-    let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
+    let values = equilibrium
+        .values
+        .iter()
+        .map(|value| number(value.mid_f64()));
     let mut out = String::new();
     let _ = write!(
         out,
@@ -42,7 +48,13 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
 fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
     let omega = decimal(&mode.omega, options.digits);
     let growth = decimal(&mode.growth, options.digits);
-    let digits = |ball: &Ball, text: &str| if ball.is_finite() { string(text) } else { null() };
+    let digits = |ball: &Ball, text: &str| {
+        if ball.is_finite() {
+            string(text)
+        } else {
+            null()
+        }
+    };
     let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
     let _ = write!(
         out,

@@ -119,7 +119,10 @@ mod tests {
     fn points_stand_below_each_other() {
         let mut numbers = ["3.13", "0", "12.5e20", "1e-7"].map(str::to_owned);
         align_at_point(&mut numbers);
-        assert_eq!(numbers, [" 3.13   ", " 0      ", "12.5e20 ", " 1e-7   "].map(|s| s.to_owned()));
+        assert_eq!(
+            numbers,
+            [" 3.13   ", " 0      ", "12.5e20 ", " 1e-7   "].map(|s| s.to_owned())
+        );
         align_at_point(&mut []);
     }
 

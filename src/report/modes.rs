@@ -39,7 +39,10 @@ pub fn modes_text(
     let (tone, word) = stability_word(modes.stability);
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     if modes.modes.len() < count && !modes.modes.is_empty() {
-        out.push_str(&format!("the {} lowest of {count} modes\n", modes.modes.len()));
+        out.push_str(&format!(
+            "the {} lowest of {count} modes\n",
+            modes.modes.len()
+        ));
     }
     let rows: Vec<Row> = modes
         .modes
@@ -52,7 +55,13 @@ pub fn modes_text(
         .map(|coordinate| coordinate.name.as_str())
         .collect();
     out.push_str(&table(&modes.modes, &rows, &names, model.has_units, style));
-    out.push_str(&remarks(&modes.modes, &rows, modes.stability, options, style));
+    out.push_str(&remarks(
+        &modes.modes,
+        &rows,
+        modes.stability,
+        options,
+        style,
+    ));
     out
 }
 
@@ -89,7 +98,11 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         (false, false) => String::new(),
     };
     if zero {
-        let all = if equilibrium.values.len() == 1 { "0" } else { "all coordinates 0" };
+        let all = if equilibrium.values.len() == 1 {
+            "0"
+        } else {
+            "all coordinates 0"
+        };
         return format!("equilibrium: {all}{how}\n");
     }
     let mut items: Vec<String> = linearized
@@ -104,7 +117,11 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            format!("{} = {}{remark}", coordinate.name, number(&decimal(value, options.digits)))
+            format!(
+                "{} = {}{remark}",
+                coordinate.name,
+                number(&decimal(value, options.digits))
+            )
         })
         .collect();
     let count = equilibrium.values.len();
@@ -141,9 +158,8 @@ impl Row {
     fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
         let omega = decimal(&mode.omega, options.digits);
         let growth = decimal(&mode.growth, options.digits);
-        let complete = |decimal: &Decimal| {
-            matches!(decimal.rounding, Rounding::Correct | Rounding::Tie)
-        };
+        let complete =
+            |decimal: &Decimal| matches!(decimal.rounding, Rounding::Correct | Rounding::Tie);
         let hertz = if has_units {
             let turn = Ball::PI.scale(1);
             number(&decimal(&(mode.omega / turn), options.digits))
@@ -201,7 +217,11 @@ fn table(
 ) -> String {
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
-        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
+        if has_units {
+            format!("{plain} ({unit})")
+        } else {
+            plain.to_owned()
+        }
     };
     let counting = (1..=modes.len()).map(|at| at.to_string()).collect();
     let mut columns = vec![
@@ -209,17 +229,25 @@ fn table(
         Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
     ];
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
-        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
+        columns.push(Column::numbers(
+            &heading("growth", "1/s"),
+            of(|row| &row.growth),
+        ));
     }
     columns.push(Column::new("±", of(|row| &row.bound), CellAlignment::Right));
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }
-    let kinds = modes.iter().map(|mode| kind_word(mode.kind).1.to_owned()).collect();
+    let kinds = modes
+        .iter()
+        .map(|mode| kind_word(mode.kind).1.to_owned())
+        .collect();
     columns.push(Column::words("kind", kinds));
     let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
         modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
+            let cells = modes
+                .iter()
+                .map(|mode| text(mode).clone().unwrap_or_default());
             cells.collect()
         })
     };
@@ -252,14 +280,20 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
         }
     }
     let room = room.max(LEAST_SHAPE);
-    let cells = modes.iter().map(|mode| largest(mode, names, room)).collect();
+    let cells = modes
+        .iter()
+        .map(|mode| largest(mode, names, room))
+        .collect();
     vec![Column::words("shape", cells)]
 }
 
 /// A component with its bound.
 fn component(mode: &NormalMode, at: usize, digits: usize) -> String {
     let value = mode.vector.get(at).copied().unwrap_or(0.0);
-    number(&decimal(&Ball::from(value).with_added_radius(mode.vector_error_bound), digits))
+    number(&decimal(
+        &Ball::from(value).with_added_radius(mode.vector_error_bound),
+        digits,
+    ))
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
@@ -307,9 +341,11 @@ fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(columns.iter().map(|column| {
-        Cell::new(&column.heading).set_alignment(column.alignment)
-    }));
+    table.set_header(
+        columns
+            .iter()
+            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
+    );
     for at in 0..modes.len() {
         table.add_row(columns.iter().map(|column| {
             let cell = column.cells.get(at).map_or("", String::as_str);
