@@ -11,6 +11,8 @@
 
 mod convert;
 mod roots;
+#[cfg(test)]
+mod tests;
 
 use std::cmp::Ordering;
 use std::num::NonZeroU64;
