@@ -185,6 +185,38 @@ fn twenty_five_digits() {
     }
 }
 
+/// Both with closed forms; the ring's frequencies are double.
+#[test]
+fn long_chain_and_ring() {
+    let n = 120;
+    let (m, k) = chain(&ones(n), &ones(n + 1));
+    let spectrum = solve(&problem(&m, &k), &Options::default()).unwrap();
+    for (j, mode) in spectrum.modes.iter().enumerate() {
+        let angle = Ball::PI * Ball::exact((j + 1) as f64) / Ball::exact(2.0 * (n + 1) as f64);
+        assert!((angle.sin().scale(1) - mode.omega).contains_zero());
+        assert!(mode.omega.radius < 1e-13 * mode.omega.mid.hi);
+    }
+    let n = 60;
+    let (m, mut k) = chain(&ones(n), &ones(n + 1));
+    k[0][n - 1] = RBig::from(-1);
+    k[n - 1][0] = RBig::from(-1);
+    let mut ring = problem(&m, &k);
+    ring.zero_vectors = vec![vec![Ball::ONE; n]];
+    let spectrum = solve(&ring, &Options::default()).unwrap();
+    check_vectors(&ring, &spectrum, 1e-13);
+    for (j, mode) in spectrum.modes.iter().enumerate().skip(1) {
+        let angle = Ball::PI * Ball::exact(j.div_ceil(2) as f64) / Ball::exact(n as f64);
+        assert!((angle.sin().scale(1) - mode.omega).contains_zero());
+        assert!(mode.omega.radius < 1e-13 * mode.omega.mid.hi);
+        assert!(
+            mode.vector_error_bound < 1e-14,
+            "{}",
+            mode.vector_error_bound
+        );
+        assert_eq!(mode.cluster as usize, j.div_ceil(2));
+    }
+}
+
 #[test]
 fn unstable_first_then_zero_then_rising() {
     // Upside down, at rest, and two that oscillate.

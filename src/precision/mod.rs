@@ -19,6 +19,6 @@ mod scalar;
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
 pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
-pub(crate) use double::{exponent_of, product_error};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
+pub(crate) use double::{exponent_of, product_error};
 pub use scalar::{Function, Scalar};
