@@ -7,6 +7,6 @@ pub mod number;
 #[cfg(feature = "engine")]
 pub mod precision;
 #[cfg(feature = "engine")]
-pub mod modes;
-#[cfg(feature = "engine")]
 pub mod expr;
+#[cfg(feature = "engine")]
+pub mod modes;

@@ -1,0 +1,199 @@
+//! Derivatives: forward for one direction, reverse for gradients.
+
+use super::traverse::Reachable;
+use super::{ExprId, Function, Node, ONE, Pool, Seeds, Symbol, UNDEFINED, ZERO};
+use crate::number::Number;
+
+impl Pool {
+    /// The derivative of each root along the seeds: the sum over the seeded symbols of the
+    /// derivative of the root by the symbol, times the seed. (With velocities as seeds, the total
+    /// time derivative.)
+    pub fn derivation(&mut self, roots: &[ExprId], seeds: &Seeds) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = self.dependent(&reachable, |symbol| seeds.contains_key(&symbol));
+        let mut derivatives = vec![ZERO; reachable.ids.len()];
+        for (place, id) in reachable.ids.iter().enumerate() {
+            if *id == UNDEFINED {
+                derivatives[place] = UNDEFINED;
+            }
+            if !dependent[place] {
+                continue;
+            }
+            if let Node::Symbol(symbol) = self.node(*id) {
+                derivatives[place] = seeds.get(symbol).copied().unwrap_or(ZERO);
+                continue;
+            }
+            let mut terms = Vec::new();
+            for (child, factor, coefficient) in self.partials(*id, &reachable, &dependent) {
+                let inner = derivatives[reachable.place(child)];
+                if inner != ZERO {
+                    terms.push((self.mul(factor, inner), coefficient));
+                }
+            }
+            derivatives[place] = self.linear(&terms);
+        }
+        roots
+            .iter()
+            .map(|root| derivatives[reachable.place(*root)])
+            .collect()
+    }
+
+    /// The partial derivative by a symbol.
+    pub fn diff(&mut self, root: ExprId, symbol: Symbol) -> ExprId {
+        let seeds = Seeds::from([(symbol, ONE)]);
+        self.derivation(&[root], &seeds)
+            .first()
+            .copied()
+            .unwrap_or(ZERO)
+    }
+
+    /// The partial derivatives by each of the symbols, in one reverse sweep.
+    pub fn gradient(&mut self, root: ExprId, symbols: &[Symbol]) -> Vec<ExprId> {
+        if root == UNDEFINED {
+            return vec![UNDEFINED; symbols.len()];
+        }
+        let mut wanted = symbols.to_vec();
+        wanted.sort_unstable();
+        let reachable = self.reachable_places(&[root]);
+        let dependent = self.dependent(&reachable, |symbol| wanted.binary_search(&symbol).is_ok());
+        // What the root's derivative by each expression is the sum of.
+        let mut parts: Vec<Vec<(ExprId, Number)>> = vec![Vec::new(); reachable.ids.len()];
+        let mut adjoints: Vec<(Symbol, ExprId)> = Vec::new();
+        if let Some(last) = parts.last_mut() {
+            last.push((ONE, Number::ONE));
+        }
+        for (place, id) in reachable.ids.iter().enumerate().rev() {
+            if !dependent[place] {
+                continue;
+            }
+            let adjoint = self.linear(&std::mem::take(&mut parts[place]));
+            if adjoint == ZERO {
+                continue;
+            }
+            if let Node::Symbol(symbol) = self.node(*id) {
+                adjoints.push((*symbol, adjoint));
+                continue;
+            }
+            for (child, factor, coefficient) in self.partials(*id, &reachable, &dependent) {
+                let part = self.mul(adjoint, factor);
+                parts[reachable.place(child)].push((part, coefficient));
+            }
+        }
+        adjoints.sort_unstable();
+        symbols
+            .iter()
+            .map(|symbol| {
+                let at = adjoints.binary_search_by_key(symbol, |(symbol, _)| *symbol);
+                at.ok()
+                    .and_then(|at| adjoints.get(at))
+                    .map_or(ZERO, |(_, adjoint)| *adjoint)
+            })
+            .collect()
+    }
+
+    /// The partial derivatives of a node by those of its children that depend on a wanted
+    /// symbol, as `(child, factor, coefficient)` with the value `coefficient*factor`.
+    fn partials(
+        &mut self,
+        id: ExprId,
+        reachable: &Reachable,
+        dependent: &[bool],
+    ) -> Vec<(ExprId, ExprId, Number)> {
+        let depends = |child: ExprId| dependent[reachable.place(child)];
+        match self.node(id) {
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => Vec::new(),
+            Node::Sum { terms, .. } => terms
+                .iter()
+                .filter(|(term, _)| depends(*term))
+                .map(|(term, coefficient)| (*term, ONE, coefficient.clone()))
+                .collect(),
+            Node::Product(factors) => {
+                let factors = factors.to_vec();
+                let mut partials = Vec::new();
+                let mut changed = factors.clone();
+                for (at, (base, exponent)) in factors.iter().enumerate() {
+                    if depends(*base) {
+                        changed[at].1 = exponent.sub(&Number::ONE);
+                        let rest = self.product_of_powers(&changed);
+                        changed[at].1 = exponent.clone();
+                        partials.push((*base, rest, exponent.clone()));
+                    }
+                }
+                partials
+            }
+            Node::Power { base, exponent } => {
+                let (base, exponent) = (*base, *exponent);
+                let mut partials = Vec::new();
+                if depends(base) {
+                    let quotient = self.div(id, base);
+                    partials.push((base, self.mul(exponent, quotient), Number::ONE));
+                }
+                if depends(exponent) {
+                    let logarithm = self.apply(Function::Ln, base);
+                    partials.push((exponent, self.mul(id, logarithm), Number::ONE));
+                }
+                partials
+            }
+            Node::Function(function, x) => {
+                let (function, x) = (*function, *x);
+                let (factor, coefficient) = self.slope(function, x, id);
+                vec![(x, factor, coefficient)]
+            }
+            Node::Atan2 { y, x } => {
+                let (y, x) = (*y, *x);
+                let (y2, x2) = (self.square(y), self.square(x));
+                let r2 = self.add(y2, x2);
+                let mut partials = Vec::new();
+                if depends(y) {
+                    partials.push((y, self.div(x, r2), Number::ONE));
+                }
+                if depends(x) {
+                    partials.push((x, self.div(y, r2), Number::MINUS_ONE));
+                }
+                partials
+            }
+        }
+    }
+
+    /// The derivative of a function at x, where its value is `value`, as an expression and a
+    /// numeric factor.
+    fn slope(&mut self, function: Function, x: ExprId, value: ExprId) -> (ExprId, Number) {
+        let one = Number::ONE;
+        match function {
+            Function::Sin => (self.apply(Function::Cos, x), one),
+            Function::Cos => (self.apply(Function::Sin, x), Number::MINUS_ONE),
+            // 1 + tan^2 and 1 - tanh^2 would cancel: 1/cos^2 and 1/cosh^2 do not.
+            Function::Tan => {
+                let cosine = self.apply(Function::Cos, x);
+                (self.powi(cosine, -2), one)
+            }
+            Function::Tanh => {
+                let cosine = self.apply(Function::Cosh, x);
+                (self.powi(cosine, -2), one)
+            }
+            Function::Asin | Function::Acos => {
+                let square = self.square(x);
+                let leg = self.sub(ONE, square);
+                let factor = self.powr(leg, &Number::half().neg());
+                (
+                    factor,
+                    if function == Function::Acos {
+                        Number::MINUS_ONE
+                    } else {
+                        one
+                    },
+                )
+            }
+            Function::Atan => {
+                let square = self.square(x);
+                let hypotenuse = self.add(ONE, square);
+                (self.powi(hypotenuse, -1), one)
+            }
+            Function::Sinh => (self.apply(Function::Cosh, x), one),
+            Function::Cosh => (self.apply(Function::Sinh, x), one),
+            Function::Exp => (value, one),
+            Function::Ln => (self.powi(x, -1), one),
+            Function::Abs => (self.div(x, value), one),
+        }
+    }
+}

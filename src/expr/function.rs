@@ -1,0 +1,215 @@
+//! Functions of one argument and the two-argument arc tangent: exact values, parity, inverses.
+//! What concerns angles is in [`super::angle`].
+
+use super::{ExprId, Function, Node, ONE, PI, Pool, UNDEFINED, ZERO};
+use crate::number::Number;
+
+impl Pool {
+    /// A function of an expression, simplified as far as is always right.
+    pub fn apply(&mut self, function: Function, x: ExprId) -> ExprId {
+        if x == UNDEFINED {
+            return UNDEFINED;
+        }
+        match function {
+            Function::Sin | Function::Cos | Function::Tan => self.trigonometric(function, x),
+            Function::Asin | Function::Acos | Function::Atan => self.inverse_angle(function, x),
+            Function::Sinh | Function::Cosh | Function::Tanh => self.hyperbolic(function, x),
+            Function::Exp => self.exponential_function(x),
+            Function::Ln => self.logarithm(x),
+            Function::Abs => self.absolute(x),
+        }
+    }
+
+    /// Sine.
+    pub fn sin(&mut self, x: ExprId) -> ExprId {
+        self.apply(Function::Sin, x)
+    }
+
+    /// Cosine.
+    pub fn cos(&mut self, x: ExprId) -> ExprId {
+        self.apply(Function::Cos, x)
+    }
+
+    /// Absolute value.
+    pub fn abs(&mut self, x: ExprId) -> ExprId {
+        self.apply(Function::Abs, x)
+    }
+
+    fn hyperbolic(&mut self, function: Function, x: ExprId) -> ExprId {
+        let even = function == Function::Cosh;
+        if x == ZERO {
+            return if even { ONE } else { ZERO };
+        }
+        if !self.leads_negative(x) {
+            return self.intern(Node::Function(function, x));
+        }
+        let x = self.neg(x);
+        let value = self.intern(Node::Function(function, x));
+        if even { value } else { self.neg(value) }
+    }
+
+    fn exponential_function(&mut self, x: ExprId) -> ExprId {
+        if x == ZERO {
+            return ONE;
+        }
+        // exp(r*ln(u)) = u^r.
+        let (term, factor) = match self.node(x) {
+            Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
+                ([(term, factor)], true) => (*term, factor.clone()),
+                _ => return self.intern(Node::Function(Function::Exp, x)),
+            },
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => (x, Number::ONE),
+        };
+        if let Node::Function(Function::Ln, u) = *self.node(term) {
+            return self.powr(u, &factor);
+        }
+        self.intern(Node::Function(Function::Exp, x))
+    }
+
+    fn logarithm(&mut self, x: ExprId) -> ExprId {
+        if let Some(value) = self.as_number(x) {
+            if value.is_zero() || value.is_negative() {
+                return UNDEFINED;
+            }
+            if value.is_one() {
+                return ZERO;
+            }
+        }
+        if let Node::Function(Function::Exp, u) = *self.node(x) {
+            return u;
+        }
+        self.intern(Node::Function(Function::Ln, x))
+    }
+
+    fn absolute(&mut self, x: ExprId) -> ExprId {
+        if self.is_nonnegative(x) {
+            return x;
+        }
+        if let Node::Product(factors) = self.node(x) {
+            let mut factors = factors.to_vec();
+            for (base, exponent) in &mut factors {
+                if !self.is_nonnegative_power(*base, exponent) {
+                    *base = self.absolute_of_core(*base);
+                }
+            }
+            return self.product_of_powers(&factors);
+        }
+        let (factor, core) = self.split_content(x);
+        let value = self.absolute_of_core(core);
+        self.scale(value, &factor.abs())
+    }
+
+    /// The absolute value of what is neither a product nor a multiple of something else.
+    fn absolute_of_core(&mut self, core: ExprId) -> ExprId {
+        if self.is_nonnegative(core) {
+            return core;
+        }
+        if let Node::Product(_) = self.node(core) {
+            // c*x*y: the product under a coefficient; one step, products do not nest.
+            return self.absolute(core);
+        }
+        self.intern(Node::Function(Function::Abs, core))
+    }
+
+    /// The angle of the point (x, y) in (-pi, pi]; of the origin [`Node::Undefined`].
+    pub fn atan2(&mut self, y: ExprId, x: ExprId) -> ExprId {
+        if y == UNDEFINED || x == UNDEFINED || (y == ZERO && x == ZERO) {
+            return UNDEFINED;
+        }
+        if let Some(abscissa) = self.as_number(x).cloned() {
+            if abscissa.is_zero() {
+                if let Some(sign) = self.sign_of_constant(y) {
+                    let quarter = Number::half();
+                    return self.scale(PI, &if sign { quarter.neg() } else { quarter });
+                }
+            } else if abscissa.is_negative() {
+                // Below the branch cut the angle is negative; the sign of y has to be known.
+                if let Some(sign) = self.sign_of_constant(y) {
+                    let ratio = self.div(y, x);
+                    let angle = self.apply(Function::Atan, ratio);
+                    return if sign {
+                        self.sub(angle, PI)
+                    } else {
+                        self.add(angle, PI)
+                    };
+                }
+                if y == ZERO {
+                    return PI;
+                }
+            } else {
+                let ratio = self.div(y, x);
+                return self.apply(Function::Atan, ratio);
+            }
+        } else if self.is_positive_constant(x) {
+            let ratio = self.div(y, x);
+            return self.apply(Function::Atan, ratio);
+        }
+        let (cy, y1) = self.split_content(y);
+        let (cx, x1) = self.split_content(x);
+        let common = if y == ZERO { cx.abs() } else { cy.gcd(&cx) };
+        if let (false, Some(inverse)) = (common.is_one(), common.recip()) {
+            let y = self.scale(y1, &cy.mul(&inverse));
+            let x = self.scale(x1, &cx.mul(&inverse));
+            return self.intern(Node::Atan2 { y, x });
+        }
+        self.intern(Node::Atan2 { y, x })
+    }
+
+    /// Whether a constant that shows its sign is negative; `None` of 0 and where it does not show.
+    fn sign_of_constant(&mut self, e: ExprId) -> Option<bool> {
+        if self.is_positive_constant(e) {
+            return Some(false);
+        }
+        let opposite = self.neg(e);
+        self.is_positive_constant(opposite).then_some(true)
+    }
+
+    /// Whether the expression is a constant above 0 by its form: a number or a root of one, pi,
+    /// sums of such with positive coefficients.
+    fn is_positive_constant(&self, e: ExprId) -> bool {
+        let is_positive_term = |e: ExprId| match self.node(e) {
+            Node::Pi => true,
+            Node::Number(value) => !value.is_negative() && !value.is_zero(),
+            Node::Product(factors) => factors.iter().all(|(base, _)| match self.node(*base) {
+                Node::Pi => true,
+                Node::Number(value) => !value.is_negative() && !value.is_zero(),
+                Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Product(_)
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => false,
+            }),
+            Node::Symbol(_)
+            | Node::Sum { .. }
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => false,
+        };
+        match self.node(e) {
+            Node::Sum { constant, terms } => {
+                !constant.is_negative()
+                    && terms
+                        .iter()
+                        .all(|(t, c)| !c.is_negative() && is_positive_term(*t))
+            }
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => is_positive_term(e),
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! Arithmetic modulo one prime: the field in which identities are tested.
+//!
+//! The prime p = [`PRIME`] is about 2^60.7, and p - 1 is
+//! `2^6 * 3^3 * 5 * 7 * 11 * 13 * 17 * 19 * 23 * 29 * 31 * 41 * 797`: i and many other roots of
+//! unity exist modulo p, and all primes up to 101 have square roots.
+
+/// The prime.
+pub const PRIME: u64 = 1_887_469_959_161_666_881;
+
+/// A generator of the multiplicative group.
+const GENERATOR: u64 = 113;
+/// The odd part of p - 1 = 2^6 * ODD.
+const ODD: u64 = (PRIME - 1) >> 6;
+/// floor(2^122 / p), below 2^62.
+const BARRETT: u64 = ((1u128 << 122) / PRIME as u128) as u64;
+
+/// The product; both factors below [`PRIME`].
+#[must_use]
+pub fn mul_mod(a: u64, b: u64) -> u64 {
+    // Barrett: with x < 2^122 and 2^60 < p < 2^61 the estimate of the quotient is at most 2 low.
+    let x = u128::from(a) * u128::from(b);
+    let quotient = (((x >> 60) * u128::from(BARRETT)) >> 62) as u64;
+    let mut rest = (x as u64).wrapping_sub(quotient.wrapping_mul(PRIME));
+    while rest >= PRIME {
+        rest -= PRIME;
+    }
+    rest
+}
+
+/// The sum; both below [`PRIME`].
+#[must_use]
+pub fn add_mod(a: u64, b: u64) -> u64 {
+    let sum = a + b;
+    if sum >= PRIME { sum - PRIME } else { sum }
+}
+
+/// The opposite of what is below [`PRIME`].
+#[must_use]
+pub fn neg_mod(a: u64) -> u64 {
+    if a == 0 { 0 } else { PRIME - a }
+}
+
+/// The difference; both below [`PRIME`].
+#[must_use]
+pub fn sub_mod(a: u64, b: u64) -> u64 {
+    add_mod(a, neg_mod(b))
+}
+
+/// A power.
+#[must_use]
+pub fn pow_mod(mut base: u64, mut exponent: u64) -> u64 {
+    let mut power = 1;
+    while exponent > 0 {
+        if exponent & 1 == 1 {
+            power = mul_mod(power, base);
+        }
+        base = mul_mod(base, base);
+        exponent >>= 1;
+    }
+    power
+}
+
+/// The inverse; `None` of 0.
+#[must_use]
+pub fn inverse_mod(a: u64) -> Option<u64> {
+    // Extended Euclid; cofactors stay below p in absolute value.
+    let (mut r0, mut r1) = (PRIME, a % PRIME);
+    let (mut t0, mut t1) = (0i64, 1i64);
+    while r1 != 0 {
+        let q = r0 / r1;
+        (r0, r1) = (r1, r0 - q * r1);
+        (t0, t1) = (t1, t0 - (q as i64) * t1);
+    }
+    (r0 == 1).then(|| {
+        if t0 < 0 {
+            (t0 + PRIME as i64) as u64
+        } else {
+            t0 as u64
+        }
+    })
+}
+
+/// The smaller of the two square roots, where there are any.
+#[must_use]
+pub fn sqrt_mod(a: u64) -> Option<u64> {
+    if a == 0 {
+        return Some(0);
+    }
+    // Tonelli and Shanks, p - 1 = 2^6 * ODD: a^((ODD+1)/2) is a root up to a root of unity of
+    // order 2^6, which is corrected bit by bit.
+    let mut root_of_unity = pow_mod(GENERATOR, ODD);
+    let mut root = pow_mod(a, ODD.div_ceil(2));
+    let mut rest = pow_mod(a, ODD);
+    let mut order = 6;
+    while rest != 1 {
+        let mut least = 0;
+        let mut power = rest;
+        while power != 1 {
+            power = mul_mod(power, power);
+            least += 1;
+            if least == order {
+                return None;
+            }
+        }
+        for _ in 0..order - least - 1 {
+            root_of_unity = mul_mod(root_of_unity, root_of_unity);
+        }
+        root = mul_mod(root, root_of_unity);
+        root_of_unity = mul_mod(root_of_unity, root_of_unity);
+        rest = mul_mod(rest, root_of_unity);
+        order = least;
+    }
+    Some(root.min(neg_mod(root)))
+}
+
+/// What stands for exp(2*pi*i/order), where p has it; all of them are powers of one.
+pub(super) fn root_of_unity(order: u64) -> Option<u64> {
+    if order == 0 || !(PRIME - 1).is_multiple_of(order) {
+        return None;
+    }
+    Some(pow_mod(GENERATOR, (PRIME - 1) / order))
+}
+
+/// The square root of a prime q that belongs to the [`root_of_unity`]s: Gauss's sum over
+/// (a/q) exp(2*pi*i*a/q), which is sqrt(q) for q = 1 and i*sqrt(q) for q = 3 modulo 4. `None`
+/// where p has no such root of unity.
+pub(super) fn sqrt_of_prime(q: u64) -> Option<u64> {
+    if q == 2 {
+        let eighth = root_of_unity(8)?;
+        return Some(add_mod(eighth, inverse_mod(eighth)?));
+    }
+    let root = root_of_unity(q)?;
+    // The sum of (a/q) r^a is the sum of r^(a^2) over all residues a.
+    let sum = (0..q).fold(0, |sum, a| add_mod(sum, pow_mod(root, a * a % q)));
+    if q % 4 == 1 {
+        return Some(sum);
+    }
+    Some(mul_mod(sum, inverse_mod(root_of_unity(4)?)?))
+}
+
+/// A basis of the vectors of length `columns` whose product with every row is 0 modulo
+/// [`PRIME`]. The rows (missing entries are 0) are brought to reduced echelon form; the basis
+/// vectors have a 1 at a free column each.
+pub fn nullspace_mod(rows: &mut Vec<Vec<u64>>, columns: usize) -> Vec<Vec<u64>> {
+    for row in rows.iter_mut() {
+        row.resize(columns, 0);
+    }
+    let mut pivots: Vec<usize> = Vec::new();
+    for column in 0..columns {
+        let rank = pivots.len();
+        let Some(found) = (rank..rows.len()).find(|row| rows[*row][column] != 0) else {
+            continue;
+        };
+        rows.swap(rank, found);
+        let mut pivot_row = std::mem::take(&mut rows[rank]);
+        let inverse = inverse_mod(pivot_row[column]).unwrap_or(0);
+        for entry in &mut pivot_row {
+            *entry = mul_mod(*entry, inverse);
+        }
+        for row in rows.iter_mut() {
+            // The pivot row itself is taken out and empty.
+            let factor = row.get(column).copied().unwrap_or(0);
+            if factor != 0 {
+                for (entry, pivot) in row.iter_mut().zip(&pivot_row).skip(column) {
+                    *entry = sub_mod(*entry, mul_mod(factor, *pivot));
+                }
+            }
+        }
+        rows[rank] = pivot_row;
+        pivots.push(column);
+    }
+    rows.truncate(pivots.len());
+    let free = (0..columns).filter(|column| pivots.binary_search(column).is_err());
+    free.map(|column| {
+        let mut vector = vec![0; columns];
+        vector[column] = 1;
+        for (row, pivot) in rows.iter().zip(&pivots) {
+            vector[*pivot] = neg_mod(row[column]);
+        }
+        vector
+    })
+    .collect()
+}
+
+/// The fraction n/d with |n| and d at most sqrt(p/2), about 9.7e8, that is this residue; there
+/// is one at most. Wang's algorithm: the extended Euclidean algorithm stopped half way.
+#[must_use]
+pub fn rational_reconstruct(residue: u64) -> Option<(i64, i64)> {
+    let bound = (PRIME / 2).isqrt();
+    let (mut r0, mut r1) = (PRIME, residue % PRIME);
+    let (mut t0, mut t1) = (0i64, 1i64);
+    while r1 > bound {
+        let q = r0 / r1;
+        (r0, r1) = (r1, r0 - q * r1);
+        (t0, t1) = (t1, t0 - (q as i64) * t1);
+    }
+    let (mut a, mut b) = (r1, t1.unsigned_abs());
+    if b == 0 || b > bound {
+        return None;
+    }
+    let numerator = if t1 < 0 { -(r1 as i64) } else { r1 as i64 };
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    (a == 1).then_some((numerator, t1.abs()))
+}

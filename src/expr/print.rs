@@ -1,0 +1,380 @@
+//! Expressions as text in the model language, which reads back as the same expression.
+//!
+//! Terms and factors stand in the order in which they were created, numbers first, then symbols;
+//! negative powers below a fraction bar, no doubled signs. The text is put together from a stack
+//! of pieces, so that its depth does not matter.
+
+use super::{ExprId, Function, Node, Pool};
+use crate::number::Number;
+
+/// Length in bytes beyond which the text is cut off (an expression with shared parts can be
+/// exponentially longer than its pool).
+const MAX_LENGTH: usize = 1 << 26;
+
+/// Where an expression stands.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Place {
+    /// Alone, in parentheses or as an argument.
+    Open,
+    /// Between `*` and `/`.
+    Factor,
+    /// On the left or right of `^`.
+    Power,
+}
+
+/// Something still to be written.
+enum Piece {
+    Text(&'static str),
+    Owned(String),
+    Expression(ExprId, Place),
+    /// A sum, in parentheses unless it stands open, its signs reversed where asked for.
+    Sum {
+        id: ExprId,
+        negated: bool,
+        place: Place,
+    },
+    /// `coefficient*factors` (the coefficient positive); the flagged factor with its sign reversed.
+    Term {
+        coefficient: Number,
+        factors: Vec<(ExprId, Number)>,
+        negated: Option<ExprId>,
+    },
+}
+
+/// The name of a function in the model language.
+#[must_use]
+pub fn function_name(function: Function) -> &'static str {
+    match function {
+        Function::Sin => "sin",
+        Function::Cos => "cos",
+        Function::Tan => "tan",
+        Function::Asin => "asin",
+        Function::Acos => "acos",
+        Function::Atan => "atan",
+        Function::Sinh => "sinh",
+        Function::Cosh => "cosh",
+        Function::Tanh => "tanh",
+        Function::Exp => "exp",
+        Function::Ln => "ln",
+        Function::Abs => "abs",
+    }
+}
+
+impl Pool {
+    /// The expression in the language's own syntax; read back it gives the same id. (What has no
+    /// value is `1/0`. Texts beyond 64 MiB are cut off and end in `…`.)
+    #[must_use]
+    pub fn display(&self, e: ExprId) -> String {
+        let mut out = String::new();
+        let mut stack = vec![Piece::Expression(e, Place::Open)];
+        let mut pieces = Vec::new();
+        while let Some(piece) = stack.pop() {
+            if out.len() > MAX_LENGTH {
+                out.push('…');
+                break;
+            }
+            match piece {
+                Piece::Text(text) => out.push_str(text),
+                Piece::Owned(text) => out.push_str(&text),
+                Piece::Expression(id, place) => self.write_node(id, place, &mut pieces),
+                Piece::Sum { id, negated, place } => {
+                    self.write_sum(id, negated, place, &mut pieces);
+                }
+                Piece::Term {
+                    coefficient,
+                    factors,
+                    negated,
+                } => {
+                    self.write_term(&coefficient, factors, negated, &mut pieces);
+                }
+            }
+            stack.extend(pieces.drain(..).rev());
+        }
+        out
+    }
+
+    fn write_node(&self, id: ExprId, place: Place, out: &mut Vec<Piece>) {
+        match self.node(id) {
+            Node::Number(value) => {
+                let bare = place == Place::Open || (value.is_integer() && !value.is_negative());
+                in_parentheses(!bare, out, |out| out.push(Piece::Owned(number_text(value))));
+            }
+            Node::Pi => out.push(Piece::Text("pi")),
+            Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).to_owned())),
+            Node::Sum { .. } => out.push(Piece::Sum {
+                id,
+                negated: false,
+                place,
+            }),
+            Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
+                out.push(Piece::Term {
+                    coefficient: Number::ONE,
+                    factors: factors.to_vec(),
+                    negated: None,
+                });
+            }),
+            Node::Power { base, exponent } => in_parentheses(place == Place::Power, out, |out| {
+                out.push(Piece::Expression(*base, Place::Power));
+                out.push(Piece::Text("^"));
+                out.push(Piece::Expression(*exponent, Place::Power));
+            }),
+            Node::Function(function, x) => {
+                out.push(Piece::Text(function_name(*function)));
+                in_parentheses(true, out, |out| {
+                    out.push(Piece::Expression(*x, Place::Open))
+                });
+            }
+            Node::Atan2 { y, x } => {
+                out.push(Piece::Text("atan2("));
+                out.push(Piece::Expression(*y, Place::Open));
+                out.push(Piece::Text(", "));
+                out.push(Piece::Expression(*x, Place::Open));
+                out.push(Piece::Text(")"));
+            }
+            Node::Undefined => out.push(Piece::Text("1/0")),
+        }
+    }
+
+    fn write_sum(&self, id: ExprId, negated: bool, place: Place, out: &mut Vec<Piece>) {
+        let Node::Sum { constant, terms } = self.node(id) else {
+            out.push(Piece::Expression(id, place));
+            return;
+        };
+        let signed = |c: &Number| if negated { c.neg() } else { c.clone() };
+        // (negative, piece)
+        let mut parts: Vec<(bool, Piece)> = Vec::with_capacity(terms.len() + 1);
+        if !constant.is_zero() {
+            let value = signed(constant);
+            parts.push((value.is_negative(), Piece::Owned(number_text(&value.abs()))));
+        }
+        for (term, coefficient) in terms {
+            let coefficient = signed(coefficient);
+            let factors = match self.node(*term) {
+                Node::Product(factors) => factors.to_vec(),
+                Node::Number(_)
+                | Node::Pi
+                | Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => vec![(*term, Number::ONE)],
+            };
+            let mut negative = coefficient.is_negative();
+            let reversed = if negative {
+                self.reversible_factor(&factors)
+            } else {
+                None
+            };
+            negative &= reversed.is_none();
+            let piece = Piece::Term {
+                coefficient: coefficient.abs(),
+                factors,
+                negated: reversed,
+            };
+            parts.push((negative, piece));
+        }
+        if parts.first().is_some_and(|(negative, _)| *negative) {
+            // A stable sort: terms of equal sign keep their order.
+            parts.sort_by_key(|(negative, _)| *negative);
+        }
+        in_parentheses(place != Place::Open, out, |out| {
+            for (at, (negative, piece)) in parts.into_iter().enumerate() {
+                match (at, negative) {
+                    (0, false) => {}
+                    (0, true) => out.push(Piece::Text("-")),
+                    (_, false) => out.push(Piece::Text(" + ")),
+                    (_, true) => out.push(Piece::Text(" - ")),
+                }
+                out.push(piece);
+            }
+        });
+    }
+
+    /// The first difference under an odd power: it takes up the minus sign of its term,
+    /// `-k*(x - y)` as `k*(y - x)`.
+    fn reversible_factor(&self, factors: &[(ExprId, Number)]) -> Option<ExprId> {
+        let is_difference = |id: ExprId| match self.node(id) {
+            Node::Sum { constant, terms } => {
+                constant.is_negative() || terms.iter().any(|(_, c)| c.is_negative())
+            }
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => false,
+        };
+        factors
+            .iter()
+            .find(|(base, e)| e.is_integer() && !e.is_even() && is_difference(*base))
+            .map(|(base, _)| *base)
+    }
+
+    /// Numbers and pi, then symbols in order of creation, then the rest likewise.
+    fn factor_order(&self, base: ExprId) -> (u8, usize) {
+        match self.node(base) {
+            Node::Number(_) | Node::Pi => (0, base.index()),
+            Node::Symbol(symbol) => (1, symbol.index()),
+            Node::Sum { .. }
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => (2, base.index()),
+        }
+    }
+
+    fn write_term(
+        &self,
+        coefficient: &Number,
+        mut factors: Vec<(ExprId, Number)>,
+        negated: Option<ExprId>,
+        out: &mut Vec<Piece>,
+    ) {
+        factors.sort_by_key(|(base, _)| self.factor_order(*base));
+        let mut above: Vec<Vec<Piece>> = Vec::new();
+        let mut below: Vec<Vec<Piece>> = Vec::new();
+        let mut only_numbers = true;
+        for (base, exponent) in factors {
+            only_numbers &= matches!(self.node(base), Node::Number(_));
+            let magnitude = exponent.abs();
+            let mut piece = Vec::new();
+            if negated == Some(base) {
+                write_power(&magnitude, &mut piece, |place| Piece::Sum {
+                    id: base,
+                    negated: true,
+                    place,
+                });
+            } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
+                // (x/y)^(-1/2) reads better as sqrt(y/x).
+                let mut inner = Vec::new();
+                let term = Piece::Term {
+                    coefficient: Number::ONE,
+                    factors: inverse,
+                    negated: None,
+                };
+                inner.push(term);
+                write_root(&magnitude, inner, &mut piece);
+                above.push(piece);
+                continue;
+            } else {
+                write_power(&magnitude, &mut piece, |place| {
+                    Piece::Expression(base, place)
+                });
+            }
+            if exponent.is_negative() {
+                below.push(piece)
+            } else {
+                above.push(piece)
+            }
+        }
+        let whole = Number::from_integer(coefficient.numerator());
+        let divisor = Number::from_integer(coefficient.denominator().into());
+        // 1/2*k, but sqrt(2)/2 and 1/(2*k).
+        if decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers) {
+            if !coefficient.is_one() || above.is_empty() {
+                above.insert(0, vec![Piece::Owned(number_text(coefficient))]);
+            }
+        } else {
+            if !whole.is_one() || above.is_empty() {
+                above.insert(0, vec![Piece::Owned(whole.to_string())]);
+            }
+            if !divisor.is_one() {
+                below.insert(0, vec![Piece::Owned(divisor.to_string())]);
+            }
+        }
+        write_joined(above, out);
+        if !below.is_empty() {
+            out.push(Piece::Text("/"));
+            in_parentheses(below.len() > 1, out, |out| write_joined(below, out));
+        }
+    }
+
+    /// The factors of the inverse of a product that has some below the fraction bar.
+    fn inverted(&self, base: ExprId) -> Option<Vec<(ExprId, Number)>> {
+        let Node::Product(factors) = self.node(base) else {
+            return None;
+        };
+        factors
+            .iter()
+            .any(|(_, e)| e.is_negative())
+            .then(|| factors.iter().map(|(b, e)| (*b, e.neg())).collect())
+    }
+}
+
+fn in_parentheses(wanted: bool, out: &mut Vec<Piece>, inner: impl FnOnce(&mut Vec<Piece>)) {
+    if wanted {
+        out.push(Piece::Text("("));
+    }
+    inner(out);
+    if wanted {
+        out.push(Piece::Text(")"));
+    }
+}
+
+fn write_joined(factors: Vec<Vec<Piece>>, out: &mut Vec<Piece>) {
+    for (at, factor) in factors.into_iter().enumerate() {
+        if at > 0 {
+            out.push(Piece::Text("*"));
+        }
+        out.extend(factor);
+    }
+}
+
+/// `base^exponent` for a positive exponent.
+fn write_power(exponent: &Number, out: &mut Vec<Piece>, base: impl FnOnce(Place) -> Piece) {
+    if exponent.is_one() {
+        out.push(base(Place::Factor));
+    } else if *exponent == Number::half() {
+        out.push(Piece::Text("sqrt("));
+        out.push(base(Place::Open));
+        out.push(Piece::Text(")"));
+    } else {
+        out.push(base(Place::Power));
+        write_exponent(exponent, out);
+    }
+}
+
+/// A root of what is written already.
+fn write_root(exponent: &Number, base: Vec<Piece>, out: &mut Vec<Piece>) {
+    let root = *exponent == Number::half();
+    out.push(Piece::Text(if root { "sqrt(" } else { "(" }));
+    out.extend(base);
+    out.push(Piece::Text(")"));
+    if !root {
+        write_exponent(exponent, out);
+    }
+}
+
+fn write_exponent(exponent: &Number, out: &mut Vec<Piece>) {
+    out.push(Piece::Text("^"));
+    in_parentheses(!exponent.is_integer(), out, |out| {
+        out.push(Piece::Owned(exponent.to_string()));
+    });
+}
+
+/// The number as a person writes it: `3/4`, but `9.81`.
+fn number_text(value: &Number) -> String {
+    decimal_text(value).unwrap_or_else(|| value.to_string())
+}
+
+/// A short finite decimal, for fractions whose denominator is a multiple of 10.
+fn decimal_text(value: &Number) -> Option<String> {
+    const MAX_PLACES: u32 = 12;
+    let (numerator, denominator) = value.small_parts()?;
+    if !denominator.is_multiple_of(10) {
+        return None;
+    }
+    let places = (1..=MAX_PLACES).find(|k| 10u64.pow(*k).is_multiple_of(denominator))?;
+    let unit = 10u64.pow(places);
+    let scaled = u128::from(numerator.unsigned_abs()) * u128::from(unit / denominator);
+    let (whole, fraction) = (scaled / u128::from(unit), scaled % u128::from(unit));
+    let sign = if numerator < 0 { "-" } else { "" };
+    Some(format!(
+        "{sign}{whole}.{fraction:0width$}",
+        width = places as usize
+    ))
+}

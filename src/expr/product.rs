@@ -1,0 +1,565 @@
+//! Products and powers with rational exponents.
+//!
+//! A product is built by one loop over a list of `base^exponent` still to be looked at: products
+//! are taken apart, numbers, contents of sums and what is certainly not negative come out of
+//! roots, equal bases are collected. What collecting made reducible again (`sqrt(u)*sqrt(u)`)
+//! goes back on the list; every round takes something apart, so that there are few.
+
+use super::flags::content;
+use super::sum::{collect_equal, leads_negative};
+use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO};
+use crate::number::Number;
+
+/// Products of more factors are not taken apart again. The derivative of a chain of n functions
+/// is a product of n factors, and so is each one on the way to it: flat, they would take n^2/2
+/// places.
+const MAX_FACTORS: usize = 64;
+
+/// Buffers of the product loop, kept so that making a product allocates only its node.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Workspaces(Vec<Workspace>);
+
+#[derive(Clone, Debug, Default)]
+struct Workspace {
+    /// Factors still to be looked at.
+    pending: Vec<(ExprId, Number)>,
+    /// Factors that are canonical by themselves.
+    settled: Vec<(ExprId, Number)>,
+    /// Arguments of exponential functions with their factors.
+    exponents: Vec<(ExprId, Number)>,
+    /// Prime factors of numbers under roots with their exponents.
+    roots: Vec<(Number, Number)>,
+}
+
+/// Breaks off a product that has no value.
+struct NoValue;
+
+impl Pool {
+    /// The product of the expressions.
+    pub fn product(&mut self, factors: &[ExprId]) -> ExprId {
+        match factors {
+            [] => ONE,
+            [single] => *single,
+            [a, b] => self.mul(*a, *b),
+            _ => self.product_iter(factors.iter().map(|factor| (*factor, Number::ONE))),
+        }
+    }
+
+    /// The product of `base^exponent`.
+    pub fn product_of_powers(&mut self, factors: &[(ExprId, Number)]) -> ExprId {
+        self.product_iter(factors.iter().cloned())
+    }
+
+    /// The product of two expressions.
+    pub fn mul(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        if let Some(value) = self.as_number(a) {
+            let value = value.clone();
+            return self.scale(b, &value);
+        }
+        if let Some(value) = self.as_number(b) {
+            let value = value.clone();
+            return self.scale(a, &value);
+        }
+        self.product_iter([(a, Number::ONE), (b, Number::ONE)].into_iter())
+    }
+
+    /// The quotient of two expressions; [`Node::Undefined`] where the divisor is exactly 0.
+    pub fn div(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        if let Some(value) = self.as_number(b) {
+            return match value.recip() {
+                Some(inverse) => self.scale(a, &inverse),
+                None => UNDEFINED,
+            };
+        }
+        self.product_iter([(a, Number::ONE), (b, Number::MINUS_ONE)].into_iter())
+    }
+
+    /// A power with a rational exponent. Powers that are not whole have values only of bases
+    /// that are not negative: `(-8)^(1/3)` is [`Node::Undefined`]. `x^0` is 1.
+    pub fn powr(&mut self, base: ExprId, exponent: &Number) -> ExprId {
+        if exponent.is_one() {
+            return base;
+        }
+        self.product_iter(std::iter::once((base, exponent.clone())))
+    }
+
+    /// A whole power.
+    pub fn powi(&mut self, base: ExprId, exponent: i64) -> ExprId {
+        self.powr(base, &Number::from(exponent))
+    }
+
+    /// The square root.
+    pub fn sqrt(&mut self, x: ExprId) -> ExprId {
+        self.powr(x, &Number::half())
+    }
+
+    /// The square.
+    pub fn square(&mut self, x: ExprId) -> ExprId {
+        self.powr(x, &Number::from(2))
+    }
+
+    /// A power with any exponent; the base is taken to be positive where the exponent is not a
+    /// number.
+    pub fn power(&mut self, base: ExprId, exponent: ExprId) -> ExprId {
+        if base == UNDEFINED || exponent == UNDEFINED {
+            return UNDEFINED;
+        }
+        if let Some(value) = self.as_number(exponent) {
+            let value = value.clone();
+            return self.powr(base, &value);
+        }
+        if base == ONE {
+            return ONE;
+        }
+        match *self.node(base) {
+            Node::Function(Function::Exp, x) => {
+                let x = self.mul(x, exponent);
+                return self.apply(Function::Exp, x);
+            }
+            Node::Power {
+                base,
+                exponent: inner,
+            } => {
+                let exponent = self.mul(inner, exponent);
+                return self.power_node(base, exponent);
+            }
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Sum { .. }
+            | Node::Product(_)
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => {}
+        }
+        self.power_node(base, exponent)
+    }
+
+    /// A power whose base is neither a power nor an exponential.
+    fn power_node(&mut self, base: ExprId, exponent: ExprId) -> ExprId {
+        if let Some(value) = self.as_number(exponent) {
+            let value = value.clone();
+            return self.powr(base, &value);
+        }
+        // By the last term, so that x^(n - 1) stays what it is.
+        let negative = match self.node(exponent) {
+            Node::Sum { terms, .. } => terms.last().is_some_and(|(_, c)| c.is_negative()),
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => false,
+        };
+        if negative {
+            let exponent = self.neg(exponent);
+            let inverse = self.intern(Node::Power { base, exponent });
+            return self.product_iter(std::iter::once((inverse, Number::MINUS_ONE)));
+        }
+        self.intern(Node::Power { base, exponent })
+    }
+
+    fn product_iter(&mut self, factors: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
+        let mut work = self.workspaces.0.pop().unwrap_or_default();
+        work.pending.extend(factors);
+        work.pending.reverse();
+        let result = self.build_product(&mut work).unwrap_or(UNDEFINED);
+        work.pending.clear();
+        work.settled.clear();
+        work.exponents.clear();
+        work.roots.clear();
+        self.workspaces.0.push(work);
+        result
+    }
+
+    fn build_product(&mut self, work: &mut Workspace) -> Result<ExprId, NoValue> {
+        let mut coefficient = Number::ONE;
+        loop {
+            while let Some((base, exponent)) = work.pending.pop() {
+                self.settle(base, exponent, &mut coefficient, work)?;
+            }
+            self.merge_exponentials(work);
+            collect_equal(&mut work.settled);
+            self.take_back_reducible(work);
+            if work.pending.is_empty() && work.exponents.is_empty() {
+                break;
+            }
+        }
+        self.settle_roots(&mut coefficient, work)?;
+        if coefficient.is_zero() {
+            return Ok(ZERO);
+        }
+        let core = match work.settled.as_slice() {
+            [] => return Ok(self.number(coefficient)),
+            [(base, exponent)] if exponent.is_one() => *base,
+            factors => {
+                let node = Node::Product(factors.into());
+                self.intern(node)
+            }
+        };
+        Ok(self.scale(core, &coefficient))
+    }
+
+    /// Looks at one factor: canonical ones are settled, the others taken apart.
+    fn settle(
+        &mut self,
+        base: ExprId,
+        exponent: Number,
+        coefficient: &mut Number,
+        work: &mut Workspace,
+    ) -> Result<(), NoValue> {
+        if base == UNDEFINED {
+            return Err(NoValue);
+        }
+        if exponent.is_zero() {
+            return Ok(());
+        }
+        let whole = exponent.is_integer();
+        match &self.nodes[base.index()] {
+            Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
+            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => {
+                work.settled.push((base, exponent));
+            }
+            Node::Product(factors) if whole => {
+                let factors = factors.iter().map(|(b, e)| (*b, e.mul(&exponent)));
+                work.pending.extend(factors);
+            }
+            Node::Product(factors) => {
+                let factors = factors.clone();
+                self.settle_root(base, false, &factors, exponent, work);
+            }
+            Node::Sum { constant, terms } => {
+                if let ([(term, factor)], true) = (&**terms, constant.is_zero()) {
+                    let (term, factor) = (*term, factor.clone());
+                    if whole {
+                        multiply_number(&factor, &exponent, coefficient, work)?;
+                        work.pending.push((term, exponent));
+                    } else {
+                        multiply_number(&factor.abs(), &exponent, coefficient, work)?;
+                        self.settle_root_of_term(term, factor.is_negative(), exponent, work);
+                    }
+                    return Ok(());
+                }
+                let negative = whole && leads_negative(constant, terms);
+                let core = if self.flags(base).primitive && !negative {
+                    base
+                } else {
+                    let content = content(constant, terms);
+                    let content = if negative { content.neg() } else { content };
+                    multiply_number(&content, &exponent, coefficient, work)?;
+                    match content.recip() {
+                        Some(inverse) => self.scale(base, &inverse),
+                        None => base,
+                    }
+                };
+                work.settled.push((core, exponent));
+            }
+            Node::Function(Function::Abs, x) if exponent.is_even() => {
+                work.pending.push((*x, exponent));
+            }
+            Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
+            Node::Power {
+                base: b,
+                exponent: e,
+            } => {
+                let (b, e) = (*b, *e);
+                let magnitude = exponent.abs();
+                let node = if magnitude.is_one() {
+                    base
+                } else {
+                    let e = self.scale(e, &magnitude);
+                    self.intern(Node::Power {
+                        base: b,
+                        exponent: e,
+                    })
+                };
+                let sign = if exponent.is_negative() {
+                    Number::MINUS_ONE
+                } else {
+                    Number::ONE
+                };
+                work.settled.push((node, sign));
+            }
+            Node::Undefined => return Err(NoValue),
+            Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => {
+                work.settled.push((base, exponent));
+            }
+        }
+        Ok(())
+    }
+
+    /// `(±term)^exponent` for an exponent that is not whole.
+    fn settle_root_of_term(
+        &mut self,
+        term: ExprId,
+        negative: bool,
+        exponent: Number,
+        work: &mut Workspace,
+    ) {
+        if !negative {
+            work.pending.push((term, exponent));
+            return;
+        }
+        let base = self.neg(term);
+        match self.node(term) {
+            Node::Product(factors) => {
+                let factors = factors.clone();
+                self.settle_root(base, true, &factors, exponent, work);
+            }
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Sum { .. }
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => work.settled.push((base, exponent)),
+        }
+    }
+
+    /// `base^exponent` for `base` the product of the factors, or minus it, and an exponent that is
+    /// not whole.
+    ///
+    /// Whatever is certainly not negative comes out, `(x^2)^r = |x|^(2r)`; odd powers leave one
+    /// factor behind, `(x^3*y)^r = |x|^(2r)*(x*y)^r`. The first factor that stays gets exponent
+    /// 1: `(y/x)^r = (x/y)^-r` with x before y.
+    fn settle_root(
+        &mut self,
+        base: ExprId,
+        negative: bool,
+        factors: &[(ExprId, Number)],
+        exponent: Number,
+        work: &mut Workspace,
+    ) {
+        let comes_out = |pool: &Pool, b: ExprId, e: &Number| {
+            e.is_even() || !e.is_integer() || pool.is_nonnegative(b)
+        };
+        let mut left: Vec<(ExprId, Number)> = Vec::new();
+        for (b, e) in factors {
+            if !comes_out(self, *b, e) {
+                let sign = if e.is_negative() {
+                    Number::MINUS_ONE
+                } else {
+                    Number::ONE
+                };
+                left.push((*b, sign));
+            }
+        }
+        if negative && left.is_empty() {
+            // -(x^2) under a root: a value only at x = 0. Nothing is gained by taking it apart.
+            work.settled.push((base, exponent));
+            return;
+        }
+        for (b, e) in factors {
+            if !e.is_integer() || self.is_nonnegative(*b) {
+                work.pending.push((*b, e.mul(&exponent)));
+                continue;
+            }
+            let sign = if e.is_negative() {
+                Number::MINUS_ONE
+            } else {
+                Number::ONE
+            };
+            let even = if e.is_even() { e.clone() } else { e.sub(&sign) };
+            // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value.
+            if !e.is_even() && !negative && left.len() == 1 {
+                work.pending.push((*b, even.mul(&exponent)));
+            } else if !even.is_zero() {
+                let magnitude = self.apply(Function::Abs, *b);
+                work.pending.push((magnitude, even.mul(&exponent)));
+            }
+        }
+        let mut exponent = exponent;
+        if left.first().is_some_and(|(_, e)| e.is_negative()) {
+            exponent = exponent.neg();
+            for (_, e) in &mut left {
+                *e = e.neg();
+            }
+        }
+        let core = match left.as_slice() {
+            [] => return,
+            [(b, _)] => *b,
+            _ => self.intern(Node::Product(left.into_boxed_slice())),
+        };
+        let core = if negative { self.neg(core) } else { core };
+        match self.node(core) {
+            Node::Product(_) | Node::Sum { .. } => work.settled.push((core, exponent)),
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => work.pending.push((core, exponent)),
+        }
+    }
+
+    /// `exp(a)*exp(b) = exp(a + b)`.
+    fn merge_exponentials(&mut self, work: &mut Workspace) {
+        if work.exponents.is_empty() {
+            return;
+        }
+        let at = work
+            .settled
+            .iter()
+            .position(|(b, _)| self.exponential(*b).is_some());
+        if let Some(at) = at {
+            let (node, exponent) = work.settled.swap_remove(at);
+            if let Some(x) = self.exponential(node) {
+                work.exponents.push((x, exponent));
+            }
+        }
+        let argument = self.linear(&work.exponents);
+        work.exponents.clear();
+        let merged = self.apply(Function::Exp, argument);
+        if self.exponential(merged).is_some() {
+            work.settled.push((merged, Number::ONE));
+        } else {
+            work.pending.push((merged, Number::ONE));
+        }
+    }
+
+    /// The argument of an exponential function.
+    fn exponential(&self, e: ExprId) -> Option<ExprId> {
+        if let Node::Function(Function::Exp, x) = self.node(e) {
+            Some(*x)
+        } else {
+            None
+        }
+    }
+
+    /// Moves factors whose collected exponents allow more back to the pending ones.
+    fn take_back_reducible(&self, work: &mut Workspace) {
+        let pending = &mut work.pending;
+        work.settled.retain(|(base, exponent)| {
+            let reducible = match self.node(*base) {
+                Node::Product(factors) => exponent.is_integer() && factors.len() <= MAX_FACTORS,
+                Node::Sum { constant, terms } => {
+                    exponent.is_integer()
+                        && (leads_negative(constant, terms) || !self.flags(*base).primitive)
+                }
+                Node::Function(Function::Abs, _) => exponent.is_even(),
+                Node::Power { .. } => !exponent.abs().is_one(),
+                Node::Number(_)
+                | Node::Pi
+                | Node::Symbol(_)
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => false,
+            };
+            if reducible {
+                pending.push((*base, exponent.clone()));
+            }
+            !reducible
+        });
+    }
+
+    /// Collects the primes under roots: whole powers go to the coefficient, and one number base
+    /// remains for each exponent between 0 and 1: `sqrt(2)*sqrt(6) = 2*sqrt(3)`.
+    fn settle_roots(
+        &mut self,
+        coefficient: &mut Number,
+        work: &mut Workspace,
+    ) -> Result<(), NoValue> {
+        if work.roots.is_empty() {
+            return Ok(());
+        }
+        work.roots.sort();
+        let mut by_exponent: Vec<(Number, Number)> = Vec::new();
+        let mut roots = work.roots.drain(..).peekable();
+        while let Some((prime, mut exponent)) = roots.next() {
+            while let Some((_, more)) = roots.next_if(|(next, _)| *next == prime) {
+                exponent = exponent.add(&more);
+            }
+            let whole = exponent.floor();
+            let fraction = exponent.sub(&whole);
+            multiply_whole_power(&prime, &whole, coefficient)?;
+            if !fraction.is_zero() {
+                by_exponent.push((fraction, prime));
+            }
+        }
+        drop(roots);
+        by_exponent.sort();
+        let mut groups = by_exponent.into_iter().peekable();
+        while let Some((exponent, mut base)) = groups.next() {
+            while let Some((_, prime)) = groups.next_if(|(next, _)| *next == exponent) {
+                base = base.mul(&prime);
+            }
+            let base = self.number(base);
+            work.settled.push((base, exponent));
+        }
+        work.settled.sort_by_key(|(base, _)| *base);
+        Ok(())
+    }
+}
+
+/// Multiplies by `value^exponent`; the part that is not rational goes to the roots.
+fn multiply_number(
+    value: &Number,
+    exponent: &Number,
+    coefficient: &mut Number,
+    work: &mut Workspace,
+) -> Result<(), NoValue> {
+    if value.is_one() {
+        return Ok(());
+    }
+    if exponent.is_integer() {
+        return multiply_whole_power(value, exponent, coefficient);
+    }
+    if value.is_negative() || (value.is_zero() && exponent.is_negative()) {
+        return Err(NoValue);
+    }
+    if value.is_zero() {
+        *coefficient = Number::ZERO;
+        return Ok(());
+    }
+    for (part, sign) in [
+        (Number::from_integer(value.numerator()), Number::ONE),
+        (
+            Number::from_integer(value.denominator().into()),
+            Number::MINUS_ONE,
+        ),
+    ] {
+        for factor in part.factors() {
+            let multiplicity = Number::from(i64::from(factor.multiplicity));
+            let exponent = exponent.mul(&sign).mul(&multiplicity);
+            work.roots.push((factor.base, exponent));
+        }
+    }
+    Ok(())
+}
+
+/// Multiplies by a whole power of a number.
+fn multiply_whole_power(
+    value: &Number,
+    exponent: &Number,
+    coefficient: &mut Number,
+) -> Result<(), NoValue> {
+    let power = if exponent.is_one() {
+        value.clone()
+    } else if value.is_one() {
+        return Ok(());
+    } else if value.is_zero() && !exponent.is_negative() {
+        Number::ZERO
+    } else if value.abs().is_one() {
+        if exponent.is_even() {
+            Number::ONE
+        } else {
+            Number::MINUS_ONE
+        }
+    } else {
+        let exponent = exponent
+            .to_i64()
+            .and_then(|e| i32::try_from(e).ok())
+            .ok_or(NoValue)?;
+        value.powi(exponent).ok_or(NoValue)?
+    };
+    *coefficient = coefficient.mul(&power);
+    if coefficient.is_oversized() {
+        Err(NoValue)
+    } else {
+        Ok(())
+    }
+}

@@ -1,0 +1,201 @@
+//! Sums: flattening, collecting equal terms, numeric factors.
+
+use super::flags::content;
+use super::{ExprId, MINUS_ONE, Node, ONE, Pool, UNDEFINED, ZERO};
+use crate::number::Number;
+
+/// Whether the coefficient that decides about a sum's sign is negative: the constant, or where
+/// that is 0 the last term's. (So differences read as they are written, the later name first:
+/// `x - x0`, and `1 - cos(x)`.)
+pub(super) fn leads_negative(constant: &Number, terms: &[(ExprId, Number)]) -> bool {
+    if constant.is_zero() {
+        terms
+            .last()
+            .is_some_and(|(_, coefficient)| coefficient.is_negative())
+    } else {
+        constant.is_negative()
+    }
+}
+
+impl Pool {
+    /// The sum of the expressions.
+    pub fn sum(&mut self, terms: &[ExprId]) -> ExprId {
+        match terms {
+            [] => ZERO,
+            [single] => *single,
+            _ => self.linear_iter(terms.iter().map(|term| (*term, Number::ONE))),
+        }
+    }
+
+    /// The sum of `coefficient*expression`.
+    pub fn linear(&mut self, terms: &[(ExprId, Number)]) -> ExprId {
+        match terms {
+            [] => ZERO,
+            [(single, coefficient)] => self.scale(*single, coefficient),
+            _ => self.linear_iter(terms.iter().cloned()),
+        }
+    }
+
+    /// The sum of two expressions.
+    pub fn add(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        if a == ZERO {
+            return b;
+        }
+        if b == ZERO {
+            return a;
+        }
+        self.linear_iter([(a, Number::ONE), (b, Number::ONE)].into_iter())
+    }
+
+    /// The difference of two expressions.
+    pub fn sub(&mut self, a: ExprId, b: ExprId) -> ExprId {
+        if b == ZERO {
+            return a;
+        }
+        self.linear_iter([(a, Number::ONE), (b, Number::MINUS_ONE)].into_iter())
+    }
+
+    /// The opposite of an expression.
+    pub fn neg(&mut self, a: ExprId) -> ExprId {
+        self.scale(a, &Number::MINUS_ONE)
+    }
+
+    /// A number times an expression.
+    pub fn scale(&mut self, e: ExprId, factor: &Number) -> ExprId {
+        if e == UNDEFINED || factor.is_oversized() {
+            return UNDEFINED;
+        }
+        if factor.is_one() {
+            return e;
+        }
+        if factor.is_zero() {
+            return ZERO;
+        }
+        let node = match self.node(e) {
+            Node::Number(value) => {
+                let value = value.mul(factor);
+                return self.number(value);
+            }
+            Node::Sum { constant, terms } => {
+                let constant = constant.mul(factor);
+                let terms: Box<[_]> = terms.iter().map(|(t, c)| (*t, c.mul(factor))).collect();
+                return self.finish_sum(constant, terms);
+            }
+            Node::Undefined => return UNDEFINED,
+            Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. } => Node::Sum {
+                constant: Number::ZERO,
+                terms: Box::new([(e, factor.clone())]),
+            },
+        };
+        self.intern(node)
+    }
+
+    fn linear_iter(&mut self, parts: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
+        let mut constant = Number::ZERO;
+        let mut collected: Vec<(ExprId, Number)> = Vec::with_capacity(parts.size_hint().0);
+        for (e, factor) in parts {
+            match self.node(e) {
+                Node::Number(value) => constant = constant.add(&value.mul(&factor)),
+                Node::Sum {
+                    constant: inner,
+                    terms,
+                } => {
+                    constant = constant.add(&inner.mul(&factor));
+                    collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
+                }
+                Node::Undefined => return UNDEFINED,
+                Node::Pi
+                | Node::Symbol(_)
+                | Node::Product(_)
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. } => collected.push((e, factor)),
+            }
+        }
+        collect_equal(&mut collected);
+        self.finish_sum(constant, collected.into_boxed_slice())
+    }
+
+    /// The node of collected terms.
+    fn finish_sum(&mut self, constant: Number, terms: Box<[(ExprId, Number)]>) -> ExprId {
+        if constant.is_oversized() || terms.iter().any(|(_, c)| c.is_oversized()) {
+            return UNDEFINED;
+        }
+        match &*terms {
+            [] => self.number(constant),
+            [(single, coefficient)] if constant.is_zero() && coefficient.is_one() => *single,
+            _ => self.intern(Node::Sum { constant, terms }),
+        }
+    }
+
+    /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
+    /// leading one positive. Numbers are their own coefficient, with the core 1.
+    pub fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
+        let factor = match self.node(e) {
+            Node::Number(value) => return (value.clone(), ONE),
+            Node::Sum { constant, terms } => {
+                let negative = leads_negative(constant, terms);
+                if self.flags(e).primitive && !negative {
+                    return (Number::ONE, e);
+                }
+                let content = content(constant, terms);
+                if negative { content.neg() } else { content }
+            }
+            Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => return (Number::ONE, e),
+        };
+        match factor.recip() {
+            Some(inverse) => {
+                let core = self.scale(e, &inverse);
+                (factor, core)
+            }
+            None => (Number::ONE, e),
+        }
+    }
+
+    /// Whether the leading coefficient is negative (false of what has none).
+    pub(super) fn leads_negative(&self, e: ExprId) -> bool {
+        match self.node(e) {
+            Node::Number(value) => value.is_negative(),
+            Node::Sum { constant, terms } => leads_negative(constant, terms),
+            Node::Pi
+            | Node::Symbol(_)
+            | Node::Product(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => false,
+        }
+    }
+
+    /// The number -1.
+    #[must_use]
+    pub fn minus_one(&self) -> ExprId {
+        MINUS_ONE
+    }
+}
+
+/// Sorts by id, adds up the coefficients (or exponents) of equal ids and drops those that are 0.
+pub(super) fn collect_equal(items: &mut Vec<(ExprId, Number)>) {
+    if !items.is_sorted_by(|a, b| a.0 < b.0) {
+        items.sort_by_key(|(id, _)| *id);
+        items.dedup_by(|later, kept| {
+            let same = later.0 == kept.0;
+            if same {
+                kept.1 = kept.1.add(&later.1);
+            }
+            same
+        });
+    }
+    items.retain(|(_, value)| !value.is_zero());
+}

@@ -1,0 +1,231 @@
+//! Numbers from text and to text, from and to floating point.
+
+use std::fmt;
+
+use dashu_int::ops::{BitTest, UnsignedAbs};
+use dashu_int::{IBig, Sign, UBig};
+use dashu_ratio::RBig;
+
+use super::{Number, Repr};
+
+/// Largest decimal exponent of a literal, either way.
+const MAX_DECIMAL_EXPONENT: i64 = 20_000;
+/// Most digits a literal may have.
+const MAX_DIGITS: usize = 100_000;
+/// Whole numbers up to here are exact in a double.
+const EXACT: u64 = 1 << 53;
+
+impl Number {
+    /// The exact value of a decimal literal: `2`, `0.5`, `6.02e23`, with an optional minus sign.
+    ///
+    /// `None` for anything else, for decimal exponents beyond ±20000 and for literals of more
+    /// than 100,000 digits.
+    #[must_use]
+    pub fn parse(text: &str) -> Option<Number> {
+        let (negative, text) = match text.strip_prefix('-') {
+            Some(rest) => (true, rest),
+            None => (false, text),
+        };
+        let (mantissa, exponent) = match text.split_once(['e', 'E']) {
+            Some((mantissa, exponent)) => (mantissa, parse_exponent(exponent)?),
+            None => (text, 0),
+        };
+        let (whole, fraction) = match mantissa.split_once('.') {
+            Some((_, "")) => return None,
+            Some(parts) => parts,
+            None => (mantissa, ""),
+        };
+        let are_digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
+        if whole.is_empty()
+            || !are_digits(whole)
+            || !are_digits(fraction)
+            || whole.len() + fraction.len() > MAX_DIGITS
+        {
+            return None;
+        }
+        let digits = format!("{whole}{fraction}");
+        let magnitude = UBig::from_str_radix(&digits, 10).ok()?;
+        let sign = if negative {
+            Sign::Negative
+        } else {
+            Sign::Positive
+        };
+        let numerator = IBig::from_parts(sign, magnitude);
+        let shift = exponent - fraction.len() as i64;
+        let power = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
+        if shift >= 0 {
+            Some(Number::from_integer(numerator * power))
+        } else {
+            Number::from_parts(numerator, power)
+        }
+    }
+
+    /// The nearest double, ties to even; infinite beyond the range of doubles.
+    #[must_use]
+    pub fn to_f64(&self) -> f64 {
+        match &self.0 {
+            Repr::Small(n, d) if d.get() == 1 => *n as f64,
+            // One correctly rounded division of two exact doubles.
+            Repr::Small(n, d) if n.unsigned_abs() <= EXACT && d.get() <= EXACT => {
+                *n as f64 / d.get() as f64
+            }
+            Repr::Small(..) => self.to_big().to_f64().value(),
+            Repr::Big(value) => value.to_f64().value(),
+        }
+    }
+
+    /// The number as a sum of two doubles: `(high, low, error)` with `high` the nearest double,
+    /// `low` the double nearest to the remainder, and `|self - (high + low)| <= error`.
+    ///
+    /// Beyond the range of doubles `high` is infinite, `low` 0 and `error` infinite.
+    #[must_use]
+    pub fn to_double_double(&self) -> (f64, f64, f64) {
+        let high = self.to_f64();
+        if !high.is_finite() {
+            return (high, 0.0, f64::INFINITY);
+        }
+        if let Repr::Small(n, d) = &self.0
+            && n.unsigned_abs() <= EXACT
+            && d.get() <= EXACT
+        {
+            // The remainder of a rounded division is a double (here far from underflow), so that
+            // the fused operation gives it exactly; its quotient by d is off by half an ulp.
+            let (n, d) = (*n as f64, d.get() as f64);
+            let low = (-high).mul_add(d, n) / d;
+            let error = if low == 0.0 {
+                0.0
+            } else {
+                (low.abs() * f64::EPSILON / 2.0).next_up()
+            };
+            return (high, low, error);
+        }
+        let Some(remainder) = Number::from_f64_exact(high).map(|h| self.sub(&h)) else {
+            return (high, 0.0, f64::INFINITY);
+        };
+        let low = remainder.to_f64();
+        let error = match Number::from_f64_exact(low) {
+            Some(l) => remainder.sub(&l),
+            None => remainder,
+        };
+        if error.is_zero() {
+            return (high, low, 0.0);
+        }
+        // Nearest, then one step up: an upper bound, of what underflows too.
+        (high, low, error.abs().to_f64().next_up())
+    }
+
+    /// The exact value of a double; `None` of infinities and NaN.
+    #[must_use]
+    pub fn from_f64_exact(value: f64) -> Option<Number> {
+        if value.abs() <= EXACT as f64 && value.fract() == 0.0 {
+            return Some(Number::from(value as i64));
+        }
+        RBig::try_from(value).ok().map(Number::from_big)
+    }
+
+    /// The number in decimal notation, rounded to the nearest with `digits` significant digits
+    /// (ties to even, at least one digit): `0.3333`, `-12.50`, and `6.022e23` outside
+    /// 1e-6 .. 1e`digits`.
+    #[must_use]
+    pub fn to_decimal(&self, digits: usize) -> String {
+        let digits = digits.max(1);
+        if self.is_zero() {
+            return place_point("0".repeat(digits).as_str(), 0);
+        }
+        let numerator = self.numerator().unsigned_abs();
+        let denominator = self.denominator();
+        // log10 estimated from the lengths in bits is off by at most one; corrected below.
+        let bits = numerator.bit_len() as f64 - denominator.bit_len() as f64;
+        let mut exponent = (bits * std::f64::consts::LOG10_2).floor() as i64;
+        let limit = UBig::from(10u8).pow(digits);
+        let lowest = UBig::from(10u8).pow(digits - 1);
+        let mut text = String::new();
+        for _ in 0..4 {
+            let shift = digits as i64 - 1 - exponent;
+            let power = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
+            let (n, d) = if shift >= 0 {
+                (&numerator * &power, denominator.clone())
+            } else {
+                (numerator.clone(), &denominator * &power)
+            };
+            let quotient = &n / &d;
+            let twice = (&n - &quotient * &d) << 1;
+            let up = twice > d || (twice == d && quotient.bit(0));
+            let rounded = if up {
+                &quotient + UBig::ONE
+            } else {
+                quotient.clone()
+            };
+            // Judged before rounding, so that 9.99… that rounds up to 10.0 is not divided twice.
+            if quotient >= limit {
+                exponent += 1;
+            } else if quotient < lowest {
+                exponent -= 1;
+            } else {
+                text = rounded.to_string();
+                if rounded >= limit {
+                    text.pop();
+                    exponent += 1;
+                }
+                break;
+            }
+        }
+        let sign = if self.is_negative() { "-" } else { "" };
+        let body = if (-6..digits as i64).contains(&exponent) {
+            place_point(&text, exponent)
+        } else {
+            format!("{}e{exponent}", place_point(&text, 0))
+        };
+        format!("{sign}{body}")
+    }
+}
+
+/// The digits `d₁d₂…` read as d₁.d₂… times ten to `exponent`, with `exponent` below their number.
+fn place_point(digits: &str, exponent: i64) -> String {
+    if exponent < 0 {
+        let zeros = "0".repeat(exponent.unsigned_abs() as usize - 1);
+        return format!("0.{zeros}{digits}");
+    }
+    let split = (exponent as usize + 1).min(digits.len());
+    let (whole, fraction) = digits.split_at(split);
+    if fraction.is_empty() {
+        whole.to_string()
+    } else {
+        format!("{whole}.{fraction}")
+    }
+}
+
+fn parse_exponent(text: &str) -> Option<i64> {
+    let (negative, digits) = match text.as_bytes() {
+        [b'-', ..] => (true, &text[1..]),
+        [b'+', ..] => (false, &text[1..]),
+        _ => (false, text),
+    };
+    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+        return None;
+    }
+    let digits = digits.trim_start_matches('0');
+    let value: i64 = if digits.is_empty() {
+        0
+    } else {
+        digits.parse().ok()?
+    };
+    (value <= MAX_DECIMAL_EXPONENT).then_some(if negative { -value } else { value })
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Repr::Small(n, d) if d.get() == 1 => write!(f, "{n}"),
+            Repr::Small(n, d) => write!(f, "{n}/{d}"),
+            Repr::Big(value) if value.is_int() => write!(f, "{}", value.numerator()),
+            Repr::Big(value) => write!(f, "{}/{}", value.numerator(), value.denominator()),
+        }
+    }
+}
+
+impl fmt::Debug for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}")
+    }
+}

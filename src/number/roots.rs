@@ -1,0 +1,133 @@
+//! Roots of exact numbers: perfect powers and the factors that come out of a root.
+
+use dashu_int::UBig;
+use dashu_int::ops::{BitTest, SquareRoot, UnsignedAbs};
+
+use super::Number;
+
+/// Primes below which factors are found by trial division.
+const TRIAL_LIMIT: u64 = 1000;
+/// Size in bits beyond which perfect powers are looked for only among small roots.
+const POWER_CHECK_BITS: usize = 1 << 14;
+
+/// A factor of a positive whole number and how often it divides it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Factor {
+    /// A prime, or what trial division left over (whole, above 1, no perfect power).
+    pub base: Number,
+    /// The multiplicity, positive.
+    pub multiplicity: u32,
+}
+
+impl Number {
+    /// The exact square root, where it is rational.
+    #[must_use]
+    pub fn sqrt_exact(&self) -> Option<Number> {
+        if self.is_negative() {
+            return None;
+        }
+        let root = |n: &UBig| {
+            let r = n.sqrt();
+            (&r * &r == *n).then_some(r)
+        };
+        let numerator = root(&self.numerator().unsigned_abs())?;
+        Number::from_parts(numerator.into(), root(&self.denominator())?)
+    }
+
+    /// The factors of a positive whole number in ascending order: primes below 1000, then what
+    /// is left, written as a power where it is one. Empty for 1 and for what is not a positive
+    /// whole number.
+    #[must_use]
+    pub fn factors(&self) -> Vec<Factor> {
+        let mut factors = Vec::new();
+        if !self.is_integer() || self.is_negative() || self.is_zero() {
+            return factors;
+        }
+        match self.to_i64() {
+            Some(value) => factor_small(value.unsigned_abs(), &mut factors),
+            None => factor_big(self.numerator().unsigned_abs(), &mut factors),
+        }
+        factors
+    }
+}
+
+fn push(factors: &mut Vec<Factor>, base: UBig, multiplicity: u32) {
+    factors.push(Factor {
+        base: Number::from_integer(base.into()),
+        multiplicity,
+    });
+}
+
+/// 2, 3, 5 and the numbers coprime to 30 up to the limit; composites among them divide nothing.
+fn trial_divisors() -> impl Iterator<Item = u64> {
+    const WHEEL: [u64; 8] = [1, 7, 11, 13, 17, 19, 23, 29];
+    let wheel = (0..TRIAL_LIMIT.div_ceil(30)).flat_map(|k| WHEEL.map(|w| 30 * k + w));
+    [2, 3, 5]
+        .into_iter()
+        .chain(wheel.skip(1))
+        .take_while(|p| *p < TRIAL_LIMIT)
+}
+
+fn factor_small(mut n: u64, factors: &mut Vec<Factor>) {
+    for p in trial_divisors() {
+        if p * p > n {
+            break;
+        }
+        let mut multiplicity = 0;
+        while n.is_multiple_of(p) {
+            n /= p;
+            multiplicity += 1;
+        }
+        if multiplicity > 0 {
+            push(factors, UBig::from(p), multiplicity);
+        }
+    }
+    if n < TRIAL_LIMIT * TRIAL_LIMIT {
+        if n > 1 {
+            push(factors, UBig::from(n), 1);
+        }
+    } else {
+        push_rest(UBig::from(n), factors);
+    }
+}
+
+fn factor_big(mut n: UBig, factors: &mut Vec<Factor>) {
+    for p in trial_divisors() {
+        let divisor = UBig::from(p);
+        if let Some(multiplicity) = n.remove(&divisor)
+            && multiplicity > 0
+        {
+            push(
+                factors,
+                divisor,
+                u32::try_from(multiplicity).unwrap_or(u32::MAX),
+            );
+        }
+    }
+    if !n.is_one() {
+        push_rest(n, factors);
+    }
+}
+
+/// What trial division left: no prime factor below 1000, so that a k-th power has k at most
+/// bits / log2(1000).
+fn push_rest(mut rest: UBig, factors: &mut Vec<Factor>) {
+    const PRIMES: [usize; 18] = [
+        2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61,
+    ];
+    let mut multiplicity = 1;
+    for k in PRIMES {
+        if rest.bit_len() > POWER_CHECK_BITS && k > 3 {
+            break;
+        }
+        while rest.bit_len() > 9 * k {
+            let root = rest.nth_root(k);
+            if root.pow(k) != rest {
+                break;
+            }
+            rest = root;
+            multiplicity *= k as u32;
+        }
+    }
+    push(factors, rest, multiplicity);
+}
