@@ -156,11 +156,20 @@ fn files_keep_what_their_headers_promise() {
             continue;
         }
         count += 1;
+        // What is known to be missing says so, until it is there.
+        let source = std::fs::read_to_string(&path).unwrap();
+        let pending = source.contains("\n# pending: ");
         let begin = std::time::Instant::now();
         let mut found = std::panic::catch_unwind(|| faults(&path))
             .unwrap_or_else(|_| vec!["a panic".to_owned()]);
         if begin.elapsed().as_secs() >= 10 {
             found.push(format!("it takes {:?}", begin.elapsed()));
+        }
+        if pending {
+            found = match found.is_empty() {
+                true => vec!["this works now: take out `pending`".to_owned()],
+                false => Vec::new(),
+            };
         }
         if !found.is_empty() {
             failed += 1;
