@@ -321,8 +321,8 @@ fn reflect_both_sides(a: &mut [f64], n: usize, p: usize, w: &[f64]) {
 
 /// Orthonormal eigenvectors of a symmetric matrix, column by column; the matrix is overwritten.
 fn symmetric_eigenvectors(n: usize, a: &mut [f64]) -> Option<Vec<f64>> {
+    // Nothing is left where all modes are zero modes; nalgebra panics on an empty matrix.
     if n == 0 {
-        // nalgebra does not take empty matrices.
         return Some(Vec::new());
     }
     for column in 0..n {
