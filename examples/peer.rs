@@ -2,7 +2,7 @@
 //! tools that librate is measured against.
 //!
 //! ```text
-//! cargo run --release --example peer -- --model B --n 10 [--warm] [--print]
+//! cargo run --release --example peer -- --model B --n 10 [--warm] [--print] [--only STAGE]
 //! ```
 //!
 //! The problems: `A`, three pendulums joined by springs; `B`, a pendulum of n links, written with
@@ -95,6 +95,7 @@ struct Request {
     n: usize,
     warm: bool,
     print: bool,
+    only: Option<String>,
     points: Option<String>,
 }
 
@@ -104,6 +105,7 @@ fn request() -> Result<Request, Box<dyn Error>> {
         n: 3,
         warm: false,
         print: false,
+        only: None,
         points: None,
     };
     let mut arguments = std::env::args().skip(1);
@@ -113,6 +115,7 @@ fn request() -> Result<Request, Box<dyn Error>> {
             "--model" => request.model = value()?,
             "--n" => request.n = value()?.parse()?,
             "--points" => request.points = Some(value()?),
+            "--only" => request.only = Some(value()?),
             "--warm" => request.warm = true,
             "--print" => request.print = true,
             _ => return Err(format!("unknown argument {argument}").into()),
@@ -230,6 +233,19 @@ fn main() -> Result<(), Box<dyn Error>> {
         lowest,
         ..Options::default()
     };
+
+    if let Some(stage) = request.only {
+        let linear = linearized(&text, &tables, |_| {})?;
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(3) {
+            match stage.as_str() {
+                "build" => drop(linearized(&text, &tables, |_| {})?),
+                "eval" => drop((linear.mass(), linear.stiffness())),
+                _ => drop(normal_modes(&linear, &options)?),
+            }
+        }
+        return Ok(());
+    }
 
     let mut put = |key: &str, time: (f64, f64)| {
         // Writing to a string does not fail.
