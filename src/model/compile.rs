@@ -390,13 +390,11 @@ impl Compiler<'_> {
                 }
             }
             // Every index has a slot, so that slots and indices count alike.
-            let slot = scope.variables.len();
             scope.variables.push((
                 name.map_or_else(String::new, |name| name.text.clone()),
                 variable,
             ));
             binders.push(Binder {
-                slot,
                 kind,
                 span: entry.span,
             });
