@@ -79,7 +79,7 @@ pub type Seeds = BTreeMap<Symbol, ExprId>;
 pub type Substitution = BTreeMap<Symbol, ExprId>;
 
 /// What an expression is made of.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Node {
     /// An exact number.
     Number(Number),
@@ -146,6 +146,8 @@ pub struct Pool {
     /// Angles with exact sines and tangents, filled when first needed.
     known_angles: Vec<angle::KnownAngle>,
     workspaces: product::Workspaces,
+    /// Terms of the sum that is being made.
+    term_buffer: Vec<(ExprId, Number)>,
 }
 
 /// The expressions every pool begins with.
@@ -165,6 +167,7 @@ impl Default for Pool {
             names: HashMap::new(),
             known_angles: Vec::new(),
             workspaces: product::Workspaces::default(),
+            term_buffer: Vec::new(),
         };
         for node in [
             Node::Number(Number::ZERO),
@@ -349,6 +352,40 @@ impl Pool {
         {
             return ExprId(id);
         }
+        self.insert(hash, node)
+    }
+
+    /// The id of a sum that is canonical already; the terms are moved out of the buffer only
+    /// where it is new.
+    fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
+        let hash = intern::hash_sum(&constant, terms);
+        let is_same = |id: u32| match self.nodes.get(id as usize) {
+            Some(Node::Sum { constant: other, terms: others }) => {
+                **others == **terms && *other == constant
+            }
+            Some(_) | None => false,
+        };
+        match self.table.find(hash, is_same) {
+            Some(id) => ExprId(id),
+            None => self.insert(hash, Node::Sum { constant, terms: terms.drain(..).collect() }),
+        }
+    }
+
+    /// As [`Pool::intern_sum`] for a product.
+    fn intern_product(&mut self, factors: &mut Vec<(ExprId, Number)>) -> ExprId {
+        let hash = intern::hash_product(factors);
+        let is_same = |id: u32| match self.nodes.get(id as usize) {
+            Some(Node::Product(others)) => **others == **factors,
+            Some(_) | None => false,
+        };
+        match self.table.find(hash, is_same) {
+            Some(id) => ExprId(id),
+            None => self.insert(hash, Node::Product(factors.drain(..).collect())),
+        }
+    }
+
+    /// Adds a node that is not there yet.
+    fn insert(&mut self, hash: u32, node: Node) -> ExprId {
         // Memory for four thousand million nodes runs out first; nothing is to be said then.
         let Ok(id) = u32::try_from(self.nodes.len()) else {
             return UNDEFINED;
