@@ -360,14 +360,21 @@ impl Pool {
     fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
         let hash = intern::hash_sum(&constant, terms);
         let is_same = |id: u32| match self.nodes.get(id as usize) {
-            Some(Node::Sum { constant: other, terms: others }) => {
-                **others == **terms && *other == constant
-            }
+            Some(Node::Sum {
+                constant: other,
+                terms: others,
+            }) => **others == **terms && *other == constant,
             Some(_) | None => false,
         };
         match self.table.find(hash, is_same) {
             Some(id) => ExprId(id),
-            None => self.insert(hash, Node::Sum { constant, terms: terms.drain(..).collect() }),
+            None => self.insert(
+                hash,
+                Node::Sum {
+                    constant,
+                    terms: terms.drain(..).collect(),
+                },
+            ),
         }
     }
 
