@@ -1,6 +1,6 @@
 //! What the names of a model stand for: parameters, coordinates, named expressions, tables.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::program::{IndexProgram, Program};
@@ -22,7 +22,7 @@ pub(super) fn key(indices: &[i64]) -> Key {
 }
 
 /// What a declared name stands for; the number is its place in the list of its kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Entity {
     Parameter(usize),
     Coordinate(usize),
@@ -297,6 +297,8 @@ pub(super) struct World {
     pub(super) lets: Vec<LetFamily>,
     pub(super) tables: Vec<Table>,
     pub(super) time: Option<Symbol>,
+    /// What is declared with a mistake: reading it makes no further one.
+    pub(super) broken: HashSet<Entity>,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,

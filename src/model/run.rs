@@ -114,6 +114,7 @@ impl World {
                 Op::Product(parts) | Op::Sum(parts) => parts.len(),
                 Op::Vector(count) | Op::Call(_, count) => *count,
                 Op::Literal(_)
+                | Op::Broken
                 | Op::Time
                 | Op::Number(_)
                 | Op::Field { .. }
@@ -125,6 +126,7 @@ impl World {
             let operands = stack.split_off(stack.len().saturating_sub(count));
             let value = match op {
                 Op::Literal(e) => Value::Scalar(*e),
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Time => {
                     let time = self.time_symbol();
                     Value::Scalar(self.pool.symbol_expr(time))
@@ -287,6 +289,7 @@ impl World {
                     slots.truncate(outer);
                     instance.note(count);
                 }
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Literal(_)
                 | Op::Time
                 | Op::Prime
