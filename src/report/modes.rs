@@ -241,8 +241,10 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
             .iter()
             .enumerate()
             .map(|(at, name)| {
-                let cells = modes.iter().map(|mode| component(mode, at, SHAPE_DIGITS));
-                Column::numbers(name, cells.collect())
+                let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
+                let power = common_power(sizes);
+                let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
+                Column::numbers(&over_power(name, power), cells.collect())
             })
             .collect();
         let width: usize = columns.iter().map(Column::width).sum();
@@ -251,18 +253,38 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
         }
     }
     let room = room.max(LEAST_SHAPE);
-    let cells = modes.iter().map(|mode| largest(mode, names, room)).collect();
-    vec![Column::words("shape", cells)]
+    let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
+    let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
+    vec![Column::words(&over_power("shape", power), cells)]
 }
 
-/// A component with its bound.
-fn component(mode: &NormalMode, at: usize, digits: usize) -> String {
+/// The power of ten that is written once over a column: normalised shapes of molecules are of the
+/// order 1e13. 0 where the numbers are handy as they are.
+fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
+    let top = values.fold(0.0_f64, |top, value| top.max(value.abs()));
+    if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) {
+        0
+    } else {
+        top.log10().floor() as i32
+    }
+}
+
+/// `x / 1e13`: the heading of a column whose numbers are divided by a power of ten.
+fn over_power(name: &str, power: i32) -> String {
+    if power == 0 { name.to_owned() } else { format!("{name} / 1e{power}") }
+}
+
+/// A component over a power of ten, with the digits its bound decides.
+fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
     let value = mode.vector.get(at).copied().unwrap_or(0.0);
-    number(&decimal(&Ball::from(value).with_added_radius(mode.vector_error_bound), digits))
+    let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
+    let ten = Ball::from(10.0).powi(power.abs());
+    let scaled = if power < 0 { value * ten } else { value / ten };
+    number(&decimal(&scaled, digits))
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
-fn largest(mode: &NormalMode, names: &[&str], room: usize) -> String {
+fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
     let mut order: Vec<(f64, usize)> = mode
         .vector
@@ -272,12 +294,12 @@ fn largest(mode: &NormalMode, names: &[&str], room: usize) -> String {
         .map(|(at, size)| (size, at))
         .collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
-    // Only the upper tenth in size can be among the largest that are named, unless there is room.
+    // A thousandth of the largest can't be seen in a shape.
     order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
     let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()
         .map(|(_, at)| {
-            let text = component(mode, at, ROUGH_DIGITS);
+            let text = component(mode, at, power, ROUGH_DIGITS);
             let size = text.parse::<f64>().map_or(0.0, f64::abs);
             (size, at, text)
         })
@@ -429,8 +451,8 @@ mod tests {
     fn shapes_name_their_largest_components() {
         let names = ["a", "b", "c", "d"];
         let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
-        assert_eq!(largest(&shape, &names, 80), "b -0.70, c 0.70, a 0.10");
-        assert_eq!(largest(&shape, &names, 18), "b -0.70, …");
-        assert_eq!(largest(&mode(Vec::new()), &names, 18), "");
+        assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
+        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, …");
+        assert_eq!(largest(&mode(Vec::new()), &names, 0, 18), "");
     }
 }
