@@ -96,7 +96,11 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         let distance = alignment_distance(name, candidate);
         let longer = name.chars().count().max(candidate.chars().count());
         // Distances are doubled so that a wrong case can cost half.
-        let allowed = if longer <= 2 { 1 } else { (2 * longer).div_ceil(3).max(2) };
+        let allowed = if longer <= 2 {
+            1
+        } else {
+            (2 * longer).div_ceil(3).max(2)
+        };
         if distance <= allowed && best.is_none_or(|(least, _)| distance < least) {
             best = Some((distance, candidate));
         }

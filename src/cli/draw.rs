@@ -30,8 +30,7 @@ pub(crate) fn diagnostics(
         let drawn = if diagnostic.primary.is_some() {
             renderer.render(&[group(&page, diagnostic)])
         } else {
-            let text = format!("{}: {}", source.name, diagnostic.message);
-            renderer.render(&without_place(&text, diagnostic.help.as_deref()))
+            without_place(&renderer, &diagnostic.message, diagnostic.help.as_deref())
         };
         out.push_str(&drawn);
         out.push_str("\n\n");
@@ -57,16 +56,18 @@ pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
     } else {
         Renderer::plain()
     };
-    format!("{}\n", renderer.render(&without_place(text, help)))
+    format!("{}\n", without_place(&renderer, text, help))
 }
 
 /// A report that has no excerpt: the fix stands on a line of its own.
-fn without_place<'a>(text: &'a str, help: Option<&str>) -> Vec<Group<'a>> {
-    let mut groups = vec![Group::with_title(Level::ERROR.primary_title(text))];
-    groups.extend(help.map(|help| {
-        Group::with_title(Level::HELP.secondary_title(normalize_untrusted_str(help)))
-    }));
-    groups
+fn without_place(renderer: &Renderer, text: &str, help: Option<&str>) -> String {
+    let title = |title| renderer.render(&[Group::with_title(title)]);
+    let mut out = title(Level::ERROR.primary_title(text));
+    if let Some(help) = help {
+        out.push('\n');
+        out.push_str(&title(Level::HELP.primary_title(help)));
+    }
+    out
 }
 
 /// The text with the places of its lines.

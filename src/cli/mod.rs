@@ -12,7 +12,7 @@ use clap::Parser;
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings};
 use librate::report::{self, Style};
-use librate::{Error, linearize, modes, syntax};
+use librate::{Error, linearize, modes, oscillation, syntax};
 
 use args::{Cli, Command, ModelArgs};
 use input::Source;
@@ -65,7 +65,7 @@ fn modes_text(args: &args::Modes) -> Result<String, Failure> {
         digits: args.digits,
     };
     let computed = linearize::linearize(model).and_then(|linearized| {
-        let modes = modes::normal_modes(&linearized, &options)?;
+        let modes = oscillation::normal_modes(&linearized, &options)?;
         Ok((linearized, modes))
     });
     match computed {

@@ -53,7 +53,10 @@ impl Pool {
         }
         let quarters = turns.mul(&Number::from(2)).floor();
         turns = turns.sub(&quarters.mul(&Number::half()));
-        let quarters = quarters.rem_floor(&Number::from(4)).and_then(|q| q.to_i64()).unwrap_or(0);
+        let quarters = quarters
+            .rem_floor(&Number::from(4))
+            .and_then(|q| q.to_i64())
+            .unwrap_or(0);
         let (base, flip) = match (function, quarters) {
             (Function::Sin, 1) => (Function::Cos, false),
             (Function::Sin, 2) => (Function::Sin, true),
@@ -75,7 +78,11 @@ impl Pool {
             value = self.div(ONE, value);
             flip = true;
         }
-        if flip != negative { self.neg(value) } else { value }
+        if flip != negative {
+            self.neg(value)
+        } else {
+            value
+        }
     }
 
     /// A function of an angle that is reduced: inverse functions are undone.
@@ -127,77 +134,91 @@ impl Pool {
     /// A function at `turns*pi`, with `turns` from 0 to below 1/2.
     fn exact_value(&mut self, function: Function, turns: &Number) -> ExprId {
         let complement = Number::half().sub(turns);
-        if *turns > complement {
-            return match function {
-                Function::Sin => self.exact_value(Function::Cos, &complement),
-                Function::Cos => self.exact_value(Function::Sin, &complement),
-                // Only the tangent is left.
-                _other => {
-                    let cotangent = self.exact_value(Function::Tan, &complement);
-                    self.div(ONE, cotangent)
-                }
-            };
-        }
-        // value = (a + b*sqrt(m))/n, or the square root of it; see `surd`.
-        let parts = turns.small_parts();
-        let known = match (function, parts) {
-            (Function::Sin | Function::Tan, Some((0, 1))) => Some(ZERO),
-            (Function::Cos, Some((0, 1))) => Some(ONE),
-            (Function::Sin, Some((1, 12))) => {
-                Some(self.surds(&[(6, ratio(1, 4)), (2, ratio(-1, 4))]))
-            }
-            (Function::Cos, Some((1, 12))) => {
-                Some(self.surds(&[(6, ratio(1, 4)), (2, ratio(1, 4))]))
-            }
-            (Function::Tan, Some((1, 12))) => Some(self.surds(&[(1, ratio(2, 1)), (3, ratio(-1, 1))])),
-            (Function::Sin, Some((1, 10))) => {
-                Some(self.surds(&[(5, ratio(1, 4)), (1, ratio(-1, 4))]))
-            }
-            (Function::Sin, Some((1, 8))) => Some(self.eighth(-1)),
-            (Function::Cos, Some((1, 8))) => Some(self.eighth(1)),
-            (Function::Tan, Some((1, 8))) => Some(self.surds(&[(2, ratio(1, 1)), (1, ratio(-1, 1))])),
-            (Function::Sin, Some((1, 6))) => Some(self.surds(&[(1, ratio(1, 2))])),
-            (Function::Cos, Some((1, 6))) => Some(self.surds(&[(3, ratio(1, 2))])),
-            (Function::Tan, Some((1, 6))) => Some(self.surds(&[(3, ratio(1, 3))])),
-            (Function::Cos, Some((1, 5))) => {
-                Some(self.surds(&[(5, ratio(1, 4)), (1, ratio(1, 4))]))
-            }
-            (Function::Sin | Function::Cos, Some((1, 4))) => Some(self.surds(&[(2, ratio(1, 2))])),
-            (Function::Tan, Some((1, 4))) => Some(ONE),
-            (_, _) => None,
+        let (function, turns) = if *turns <= complement {
+            (function, turns.clone())
+        } else if function == Function::Tan {
+            let cotangent = self.exact_up_to_eighth(Function::Tan, &complement);
+            return self.div(ONE, cotangent);
+        } else if function == Function::Sin {
+            (Function::Cos, complement)
+        } else {
+            (Function::Sin, complement)
         };
-        match known {
-            Some(value) => value,
-            None => {
-                let angle = self.scale(PI, turns);
-                self.intern(Node::Function(function, angle))
-            }
-        }
+        self.exact_up_to_eighth(function, &turns)
     }
 
-    /// The sum of `factor*sqrt(radicand)`.
-    fn surds(&mut self, terms: &[(i64, Number)]) -> ExprId {
+    /// A function at `turns*pi`, with `turns` from 0 to 1/4: as (factor, radicand) of square
+    /// roots, where that is simple.
+    fn exact_up_to_eighth(&mut self, function: Function, turns: &Number) -> ExprId {
+        type Row = ((i64, u64), &'static [(i64, i64, i64)]);
+        // (numerator, denominator, radicand)
+        const SINES: &[Row] = &[
+            ((0, 1), &[]),
+            ((1, 12), &[(1, 4, 6), (-1, 4, 2)]),
+            ((1, 10), &[(1, 4, 5), (-1, 4, 1)]),
+            ((1, 6), &[(1, 2, 1)]),
+            ((1, 4), &[(1, 2, 2)]),
+        ];
+        const COSINES: &[Row] = &[
+            ((0, 1), &[(1, 1, 1)]),
+            ((1, 12), &[(1, 4, 6), (1, 4, 2)]),
+            ((1, 6), &[(1, 2, 3)]),
+            ((1, 5), &[(1, 4, 5), (1, 4, 1)]),
+            ((1, 4), &[(1, 2, 2)]),
+        ];
+        const TANGENTS: &[Row] = &[
+            ((0, 1), &[]),
+            ((1, 12), &[(2, 1, 1), (-1, 1, 3)]),
+            ((1, 8), &[(1, 1, 2), (-1, 1, 1)]),
+            ((1, 6), &[(1, 3, 3)]),
+            ((1, 4), &[(1, 1, 1)]),
+        ];
+        let (table, eighth) = match function {
+            Function::Sin => (SINES, Some(-1)),
+            Function::Cos => (COSINES, Some(1)),
+            Function::Tan
+            | Function::Asin
+            | Function::Acos
+            | Function::Atan
+            | Function::Sinh
+            | Function::Cosh
+            | Function::Tanh
+            | Function::Exp
+            | Function::Ln
+            | Function::Abs => (TANGENTS, None),
+        };
+        let parts = turns.small_parts();
+        if let Some((_, terms)) = table.iter().find(|(angle, _)| Some(*angle) == parts) {
+            return self.surds(terms);
+        }
+        if let (Some((1, 8)), Some(sign)) = (parts, eighth) {
+            // sqrt(2 ± sqrt(2))/2
+            let radicand = self.surds(&[(2, 1, 1), (sign, 1, 2)]);
+            let root = self.sqrt(radicand);
+            return self.scale(root, &Number::half());
+        }
+        let angle = self.scale(PI, turns);
+        self.intern(Node::Function(function, angle))
+    }
+
+    /// The sum of `numerator/denominator*sqrt(radicand)`.
+    fn surds(&mut self, terms: &[(i64, i64, i64)]) -> ExprId {
         let terms: Vec<(ExprId, Number)> = terms
             .iter()
-            .map(|(radicand, factor)| {
+            .map(|(numerator, denominator, radicand)| {
                 let radicand = self.integer(*radicand);
-                (self.sqrt(radicand), factor.clone())
+                (self.sqrt(radicand), ratio(*numerator, *denominator))
             })
             .collect();
         self.linear(&terms)
     }
 
-    /// `sqrt(2 ± sqrt(2))/2`: cosine and sine of pi/8.
-    fn eighth(&mut self, sign: i64) -> ExprId {
-        let radicand = self.surds(&[(1, Number::from(2)), (2, Number::from(sign))]);
-        let root = self.sqrt(radicand);
-        self.scale(root, &Number::half())
-    }
-
     /// Arc sine, arc cosine and arc tangent: parity and known angles.
     pub(super) fn inverse_angle(&mut self, function: Function, x: ExprId) -> ExprId {
         if function != Function::Atan
-            && self.as_number(x).is_some_and(|value| value.abs() > Number::ONE)
+            && self
+                .as_number(x)
+                .is_some_and(|value| value.abs() > Number::ONE)
         {
             return UNDEFINED;
         }
@@ -205,15 +226,25 @@ impl Pool {
             let opposite = self.neg(x);
             let value = self.inverse_angle_of_positive(function, opposite);
             // acos(-x) = pi - acos(x); the others are odd.
-            return if function == Function::Acos { self.sub(PI, value) } else { self.neg(value) };
+            return if function == Function::Acos {
+                self.sub(PI, value)
+            } else {
+                self.neg(value)
+            };
         }
         self.inverse_angle_of_positive(function, x)
     }
 
     fn inverse_angle_of_positive(&mut self, function: Function, x: ExprId) -> ExprId {
-        let turns = if self.is_constant(x) { self.known_angle(function, x) } else { None };
+        let turns = if self.is_constant(x) {
+            self.known_angle(function, x)
+        } else {
+            None
+        };
         match turns {
-            Some(turns) if function == Function::Acos => self.scale(PI, &Number::half().sub(&turns)),
+            Some(turns) if function == Function::Acos => {
+                self.scale(PI, &Number::half().sub(&turns))
+            }
             Some(turns) => self.scale(PI, &turns),
             None => self.intern(Node::Function(function, x)),
         }
@@ -231,25 +262,58 @@ impl Pool {
             if rest != ZERO {
                 return None;
             }
-            return match (of, function) {
-                (Function::Sin, Function::Asin | Function::Acos) => Some(turns),
-                (Function::Cos, Function::Asin | Function::Acos) => Some(Number::half().sub(&turns)),
-                (Function::Tan, Function::Atan) => Some(turns),
-                (_, _) => None,
+            let of_tangent = function == Function::Atan;
+            return match of {
+                Function::Sin if !of_tangent => Some(turns),
+                Function::Cos if !of_tangent => Some(Number::half().sub(&turns)),
+                Function::Tan if of_tangent => Some(turns),
+                Function::Sin
+                | Function::Cos
+                | Function::Tan
+                | Function::Asin
+                | Function::Acos
+                | Function::Atan
+                | Function::Sinh
+                | Function::Cosh
+                | Function::Tanh
+                | Function::Exp
+                | Function::Ln
+                | Function::Abs => None,
             };
         }
         if self.known_angles.is_empty() {
-            for (n, d) in [(1, 12), (1, 10), (1, 8), (1, 6), (1, 4), (3, 10), (1, 3), (3, 8), (5, 12), (1, 2)] {
+            for (n, d) in [
+                (1, 12),
+                (1, 10),
+                (1, 8),
+                (1, 6),
+                (1, 4),
+                (3, 10),
+                (1, 3),
+                (3, 8),
+                (5, 12),
+                (1, 2),
+            ] {
                 let turns = ratio(n, d);
                 let angle = self.scale(PI, &turns);
                 let sine = self.trigonometric(Function::Sin, angle);
                 let tangent = self.trigonometric(Function::Tan, angle);
-                self.known_angles.push(KnownAngle { turns, sine, tangent });
+                self.known_angles.push(KnownAngle {
+                    turns,
+                    sine,
+                    tangent,
+                });
             }
         }
         self.known_angles
             .iter()
-            .find(|known| x == if function == Function::Atan { known.tangent } else { known.sine })
+            .find(|known| {
+                x == if function == Function::Atan {
+                    known.tangent
+                } else {
+                    known.sine
+                }
+            })
             .map(|known| known.turns.clone())
     }
 }

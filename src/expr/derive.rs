@@ -32,13 +32,19 @@ impl Pool {
             }
             derivatives[place] = self.linear(&terms);
         }
-        roots.iter().map(|root| derivatives[reachable.place(*root)]).collect()
+        roots
+            .iter()
+            .map(|root| derivatives[reachable.place(*root)])
+            .collect()
     }
 
     /// The partial derivative by a symbol.
     pub fn diff(&mut self, root: ExprId, symbol: Symbol) -> ExprId {
         let seeds = Seeds::from([(symbol, ONE)]);
-        self.derivation(&[root], &seeds).first().copied().unwrap_or(ZERO)
+        self.derivation(&[root], &seeds)
+            .first()
+            .copied()
+            .unwrap_or(ZERO)
     }
 
     /// The partial derivatives by each of the symbols, in one reverse sweep.
@@ -78,7 +84,9 @@ impl Pool {
             .iter()
             .map(|symbol| {
                 let at = adjoints.binary_search_by_key(symbol, |(symbol, _)| *symbol);
-                at.ok().and_then(|at| adjoints.get(at)).map_or(ZERO, |(_, adjoint)| *adjoint)
+                at.ok()
+                    .and_then(|at| adjoints.get(at))
+                    .map_or(ZERO, |(_, adjoint)| *adjoint)
             })
             .collect()
     }
@@ -167,7 +175,14 @@ impl Pool {
                 let square = self.square(x);
                 let leg = self.sub(ONE, square);
                 let factor = self.powr(leg, &Number::half().neg());
-                (factor, if function == Function::Acos { Number::MINUS_ONE } else { one })
+                (
+                    factor,
+                    if function == Function::Acos {
+                        Number::MINUS_ONE
+                    } else {
+                        one
+                    },
+                )
             }
             Function::Atan => {
                 let square = self.square(x);

@@ -17,10 +17,12 @@
 
 mod angle;
 mod derive;
+mod exponential;
 mod flags;
 mod function;
 mod intern;
 mod modular;
+mod point;
 mod print;
 mod product;
 mod substitute;
@@ -38,8 +40,10 @@ pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
     sqrt_mod, sub_mod,
 };
+pub use point::{Certainty, ModularPoint};
+pub use print::function_name;
 pub use tape::{Prepared, Tape, UnboundSymbol};
-pub use zero::{Certainty, ModularPoint, ZeroVerdict};
+pub use zero::ZeroVerdict;
 
 use flags::Flags;
 use intern::IdTable;
@@ -96,7 +100,7 @@ pub enum Node {
     /// The product of `base^exponent`, without a numeric coefficient.
     ///
     /// Bases are distinct and in ascending order of id, exponents not 0. A product is a base
-    /// only under an exponent that is not whole. A sum that is a base has coprime whole
+    /// only under an exponent that is not whole (or where it has more than 64 factors). A sum that is a base has coprime whole
     /// coefficients; under a whole exponent its leading one is positive (the constant, or where
     /// it is 0 the last term's). Number bases are whole, above 1, coprime and under exponents
     /// between 0 and 1, one base an exponent. A lone base with exponent 1 is not a product.
@@ -209,14 +213,19 @@ impl Pool {
         // As many symbols as expressions at most, so that the index fits as theirs does.
         let symbol = Symbol(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
         let expression = self.intern(Node::Symbol(symbol));
-        self.symbols.push(SymbolEntry { name: name.into(), expression });
+        self.symbols.push(SymbolEntry {
+            name: name.into(),
+            expression,
+        });
         symbol
     }
 
     /// What the symbol is displayed as; empty for a symbol of another pool.
     #[must_use]
     pub fn symbol_name(&self, symbol: Symbol) -> &str {
-        self.symbols.get(symbol.index()).map_or("", |entry| &entry.name)
+        self.symbols
+            .get(symbol.index())
+            .map_or("", |entry| &entry.name)
     }
 
     /// The expression that consists of the symbol.
@@ -260,7 +269,11 @@ impl Pool {
     /// The symbol an expression consists of.
     #[must_use]
     pub fn as_symbol(&self, id: ExprId) -> Option<Symbol> {
-        if let Node::Symbol(symbol) = self.node(id) { Some(*symbol) } else { None }
+        if let Node::Symbol(symbol) = self.node(id) {
+            Some(*symbol)
+        } else {
+            None
+        }
     }
 
     /// Whether no symbol occurs in the expression.
@@ -330,7 +343,10 @@ impl Pool {
     /// The id of a node that is canonical already.
     fn intern(&mut self, node: Node) -> ExprId {
         let hash = intern::hash(&node);
-        if let Some(id) = self.table.find(hash, |id| self.nodes.get(id as usize) == Some(&node)) {
+        if let Some(id) = self
+            .table
+            .find(hash, |id| self.nodes.get(id as usize) == Some(&node))
+        {
             return ExprId(id);
         }
         // Memory for four thousand million nodes runs out first; nothing is to be said then.

@@ -1,8 +1,8 @@
 //! Arithmetic modulo one prime: the field in which identities are tested.
 //!
-//! The prime p = [`PRIME`] lies just above 2^60.7, and p - 1 = 2^6 * 3^3 * 5 * 7 * 11 * 13 * 17 * 19
-//! * 23 * 29 * 31 * 41 * 797, so that i and many other roots of unity exist modulo p, and all
-//! primes up to 101 have square roots.
+//! The prime p = [`PRIME`] is about 2^60.7, and p - 1 is
+//! `2^6 * 3^3 * 5 * 7 * 11 * 13 * 17 * 19 * 23 * 29 * 31 * 41 * 797`: i and many other roots of
+//! unity exist modulo p, and all primes up to 101 have square roots.
 
 /// The prime.
 pub const PRIME: u64 = 1_887_469_959_161_666_881;
@@ -71,7 +71,13 @@ pub fn inverse_mod(a: u64) -> Option<u64> {
         (r0, r1) = (r1, r0 - q * r1);
         (t0, t1) = (t1, t0 - (q as i64) * t1);
     }
-    (r0 == 1).then(|| if t0 < 0 { (t0 + PRIME as i64) as u64 } else { t0 as u64 })
+    (r0 == 1).then(|| {
+        if t0 < 0 {
+            (t0 + PRIME as i64) as u64
+        } else {
+            t0 as u64
+        }
+    })
 }
 
 /// The smaller of the two square roots, where there are any.

@@ -28,9 +28,17 @@ enum Piece {
     Owned(String),
     Expression(ExprId, Place),
     /// A sum, in parentheses unless it stands open, its signs reversed where asked for.
-    Sum { id: ExprId, negated: bool, place: Place },
+    Sum {
+        id: ExprId,
+        negated: bool,
+        place: Place,
+    },
     /// `coefficient*factors` (the coefficient positive); the flagged factor with its sign reversed.
-    Term { coefficient: Number, factors: Vec<(ExprId, Number)>, negated: Option<ExprId> },
+    Term {
+        coefficient: Number,
+        factors: Vec<(ExprId, Number)>,
+        negated: Option<ExprId>,
+    },
 }
 
 /// The name of a function in the model language.
@@ -72,7 +80,11 @@ impl Pool {
                 Piece::Sum { id, negated, place } => {
                     self.write_sum(id, negated, place, &mut pieces);
                 }
-                Piece::Term { coefficient, factors, negated } => {
+                Piece::Term {
+                    coefficient,
+                    factors,
+                    negated,
+                } => {
                     self.write_term(&coefficient, factors, negated, &mut pieces);
                 }
             }
@@ -89,7 +101,11 @@ impl Pool {
             }
             Node::Pi => out.push(Piece::Text("pi")),
             Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).to_owned())),
-            Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, place }),
+            Node::Sum { .. } => out.push(Piece::Sum {
+                id,
+                negated: false,
+                place,
+            }),
             Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
                 out.push(Piece::Term {
                     coefficient: Number::ONE,
@@ -104,7 +120,9 @@ impl Pool {
             }),
             Node::Function(function, x) => {
                 out.push(Piece::Text(function_name(*function)));
-                in_parentheses(true, out, |out| out.push(Piece::Expression(*x, Place::Open)));
+                in_parentheses(true, out, |out| {
+                    out.push(Piece::Expression(*x, Place::Open))
+                });
             }
             Node::Atan2 { y, x } => {
                 out.push(Piece::Text("atan2("));
@@ -143,10 +161,17 @@ impl Pool {
                 | Node::Undefined => vec![(*term, Number::ONE)],
             };
             let mut negative = coefficient.is_negative();
-            let reversed = if negative { self.reversible_factor(&factors) } else { None };
+            let reversed = if negative {
+                self.reversible_factor(&factors)
+            } else {
+                None
+            };
             negative &= reversed.is_none();
-            let piece =
-                Piece::Term { coefficient: coefficient.abs(), factors, negated: reversed };
+            let piece = Piece::Term {
+                coefficient: coefficient.abs(),
+                factors,
+                negated: reversed,
+            };
             parts.push((negative, piece));
         }
         if parts.first().is_some_and(|(negative, _)| *negative) {
@@ -226,15 +251,25 @@ impl Pool {
             } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
                 let mut inner = Vec::new();
-                let term = Piece::Term { coefficient: Number::ONE, factors: inverse, negated: None };
+                let term = Piece::Term {
+                    coefficient: Number::ONE,
+                    factors: inverse,
+                    negated: None,
+                };
                 inner.push(term);
                 write_root(&magnitude, inner, &mut piece);
                 above.push(piece);
                 continue;
             } else {
-                write_power(&magnitude, &mut piece, |place| Piece::Expression(base, place));
+                write_power(&magnitude, &mut piece, |place| {
+                    Piece::Expression(base, place)
+                });
             }
-            if exponent.is_negative() { below.push(piece) } else { above.push(piece) }
+            if exponent.is_negative() {
+                below.push(piece)
+            } else {
+                above.push(piece)
+            }
         }
         let whole = Number::from_integer(coefficient.numerator());
         let divisor = Number::from_integer(coefficient.denominator().into());
@@ -338,5 +373,8 @@ fn decimal_text(value: &Number) -> Option<String> {
     let scaled = u128::from(numerator.unsigned_abs()) * u128::from(unit / denominator);
     let (whole, fraction) = (scaled / u128::from(unit), scaled % u128::from(unit));
     let sign = if numerator < 0 { "-" } else { "" };
-    Some(format!("{sign}{whole}.{fraction:0width$}", width = places as usize))
+    Some(format!(
+        "{sign}{whole}.{fraction:0width$}",
+        width = places as usize
+    ))
 }

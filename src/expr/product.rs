@@ -10,6 +10,11 @@ use super::sum::{collect_equal, leads_negative};
 use super::{ExprId, Function, Node, ONE, Pool, UNDEFINED, ZERO};
 use crate::number::Number;
 
+/// Products of more factors are not taken apart again. The derivative of a chain of n functions
+/// is a product of n factors, and so is each one on the way to it: flat, they would take n^2/2
+/// places.
+const MAX_FACTORS: usize = 64;
+
 /// Buffers of the product loop, kept so that making a product allocates only its node.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workspaces(Vec<Workspace>);
@@ -111,7 +116,10 @@ impl Pool {
                 let x = self.mul(x, exponent);
                 return self.apply(Function::Exp, x);
             }
-            Node::Power { base, exponent: inner } => {
+            Node::Power {
+                base,
+                exponent: inner,
+            } => {
                 let exponent = self.mul(inner, exponent);
                 return self.power_node(base, exponent);
             }
@@ -211,6 +219,9 @@ impl Pool {
         let whole = exponent.is_integer();
         match &self.nodes[base.index()] {
             Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
+            Node::Product(factors) if whole && factors.len() > MAX_FACTORS => {
+                work.settled.push((base, exponent));
+            }
             Node::Product(factors) if whole => {
                 let factors = factors.iter().map(|(b, e)| (*b, e.mul(&exponent)));
                 work.pending.extend(factors);
@@ -249,16 +260,26 @@ impl Pool {
                 work.pending.push((*x, exponent));
             }
             Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
-            Node::Power { base: b, exponent: e } => {
+            Node::Power {
+                base: b,
+                exponent: e,
+            } => {
                 let (b, e) = (*b, *e);
                 let magnitude = exponent.abs();
                 let node = if magnitude.is_one() {
                     base
                 } else {
                     let e = self.scale(e, &magnitude);
-                    self.intern(Node::Power { base: b, exponent: e })
+                    self.intern(Node::Power {
+                        base: b,
+                        exponent: e,
+                    })
                 };
-                let sign = if exponent.is_negative() { Number::MINUS_ONE } else { Number::ONE };
+                let sign = if exponent.is_negative() {
+                    Number::MINUS_ONE
+                } else {
+                    Number::ONE
+                };
                 work.settled.push((node, sign));
             }
             Node::Undefined => return Err(NoValue),
@@ -318,7 +339,11 @@ impl Pool {
         let mut left: Vec<(ExprId, Number)> = Vec::new();
         for (b, e) in factors {
             if !comes_out(self, *b, e) {
-                let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
+                let sign = if e.is_negative() {
+                    Number::MINUS_ONE
+                } else {
+                    Number::ONE
+                };
                 left.push((*b, sign));
             }
         }
@@ -332,7 +357,11 @@ impl Pool {
                 work.pending.push((*b, e.mul(&exponent)));
                 continue;
             }
-            let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
+            let sign = if e.is_negative() {
+                Number::MINUS_ONE
+            } else {
+                Number::ONE
+            };
             let even = if e.is_even() { e.clone() } else { e.sub(&sign) };
             // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value.
             if !e.is_even() && !negative && left.len() == 1 {
@@ -372,7 +401,10 @@ impl Pool {
         if work.exponents.is_empty() {
             return;
         }
-        let at = work.settled.iter().position(|(b, _)| self.exponential(*b).is_some());
+        let at = work
+            .settled
+            .iter()
+            .position(|(b, _)| self.exponential(*b).is_some());
         if let Some(at) = at {
             let (node, exponent) = work.settled.swap_remove(at);
             if let Some(x) = self.exponential(node) {
@@ -391,7 +423,11 @@ impl Pool {
 
     /// The argument of an exponential function.
     fn exponential(&self, e: ExprId) -> Option<ExprId> {
-        if let Node::Function(Function::Exp, x) = self.node(e) { Some(*x) } else { None }
+        if let Node::Function(Function::Exp, x) = self.node(e) {
+            Some(*x)
+        } else {
+            None
+        }
     }
 
     /// Moves factors whose collected exponents allow more back to the pending ones.
@@ -399,7 +435,7 @@ impl Pool {
         let pending = &mut work.pending;
         work.settled.retain(|(base, exponent)| {
             let reducible = match self.node(*base) {
-                Node::Product(_) => exponent.is_integer(),
+                Node::Product(factors) => exponent.is_integer() && factors.len() <= MAX_FACTORS,
                 Node::Sum { constant, terms } => {
                     exponent.is_integer()
                         && (leads_negative(constant, terms) || !self.flags(*base).primitive)
@@ -481,7 +517,10 @@ fn multiply_number(
     }
     for (part, sign) in [
         (Number::from_integer(value.numerator()), Number::ONE),
-        (Number::from_integer(value.denominator().into()), Number::MINUS_ONE),
+        (
+            Number::from_integer(value.denominator().into()),
+            Number::MINUS_ONE,
+        ),
     ] {
         for factor in part.factors() {
             let multiplicity = Number::from(i64::from(factor.multiplicity));
@@ -505,11 +544,22 @@ fn multiply_whole_power(
     } else if value.is_zero() && !exponent.is_negative() {
         Number::ZERO
     } else if value.abs().is_one() {
-        if exponent.is_even() { Number::ONE } else { Number::MINUS_ONE }
+        if exponent.is_even() {
+            Number::ONE
+        } else {
+            Number::MINUS_ONE
+        }
     } else {
-        let exponent = exponent.to_i64().and_then(|e| i32::try_from(e).ok()).ok_or(NoValue)?;
+        let exponent = exponent
+            .to_i64()
+            .and_then(|e| i32::try_from(e).ok())
+            .ok_or(NoValue)?;
         value.powi(exponent).ok_or(NoValue)?
     };
     *coefficient = coefficient.mul(&power);
-    if coefficient.is_oversized() { Err(NoValue) } else { Ok(()) }
+    if coefficient.is_oversized() {
+        Err(NoValue)
+    } else {
+        Ok(())
+    }
 }

@@ -9,7 +9,9 @@ use crate::number::Number;
 /// `x - x0`, and `1 - cos(x)`.)
 pub(super) fn leads_negative(constant: &Number, terms: &[(ExprId, Number)]) -> bool {
     if constant.is_zero() {
-        terms.last().is_some_and(|(_, coefficient)| coefficient.is_negative())
+        terms
+            .last()
+            .is_some_and(|(_, coefficient)| coefficient.is_negative())
     } else {
         constant.is_negative()
     }
@@ -85,9 +87,10 @@ impl Pool {
             | Node::Product(_)
             | Node::Power { .. }
             | Node::Function(..)
-            | Node::Atan2 { .. } => {
-                Node::Sum { constant: Number::ZERO, terms: Box::new([(e, factor.clone())]) }
-            }
+            | Node::Atan2 { .. } => Node::Sum {
+                constant: Number::ZERO,
+                terms: Box::new([(e, factor.clone())]),
+            },
         };
         self.intern(node)
     }
@@ -98,7 +101,10 @@ impl Pool {
         for (e, factor) in parts {
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
-                Node::Sum { constant: inner, terms } => {
+                Node::Sum {
+                    constant: inner,
+                    terms,
+                } => {
                     constant = constant.add(&inner.mul(&factor));
                     collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
                 }

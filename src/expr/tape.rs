@@ -22,11 +22,20 @@ enum Operation {
     Input(usize),
     Constant(usize),
     Pi,
-    Sum { constant: Option<usize>, terms: Box<[(usize, Weight)]> },
+    Sum {
+        constant: Option<usize>,
+        terms: Box<[(usize, Weight)]>,
+    },
     Product(Box<[Factor]>),
-    Power { base: usize, exponent: usize },
+    Power {
+        base: usize,
+        exponent: usize,
+    },
     Function(Function, usize),
-    Atan2 { y: usize, x: usize },
+    Atan2 {
+        y: usize,
+        x: usize,
+    },
     Undefined,
 }
 
@@ -88,8 +97,11 @@ impl Tape {
         inputs: &[Symbol],
     ) -> Result<Tape, UnboundSymbol> {
         let reachable = pool.reachable_places(roots);
-        let mut order: Vec<(Symbol, usize)> =
-            inputs.iter().enumerate().map(|(place, symbol)| (*symbol, place)).collect();
+        let mut order: Vec<(Symbol, usize)> = inputs
+            .iter()
+            .enumerate()
+            .map(|(place, symbol)| (*symbol, place))
+            .collect();
         order.sort_unstable();
         let mut constants = vec![Number::ONE];
         let mut constant = |value: &Number| {
@@ -108,7 +120,10 @@ impl Tape {
                         Some(_) | None => return Err(UnboundSymbol { symbol: *symbol }),
                     }
                 }
-                Node::Sum { constant: free, terms } => Operation::Sum {
+                Node::Sum {
+                    constant: free,
+                    terms,
+                } => Operation::Sum {
                     constant: (!free.is_zero()).then(|| constant(free)),
                     terms: terms
                         .iter()
@@ -136,17 +151,22 @@ impl Tape {
                     base: reachable.place(*base),
                     exponent: reachable.place(*exponent),
                 },
-                Node::Function(function, x) => {
-                    Operation::Function(*function, reachable.place(*x))
-                }
-                Node::Atan2 { y, x } => {
-                    Operation::Atan2 { y: reachable.place(*y), x: reachable.place(*x) }
-                }
+                Node::Function(function, x) => Operation::Function(*function, reachable.place(*x)),
+                Node::Atan2 { y, x } => Operation::Atan2 {
+                    y: reachable.place(*y),
+                    x: reachable.place(*x),
+                },
                 Node::Undefined => Operation::Undefined,
             });
         }
         let outputs = roots.iter().map(|root| reachable.place(*root)).collect();
-        Ok(Tape { code: Arc::new(Code { operations, constants, outputs }) })
+        Ok(Tape {
+            code: Arc::new(Code {
+                operations,
+                constants,
+                outputs,
+            }),
+        })
     }
 
     /// How many operations an evaluation takes.
@@ -171,7 +191,10 @@ impl Tape {
     #[must_use]
     pub fn prepare<S: Scalar>(&self) -> Prepared<S> {
         let constants = self.code.constants.iter().map(S::from_number).collect();
-        Prepared { code: Arc::clone(&self.code), constants }
+        Prepared {
+            code: Arc::clone(&self.code),
+            constants,
+        }
     }
 
     /// The values of the roots. `inputs` are those of the symbols, in the order of
@@ -186,10 +209,7 @@ impl Tape {
     }
 }
 
-fn compile_exponent(
-    magnitude: &Number,
-    constant: &mut impl FnMut(&Number) -> usize,
-) -> Exponent {
+fn compile_exponent(magnitude: &Number, constant: &mut impl FnMut(&Number) -> usize) -> Exponent {
     if magnitude.is_one() {
         return Exponent::One;
     }
@@ -210,7 +230,11 @@ impl<S: Scalar> Prepared<S> {
     /// The values of the roots; see [`Tape::evaluate`].
     pub fn evaluate(&self, inputs: &[S], scratch: &mut Vec<S>) -> Vec<S> {
         self.run(inputs, scratch);
-        self.code.outputs.iter().map(|register| scratch[*register].clone()).collect()
+        self.code
+            .outputs
+            .iter()
+            .map(|register| scratch[*register].clone())
+            .collect()
     }
 
     /// The values of the roots, into `out`, which has one place for each. Allocates nothing once
@@ -233,9 +257,10 @@ impl<S: Scalar> Prepared<S> {
 
     fn step(&self, operation: &Operation, inputs: &[S], registers: &[S]) -> S {
         match operation {
-            Operation::Input(place) => {
-                inputs.get(*place).cloned().unwrap_or_else(|| self.undefined())
-            }
+            Operation::Input(place) => inputs
+                .get(*place)
+                .cloned()
+                .unwrap_or_else(|| self.undefined()),
             Operation::Constant(at) => self.constants[*at].clone(),
             Operation::Pi => S::pi(),
             Operation::Sum { constant, terms } => {
@@ -269,7 +294,11 @@ impl<S: Scalar> Prepared<S> {
         let mut denominator: Option<S> = None;
         for factor in factors {
             let base = &registers[factor.register];
-            let part = if factor.divides { &mut denominator } else { &mut numerator };
+            let part = if factor.divides {
+                &mut denominator
+            } else {
+                &mut numerator
+            };
             let value = match factor.exponent {
                 Exponent::One => {
                     *part = Some(match part.take() {

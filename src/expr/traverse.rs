@@ -71,7 +71,11 @@ impl Pool {
     /// The reachable expressions with their places.
     pub(super) fn reachable_places(&self, roots: &[ExprId]) -> Reachable {
         let ids = self.reachable(roots);
-        let places = ids.iter().enumerate().map(|(place, id)| (*id, place)).collect();
+        let places = ids
+            .iter()
+            .enumerate()
+            .map(|(place, id)| (*id, place))
+            .collect();
         Reachable { ids, places }
     }
 
@@ -84,8 +88,11 @@ impl Pool {
     /// The symbols that occur in any of the expressions, in order of creation.
     #[must_use]
     pub fn symbols_of(&self, roots: &[ExprId]) -> Vec<Symbol> {
-        let mut symbols: Vec<Symbol> =
-            self.reachable(roots).into_iter().filter_map(|id| self.as_symbol(id)).collect();
+        let mut symbols: Vec<Symbol> = self
+            .reachable(roots)
+            .into_iter()
+            .filter_map(|id| self.as_symbol(id))
+            .collect();
         symbols.sort_unstable();
         symbols
     }
@@ -95,7 +102,10 @@ impl Pool {
         if self.is_constant(root) {
             return false;
         }
-        self.reachable(&[root]).into_iter().filter_map(|id| self.as_symbol(id)).any(is_wanted)
+        self.reachable(&[root])
+            .into_iter()
+            .filter_map(|id| self.as_symbol(id))
+            .any(is_wanted)
     }
 
     /// For every expression of an ascending list that holds its own children, whether a wanted
@@ -118,7 +128,8 @@ impl Pool {
                 | Node::Atan2 { .. }
                 | Node::Undefined => false,
             };
-            self.node(*id).for_each_child(|child| depends |= dependent[reachable.place(child)]);
+            self.node(*id)
+                .for_each_child(|child| depends |= dependent[reachable.place(child)]);
             dependent[place] = depends;
         }
         dependent

@@ -35,7 +35,6 @@ pub struct ElementFamily {
 pub(crate) struct Assembly {
     pub(crate) families: Vec<ElementFamily>,
     /// The distinct constants that fill value slots.
-    constants: Vec<ExprId>,
     constants_tape: Option<Tape>,
     constants_parameters: Vec<usize>,
     dimension: usize,
@@ -118,7 +117,6 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
     let assembly = Assembly {
         families,
-        constants,
         constants_tape,
         constants_parameters,
         dimension: model.coordinates.len(),
@@ -138,7 +136,11 @@ fn split(pool: &mut Pool, family: &TermFamily, negative: bool) -> (Parts, Vec<(u
         at_rest.insert(*velocity, zero);
     }
     // L = T - V: the body's share of L, and of the effective potential V - T0.
-    let share = if negative { pool.neg(family.body) } else { family.body };
+    let share = if negative {
+        pool.neg(family.body)
+    } else {
+        family.body
+    };
     let moving = pool
         .symbols_of(&[share])
         .iter()

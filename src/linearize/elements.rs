@@ -92,7 +92,14 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
                     let weight = pool.product(&constant);
                     let parts: Vec<(ExprId, Number)> = inner.into_iter().cloned().collect();
                     let s = pool.product_of_powers(&parts);
-                    result.push(element(pool, weight, &Outer::Identity, s, variables, &places));
+                    result.push(element(
+                        pool,
+                        weight,
+                        &Outer::Identity,
+                        s,
+                        variables,
+                        &places,
+                    ));
                 }
             }
             Node::Function(function, inner) => {
@@ -100,7 +107,14 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
                 result.push(element(pool, weight, &outer, inner, variables, &places));
             }
             Node::Symbol(_) | Node::Power { .. } | Node::Atan2 { .. } => {
-                result.push(element(pool, weight, &Outer::Identity, node, variables, &places));
+                result.push(element(
+                    pool,
+                    weight,
+                    &Outer::Identity,
+                    node,
+                    variables,
+                    &places,
+                ));
             }
             Node::Number(_) | Node::Pi | Node::Undefined => {}
         }

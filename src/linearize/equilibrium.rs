@@ -57,16 +57,21 @@ pub(crate) fn find(
     values: &Values<Ball>,
 ) -> Result<Equilibrium, LinearizeError> {
     let count = model.coordinates.len();
-    let closed = |given: &Option<crate::model::Given>| {
-        given
-            .and_then(|given| given.value)
-            .and_then(|value| super::assemble::evaluate_closed::<Ball>(&model.pool, value))
+    let closed = |given: &Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
+        let Some(given) = given else { return Ok(None) };
+        let Some(value) = given.value else {
+            let number = super::assemble::parameters_of(model, &[given.symbolic])
+                .into_iter()
+                .find(|number| model.parameters[*number].value.is_none());
+            return Err(super::missing_value(model, number.unwrap_or(0)));
+        };
+        Ok(super::assemble::evaluate_closed::<Ball>(&model.pool, value))
     };
     let mut point = vec![Ball::ZERO; count];
     let mut origins = vec![Origin::Zero; count];
     let mut free = Vec::new();
     for i in 0..count {
-        if let Some(value) = closed(&model.equilibria[i]) {
+        if let Some(value) = closed(&model.equilibria[i])? {
             point[i] = value;
             origins[i] = Origin::Given;
         } else {
@@ -82,11 +87,15 @@ pub(crate) fn find(
     };
     if !search.free.is_empty() {
         let force = search.gradient(&point);
-        let vanishes = !guessed && search.free.iter().all(|i| force[*i].contains_zero() && force[*i].is_finite());
+        let vanishes = !guessed
+            && search
+                .free
+                .iter()
+                .all(|i| force[*i].contains_zero() && force[*i].is_finite());
         if !vanishes {
             for i in &search.free {
                 origins[*i] = Origin::Found;
-                if let Some(value) = closed(&model.guesses[*i]) {
+                if let Some(value) = closed(&model.guesses[*i])? {
                     point[*i] = Ball::exact(value.mid_f64());
                 }
             }
@@ -195,9 +204,12 @@ impl Search<'_> {
             for attempt in 0..40 {
                 let trial = self.moved(at, &metric, &direction);
                 let there = self.weighted(&self.gradient(&trial), &metric);
-                let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
+                let better =
+                    there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
                 // Near rounding level the size can't fall any more: a last tiny step is taken.
-                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at)) && there.finite;
+                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
+                    && there.finite
+                    && !spectrum.pushes_neutral(&force);
                 if better || (tiny && there.norm <= force.norm * 2.0 && attempt == 0) {
                     let stalled = !better;
                     at.clone_from_slice(&trial);
@@ -264,8 +276,6 @@ impl Search<'_> {
     fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
-        let centre: Vec<f64> = at.iter().map(Ball::mid_f64).collect();
-        let _ = &centre;
         let stiffness = self.assembly.stiffness(at, self.values);
         let own = DMatrix::from_fn(m, m, |i, j| {
             stiffness[self.free[i] + n * self.free[j]].mid_f64()
@@ -357,7 +367,9 @@ impl Search<'_> {
         let mut forces = Vec::new();
         let mut span = None;
         for i in &self.free {
-            if let Some(text) = super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64()) {
+            if let Some(text) =
+                super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64())
+            {
                 span = span.or(Some(self.model.coordinates[*i].span));
                 forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
             }
@@ -472,8 +484,18 @@ impl Spectrum {
             .collect()
     }
 
+    /// Whether a force acts along a direction without stiffness: Newton can't answer it.
+    fn pushes_neutral(&self, force: &Force) -> bool {
+        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let largest = self.eigen.eigenvalues.amax();
+        let noise = force.noise * (components.len() as f64).sqrt() + 1e-13 * force.norm;
+        components
+            .iter()
+            .zip(self.eigen.eigenvalues.iter())
+            .any(|(f, k)| k.abs() <= 1e-15 * largest && f.abs() > noise)
+    }
+
     fn size(&self, at: &[Ball]) -> f64 {
-        let _ = self;
         at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max)
     }
 }
@@ -484,7 +506,11 @@ pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&size) {
         let text = format!("{value:.6}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
-        if text.is_empty() || text == "-0" { "0".to_owned() } else { text.to_owned() }
+        if text.is_empty() || text == "-0" {
+            "0".to_owned()
+        } else {
+            text.to_owned()
+        }
     } else {
         format!("{value:.5e}")
     }

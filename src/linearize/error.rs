@@ -99,6 +99,12 @@ pub enum LinearizeError {
         /// Where.
         span: Span,
     },
+    /// The eigenvalue problem could not be solved.
+    #[error("the modes could not be computed: {reason}")]
+    NoModes {
+        /// What the numeric stage says.
+        reason: String,
+    },
     /// More coordinates than a dense problem can have.
     #[error("{coordinates} coordinates are too many for dense matrices (at most {most})")]
     TooLarge {
@@ -203,7 +209,7 @@ impl From<&LinearizeError> for Diagnostic {
             LinearizeError::Unsupported { span, .. } => Self::error(message, *span, ""),
             LinearizeError::TimeDependent { span } => Self::error(message, *span, "contains the time")
                 .with_help("`librate floquet` treats models that are periodic in time"),
-            LinearizeError::TooLarge { .. } => Self::global(message),
+            LinearizeError::NoModes { .. } | LinearizeError::TooLarge { .. } => Self::global(message),
         }
     }
 }

@@ -10,6 +10,7 @@ mod assemble;
 mod elements;
 mod equilibrium;
 mod error;
+mod exact;
 mod gyroscopic;
 mod symbolic;
 mod zero;
@@ -150,7 +151,8 @@ impl Linearized {
     /// The stiffness matrix, dense, column by column, in SI.
     #[must_use]
     pub fn stiffness(&self) -> Vec<Ball> {
-        self.assembly.stiffness(&self.equilibrium.values, &self.values)
+        self.assembly
+            .stiffness(&self.equilibrium.values, &self.values)
     }
 
     /// M and K as expressions.
@@ -178,7 +180,11 @@ impl Linearized {
             .zip(&self.equilibrium.values)
             .take(6)
             .map(|(coordinate, value)| {
-                format!("{} = {}", coordinate.name, equilibrium::short(value.mid_f64()))
+                format!(
+                    "{} = {}",
+                    coordinate.name,
+                    equilibrium::short(value.mid_f64())
+                )
             })
             .collect();
         Some(LinearizeError::NotFinite {

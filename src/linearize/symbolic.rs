@@ -71,7 +71,10 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
     let mut parts = Vec::new();
     for (negative, terms) in signed_terms(model) {
         for at in 0..terms.count {
-            if !terms.coordinates_of(at).contains(&u32::try_from(coordinate).ok()?) {
+            if !terms
+                .coordinates_of(at)
+                .contains(&u32::try_from(coordinate).ok()?)
+            {
                 continue;
             }
             let map = instance(model, pool, terms, at, None);
@@ -102,7 +105,10 @@ pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Op
     let mut pool = model.pool.clone();
     let force = force(model, &mut pool, coordinate)?;
     let constant = pool.symbols_of(&[force]).iter().all(|symbol| {
-        matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None)
+        matches!(
+            model.symbols.get(symbol),
+            Some(SymbolKind::Parameter(_)) | None
+        )
     });
     (constant && value != 0.0).then(|| force_text(model, coordinate, value))
 }
@@ -216,7 +222,11 @@ fn scatter(
     let two = Number::from(2);
     let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
         // Two slots that hold the same coordinate meet on the diagonal from both sides.
-        let value = if twice && a == b { pool.scale(value, &two) } else { value };
+        let value = if twice && a == b {
+            pool.scale(value, &two)
+        } else {
+            value
+        };
         into.entry((a.min(b), a.max(b))).or_default().push(value);
     };
     if !is_zero(pool, element.second) {

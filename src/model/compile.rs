@@ -283,7 +283,10 @@ impl Compiler<'_> {
                 self.fail(ModelError::Shape {
                     what: format!("`{name}` is a whole table; a field belongs to one row"),
                     span,
-                    help: Some(format!("write `{name}[3].{}`, or sum over its rows", field.text)),
+                    help: Some(format!(
+                        "write `{name}[3].{}`, or sum over its rows",
+                        field.text
+                    )),
                 });
                 return None;
             }
@@ -347,17 +350,26 @@ impl Compiler<'_> {
                 IndexKind::Range { variable, from, to } => {
                     let from = self.index(*from, scope);
                     let to = self.index(*to, scope);
-                    (variable.as_ref(), Variable::Index, BinderKind::Range { from, to })
+                    (
+                        variable.as_ref(),
+                        Variable::Index,
+                        BinderKind::Range { from, to },
+                    )
                 }
                 IndexKind::Rows { variable, table } => match self.entity(&table.text) {
-                    Some(Entity::Table(number)) => {
-                        (Some(variable), Variable::Row(number), BinderKind::Rows(number))
-                    }
+                    Some(Entity::Table(number)) => (
+                        Some(variable),
+                        Variable::Row(number),
+                        BinderKind::Rows(number),
+                    ),
                     Some(_) => {
                         self.fail(ModelError::Shape {
                             what: format!("`{}` is no table", table.text),
                             span: table.span,
-                            help: Some(format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text)),
+                            help: Some(format!(
+                                "to run over numbers, write `{} in 1..{}`",
+                                variable.text, table.text
+                            )),
                         });
                         (Some(variable), Variable::Index, self.empty(entry.span))
                     }
@@ -378,12 +390,11 @@ impl Compiler<'_> {
                 }
             }
             // Every index has a slot, so that slots and indices count alike.
-            let slot = scope.variables.len();
-            scope
-                .variables
-                .push((name.map_or_else(String::new, |name| name.text.clone()), variable));
+            scope.variables.push((
+                name.map_or_else(String::new, |name| name.text.clone()),
+                variable,
+            ));
             binders.push(Binder {
-                slot,
                 kind,
                 span: entry.span,
             });

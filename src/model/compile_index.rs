@@ -23,7 +23,9 @@ impl Compiler<'_> {
 
     fn is_condition(&self, at: ExprRef) -> bool {
         match &self.file.expr(at).kind {
-            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => true,
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
+                true
+            }
             ExprKind::Number(_)
             | ExprKind::Name(_)
             | ExprKind::Index { .. }
@@ -91,7 +93,13 @@ impl Compiler<'_> {
                         match self.entity(name) {
                             Some(Entity::Parameter(family)) => {
                                 let count = indices.len();
-                                (IndexOp::Parameter { family, indices: count }, indices)
+                                (
+                                    IndexOp::Parameter {
+                                        family,
+                                        indices: count,
+                                    },
+                                    indices,
+                                )
                             }
                             Some(_) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
                             None => {
@@ -122,10 +130,15 @@ impl Compiler<'_> {
                     IndexOp::Sum(terms.iter().map(|term| term.subtracted).collect()),
                     terms.iter().map(|term| term.value).collect(),
                 ),
-                ExprKind::Call { function, arguments } => {
-                    self.index_call(function, arguments, span, scope)
-                }
-                ExprKind::Compare { operator, left, right } => {
+                ExprKind::Call {
+                    function,
+                    arguments,
+                } => self.index_call(function, arguments, span, scope),
+                ExprKind::Compare {
+                    operator,
+                    left,
+                    right,
+                } => {
                     conditions_under = Some(false);
                     (IndexOp::Compare(*operator), vec![*left, *right])
                 }
@@ -141,15 +154,14 @@ impl Compiler<'_> {
                     conditions_under = Some(true);
                     (IndexOp::Or(parts.len()), parts.clone())
                 }
-                ExprKind::Prime(_) => {
-                    (self.not_for_indices("a time derivative".to_owned(), span), vec![])
-                }
+                ExprKind::Prime(_) => (
+                    self.not_for_indices("a time derivative".to_owned(), span),
+                    vec![],
+                ),
                 ExprKind::SumOver { .. } => {
                     (self.not_for_indices("a sum".to_owned(), span), vec![])
                 }
-                ExprKind::Vector(_) => {
-                    (self.not_for_indices("a vector".to_owned(), span), vec![])
-                }
+                ExprKind::Vector(_) => (self.not_for_indices("a vector".to_owned(), span), vec![]),
             };
             let expected = conditions_under.unwrap_or(false);
             for child in &children {
@@ -194,7 +206,10 @@ impl Compiler<'_> {
                 {
                     return (IndexOp::Norm(parts.len()), parts.clone());
                 }
-                return (self.not_for_indices("`norm` of this".to_owned(), span), Vec::new());
+                return (
+                    self.not_for_indices("`norm` of this".to_owned(), span),
+                    Vec::new(),
+                );
             }
             "rows" => {
                 if let [only] = arguments
@@ -251,20 +266,25 @@ impl IndexProgram {
                 slot: *slot,
                 shift: 0,
             }),
-            [(IndexOp::Variable(slot), _), (IndexOp::Number(n), _), (IndexOp::Sum(signs), _)] => n
+            [
+                (IndexOp::Variable(slot), _),
+                (IndexOp::Number(n), _),
+                (IndexOp::Sum(signs), _),
+            ] => n
                 .to_i64()
                 .filter(|n| n.abs() < i64::MAX / 4)
                 .map(|n| IndexForm::Shifted {
                     slot: *slot,
                     shift: if signs[1] { -n } else { n },
                 }),
-            [(IndexOp::Variable(slot), _), (IndexOp::Field { table, column }, _)] => {
-                Some(IndexForm::RowField {
-                    table: *table,
-                    slot: *slot,
-                    column: *column,
-                })
-            }
+            [
+                (IndexOp::Variable(slot), _),
+                (IndexOp::Field { table, column }, _),
+            ] => Some(IndexForm::RowField {
+                table: *table,
+                slot: *slot,
+                column: *column,
+            }),
             _ => None,
         };
         Self {
@@ -284,7 +304,11 @@ impl IndexProgram {
                 number(shift),
                 (IndexOp::Sum([false, false].into()), span),
             ],
-            IndexForm::RowField { table, slot, column } => vec![
+            IndexForm::RowField {
+                table,
+                slot,
+                column,
+            } => vec![
                 (IndexOp::Variable(slot), span),
                 (IndexOp::Field { table, column }, span),
             ],

@@ -322,7 +322,9 @@ impl From<&ModelError> for Diagnostic {
             } => match later {
                 Some(later) => at(*span, "used here")
                     .with_secondary(*later, "declared only here")
-                    .with_help(format!("move the declaration of `{name}` before its first use")),
+                    .with_help(format!(
+                        "move the declaration of `{name}` before its first use"
+                    )),
                 None => or_help(
                     at(*span, "unknown name"),
                     meant(nearest.as_ref()).or_else(|| {
@@ -340,7 +342,9 @@ impl From<&ModelError> for Diagnostic {
             } => or_help(
                 at(*span, "not a function"),
                 if *quantity {
-                    Some(format!("`{name}` is a quantity; to multiply, write `{name}*(…)`"))
+                    Some(format!(
+                        "`{name}` is a quantity; to multiply, write `{name}*(…)`"
+                    ))
                 } else {
                     meant(nearest.as_ref())
                 },
@@ -386,15 +390,17 @@ impl From<&ModelError> for Diagnostic {
                     "{energy} may contain coordinates and velocities only; was one `'` too many?"
                 )),
             ModelError::NotConstant { span, .. } => at(*span, "not constant"),
-            ModelError::MissingValue { span, name } => at(*span, "a number is needed")
-                .with_help(format!("give it a value in the file, or `--set {name}=VALUE`")),
+            ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
+                format!("give it a value in the file, or `--set {name}=VALUE`"),
+            ),
             ModelError::UnknownSetting { nearest, .. } => {
                 or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
             }
             ModelError::BadSetting { .. } => Diagnostic::global(message.clone())
                 .with_help("write `--set NAME=VALUE`, for example `--set 'm[2]=3/2'`"),
-            ModelError::MissingTable { span, .. } => at(*span, "named here")
-                .with_help("the path is taken relative to the model file"),
+            ModelError::MissingTable { span, .. } => {
+                at(*span, "named here").with_help("the path is taken relative to the model file")
+            }
             ModelError::BadTable { span, .. } => at(*span, "named here"),
             ModelError::UnknownColumn {
                 span,

@@ -39,10 +39,40 @@ pub(super) enum Body {
 
 /// All function names, for suggestions.
 pub(super) const FUNCTION_NAMES: &[&str] = &[
-    "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "ln",
-    "sqrt", "abs", "norm", "dot", "cross", "transpose", "sum", "mod", "floor", "rows", "rot_x",
-    "rot_y", "rot_z", "angular_velocity", "inertia_sphere", "inertia_shell", "inertia_cylinder",
-    "inertia_rod", "inertia_box", "inertia_point", "steiner", "about",
+    "sin",
+    "cos",
+    "tan",
+    "asin",
+    "acos",
+    "atan",
+    "atan2",
+    "sinh",
+    "cosh",
+    "tanh",
+    "exp",
+    "ln",
+    "sqrt",
+    "abs",
+    "norm",
+    "dot",
+    "cross",
+    "transpose",
+    "sum",
+    "mod",
+    "floor",
+    "rows",
+    "rot_x",
+    "rot_y",
+    "rot_z",
+    "angular_velocity",
+    "inertia_sphere",
+    "inertia_shell",
+    "inertia_cylinder",
+    "inertia_rod",
+    "inertia_box",
+    "inertia_point",
+    "steiner",
+    "about",
 ];
 
 impl Builtin {
@@ -121,9 +151,13 @@ impl Builtin {
             Some(value) => value.scalar(if arguments.len() == 1 {
                 "the argument"
             } else {
-                ["the first argument", "the second argument", "the third argument"]
-                    .get(at)
-                    .unwrap_or(&"the last argument")
+                [
+                    "the first argument",
+                    "the second argument",
+                    "the third argument",
+                ]
+                .get(at)
+                .unwrap_or(&"the last argument")
             }),
             None => Err(("an argument is missing".to_owned(), None)),
         };
@@ -164,7 +198,10 @@ impl Builtin {
                 let r = value(0);
                 let rows = r.matrix("the argument of `angular_velocity`")?;
                 if rows.len() != 3 || rows[0].len() != 3 {
-                    return Err((format!("a rotation matrix is 3 x 3, this is {}", r.describe()), None));
+                    return Err((
+                        format!("a rotation matrix is 3 x 3, this is {}", r.describe()),
+                        None,
+                    ));
                 }
                 let rates: Vec<Vec<ExprId>> = rows
                     .iter()

@@ -58,11 +58,7 @@ impl World {
     }
 
     /// The whole number that an index program comes to.
-    pub(super) fn integer(
-        &self,
-        program: &IndexProgram,
-        slots: &[i64],
-    ) -> Result<i64, ModelError> {
+    pub(super) fn integer(&self, program: &IndexProgram, slots: &[i64]) -> Result<i64, ModelError> {
         match &program.form {
             IndexForm::Constant(value) => Ok(*value),
             IndexForm::Shifted { slot, shift } => {
@@ -96,12 +92,14 @@ impl World {
         span: Span,
     ) -> Result<&Number, ModelError> {
         let table = &self.tables[table];
-        table.field(row, column).ok_or_else(|| ModelError::IndexOutOfRange {
-            member: format!("{}[{row}]", table.name),
-            available: format!("the table has {} rows, counted from 1", table.rows()),
-            span,
-            declared: Some(table.span),
-        })
+        table
+            .field(row, column)
+            .ok_or_else(|| ModelError::IndexOutOfRange {
+                member: format!("{}[{row}]", table.name),
+                available: format!("the table has {} rows, counted from 1", table.rows()),
+                span,
+                declared: Some(table.span),
+            })
     }
 
     /// The exact value of a parameter, or an enclosure of one that is not rational.
@@ -116,7 +114,11 @@ impl World {
         let rank = family.grid.rank;
         if indices.len() != rank {
             return Err(ModelError::Shape {
-                what: format!("`{}` has {rank} indices, not {}", family.name, indices.len()),
+                what: format!(
+                    "`{}` has {rank} indices, not {}",
+                    family.name,
+                    indices.len()
+                ),
                 span,
                 help: None,
             });
@@ -136,10 +138,11 @@ impl World {
                 span,
             });
         };
-        self.closed_quantity(value).ok_or_else(|| ModelError::Undefined {
-            what: format!("the value of `{}`", parameter.name),
-            span,
-        })
+        self.closed_quantity(value)
+            .ok_or_else(|| ModelError::Undefined {
+                what: format!("the value of `{}`", parameter.name),
+                span,
+            })
     }
 
     /// The number that an expression without symbols comes to.
@@ -148,7 +151,10 @@ impl World {
             return Some(Quantity::Exact(number.clone()));
         }
         let tape = crate::expr::Tape::compile(&self.pool, &[value], &[]).ok()?;
-        let ball = tape.evaluate::<Ball>(&[], &mut Vec::new()).into_iter().next()?;
+        let ball = tape
+            .evaluate::<Ball>(&[], &mut Vec::new())
+            .into_iter()
+            .next()?;
         ball.is_finite().then_some(Quantity::Enclosed(ball))
     }
 
@@ -176,12 +182,14 @@ impl World {
                     let mut at = Vec::new();
                     for _ in 0..*indices {
                         match pop() {
-                            Quantity::Exact(number) => at.push(number.to_i64().ok_or_else(|| {
-                                ModelError::NotAnInteger {
-                                    value: number.to_string(),
-                                    span,
-                                }
-                            })?),
+                            Quantity::Exact(number) => {
+                                at.push(number.to_i64().ok_or_else(|| {
+                                    ModelError::NotAnInteger {
+                                        value: number.to_string(),
+                                        span,
+                                    }
+                                })?)
+                            }
                             Quantity::Enclosed(_) | Quantity::Truth(_) => {
                                 return Err(ModelError::NotAnInteger {
                                     value: "the index".to_owned(),

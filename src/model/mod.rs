@@ -6,14 +6,21 @@
 
 mod compile;
 mod compile_index;
+mod coordinates;
 mod elaborate;
 mod error;
 mod functions;
+mod given;
 mod index;
+mod lets;
+mod members;
 mod names;
+mod parameters;
 mod program;
+mod read;
 mod run;
 mod settings;
+mod survey;
 mod table;
 mod terms;
 mod units;
@@ -42,6 +49,31 @@ pub struct Given {
     pub span: Span,
 }
 
+/// Coordinates declared under one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CoordinateFamily {
+    /// The name.
+    pub name: String,
+    /// How many values each index takes; empty for a single coordinate.
+    pub extents: Vec<usize>,
+    /// The number of its first coordinate; the others follow, the last index fastest.
+    pub first: usize,
+}
+
+impl CoordinateFamily {
+    /// The number of coordinates.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.extents.iter().product()
+    }
+
+    /// Whether an index runs over nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
 /// A checked model.
 #[derive(Clone, Debug)]
 pub struct Model {
@@ -51,6 +83,8 @@ pub struct Model {
     pub pool: Pool,
     /// The generalised coordinates in the order of declaration, the last index fastest.
     pub coordinates: Vec<Coordinate>,
+    /// The names that the coordinates are declared under.
+    pub families: Vec<CoordinateFamily>,
     /// The parameters in the order of declaration.
     pub parameters: Vec<Parameter>,
     /// What the symbols of the pool stand for.

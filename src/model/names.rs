@@ -160,7 +160,12 @@ impl Grid {
             .collect();
         let mut singles: Vec<&Key> = self.singles.keys().collect();
         singles.sort_unstable();
-        parts.extend(singles.iter().take(4).map(|at| member_name(name, self.rank, at)));
+        parts.extend(
+            singles
+                .iter()
+                .take(4)
+                .map(|at| member_name(name, self.rank, at)),
+        );
         if singles.len() > 4 {
             parts.push("…".to_owned());
         }

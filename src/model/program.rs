@@ -59,10 +59,9 @@ pub(super) struct SumProgram {
     pub(super) body: Program,
 }
 
-/// One index of a sum: which slot it fills and with what.
+/// One index of a sum: what it runs over. The slots follow the order of the indices.
 #[derive(Clone, Debug)]
 pub(super) struct Binder {
-    pub(super) slot: usize,
     pub(super) kind: BinderKind,
     pub(super) span: Span,
 }

@@ -36,11 +36,8 @@ impl Settings {
         if !text.contains('=') {
             return Err(bad("there is no `=`"));
         }
-        let mut file = syntax::parse(&format!("param {text}")).map_err(|errors| {
-            bad(&errors
-                .first()
-                .map_or_else(String::new, ToString::to_string))
-        })?;
+        let mut file = syntax::parse(&format!("param {text}"))
+            .map_err(|errors| bad(&errors.first().map_or_else(String::new, ToString::to_string)))?;
         let mut statements = std::mem::take(&mut file.statements).into_iter();
         match (statements.next().map(|first| first.kind), statements.next()) {
             (Some(StatementKind::Param(binding)), None) if binding.value.is_some() => {

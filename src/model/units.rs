@@ -159,7 +159,9 @@ pub(super) fn factor(
                     done.push(found.unwrap_or_else(|| pool.one()));
                 }
                 UnitKind::Product(factors) => {
-                    tasks.push(Task::Product(factors.iter().map(|(under, _)| *under).collect()));
+                    tasks.push(Task::Product(
+                        factors.iter().map(|(under, _)| *under).collect(),
+                    ));
                     tasks.extend(factors.iter().rev().map(|(_, factor)| Task::Visit(*factor)));
                 }
                 UnitKind::Power {

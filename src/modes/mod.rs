@@ -1,131 +1,490 @@
-//! A stand-in, to be replaced: normal modes in double precision without honest bounds.
+//! Normal modes of M q̈ + K q = 0: frequencies with proved bounds, and mode shapes.
+//!
+//! The stage takes two symmetric matrices whose entries are enclosures of exact numbers, and
+//! returns every eigenvalue of K x = ω² M x in an interval that holds it for all matrices in the
+//! enclosures. The ladder: eigenvectors in doubles (`start`), both forms in their basis computed
+//! in double-double with error bounds (`pencil`), enclosures of all eigenvalues (`certify`); where
+//! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
+//! (`refine`) and again. The next rung, arbitrary precision, would continue the same loop.
+//!
+//! It never sees a name or an expression, and never takes something small for zero: a zero mode
+//! comes from a vector that the caller has proved to lie in the kernel of K.
 
-use crate::linearize::{LinearizeError, Linearized};
-use crate::precision::Ball;
+mod certify;
+mod dense;
+mod pencil;
+mod refine;
+mod shape;
+mod start;
 
-/// What is wanted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+use thiserror::Error;
+
+use crate::precision::{Ball, Rounding, decimal};
+use certify::{Certificate, certify};
+use dense::Matrix;
+use pencil::{Pencil, Scaled, ZeroSpace, pencil};
+use start::Failure;
+
+/// Most rounds of refinement; each squares the error, so that more do not help.
+const ROUNDS: usize = 6;
+
+/// K x = ω² M x.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The number of coordinates, n.
+    pub dimension: usize,
+    /// The mass matrix, n by n, column by column; symmetric (the lower triangle is read).
+    pub mass: Vec<Ball>,
+    /// The stiffness matrix, likewise.
+    pub stiffness: Vec<Ball>,
+    /// Linearly independent vectors proved to lie in the kernel of the exact stiffness matrix, each
+    /// ball enclosing the exact component. Every one gives a mode with frequency 0, exactly.
+    pub zero_vectors: Vec<Vec<Ball>>,
+}
+
+/// What is asked for.
+#[derive(Clone, Debug)]
 pub struct Options {
     /// Whether mode shapes are wanted.
     pub vectors: bool,
-    /// Only so many, the lowest.
+    /// How many modes are wanted, counted in the order of [`Spectrum::modes`]; `None`: all.
     pub lowest: Option<usize>,
-    /// Significant digits of the frequencies.
+    /// How many correctly rounded significant digits the frequencies shall have.
     pub digits: usize,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { vectors: true, lowest: None, digits: 10 }
+        Self {
+            vectors: true,
+            lowest: None,
+            digits: 10,
+        }
     }
 }
 
-/// All modes.
+/// All modes that were asked for.
 #[derive(Clone, Debug)]
-pub struct NormalModes {
-    /// Of the equilibrium.
+pub struct Spectrum {
+    /// Unstable modes by falling growth, then proved zeros, then by rising ω².
+    pub modes: Vec<Mode>,
+    /// What all modes together, asked for or not, say about stability.
     pub stability: Stability,
-    /// In the order printed.
-    pub modes: Vec<NormalMode>,
 }
 
-/// One mode.
+/// One normal mode.
 #[derive(Clone, Debug)]
-pub struct NormalMode {
-    /// What it does.
+pub struct Mode {
+    /// What kind of motion it is.
     pub kind: Kind,
-    /// omega^2
+    /// ω², negative for an unstable mode.
     pub omega_squared: Ball,
-    /// omega
+    /// The frequency, in radians per unit of time; 0 for an unstable mode.
     pub omega: Ball,
-    /// The growth rate.
+    /// The rate of growth √(-ω²) of an unstable mode; 0 for any other.
     pub growth: Ball,
-    /// The shape; empty without vectors.
+    /// The mode shape x with xᵀMx = 1, empty if not asked for.
     pub vector: Vec<f64>,
-    /// Of each component.
+    /// A bound of the error of each component of the vector. In a cluster: of the distance of the
+    /// vector from the space that the exact eigenvectors of the cluster span.
     pub vector_error_bound: f64,
-    /// The cluster.
+    /// Modes with the same number are not separated by the bounds: equal, or nearly so.
     pub cluster: u32,
-    /// The symmetry class.
-    pub symmetry: Option<String>,
-    /// What a zero mode is.
-    pub meaning: Option<String>,
 }
 
-/// What a mode does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The kind of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Kind {
-    /// It oscillates.
+    /// ω² > 0.
     Oscillation,
-    /// Nothing drives it back.
+    /// ω² = 0, proved.
     Zero,
-    /// It grows.
+    /// ω² < 0.
     Unstable,
-    /// The bounds don't decide.
+    /// The bound does not tell the sign of ω².
     Undecided,
 }
 
-/// Of the equilibrium.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// Stability of the equilibrium in linear order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Stability {
     /// All modes oscillate.
     Stable,
-    /// There is a zero mode.
+    /// No mode grows, and there is a zero mode.
     Neutral,
-    /// A mode grows.
+    /// Some mode grows.
     Unstable,
-    /// The bounds don't decide.
+    /// The bounds do not tell.
     Undecided,
 }
 
-/// The modes.
+/// One of the two matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Which {
+    /// M.
+    Mass,
+    /// K.
+    Stiffness,
+}
+
+impl std::fmt::Display for Which {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mass => "mass",
+            Self::Stiffness => "stiffness",
+        })
+    }
+}
+
+/// Why there is no spectrum.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModesError {
+    /// M is not positive definite, or not shown to be.
+    #[error("the mass matrix is {}", if *.singular { "singular" } else { "indefinite" })]
+    NotPositiveDefinite {
+        /// A direction in which the kinetic energy is not positive; largest component 1.
+        direction: Vec<f64>,
+        /// Whether the kinetic energy vanishes along it as far as can be told; otherwise it is
+        /// negative, proved.
+        singular: bool,
+    },
+    /// An entry is not a number or out of range.
+    #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
+    NotFinite {
+        /// The matrix.
+        matrix: Which,
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+    },
+    /// A matrix has the wrong number of entries.
+    #[error("the {matrix} matrix has {found} entries instead of {expected}")]
+    Shape {
+        /// The matrix.
+        matrix: Which,
+        /// The square of the dimension.
+        expected: usize,
+        /// The number of entries.
+        found: usize,
+    },
+    /// A zero vector is not in the kernel of K, depends on those before it, or has the wrong
+    /// length.
+    #[error(
+        "zero vector {index} is not an independent vector of the kernel of the stiffness matrix"
+    )]
+    ZeroVector {
+        /// Its number, from 0.
+        index: usize,
+    },
+    /// The eigenvalue decomposition did not converge.
+    #[error("the eigenvalue decomposition did not converge")]
+    NoConvergence,
+}
+
+/// All modes of a problem.
 ///
 /// # Errors
-/// A singular mass matrix.
-pub fn normal_modes(lin: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
-    let n = lin.dimension();
-    let (m, k) = (lin.mass(), lin.stiffness());
-    let mm = nalgebra::DMatrix::from_fn(n, n, |i, j| m[i + n * j].mid_f64());
-    let kk = nalgebra::DMatrix::from_fn(n, n, |i, j| k[i + n * j].mid_f64());
-    let singular = || LinearizeError::SingularMass {
-        combination: vec![(lin.model().coordinates[0].name.clone(), 1.0)],
-        span: lin.model().coordinates[0].span,
-    };
-    let l = nalgebra::Cholesky::new(mm).ok_or_else(singular)?.l();
-    let a = l.solve_lower_triangular(&kk).ok_or_else(singular)?;
-    let a = l.solve_lower_triangular(&a.transpose()).ok_or_else(singular)?;
-    let e = nalgebra::SymmetricEigen::new((&a + a.transpose()) * 0.5);
-    let x = l.transpose().solve_upper_triangular(&e.eigenvectors).ok_or_else(singular)?;
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by(|a, b| e.eigenvalues[*a].total_cmp(&e.eigenvalues[*b]));
-    let scale = e.eigenvalues.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-    let mut modes = Vec::new();
-    for i in order {
-        let w = e.eigenvalues[i];
-        let bound = 1e-15 * scale;
-        let zero = w.abs() < 1e-12 * scale;
-        let w = if zero { Ball::ZERO } else { Ball::from(w).with_added_radius(bound) };
-        let undecided = !zero && w.contains_zero();
-        let kind = if zero { Kind::Zero } else if undecided { Kind::Undecided } else if w.is_positive() { Kind::Oscillation } else { Kind::Unstable };
-        let v: Vec<f64> = x.column(i).iter().copied().collect();
-        let big = v.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-        let sign = v.iter().find(|c| c.abs() > big * (1.0 - 1e-6)).map_or(1.0, |c| c.signum());
-        modes.push(NormalMode {
-            kind,
-            omega_squared: w,
-            omega: if kind == Kind::Oscillation { w.sqrt() } else { Ball::ZERO },
-            growth: if kind == Kind::Unstable { (-w).sqrt() } else { Ball::ZERO },
-            vector: if options.vectors { v.iter().map(|c| c * sign).collect() } else { Vec::new() },
-            vector_error_bound: 1e-15 * big,
-            cluster: 0,
-            symmetry: None,
-            meaning: None,
+///
+/// See [`ModesError`]; M must be positive definite, provably so.
+pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesError> {
+    let scaled = Scaled::new(problem)?;
+    let n = scaled.n;
+    if n == 0 {
+        return Ok(Spectrum {
+            modes: Vec::new(),
+            stability: Stability::Stable,
         });
     }
-    if let Some(lowest) = options.lowest {
-        modes.truncate(lowest);
+    if problem.zero_vectors.len() > n {
+        return Err(ModesError::ZeroVector { index: n });
     }
-    let any = |kind| modes.iter().any(|m| m.kind == kind);
-    let stability = if any(Kind::Unstable) { Stability::Unstable } else if any(Kind::Undecided) { Stability::Undecided } else if any(Kind::Zero) { Stability::Neutral } else { Stability::Stable };
-    Ok(NormalModes { stability, modes })
+    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
+        Ok(zero) => zero,
+        Err(index) => {
+            // A bad mass matrix shows here too; it is the better message.
+            let plain = Matrix::zeros(n, 0);
+            first(&scaled, &plain)?;
+            return Err(ModesError::ZeroVector { index });
+        }
+    };
+    let solution = climb(&scaled, &zero, options)?;
+    Ok(spectrum(&scaled, &zero, &solution, options))
+}
+
+/// Certified columns.
+struct Solution {
+    x: Matrix,
+    pencil: Pencil,
+    certificate: Certificate,
+}
+
+/// The first approximation, in doubles if they will do.
+fn first(scaled: &Scaled, zero: &Matrix) -> Result<(Matrix, bool), ModesError> {
+    match start::in_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
+        Ok(x) => Ok((x, false)),
+        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
+        Err(Failure::NotPositiveDefinite(_)) => Ok((careful(scaled, zero)?, true)),
+    }
+}
+
+fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesError> {
+    match start::in_double_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
+        Ok(x) => Ok(x),
+        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
+        Err(Failure::NotPositiveDefinite(direction)) => {
+            let balls: Vec<Ball> = direction.into_iter().map(Ball::from).collect();
+            Err(not_positive_definite(scaled, &balls))
+        }
+    }
+}
+
+fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
+    let singular = !scaled.mass.form(direction).is_negative();
+    let physical: Vec<f64> = direction
+        .iter()
+        .zip(&scaled.shift)
+        .map(|(x, &s)| x.mid.scale(s).hi)
+        .collect();
+    let largest = physical
+        .iter()
+        .fold(0.0_f64, |a, b| if b.abs() > a.abs() { *b } else { a });
+    let direction = physical.iter().map(|x| x / largest + 0.0).collect();
+    ModesError::NotPositiveDefinite {
+        direction,
+        singular,
+    }
+}
+
+/// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
+fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solution, ModesError> {
+    let (mut x, mut tried_careful) = first(scaled, &zero.mid)?;
+    let mut best: Option<(f64, Solution)> = None;
+    for round in 0..=ROUNDS {
+        let pencil = pencil(scaled, zero, &x);
+        let Some(certificate) = certify(&pencil) else {
+            if best.is_some() {
+                break;
+            }
+            if round == ROUNDS {
+                return Err(unproved(scaled, &pencil, &x));
+            }
+            if tried_careful {
+                x = refine::refine(&pencil, zero, &x);
+            } else {
+                tried_careful = true;
+                x = careful(scaled, &zero.mid)?;
+            }
+            continue;
+        };
+        let satisfied = satisfied(&certificate, options, round);
+        let score = score(&certificate, options);
+        let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
+        // Less than a few bits gained in all: double-double has nothing more to give.
+        let stuck = best
+            .as_ref()
+            .is_some_and(|(before, _)| score > before - 4.0);
+        if best.as_ref().is_none_or(|(before, _)| score <= *before) {
+            best = Some((
+                score,
+                Solution {
+                    x,
+                    pencil,
+                    certificate,
+                },
+            ));
+        }
+        match next {
+            Some(next) if !stuck => x = next,
+            _ => break,
+        }
+    }
+    best.map(|(_, solution)| solution)
+        .ok_or(ModesError::NoConvergence)
+}
+
+/// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
+/// of the column that is known worst.
+fn unproved(scaled: &Scaled, pencil: &Pencil, x: &Matrix) -> ModesError {
+    let worst = (0..x.columns)
+        .max_by(|&i, &j| {
+            pencil
+                .g
+                .radius
+                .get(i, i)
+                .total_cmp(&pencil.g.radius.get(j, j))
+        })
+        .unwrap_or(0);
+    let direction: Vec<Ball> = (0..scaled.n)
+        .map(|row| Ball::from(x.get(row, worst)))
+        .collect();
+    not_positive_definite(scaled, &direction)
+}
+
+/// The bits of all radii and vector errors together: what a round has gained shows here.
+fn score(certificate: &Certificate, options: &Options) -> f64 {
+    let values: f64 = certificate
+        .eigenvalues
+        .iter()
+        .map(|x| (x.radius + 1e-300).log2())
+        .sum();
+    let vectors = certificate
+        .clusters
+        .iter()
+        .map(|c| (shape::rough_error(c) + 1e-17).log2());
+    if options.vectors {
+        values + vectors.sum::<f64>()
+    } else {
+        values
+    }
+}
+
+/// Whether the enclosures cover the wanted digits, and the vectors are good enough.
+fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool {
+    let wanted = options.lowest.unwrap_or(usize::MAX);
+    // Columns that are not separated in doubles may well be in double-double, and whether they are
+    // in doubles depends on rounding errors: one round decides alike on every machine.
+    let separated = |cluster: &certify::Cluster| {
+        cluster.start >= wanted
+            || if cluster.len() == 1 {
+                shape::rough_error(cluster) < 1e-12
+            } else {
+                round > 0
+            }
+    };
+    if options.vectors && !certificate.clusters.iter().all(separated) {
+        return false;
+    }
+    certificate
+        .eigenvalues
+        .iter()
+        .take(wanted)
+        .all(|x| covers(x, options.digits))
+}
+
+/// Whether √|x| has `digits` digits, correctly rounded, with two to spare for what is derived.
+fn covers(x: &Ball, digits: usize) -> bool {
+    if x.contains_zero() {
+        return false;
+    }
+    let relative = x.radius / x.mid.hi.abs();
+    if relative > 10f64.powi(-(digits.min(300) as i32) - 3) {
+        return false;
+    }
+    // Near a tie the bound has to be narrower. In doubles, if they can tell: 10^12 has a spacing
+    // of 1e-4.
+    let root = x.mid.hi.abs().sqrt();
+    if digits <= 12 {
+        let place = 10f64.powi(digits as i32 - 1 - root.log10().floor() as i32);
+        let fraction = (root * place).fract();
+        if root.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
+            return true;
+        }
+    }
+    decimal(&x.abs().sqrt(), digits).rounding == Rounding::Correct
+}
+
+/// The modes in printing order.
+fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
+    let Solution {
+        x,
+        pencil,
+        certificate,
+    } = solution;
+    let zeros = zero.vectors.len();
+    let total = certificate.eigenvalues.len() + zeros;
+    let wanted = options.lowest.unwrap_or(total).min(total);
+    let unstable = certificate
+        .eigenvalues
+        .iter()
+        .take_while(|x| x.is_negative())
+        .count();
+    let undecided = certificate
+        .eigenvalues
+        .iter()
+        .filter(|x| x.contains_zero())
+        .count();
+    let stability = if unstable > 0 {
+        Stability::Unstable
+    } else if undecided > 0 {
+        Stability::Undecided
+    } else if zeros > 0 {
+        Stability::Neutral
+    } else {
+        Stability::Stable
+    };
+    let mut modes = Vec::with_capacity(wanted);
+    let mut zero_shapes = if options.vectors {
+        shape::zero_shapes(scaled, zero)
+    } else {
+        Vec::new()
+    }
+    .into_iter();
+    let errors = options
+        .vectors
+        .then(|| shape::Errors::new(pencil, certificate, x));
+    let mut number = 0;
+    let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
+        for _ in 0..zeros {
+            let shape = zero_shapes.next();
+            modes.push(mode(Ball::ZERO, Kind::Zero, shape, *number));
+        }
+        *number += u32::from(zeros > 0);
+    };
+    for (index, cluster) in certificate.clusters.iter().enumerate() {
+        if cluster.start == unstable {
+            put_zeros(&mut modes, &mut number);
+        }
+        if modes.len() >= wanted {
+            break;
+        }
+        let own_number = number;
+        number += 1;
+        let columns = &certificate.order[cluster.start..cluster.end];
+        let mut shapes = errors
+            .as_ref()
+            .map(|errors| shape::cluster_shapes(scaled, zero, pencil, x, columns, errors, index))
+            .unwrap_or_default()
+            .into_iter();
+        for position in cluster.start..cluster.end {
+            if position == unstable && position > cluster.start {
+                put_zeros(&mut modes, &mut number);
+            }
+            let value = certificate.eigenvalues[position].scale(scaled.power);
+            let kind = if value.is_positive() {
+                Kind::Oscillation
+            } else if value.is_negative() {
+                Kind::Unstable
+            } else {
+                Kind::Undecided
+            };
+            modes.push(mode(value, kind, shapes.next(), own_number));
+        }
+    }
+    if unstable == certificate.eigenvalues.len() {
+        put_zeros(&mut modes, &mut number);
+    }
+    modes.truncate(wanted);
+    Spectrum { modes, stability }
+}
+
+fn mode(omega_squared: Ball, kind: Kind, shape: Option<shape::Shape>, cluster: u32) -> Mode {
+    let (omega, growth) = match kind {
+        Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
+        Kind::Zero => (Ball::ZERO, Ball::ZERO),
+        Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
+        Kind::Undecided => (omega_squared.sqrt(), (-omega_squared).sqrt()),
+    };
+    let (vector, vector_error_bound) =
+        shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));
+    Mode {
+        kind,
+        omega_squared,
+        omega,
+        growth,
+        vector,
+        vector_error_bound,
+        cluster,
+    }
 }

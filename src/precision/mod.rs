@@ -17,6 +17,8 @@ mod evaluate;
 mod scalar;
 
 pub use ball::Ball;
+pub(crate) use ball::{U2, up};
 pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
+pub(crate) use double::{exponent_of, product_error};
 pub use scalar::{Function, Scalar};

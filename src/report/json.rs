@@ -7,7 +7,8 @@ use std::fmt::Write;
 
 use crate::expr::ExprId;
 use crate::linearize::{Linearized, SymbolicMatrices};
-use crate::modes::{Kind, NormalMode, NormalModes, Options, Stability};
+use crate::modes::{Kind, Options, Stability};
+use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::{Ball, decimal, one_digit_up};
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `stability`, `modes`.

@@ -4,7 +4,8 @@ use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
 use super::{Style, Tone, align_at_point, counted, flow, headline};
 use crate::linearize::{Linearized, Origin};
-use crate::modes::{Kind, NormalMode, NormalModes, Options, Stability};
+use crate::modes::{Kind, Options, Stability};
+use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::{Ball, Decimal, Rounding, decimal, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.

@@ -1,0 +1,94 @@
+//! The numeric stage: whole solutions, and what decides where one decomposition takes over.
+//!
+//! `cargo bench --bench modes --no-default-features --features engine`
+
+use divan::Bencher;
+use librate::modes::{Options, Problem, solve};
+use librate::precision::Ball;
+
+fn main() {
+    divan::main();
+}
+
+fn problem(
+    n: usize,
+    mass: impl Fn(usize, usize) -> f64,
+    k: impl Fn(usize, usize) -> f64,
+) -> Problem {
+    let flat = |f: &dyn Fn(usize, usize) -> f64| {
+        (0..n * n)
+            .map(|at| Ball::exact(f(at % n, at / n)))
+            .collect()
+    };
+    Problem {
+        dimension: n,
+        mass: flat(&mass),
+        stiffness: flat(&k),
+        zero_vectors: Vec::new(),
+    }
+}
+
+/// A chain between walls.
+fn chain(n: usize) -> Problem {
+    problem(
+        n,
+        |i, j| f64::from(u8::from(i == j)),
+        |i, j| match i.abs_diff(j) {
+            0 => 2.0,
+            1 => -1.0,
+            _ => 0.0,
+        },
+    )
+}
+
+/// A pendulum of n links.
+fn pendulum(n: usize) -> Problem {
+    let weight = |i: usize| (n - i) as f64;
+    problem(
+        n,
+        |i, j| weight(i.max(j)),
+        |i, j| if i == j { 9.81 * weight(i) } else { 0.0 },
+    )
+}
+
+/// A ring: every frequency but one or two is double.
+fn ring(n: usize) -> Problem {
+    problem(
+        n,
+        |i, j| f64::from(u8::from(i == j)),
+        |i, j| match (i + n - j) % n {
+            0 => 2.5,
+            1 => -1.0,
+            d if d == n - 1 => -1.0,
+            _ => 0.0,
+        },
+    )
+}
+
+#[divan::bench(args = [1, 2, 3, 6, 10, 20, 40, 60, 100, 228])]
+fn chains(bencher: Bencher<'_, '_>, n: usize) {
+    let problem = chain(n);
+    bencher.bench(|| solve(&problem, &Options::default()));
+}
+
+#[divan::bench(args = [3, 10, 50, 100, 228])]
+fn pendulums(bencher: Bencher<'_, '_>, n: usize) {
+    let problem = pendulum(n);
+    bencher.bench(|| solve(&problem, &Options::default()));
+}
+
+#[divan::bench(args = [3, 10, 50, 100, 228])]
+fn rings(bencher: Bencher<'_, '_>, n: usize) {
+    let problem = ring(n);
+    bencher.bench(|| solve(&problem, &Options::default()));
+}
+
+#[divan::bench(args = [3, 50, 228])]
+fn frequencies_only(bencher: Bencher<'_, '_>, n: usize) {
+    let problem = pendulum(n);
+    let options = Options {
+        vectors: false,
+        ..Options::default()
+    };
+    bencher.bench(|| solve(&problem, &options));
+}

@@ -1,0 +1,454 @@
+//! The value of expressions at a point modulo a prime.
+//!
+//! Symbols take the values they are given; what the field does not have is drawn from a seed,
+//! the same on every machine:
+//!
+//! - sin, cos and tan of sums of angles: an element z stands for exp(i*theta) of each angle,
+//!   the same for equal angles, so that addition theorems hold; exp and the hyperbolic functions
+//!   alike. Multiples of pi are roots of unity. Arc functions under them are undone.
+//! - roots of numbers are true and consistent with those roots of unity. Other square roots are
+//!   true with a sign that is random at each point; where there is no root modulo p, a random
+//!   element replaces it, and a point that fails so proves nothing.
+//! - everything else (logarithms, arc functions, powers with symbolic exponents) is a random
+//!   function of its arguments' values.
+
+use super::modular::{root_of_unity, sqrt_of_prime};
+use super::traverse::ExprMap;
+use super::{
+    ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod,
+    pow_mod, sqrt_mod, sub_mod,
+};
+use crate::number::Number;
+
+/// How far the values at a point are those of the expressions.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Certainty {
+    /// A square root got a random sign.
+    pub random_sign: bool,
+    /// A root does not exist modulo the prime and was replaced by a random value.
+    pub missing_root: bool,
+    /// A function was replaced by a random function of its arguments.
+    pub random_function: bool,
+    /// Angles or exponents may depend on each other in a way that is not taken account of.
+    pub dependent_angles: bool,
+}
+
+impl Certainty {
+    /// Whether a value that is not 0 shows that the expression is not.
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        *self == Certainty::default()
+    }
+}
+
+/// The values of expressions at a point modulo [`PRIME`].
+#[derive(Clone, Debug)]
+pub struct ModularPoint {
+    /// The values of the roots, below [`PRIME`].
+    pub values: Vec<u64>,
+    /// How far they are true.
+    pub certainty: Certainty,
+}
+
+impl ModularPoint {
+    /// A pseudo-random value below [`PRIME`], not 0, for a symbol at the point of this seed.
+    #[must_use]
+    pub fn random_value(seed: u64, symbol: Symbol) -> u64 {
+        random(seed, Tag::Symbol, symbol.index() as u64, 0)
+    }
+}
+
+/// Common denominators of angles up to here are taken account of.
+const MAX_DENOMINATOR: u64 = 1 << 40;
+
+#[derive(Clone, Copy)]
+pub(super) enum Tag {
+    Symbol,
+    Pi,
+    Angle,
+    Exponent,
+    Sign,
+    Root,
+    Function(Function),
+    Atan2,
+    Power,
+}
+
+/// A pseudo-random element, not 0 (splitmix64 of everything it depends on).
+pub(super) fn random(seed: u64, tag: Tag, a: u64, b: u64) -> u64 {
+    let tag = match tag {
+        Tag::Symbol => 1,
+        Tag::Pi => 2,
+        Tag::Angle => 3,
+        Tag::Exponent => 4,
+        Tag::Sign => 5,
+        Tag::Root => 6,
+        Tag::Atan2 => 7,
+        Tag::Power => 8,
+        Tag::Function(function) => 16 + function as u64,
+    };
+    let mut state = seed ^ 0x6a09_e667_f3bc_c908;
+    for word in [tag, a, b] {
+        state = mix(state ^ word);
+    }
+    1 + state % (PRIME - 1)
+}
+
+fn mix(state: u64) -> u64 {
+    let mut z = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
+}
+
+/// The residue of a number; `None` where p divides the denominator.
+pub(super) fn residue(value: &Number) -> Option<u64> {
+    match value.to_i64() {
+        Some(small) => {
+            let magnitude = small.unsigned_abs() % PRIME;
+            Some(if small < 0 {
+                neg_mod(magnitude)
+            } else {
+                magnitude
+            })
+        }
+        None => value.mod_prime(PRIME),
+    }
+}
+
+impl Pool {
+    /// The values of the roots modulo [`PRIME`], each below it; `None` where a denominator
+    /// vanishes at the point. What the point does not determine (roots, functions) is drawn from
+    /// the seed.
+    pub fn evaluate_mod(
+        &self,
+        roots: &[ExprId],
+        values: impl Fn(Symbol) -> u64,
+        seed: u64,
+    ) -> Option<Vec<u64>> {
+        self.modular_point(roots, values, seed)
+            .map(|point| point.values)
+    }
+
+    /// As [`Pool::evaluate_mod`], with how far the values are those of the expressions.
+    pub fn modular_point(
+        &self,
+        roots: &[ExprId],
+        values: impl Fn(Symbol) -> u64,
+        seed: u64,
+    ) -> Option<ModularPoint> {
+        Plan::new(self, roots).evaluate(self, &values, seed)
+    }
+}
+
+/// What does not change from point to point.
+pub(super) struct Plan {
+    roots: Vec<ExprId>,
+    ids: Vec<ExprId>,
+    /// Common denominator of the coefficients in angles, and in exponents.
+    pub(super) angle_denominator: u64,
+    pub(super) exponent_denominator: u64,
+    /// Whether one of them is beyond bounds.
+    pub(super) coarse: bool,
+}
+
+impl Plan {
+    pub(super) fn new(pool: &Pool, roots: &[ExprId]) -> Plan {
+        let mut plan = Plan {
+            roots: roots.to_vec(),
+            ids: pool.reachable(roots),
+            angle_denominator: 1,
+            exponent_denominator: 1,
+            coarse: false,
+        };
+        for id in &plan.ids {
+            let Node::Function(function, x) = pool.node(*id) else {
+                continue;
+            };
+            let denominator = match Kind::of(*function) {
+                Some(Kind::Circular) => &mut plan.angle_denominator,
+                Some(Kind::Hyperbolic) => &mut plan.exponent_denominator,
+                None => continue,
+            };
+            let mut include = |value: &Number| match value.small_parts() {
+                Some((_, d)) => match lcm(*denominator, d) {
+                    Some(lcm) => *denominator = lcm,
+                    None => plan.coarse = true,
+                },
+                None => plan.coarse = true,
+            };
+            match pool.node(*x) {
+                Node::Number(value) => include(value),
+                Node::Sum { constant, terms } => {
+                    include(constant);
+                    terms
+                        .iter()
+                        .filter(|(t, _)| *t != PI)
+                        .for_each(|(_, c)| include(c));
+                }
+                Node::Pi
+                | Node::Symbol(_)
+                | Node::Product(_)
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => {}
+            }
+        }
+        plan
+    }
+
+    pub(super) fn evaluate(
+        &self,
+        pool: &Pool,
+        values: &dyn Fn(Symbol) -> u64,
+        seed: u64,
+    ) -> Option<ModularPoint> {
+        let mut point = Point {
+            pool,
+            plan: self,
+            seed,
+            values: ExprMap::default(),
+            certainty: Certainty::default(),
+        };
+        for id in &self.ids {
+            let value = point.value_of(*id, values)?;
+            point.values.insert(*id, value);
+        }
+        let values = self.roots.iter().map(|root| point.value(*root)).collect();
+        Some(ModularPoint {
+            values,
+            certainty: point.certainty,
+        })
+    }
+}
+
+fn lcm(a: u64, b: u64) -> Option<u64> {
+    let (mut x, mut y) = (a, b);
+    while y != 0 {
+        (x, y) = (y, x % y);
+    }
+    (a / x.max(1))
+        .checked_mul(b)
+        .filter(|lcm| *lcm <= MAX_DENOMINATOR)
+}
+
+/// Which exponential a function is made of.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// exp(i*theta)
+    Circular,
+    /// exp(x)
+    Hyperbolic,
+}
+
+impl Kind {
+    fn of(function: Function) -> Option<Kind> {
+        match function {
+            Function::Sin | Function::Cos | Function::Tan => Some(Kind::Circular),
+            Function::Sinh | Function::Cosh | Function::Tanh | Function::Exp => {
+                Some(Kind::Hyperbolic)
+            }
+            Function::Asin | Function::Acos | Function::Atan | Function::Ln | Function::Abs => None,
+        }
+    }
+}
+
+pub(super) struct Point<'a> {
+    pub(super) pool: &'a Pool,
+    pub(super) plan: &'a Plan,
+    pub(super) seed: u64,
+    values: ExprMap<u64>,
+    pub(super) certainty: Certainty,
+}
+
+impl Point<'_> {
+    /// The value of an expression that was evaluated before.
+    pub(super) fn value(&self, id: ExprId) -> u64 {
+        self.values.get(&id).copied().unwrap_or(0)
+    }
+
+    fn value_of(&mut self, id: ExprId, symbols: &dyn Fn(Symbol) -> u64) -> Option<u64> {
+        let pool = self.pool;
+        match pool.node(id) {
+            Node::Number(value) => residue(value),
+            Node::Pi => Some(random(self.seed, Tag::Pi, 0, 0)),
+            Node::Symbol(symbol) => Some(symbols(*symbol) % PRIME),
+            Node::Sum { constant, terms } => {
+                let mut sum = residue(constant)?;
+                for (term, coefficient) in terms {
+                    sum = add_mod(sum, mul_mod(residue(coefficient)?, self.value(*term)));
+                }
+                Some(sum)
+            }
+            Node::Product(factors) => {
+                let mut product = 1;
+                for (base, exponent) in factors {
+                    product = mul_mod(product, self.power(*base, exponent)?);
+                }
+                Some(product)
+            }
+            Node::Power { base, exponent } => self.general_power(*base, *exponent),
+            Node::Function(function, x) => self.function(*function, *x),
+            Node::Atan2 { y, x } => {
+                self.certainty.random_function = true;
+                Some(random(
+                    self.seed,
+                    Tag::Atan2,
+                    self.value(*y),
+                    self.value(*x),
+                ))
+            }
+            Node::Undefined => None,
+        }
+    }
+
+    /// A power with a rational exponent.
+    pub(super) fn power(&mut self, base: ExprId, exponent: &Number) -> Option<u64> {
+        let value = self.value(base);
+        let Some((numerator, denominator)) = exponent.small_parts() else {
+            self.certainty.random_function = true;
+            return Some(random(self.seed, Tag::Power, value, residue(exponent)?));
+        };
+        let root = if denominator == 1 {
+            value
+        } else if let Some(number) = self.pool.as_number(base) {
+            self.root_of_number(number, denominator)?
+        } else {
+            self.root(value, denominator)
+        };
+        signed_power(root, numerator)
+    }
+
+    /// The square root (or a higher one) of a value that is not a number's.
+    pub(super) fn root(&mut self, value: u64, degree: u64) -> u64 {
+        let mut root = value;
+        let mut rest = degree;
+        while rest.is_multiple_of(2) {
+            let Some(next) = sqrt_mod(root) else {
+                self.certainty.missing_root = true;
+                return random(self.seed, Tag::Root, value, degree);
+            };
+            let minus = random(self.seed, Tag::Sign, root, 0) & 1 == 1;
+            self.certainty.random_sign = true;
+            root = if minus { neg_mod(next) } else { next };
+            rest /= 2;
+        }
+        if rest > 1 {
+            self.certainty.random_function = true;
+            root = random(self.seed, Tag::Root, root, rest);
+        }
+        root
+    }
+
+    /// A root of a positive whole number, multiplicative in its prime factors.
+    fn root_of_number(&mut self, number: &Number, degree: u64) -> Option<u64> {
+        let mut root = 1;
+        for factor in number.factors() {
+            let small = factor.base.small_parts().map(|(n, _)| n.unsigned_abs());
+            let value = residue(&factor.base)?;
+            // Different primes have independent roots (but for those roots of unity), so that any
+            // sign is as good as the true one.
+            let base = match (degree, small) {
+                (2, Some(q)) if q < 1000 => sqrt_of_prime(q).or_else(|| sqrt_mod(value)),
+                (2, _) => sqrt_mod(value),
+                (_, _) => None,
+            };
+            let base = match base {
+                Some(base) => base,
+                None => {
+                    self.certainty.random_function = true;
+                    random(self.seed, Tag::Root, value, degree)
+                }
+            };
+            root = mul_mod(root, pow_mod(base, u64::from(factor.multiplicity)));
+        }
+        Some(root)
+    }
+
+    /// A power with an exponent that is not a number: the whole part of the exponent is taken
+    /// out, the rest is a random function of both values.
+    fn general_power(&mut self, base: ExprId, exponent: ExprId) -> Option<u64> {
+        self.certainty.random_function = true;
+        let b = self.value(base);
+        let Node::Sum { constant, terms } = self.pool.node(exponent) else {
+            return Some(random(self.seed, Tag::Power, b, self.value(exponent)));
+        };
+        let mut product = match constant.to_i64() {
+            Some(whole) => signed_power(b, whole)?,
+            None => random(self.seed, Tag::Power, b, residue(constant)?),
+        };
+        for (term, coefficient) in terms {
+            let value = self.value(*term);
+            let factor = match coefficient.to_i64() {
+                Some(whole) => signed_power(random(self.seed, Tag::Power, b, value), whole)?,
+                None => random(
+                    self.seed,
+                    Tag::Power,
+                    b,
+                    mul_mod(value, residue(coefficient)?),
+                ),
+            };
+            product = mul_mod(product, factor);
+        }
+        Some(product)
+    }
+
+    fn function(&mut self, function: Function, x: ExprId) -> Option<u64> {
+        match function {
+            Function::Sin => Some(self.sine_and_cosine(x)?.0),
+            Function::Cos => Some(self.sine_and_cosine(x)?.1),
+            Function::Tan => {
+                let (sine, cosine) = self.sine_and_cosine(x)?;
+                Some(mul_mod(sine, inverse_mod(cosine)?))
+            }
+            Function::Exp => self.exponential(Kind::Hyperbolic, x),
+            Function::Sinh => Some(self.hyperbolic_sine_and_cosine(x)?.0),
+            Function::Cosh => Some(self.hyperbolic_sine_and_cosine(x)?.1),
+            Function::Tanh => {
+                let (sine, cosine) = self.hyperbolic_sine_and_cosine(x)?;
+                Some(mul_mod(sine, inverse_mod(cosine)?))
+            }
+            // The root of the square, with the sign that root has everywhere.
+            Function::Abs => {
+                let value = self.value(x);
+                Some(self.root(mul_mod(value, value), 2))
+            }
+            Function::Asin | Function::Acos | Function::Atan | Function::Ln => {
+                self.certainty.random_function = true;
+                Some(random(self.seed, Tag::Function(function), self.value(x), 0))
+            }
+        }
+    }
+
+    /// (z - 1/z)/(2i) and (z + 1/z)/2 with z for exp(i*x).
+    fn sine_and_cosine(&mut self, x: ExprId) -> Option<(u64, u64)> {
+        let z = self.exponential(Kind::Circular, x)?;
+        let over_i = neg_mod(root_of_unity(4)?);
+        let (sine, cosine) = half_difference_and_sum(z)?;
+        Some((mul_mod(sine, over_i), cosine))
+    }
+
+    fn hyperbolic_sine_and_cosine(&mut self, x: ExprId) -> Option<(u64, u64)> {
+        half_difference_and_sum(self.exponential(Kind::Hyperbolic, x)?)
+    }
+}
+
+/// (w - 1/w)/2 and (w + 1/w)/2.
+fn half_difference_and_sum(w: u64) -> Option<(u64, u64)> {
+    let half = PRIME.div_ceil(2);
+    let inverse = inverse_mod(w)?;
+    Some((
+        mul_mod(half, sub_mod(w, inverse)),
+        mul_mod(half, add_mod(w, inverse)),
+    ))
+}
+
+/// A whole power; `None` of a negative one of 0.
+pub(super) fn signed_power(base: u64, exponent: i64) -> Option<u64> {
+    // Exponents count modulo p - 1; of 0 only the sign matters.
+    if exponent < 0 {
+        return Some(pow_mod(inverse_mod(base)?, exponent.unsigned_abs()));
+    }
+    Some(pow_mod(base, exponent.unsigned_abs()))
+}

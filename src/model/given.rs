@@ -1,0 +1,187 @@
+//! `guess` and `equilibrium` statements: a value for each coordinate that they name.
+
+use super::elaborate::Elaborator;
+use super::names::{Entity, Key, key, member_name};
+use super::values::Value;
+use super::{Given, ModelError};
+use crate::diagnostic::nearest;
+use crate::expr::ExprId;
+use crate::span::Span;
+use crate::syntax::Binding;
+
+impl Elaborator<'_> {
+    /// `guess`, `equilibrium` and rates: one list of values per coordinate.
+    pub(super) fn given(
+        &mut self,
+        binding: &Binding,
+        what: &'static str,
+        into: &mut [Option<Given>],
+    ) {
+        let name = &binding.name;
+        let Some(root) = binding.value else { return };
+        let Some(&(entity, _)) = self.world.names.get(&name.text) else {
+            let known: Vec<&str> = self
+                .world
+                .coordinate_families
+                .iter()
+                .map(|family| family.name.as_str())
+                .collect();
+            let nearest = nearest(&name.text, known).map(str::to_owned);
+            self.errors.push(ModelError::NotACoordinate {
+                name: name.text.clone(),
+                span: name.span,
+                nearest,
+            });
+            return;
+        };
+        let Entity::Coordinate(family) = entity else {
+            self.errors.push(ModelError::NotACoordinate {
+                name: name.text.clone(),
+                span: name.span,
+                nearest: None,
+            });
+            return;
+        };
+        let Some(members) = self.members(binding.indices.as_ref(), name) else {
+            return;
+        };
+        let before = self.errors.len();
+        let mut scope = members.scope.clone();
+        let program = self.compiler().value(root, &mut scope);
+        let factor = self.unit_factor(binding.unit, &program);
+        if self.errors.len() > before {
+            return;
+        }
+        let keys: Vec<Key> = match &members.block {
+            Some(block) => block.keys().collect(),
+            None => members.keys.clone(),
+        };
+        let rank = self.world.coordinate_families[family].grid.rank;
+        if members.rank > rank {
+            self.errors.push(ModelError::TooManyIndices {
+                what: format!("`{}`", name.text),
+                available: rank,
+                span: members.span,
+            });
+            return;
+        }
+        for (position, at) in keys.iter().enumerate() {
+            let value = self
+                .world
+                .run_written_out(&program, &mut at[..members.rank].to_vec());
+            let Some(value) = self.note(value) else {
+                return;
+            };
+            let value = match (&value, members.named) {
+                // A list without an index gives the members one by one.
+                (Value::Vector(parts), false)
+                    if members.rank == 1
+                        && members.block.is_some()
+                        && parts.len() == keys.len() =>
+                {
+                    parts[position].clone()
+                }
+                (Value::Vector(_) | Value::Scalar(_), _) => value,
+            };
+            if !self.assign(
+                family,
+                &at[..members.rank],
+                &value,
+                factor,
+                what,
+                members.span,
+                program.span,
+                into,
+            ) {
+                return;
+            }
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)] // one assignment with all its places
+    pub(super) fn assign(
+        &mut self,
+        family: usize,
+        at: &[i64],
+        value: &Value,
+        factor: Option<ExprId>,
+        what: &'static str,
+        span: Span,
+        value_span: Span,
+        into: &mut [Option<Given>],
+    ) -> bool {
+        let own = &self.world.coordinate_families[family];
+        let rank = own.grid.rank;
+        if at.len() < rank {
+            let Some((from, to)) = own.grid.bounds(at) else {
+                self.errors.push(ModelError::IndexOutOfRange {
+                    member: member_name(&own.name, at.len(), &key(at)),
+                    available: own.grid.describe(&own.name),
+                    span,
+                    declared: Some(own.span),
+                });
+                return false;
+            };
+            let count = usize::try_from(to - from + 1).unwrap_or(0);
+            if let Value::Vector(parts) = value
+                && parts.len() != count
+            {
+                self.errors.push(ModelError::ListLength {
+                    name: member_name(&own.name, at.len(), &key(at)),
+                    expected: count,
+                    found: parts.len(),
+                    span: value_span,
+                });
+                return false;
+            }
+            return (from..=to).enumerate().all(|(i, index)| {
+                let mut deeper = at.to_vec();
+                deeper.push(index);
+                let part = match value {
+                    Value::Vector(parts) => &parts[i],
+                    Value::Scalar(_) => value,
+                };
+                self.assign(family, &deeper, part, factor, what, span, value_span, into)
+            });
+        }
+        let Some(number) = own.grid.find(&key(at)) else {
+            self.errors.push(ModelError::IndexOutOfRange {
+                member: member_name(&own.name, rank, &key(at)),
+                available: own.grid.describe(&own.name),
+                span,
+                declared: Some(own.span),
+            });
+            return false;
+        };
+        let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span)
+        else {
+            return false;
+        };
+        if let Some(on) = self.varying_symbol(symbolic) {
+            self.errors.push(ModelError::NotConstant {
+                what: format!("{what} of `{}`", self.world.coordinates[number].name),
+                on,
+                span: value_span,
+            });
+            return false;
+        }
+        let Some(symbolic) = self.scaled(symbolic, factor) else {
+            return false;
+        };
+        if let Some(first) = &into[number] {
+            self.errors.push(ModelError::GivenTwice {
+                name: format!("{what} of {}", self.world.coordinates[number].name),
+                span,
+                first: first.span,
+            });
+            return false;
+        }
+        let value = self.closed(symbolic);
+        into[number] = Some(Given {
+            symbolic,
+            value,
+            span: span.to(value_span),
+        });
+        true
+    }
+}

@@ -1,0 +1,201 @@
+//! The members of families: the indices of a binding, and the shapes and units of its right side.
+
+use super::compile::Scope;
+use super::elaborate::Elaborator;
+use super::names::{Block, Key, key};
+use super::program::{Binder, BinderKind, IndexForm, IndexOp, IndexProgram, Op, Program};
+use super::values::Value;
+use super::{ModelError, units};
+use crate::expr::ExprId;
+use crate::span::Span;
+use crate::syntax::{IndexKind, Indices, Name, UnitRef};
+
+/// More members than this in one family are refused.
+const MOST_MEMBERS: usize = 20_000_000;
+
+impl IndexProgram {
+    /// Whether it depends on index variables.
+    pub(super) fn varies(&self) -> bool {
+        match &self.form {
+            IndexForm::Constant(_) => false,
+            IndexForm::Shifted { .. } | IndexForm::RowField { .. } => true,
+            IndexForm::General(ops) => ops.iter().any(|(op, _)| matches!(op, IndexOp::Variable(_))),
+        }
+    }
+}
+
+/// The indices of a binding, compiled: where the members are.
+pub(super) struct Members {
+    pub(super) rank: usize,
+    /// A full box, or the members one by one.
+    pub(super) block: Option<Block>,
+    pub(super) keys: Vec<Key>,
+    pub(super) filter: Option<IndexProgram>,
+    pub(super) scope: Scope,
+    /// Whether the right side may name an index.
+    pub(super) named: bool,
+    pub(super) span: Span,
+}
+
+/// Whether a program names a declared quantity: a parameter, a coordinate or a `let`.
+pub(super) fn reads_names(program: &Program) -> bool {
+    let mut todo = vec![program];
+    while let Some(program) = todo.pop() {
+        for (op, _) in &program.ops {
+            match op {
+                Op::Read { .. } => return true,
+                Op::SumOver(sum) => todo.push(&sum.body),
+                Op::Number(number) => {
+                    if let IndexForm::General(ops) = &number.form
+                        && ops
+                            .iter()
+                            .any(|(op, _)| matches!(op, IndexOp::Parameter { .. }))
+                    {
+                        return true;
+                    }
+                }
+                Op::Literal(_)
+                | Op::Time
+                | Op::Field { .. }
+                | Op::Prime
+                | Op::Negate
+                | Op::BeginExponent
+                | Op::EndExponent
+                | Op::Power
+                | Op::Product(_)
+                | Op::Sum(_)
+                | Op::Vector(_)
+                | Op::Component(_)
+                | Op::Call(..) => {}
+            }
+        }
+    }
+    false
+}
+
+impl Elaborator<'_> {
+    /// Compiles the indices of a binding and finds its members.
+    pub(super) fn members(&mut self, indices: Option<&Indices>, name: &Name) -> Option<Members> {
+        let before = self.errors.len();
+        let mut scope = Scope::default();
+        let Some(indices) = indices else {
+            return Some(Members {
+                rank: 0,
+                block: None,
+                keys: vec![[0; 3]],
+                filter: None,
+                scope,
+                named: false,
+                span: name.span,
+            });
+        };
+        let rank = indices.entries.len();
+        if rank > 3 {
+            self.errors.push(ModelError::BadIndices {
+                what: "a family has at most three indices".to_owned(),
+                span: indices.span,
+            });
+            return None;
+        }
+        let (binders, filter) = self.compiler().binders(indices, &mut scope);
+        if self.errors.len() > before {
+            return None;
+        }
+        let named = scope.variables.iter().any(|(name, _)| !name.is_empty());
+        let mut members = Members {
+            rank,
+            block: None,
+            keys: Vec::new(),
+            filter,
+            scope,
+            named,
+            span: name.span.to(indices.span),
+        };
+        let single = indices
+            .entries
+            .iter()
+            .all(|entry| matches!(entry.kind, IndexKind::Member(_)));
+        let rectangular = binders.iter().all(|binder| match &binder.kind {
+            BinderKind::Range { from, to } => !from.varies() && !to.varies(),
+            BinderKind::Rows(_) => true,
+        });
+        if rectangular && !single {
+            let block = self.block(&binders, members.span)?;
+            if members.filter.is_none() {
+                members.block = Some(block);
+                return Some(members);
+            }
+        }
+        let filters: Vec<(usize, &IndexProgram)> =
+            members.filter.iter().map(|filter| (rank, filter)).collect();
+        let mut keys = Vec::new();
+        let found = self.world.instances::<ModelError>(
+            &binders,
+            &filters,
+            &mut Vec::new(),
+            members.span,
+            |_, slots| {
+                keys.push(key(slots));
+                Ok(())
+            },
+        );
+        self.note(found)?;
+        members.keys = keys;
+        Some(members)
+    }
+
+    pub(super) fn block(&mut self, binders: &[Binder], span: Span) -> Option<Block> {
+        let mut block = Block {
+            lower: [0; 3],
+            upper: [0; 3],
+            base: 0,
+            span,
+        };
+        for (axis, binder) in binders.iter().enumerate() {
+            let range = self.world.binder_range(binder, &[]);
+            let (from, to) = self.note(range)?;
+            block.lower[axis] = from;
+            block.upper[axis] = to.max(from - 1);
+        }
+        let count = (0..binders.len())
+            .try_fold(1_usize, |count, axis| count.checked_mul(block.extent(axis)));
+        if count.is_none_or(|count| count > MOST_MEMBERS) {
+            self.errors.push(ModelError::TooLarge {
+                count: format!("more than {MOST_MEMBERS} members"),
+                span,
+            });
+            return None;
+        }
+        Some(block)
+    }
+
+    /// The factor of a unit where the right side is in that unit: where it names no quantity.
+    pub(super) fn unit_factor(
+        &mut self,
+        unit: Option<UnitRef>,
+        program: &Program,
+    ) -> Option<ExprId> {
+        let unit = unit?;
+        self.has_units = true;
+        let factor = units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);
+        (!reads_names(program)).then_some(factor)
+    }
+
+    pub(super) fn one_scalar(&mut self, value: &Value, what: &str, span: Span) -> Option<ExprId> {
+        match value.scalar(what) {
+            Ok(e) => Some(e),
+            Err((what, help)) => {
+                self.errors.push(ModelError::Shape { what, span, help });
+                None
+            }
+        }
+    }
+
+    #[allow(clippy::unnecessary_wraps)] // used in chains of options
+    pub(super) fn scaled(&mut self, value: ExprId, factor: Option<ExprId>) -> Option<ExprId> {
+        Some(match factor {
+            Some(factor) => self.world.pool.mul(factor, value),
+            None => value,
+        })
+    }
+}

@@ -1,0 +1,420 @@
+//! `param` statements and the settings that replace their values.
+
+use std::collections::HashMap;
+
+use super::ModelError;
+use super::compile::{Compiler, Scope};
+use super::elaborate::{Elaborator, SetValue};
+use super::members::Members;
+use super::names::{Entity, Family, Grid, Key, Parameter, SymbolKind, key, member_name};
+use super::program::Program;
+use super::settings::Settings;
+use super::values::Value;
+use crate::diagnostic::nearest;
+use crate::expr::{ExprId, Substitution};
+use crate::span::Span;
+use crate::syntax::{Binding, Name};
+
+impl Elaborator<'_> {
+    pub(super) fn read_settings(&mut self, settings: &Settings) {
+        for setting in &settings.entries {
+            let mut errors = Vec::new();
+            let later = HashMap::new();
+            let mut compiler = Compiler {
+                file: &setting.file,
+                world: &mut self.world,
+                later: &later,
+                errors: &mut errors,
+                depth: 0,
+                recursive: false,
+                current_let: None,
+            };
+            let mut at = Vec::new();
+            if let Some(indices) = &setting.binding.indices {
+                let (binders, _) = compiler.binders(indices, &mut Scope::default());
+                for binder in &binders {
+                    match compiler.world.binder_range(binder, &[]) {
+                        Ok((from, to)) if from == to => at.push(from),
+                        Ok(_) | Err(_) => compiler.errors.push(ModelError::BadSetting {
+                            text: setting.text.clone(),
+                            reason: "one member is set at a time".to_owned(),
+                        }),
+                    }
+                }
+            }
+            let value = setting.binding.value.map(|value| {
+                let program = compiler.value(value, &mut Scope::default());
+                compiler.world.run_written_out(&program, &mut Vec::new())
+            });
+            let reason = match (errors.first(), value) {
+                (Some(error), _) => error.to_string(),
+                (None, Some(Err(error))) => error.to_string(),
+                (None, Some(Ok(value))) => {
+                    let member = setting.binding.indices.as_ref().map(|_| key(&at));
+                    let name = setting.binding.name.text.clone();
+                    let set = SetValue { value, used: false };
+                    self.set.insert((name, member), set);
+                    continue;
+                }
+                (None, None) => "there is no value".to_owned(),
+            };
+            self.errors.push(ModelError::BadSetting {
+                text: setting.text.clone(),
+                reason,
+            });
+        }
+    }
+
+    pub(super) fn check_settings(&mut self, settings: &Settings) {
+        for setting in &settings.entries {
+            let name = &setting.binding.name.text;
+            let unused = self
+                .set
+                .iter()
+                .any(|((own, _), value)| own == name && !value.used);
+            if !unused {
+                continue;
+            }
+            let mut known: Vec<&str> = self
+                .world
+                .parameters
+                .iter()
+                .map(|parameter| parameter.name.as_str())
+                .collect();
+            known.extend(
+                self.world
+                    .parameter_families
+                    .iter()
+                    .map(|f| f.name.as_str()),
+            );
+            let shown = setting
+                .text
+                .split_once('=')
+                .map_or(name.as_str(), |(left, _)| left.trim());
+            let nearest = nearest(shown, known).map(str::to_owned);
+            self.errors.push(ModelError::UnknownSetting {
+                name: shown.to_owned(),
+                nearest,
+            });
+        }
+    }
+
+    pub(super) fn parameter(&mut self, binding: &Binding) {
+        let name = &binding.name;
+        let known = self.world.names.get(&name.text).copied();
+        let family = match known {
+            Some((Entity::Parameter(family), _))
+                if binding.indices.is_some()
+                    && self.world.parameter_families[family].grid.rank > 0 =>
+            {
+                family
+            }
+            Some((_, first)) => {
+                self.errors.push(ModelError::GivenTwice {
+                    name: name.text.clone(),
+                    span: name.span,
+                    first,
+                });
+                return;
+            }
+            None => {
+                let family = self.world.parameter_families.len();
+                self.world.parameter_families.push(Family {
+                    name: name.text.clone(),
+                    span: name.span,
+                    grid: Grid {
+                        rank: binding
+                            .indices
+                            .as_ref()
+                            .map_or(0, |i| i.entries.len().min(3)),
+                        ..Default::default()
+                    },
+                });
+                family
+            }
+        };
+        let members = self.members(binding.indices.as_ref(), name);
+        let mut scope = members
+            .as_ref()
+            .map_or_else(Scope::default, |members| members.scope.clone());
+        let program = binding
+            .value
+            .map(|value| self.compiler().value(value, &mut scope));
+        let uncertainty = binding
+            .uncertainty
+            .map(|value| self.compiler().value(value, &mut scope));
+        self.introduce_family(name, Entity::Parameter(family), known.is_some());
+        let factor = match &program {
+            Some(program) => self.unit_factor(binding.unit, program),
+            None => {
+                let nothing = Program::default();
+                self.unit_factor(binding.unit, &nothing)
+            }
+        };
+        let Some(members) = members else { return };
+        let Some(keys) = self.add_members(family, &members, name) else {
+            return;
+        };
+        // One value fills the family; a list gives the members; an index makes each its own.
+        let mut shared: Option<Value> = None;
+        if let Some(program) = &program
+            && !members.named
+        {
+            let mut slots = keys
+                .first()
+                .map_or_else(Vec::new, |at| at[..members.rank].to_vec());
+            let value = self.world.run_written_out(program, &mut slots);
+            let Some(value) = self.note(value) else {
+                return;
+            };
+            shared = Some(value);
+        }
+        let sigma = uncertainty.and_then(|program| {
+            let value = self.world.run_written_out(&program, &mut Vec::new());
+            let value = self.note(value)?;
+            let value = self.one_scalar(&value, "an uncertainty", program.span)?;
+            self.scaled(value, factor)
+        });
+        let list: Option<Vec<ExprId>> = match &shared {
+            Some(value @ Value::Vector(_)) => {
+                let scalars = value.scalars();
+                if scalars.len() != keys.len() || !self.shape_fits(value, &members) {
+                    let found = match value {
+                        Value::Vector(parts) if members.rank == 1 => parts.len(),
+                        Value::Vector(_) | Value::Scalar(_) => scalars.len(),
+                    };
+                    let span = program.as_ref().map_or(name.span, |program| program.span);
+                    if members.rank == 0 {
+                        self.errors.push(ModelError::Shape {
+                            what: format!(
+                                "`{}` is one number, but {} is given",
+                                name.text,
+                                value.describe()
+                            ),
+                            span,
+                            help: Some(format!(
+                                "declare a family: `param {}[1..{found}] = …`",
+                                name.text
+                            )),
+                        });
+                    } else {
+                        self.errors.push(ModelError::ListLength {
+                            name: name.text.clone(),
+                            expected: keys.len(),
+                            found,
+                            span,
+                        });
+                    }
+                    return;
+                }
+                Some(scalars)
+            }
+            Some(Value::Scalar(_)) | None => None,
+        };
+        for (position, at) in keys.iter().enumerate() {
+            let own = match (&program, &list, &shared) {
+                (None, _, _) => None,
+                (Some(_), Some(list), _) => list.get(position).copied(),
+                (Some(_), None, Some(value)) => value.scalar("").ok(),
+                (Some(program), None, None) => {
+                    let value = self
+                        .world
+                        .run_written_out(program, &mut at[..members.rank].to_vec());
+                    let Some(value) = self.note(value) else {
+                        return;
+                    };
+                    match self.one_scalar(&value, "a parameter", program.span) {
+                        Some(value) => Some(value),
+                        None => return,
+                    }
+                }
+            };
+            let own = own.and_then(|own| self.scaled(own, factor));
+            let span = program.as_ref().map_or(name.span, |program| program.span);
+            self.add_parameter(
+                &name.text,
+                name.span,
+                members.rank,
+                *at,
+                own,
+                sigma,
+                factor,
+                span,
+            );
+        }
+    }
+
+    pub(super) fn shape_fits(&self, value: &Value, members: &Members) -> bool {
+        let Some(block) = &members.block else {
+            return members.rank == 1;
+        };
+        let mut level = vec![value];
+        for axis in 0..members.rank {
+            let mut next = Vec::new();
+            for value in level {
+                match value {
+                    Value::Vector(parts) if parts.len() == block.extent(axis) => {
+                        next.extend(parts.iter());
+                    }
+                    Value::Vector(_) | Value::Scalar(_) => return false,
+                }
+            }
+            level = next;
+        }
+        level.iter().all(|value| matches!(value, Value::Scalar(_)))
+    }
+
+    /// Declares a family, or a further piece of one.
+    pub(super) fn introduce_family(&mut self, name: &Name, entity: Entity, known: bool) {
+        if !known {
+            self.introduce(name, entity);
+        }
+    }
+
+    /// Adds members to a parameter family; gives their indices in the order of numbering.
+    pub(super) fn add_members(
+        &mut self,
+        family: usize,
+        members: &Members,
+        name: &Name,
+    ) -> Option<Vec<Key>> {
+        let base = self.world.parameters.len();
+        let own = &mut self.world.parameter_families[family];
+        if own.grid.rank != members.rank {
+            let what = format!("`{}` has {} indices", name.text, own.grid.rank);
+            self.errors.push(ModelError::BadIndices {
+                what,
+                span: members.span,
+            });
+            return None;
+        }
+        let twice = |at: &Key, first: Span| ModelError::GivenTwice {
+            name: member_name(&name.text, members.rank, at),
+            span: members.span,
+            first,
+        };
+        if let Some(block) = &members.block {
+            if let Some((at, first)) = own.grid.overlap(block) {
+                self.errors.push(twice(&at, first));
+                return None;
+            }
+            let mut block = block.clone();
+            block.base = base;
+            let keys = block.keys().collect();
+            own.grid.blocks.push(block);
+            return Some(keys);
+        }
+        for (position, at) in members.keys.iter().enumerate() {
+            if own.grid.find(at).is_some() {
+                let first = own.grid.singles.get(at).map_or(own.span, |(_, span)| *span);
+                self.errors.push(twice(at, first));
+                return None;
+            }
+            own.grid
+                .singles
+                .insert(*at, (base + position, members.span));
+        }
+        Some(members.keys.clone())
+    }
+
+    #[allow(clippy::too_many_arguments)] // all of one parameter
+    pub(super) fn add_parameter(
+        &mut self,
+        family: &str,
+        span: Span,
+        rank: usize,
+        at: Key,
+        own: Option<ExprId>,
+        sigma: Option<ExprId>,
+        factor: Option<ExprId>,
+        value_span: Span,
+    ) {
+        let name = member_name(family, rank, &at);
+        let number = self.world.parameters.len();
+        let symbol = self.world.pool.fresh_symbol(&name);
+        self.world
+            .kinds
+            .insert(symbol, SymbolKind::Parameter(number));
+        let plain = self.world.pool.symbol_expr(symbol);
+        let set = self.setting(family, rank, &at, factor);
+        let own = set.or(own);
+        let mut symbolic = plain;
+        let mut value = None;
+        if let Some(own) = own {
+            if let Some(on) = self.varying_symbol(own) {
+                self.errors.push(ModelError::NotConstant {
+                    what: format!("the parameter `{name}`"),
+                    on,
+                    span: value_span,
+                });
+            } else if set.is_none() && !self.world.pool.symbols_of(&[own]).is_empty() {
+                symbolic = own;
+            }
+            value = self.closed(own);
+            if self.structural.contains(family)
+                && let Some(value) = value
+                && self.world.pool.as_number(value).is_some()
+            {
+                symbolic = value;
+            }
+        }
+        let uncertainty = sigma.and_then(|sigma| self.closed(sigma));
+        self.world.parameters.push(Parameter {
+            name,
+            span,
+            symbol,
+            symbolic,
+            value,
+            uncertainty,
+        });
+    }
+
+    /// The value that was set from outside for a member.
+    pub(super) fn setting(
+        &mut self,
+        family: &str,
+        rank: usize,
+        at: &Key,
+        factor: Option<ExprId>,
+    ) -> Option<ExprId> {
+        let single = (family.to_owned(), (rank > 0).then_some(*at));
+        let whole = (family.to_owned(), None);
+        let found = [single, whole].into_iter().find_map(|place| {
+            let set = self.set.get_mut(&place)?;
+            set.used = true;
+            set.value.scalar("").ok()
+        })?;
+        // It is in the unit that the file declares, as in the file itself.
+        self.scaled(found, factor)
+    }
+
+    /// A coordinate or the time, where an expression depends on one.
+    pub(super) fn varying_symbol(&self, e: ExprId) -> Option<String> {
+        let symbols = self.world.pool.symbols_of(&[e]);
+        let varying = symbols.into_iter().find(|symbol| {
+            !matches!(
+                self.world.kinds.get(symbol),
+                Some(SymbolKind::Parameter(_)) | None
+            )
+        })?;
+        Some(self.world.pool.symbol_name(varying).to_owned())
+    }
+
+    /// The expression with all parameters replaced by their values.
+    pub(super) fn closed(&mut self, e: ExprId) -> Option<ExprId> {
+        let symbols = self.world.pool.symbols_of(&[e]);
+        if symbols.is_empty() {
+            return Some(e);
+        }
+        let mut values = Substitution::default();
+        for symbol in symbols {
+            match self.world.kinds.get(&symbol) {
+                Some(SymbolKind::Parameter(number)) => {
+                    values.insert(symbol, self.world.parameters[*number].value?);
+                }
+                Some(_) | None => return None,
+            }
+        }
+        self.world.pool.substitute(&[e], &values).first().copied()
+    }
+}

@@ -1,0 +1,364 @@
+//! Reading declared quantities: members, slices and families, and writing out the members of
+//! `let` families.
+
+use std::sync::Arc;
+
+use super::ModelError;
+use super::names::{Entity, Key, Progress, World, key, member_name};
+use super::program::Program;
+use super::run::{DEEPEST_LET, Instance, Leaf, Stop};
+use super::values::Value;
+use crate::span::Span;
+
+impl World {
+    fn out_of_range(&self, entity: Entity, at: &[i64], span: Span) -> Stop {
+        let Some(family) = self.family(entity) else {
+            return Stop::WriteOut;
+        };
+        Stop::from(ModelError::IndexOutOfRange {
+            member: member_name(&family.name, at.len().min(3), &key(at)),
+            available: family.grid.describe(&family.name),
+            span,
+            declared: Some(family.span),
+        })
+    }
+
+    fn too_many(&self, entity: Entity, span: Span) -> Stop {
+        let Some(family) = self.family(entity) else {
+            return Stop::WriteOut;
+        };
+        Stop::from(ModelError::TooManyIndices {
+            what: format!("`{}`", family.name),
+            available: family.grid.rank,
+            span,
+        })
+    }
+
+    /// The value of a member, a slice or a family.
+    pub(super) fn read(
+        &mut self,
+        entity: Entity,
+        at: &[i64],
+        span: Span,
+        mut instance: Option<&mut Instance>,
+    ) -> Result<Value, Stop> {
+        let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        if at.len() < rank {
+            let bounds = self
+                .family(entity)
+                .and_then(|family| family.grid.bounds(at));
+            let Some((from, to)) = bounds else {
+                return Err(self.out_of_range(entity, at, span));
+            };
+            if let Some(instance) = instance.as_deref_mut() {
+                instance.note(to - from);
+            }
+            let mut parts = Vec::new();
+            for index in from..=to {
+                let mut deeper = at.to_vec();
+                deeper.push(index);
+                parts.push(self.read(entity, &deeper, span, instance.as_deref_mut())?);
+            }
+            return Ok(Value::Vector(parts));
+        }
+        let (own, rest) = at.split_at(rank);
+        let own = key(own);
+        match entity {
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
+                Err(self.too_many(entity, span))
+            }
+            Entity::Parameter(family) => {
+                let Some(number) = self.parameter_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                match instance {
+                    // A parameter without indices is the same for all instances.
+                    Some(instance) if rank > 0 => {
+                        let slot = instance.slot(Leaf::Parameter(number));
+                        let symbol = self.value_slot(slot);
+                        Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
+                    }
+                    Some(_) | None => Ok(Value::Scalar(self.parameters[number].symbolic)),
+                }
+            }
+            Entity::Coordinate(family) => {
+                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                let symbol = match instance {
+                    Some(instance) => {
+                        let slot = instance.slot(Leaf::Coordinate(number));
+                        self.coordinate_slot(slot)[0]
+                    }
+                    None => self.coordinates[number].symbol,
+                };
+                Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
+            }
+            Entity::Let(family) => {
+                let value = self.let_member(family, own, span, instance.as_deref_mut())?;
+                component(value, rest, span, instance)
+            }
+            Entity::Table(_) => Err(Stop::WriteOut),
+        }
+    }
+
+    pub(super) fn read_light(
+        &mut self,
+        entity: Entity,
+        at: &[i64],
+        span: Span,
+        instance: &mut Instance,
+    ) -> Result<(), Stop> {
+        let rank = self.family(entity).map_or(0, |family| family.grid.rank);
+        if at.len() < rank {
+            let bounds = self
+                .family(entity)
+                .and_then(|family| family.grid.bounds(at));
+            let Some((from, to)) = bounds else {
+                return Err(self.out_of_range(entity, at, span));
+            };
+            instance.note(to - from);
+            let mut deeper = [0; 3];
+            deeper[..at.len()].copy_from_slice(at);
+            for index in from..=to {
+                deeper[at.len()] = index;
+                self.read_light(entity, &deeper[..=at.len()], span, instance)?;
+            }
+            return Ok(());
+        }
+        let (own, rest) = at.split_at(rank);
+        let own = key(own);
+        match entity {
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
+                Err(self.too_many(entity, span))
+            }
+            Entity::Parameter(family) => {
+                let Some(number) = self.parameter_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                if rank > 0 {
+                    instance.slot(Leaf::Parameter(number));
+                }
+                Ok(())
+            }
+            Entity::Coordinate(family) => {
+                let Some(number) = self.coordinate_families[family].grid.find(&own) else {
+                    return Err(self.out_of_range(entity, &own[..rank], span));
+                };
+                instance.slot(Leaf::Coordinate(number));
+                Ok(())
+            }
+            Entity::Let(family) => {
+                if rank > 0 {
+                    let (program, piece) = self.let_piece(family, &own, span)?;
+                    instance.note(piece);
+                    let mut slots = own[..rank].to_vec();
+                    self.run_light(&program, &mut slots, instance)?;
+                }
+                for index in rest {
+                    instance.note(*index);
+                }
+                Ok(())
+            }
+            Entity::Table(_) => Err(Stop::WriteOut),
+        }
+    }
+
+    /// The piece of a `let` family that gives a member, to be run with slots.
+    fn let_piece(&self, family: usize, at: &Key, span: Span) -> Result<(Arc<Program>, i64), Stop> {
+        let own = &self.lets[family];
+        if own.recursive || own.depth > DEEPEST_LET {
+            return Err(Stop::WriteOut);
+        }
+        let rank = own.family.grid.rank;
+        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
+        let piece = own.family.grid.find_block(at).ok_or_else(missing)?;
+        let Some(found) = own.pieces.get(piece) else {
+            return Err(missing());
+        };
+        if found.list {
+            return Err(Stop::WriteOut);
+        }
+        if let Some(filter) = &found.filter
+            && !self.holds(filter, &at[..rank])?
+        {
+            return Err(missing());
+        }
+        Ok((
+            Arc::clone(&found.program),
+            i64::try_from(piece).unwrap_or(i64::MAX),
+        ))
+    }
+
+    fn let_member(
+        &mut self,
+        family: usize,
+        at: Key,
+        span: Span,
+        instance: Option<&mut Instance>,
+    ) -> Result<Value, Stop> {
+        let rank = self.lets[family].family.grid.rank;
+        if let Some(instance) = instance
+            && rank > 0
+        {
+            let (program, piece) = self.let_piece(family, &at, span)?;
+            instance.note(piece);
+            let mut slots = at[..rank].to_vec();
+            return self.run(&program, &mut slots, Some(instance));
+        }
+        if let Some(value) = self.lets[family].members.get(&at) {
+            return Ok(value.clone());
+        }
+        if self.lets[family].recursive {
+            self.write_out_up_to(family, at, span)?;
+            if let Some(value) = self.lets[family].members.get(&at) {
+                return Ok(value.clone());
+            }
+            return Err(self.out_of_range(Entity::Let(family), &at[..rank], span));
+        }
+        self.write_out_member(family, at, span)
+    }
+
+    /// Writes out a member of a `let` family and remembers it.
+    fn write_out_member(&mut self, family: usize, at: Key, span: Span) -> Result<Value, Stop> {
+        let own = &self.lets[family];
+        let rank = own.family.grid.rank;
+        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
+        let piece = own.family.grid.find_block(&at).ok_or_else(missing)?;
+        let found = own.pieces.get(piece).ok_or_else(missing)?;
+        let (program, list) = (Arc::clone(&found.program), found.list);
+        if let Some(filter) = &found.filter
+            && !self.holds(filter, &at[..rank])?
+        {
+            return Err(missing());
+        }
+        let first = own
+            .family
+            .grid
+            .blocks
+            .iter()
+            .find(|block| block.base == piece)
+            .map(|block| (block.lower, block.extent(0)));
+        let mut slots = at[..rank].to_vec();
+        let mut value = self.run(&program, &mut slots, None)?;
+        if list
+            && let Some((lower, extent)) = first
+            && let Value::Vector(parts) = &value
+            && parts.len() == extent
+            && let Some(part) = usize::try_from(at[0] - lower[0])
+                .ok()
+                .and_then(|i| parts.get(i))
+        {
+            value = part.clone();
+        }
+        self.lets[family].members.insert(at, value.clone());
+        Ok(value)
+    }
+
+    /// Writes out the members of a recursive family in ascending order, up to one.
+    fn write_out_up_to(&mut self, family: usize, at: Key, span: Span) -> Result<(), Stop> {
+        if self.lets[family].progress.is_none() {
+            let grid = &self.lets[family].family.grid;
+            let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
+            order.extend(grid.singles.keys());
+            order.sort_unstable();
+            self.lets[family].progress = Some(Progress {
+                order,
+                done: 0,
+                current: None,
+            });
+        }
+        loop {
+            let name = self.lets[family].family.name.clone();
+            let rank = self.lets[family].family.grid.rank;
+            let Some(progress) = self.lets[family].progress.as_mut() else {
+                return Ok(());
+            };
+            if let Some(current) = progress.current {
+                // A member that is being written out asks for one that comes later, or for itself.
+                if at >= current {
+                    return Err(Stop::from(ModelError::RecursiveLet {
+                        name: member_name(&name, rank, &current),
+                        span,
+                    }));
+                }
+                return Ok(());
+            }
+            let Some(next) = progress.order.get(progress.done).copied() else {
+                return Ok(());
+            };
+            if next > at {
+                return Ok(());
+            }
+            progress.done += 1;
+            if self.lets[family].members.contains_key(&next) {
+                continue;
+            }
+            if let Some(progress) = self.lets[family].progress.as_mut() {
+                progress.current = Some(next);
+            }
+            let written = self.write_out_member(family, next, span);
+            if let Some(progress) = self.lets[family].progress.as_mut() {
+                progress.current = None;
+            }
+            written?;
+        }
+    }
+
+    /// Writes out all members of a `let` family.
+    pub(super) fn write_out_all(&mut self, family: usize, span: Span) -> Result<(), ModelError> {
+        let grid = &self.lets[family].family.grid;
+        let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
+        order.extend(grid.singles.keys());
+        order.sort_unstable();
+        for at in order {
+            self.let_member(family, at, span, None)
+                .map_err(|stop| match stop {
+                    Stop::Error(error) => *error,
+                    Stop::WriteOut => ModelError::RecursiveLet {
+                        name: self.lets[family].family.name.clone(),
+                        span,
+                    },
+                })?;
+        }
+        Ok(())
+    }
+}
+
+pub(super) fn component(
+    value: Value,
+    at: &[i64],
+    span: Span,
+    mut instance: Option<&mut Instance>,
+) -> Result<Value, Stop> {
+    let mut value = value;
+    for index in at {
+        if let Some(instance) = instance.as_deref_mut() {
+            instance.note(*index);
+        }
+        value = match value {
+            Value::Scalar(_) => {
+                return Err(Stop::from(ModelError::TooManyIndices {
+                    what: "a number".to_owned(),
+                    available: 0,
+                    span,
+                }));
+            }
+            Value::Vector(mut parts) => {
+                let count = parts.len();
+                match usize::try_from(*index) {
+                    Ok(i) if (1..=count).contains(&i) => parts.swap_remove(i - 1),
+                    _ => {
+                        return Err(Stop::from(ModelError::IndexOutOfRange {
+                            member: format!("[{index}]"),
+                            available: format!("the vector has the components 1..{count}"),
+                            span,
+                            declared: None,
+                        }));
+                    }
+                }
+            }
+        };
+    }
+    Ok(value)
+}

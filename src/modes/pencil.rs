@@ -1,0 +1,368 @@
+//! The problem in scaled coordinates, and the pencil (XᵀKX, XᵀMX) with proved error bounds.
+
+use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use super::{ModesError, Problem, Which};
+use crate::precision::{Ball, DoubleDouble, U2, exponent_of, up};
+
+/// A symmetric matrix of balls: midpoints, and weights for the error of products with it.
+pub(super) struct Enclosed {
+    pub(super) mid: Matrix,
+    /// radius + c u² |mid|, entry by entry: what a product with the matrix is off by, per unit of
+    /// the other factor.
+    weight: Plain,
+    diagonal: bool,
+}
+
+/// The whole problem in coordinates q_i = 2^shift_i y_i in which the diagonal of M is about 1, and
+/// with K divided by 2^power so that its largest entry is about 1. Powers of two: nothing is
+/// rounded.
+pub(super) struct Scaled {
+    pub(super) n: usize,
+    pub(super) mass: Enclosed,
+    pub(super) stiffness: Enclosed,
+    pub(super) shift: Vec<i32>,
+    pub(super) power: i32,
+}
+
+impl Scaled {
+    pub(super) fn new(problem: &Problem) -> Result<Self, ModesError> {
+        let n = problem.dimension;
+        check(problem, Which::Mass)?;
+        check(problem, Which::Stiffness)?;
+        let shift: Vec<i32> = (0..n)
+            .map(|i| {
+                let m = problem.mass[i * n + i].mid.hi;
+                if m > 0.0 {
+                    -exponent_of(m).div_euclid(2)
+                } else {
+                    0
+                }
+            })
+            .collect();
+        let mut power = i32::MIN;
+        for column in 0..n {
+            for row in column..n {
+                let k = problem.stiffness[column * n + row].mid.hi;
+                if k != 0.0 {
+                    power = power.max(exponent_of(k) + shift[row] + shift[column]);
+                }
+            }
+        }
+        let power = if power == i32::MIN { 0 } else { power };
+        Ok(Self {
+            n,
+            mass: Enclosed::new(n, &problem.mass, &shift, 0),
+            stiffness: Enclosed::new(n, &problem.stiffness, &shift, power),
+            shift,
+            power,
+        })
+    }
+}
+
+fn check(problem: &Problem, matrix: Which) -> Result<(), ModesError> {
+    let n = problem.dimension;
+    let entries = match matrix {
+        Which::Mass => &problem.mass,
+        Which::Stiffness => &problem.stiffness,
+    };
+    if entries.len() != n * n {
+        return Err(ModesError::Shape {
+            matrix,
+            expected: n * n,
+            found: entries.len(),
+        });
+    }
+    match entries.iter().position(|x| !x.is_finite()) {
+        Some(at) => Err(ModesError::NotFinite {
+            matrix,
+            row: at % n,
+            column: at / n,
+        }),
+        None => Ok(()),
+    }
+}
+
+impl Enclosed {
+    /// From the lower triangle of `entries`.
+    fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
+        let mut mid = Matrix::zeros(n, n);
+        let mut weight = Plain::zeros(n, n);
+        let mut diagonal = true;
+        let unit = product_bound(n);
+        for column in 0..n {
+            for row in column..n {
+                let entry = entries[column * n + row].scale(shift[row] + shift[column] - power);
+                mid.set(row, column, entry.mid);
+                mid.set(column, row, entry.mid);
+                let bound = up(entry.radius + unit * entry.mid.hi.abs());
+                let bound = if entry.is_zero() { 0.0 } else { bound };
+                weight.set(row, column, bound);
+                weight.set(column, row, bound);
+                diagonal &= row == column || entry.is_zero();
+            }
+        }
+        Self {
+            mid,
+            weight,
+            diagonal,
+        }
+    }
+
+    /// The matrix times x.
+    fn times(&self, x: &Matrix) -> Matrix {
+        if !self.diagonal {
+            return product(&self.mid, x, Part::All);
+        }
+        let mut y = Matrix::zeros(x.rows, x.columns);
+        for column in 0..x.columns {
+            for row in 0..x.rows {
+                y.set(row, column, self.mid.get(row, row) * x.get(row, column));
+            }
+        }
+        y
+    }
+
+    /// The weights times magnitudes.
+    fn weigh(&self, sizes: &Plain) -> Plain {
+        if !self.diagonal {
+            return bound_product(&self.weight, sizes, Part::All);
+        }
+        let mut y = Plain::zeros(sizes.rows, sizes.columns);
+        for column in 0..sizes.columns {
+            for row in 0..sizes.rows {
+                y.set(
+                    row,
+                    column,
+                    up(self.weight.get(row, row) * sizes.get(row, column)),
+                );
+            }
+        }
+        y
+    }
+
+    /// The matrix times a vector of balls, as balls.
+    pub(super) fn apply(&self, x: &[Ball]) -> Vec<Ball> {
+        (0..self.mid.rows)
+            .map(|row| {
+                let mut sum = Ball::ZERO;
+                let mut error = 0.0;
+                for (column, x) in x.iter().enumerate() {
+                    let entry = self.mid.get(row, column);
+                    if entry.hi != 0.0 && !x.is_zero() {
+                        sum = sum + Ball::from(entry) * *x;
+                    }
+                    // The weight holds the radius and a little more.
+                    error += self.weight.get(row, column) * x.abs_upper();
+                }
+                if error == 0.0 {
+                    sum
+                } else {
+                    sum.with_added_radius(error * 1.000_001)
+                }
+            })
+            .collect()
+    }
+
+    /// xᵀ A x.
+    pub(super) fn form(&self, x: &[Ball]) -> Ball {
+        let image = self.apply(x);
+        x.iter()
+            .zip(&image)
+            .fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
+    }
+}
+
+/// A symmetric matrix with an error bound for every entry.
+pub(super) struct Bounded {
+    pub(super) mid: Matrix,
+    pub(super) radius: Plain,
+}
+
+impl Bounded {
+    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
+        Ball {
+            mid: self.mid.get(row, column),
+            radius: self.radius.get(row, column),
+        }
+    }
+}
+
+/// The congruent pencil: S = XᵀKX and G = XᵀMX, for X exactly as it stands.
+pub(super) struct Pencil {
+    pub(super) s: Bounded,
+    pub(super) g: Bounded,
+    /// ZᵀMX at the midpoints, z by m: what X still has of the zero vectors.
+    pub(super) overlap: Matrix,
+    /// A bound, for each column of X, of the M-length of its part along the zero vectors.
+    pub(super) leak: Vec<f64>,
+}
+
+/// The zero vectors, M-orthonormal as nearly as double-double allows.
+pub(super) struct ZeroSpace {
+    /// n by z.
+    pub(super) vectors: Vec<Vec<Ball>>,
+    pub(super) mid: Matrix,
+    /// (M Z)ᵀ, z by n, and its radii.
+    image: Matrix,
+    image_radius: Plain,
+    /// A bound of ‖ZᵀMZ - 1‖ below 1, in the row sum norm.
+    defect: f64,
+}
+
+impl ZeroSpace {
+    /// From linearly independent vectors of the kernel of K; `Err` with an index if a vector is
+    /// certainly not in it or they are not independent.
+    pub(super) fn new(problem: &Scaled, vectors: &[Vec<Ball>]) -> Result<Self, usize> {
+        let (n, z) = (problem.n, vectors.len());
+        let mut basis: Vec<Vec<Ball>> = Vec::with_capacity(z);
+        let mut images: Vec<Vec<Ball>> = Vec::with_capacity(z);
+        for (index, vector) in vectors.iter().enumerate() {
+            if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
+                return Err(index);
+            }
+            let mut v: Vec<Ball> = vector
+                .iter()
+                .zip(&problem.shift)
+                .map(|(x, s)| x.scale(-s))
+                .collect();
+            if problem
+                .stiffness
+                .apply(&v)
+                .iter()
+                .any(|x| !x.contains_zero())
+            {
+                return Err(index);
+            }
+            // Gram-Schmidt twice, with coefficients that are exact numbers: the result is a
+            // combination of the given vectors, whatever the coefficients.
+            for _ in 0..2 {
+                for (b, image) in basis.iter().zip(&images) {
+                    let c = v
+                        .iter()
+                        .zip(image)
+                        .fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
+                    let c = Ball::from(c.mid);
+                    for (x, b) in v.iter_mut().zip(b) {
+                        *x = *x - c * *b;
+                    }
+                }
+                let length = problem.mass.form(&v);
+                if !length.is_positive() {
+                    return Err(index);
+                }
+                let factor = Ball::from((Ball::ONE / length.sqrt()).mid);
+                v.iter_mut().for_each(|x| *x = *x * factor);
+            }
+            images.push(problem.mass.apply(&v));
+            basis.push(v);
+        }
+        let mut defect: f64 = 0.0;
+        for (i, b) in basis.iter().enumerate() {
+            let mut sum = 0.0;
+            for (j, image) in images.iter().enumerate() {
+                let g = b
+                    .iter()
+                    .zip(image)
+                    .fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
+                let g = if i == j { g - Ball::ONE } else { g };
+                sum += g.abs_upper();
+            }
+            defect = defect.max(sum * (1.0 + 1e-9));
+        }
+        if z > 0 && (defect.is_nan() || defect > 0.5) {
+            return Err(z - 1);
+        }
+        let mut mid = Matrix::zeros(n, z);
+        let mut image = Matrix::zeros(z, n);
+        let mut image_radius = Plain::zeros(z, n);
+        for (p, (b, y)) in basis.iter().zip(&images).enumerate() {
+            for i in 0..n {
+                mid.set(i, p, b[i].mid);
+                image.set(p, i, y[i].mid);
+                image_radius.set(p, i, up(y[i].radius + product_bound(n) * y[i].mid.hi.abs()));
+            }
+        }
+        Ok(Self {
+            vectors: basis,
+            mid,
+            image,
+            image_radius,
+            defect,
+        })
+    }
+}
+
+/// The pencil of the problem in the columns of x, with the zero vectors taken out.
+///
+/// Errors: with w = radius + c u² |A| for a matrix A (c from [`product_bound`]), the computed
+/// image Y of A X is off by at most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+///
+/// Zero vectors: for Z in the kernel of K and X' = X - Z (ZᵀMZ)⁻¹ ZᵀMX, which is M-orthogonal to Z,
+/// X'ᵀKX' = XᵀKX exactly, and X'ᵀMX' = XᵀMX - R with R = (ZᵀMX)ᵀ (ZᵀMZ)⁻¹ (ZᵀMX). With r_i the length of
+/// column i of ZᵀMX and ‖ZᵀMZ - 1‖ <= f < 1, |R_ij| <= r_i r_j / (1 - f). So the pencil of X with R
+/// added to the radii is the exact pencil of the M-orthogonal complement of the zero vectors.
+pub(super) fn pencil(problem: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Pencil {
+    let (n, m) = (problem.n, x.columns);
+    let xt = x.transposed();
+    let sizes = x.magnitudes();
+    let sizes_t = sizes.transposed();
+    let unit = product_bound(n);
+    let form = |matrix: &Enclosed| {
+        let image = matrix.times(x);
+        let mut error = matrix.weigh(&sizes);
+        for column in 0..m {
+            for (e, y) in error
+                .column_mut(column)
+                .iter_mut()
+                .zip(image.column_hi(column))
+            {
+                *e = up(*e + unit * y.abs());
+            }
+        }
+        Bounded {
+            mid: product(&xt, &image, Part::Lower),
+            radius: bound_product(&sizes_t, &error, Part::Lower),
+        }
+    };
+    let s = form(&problem.stiffness);
+    let mut g = form(&problem.mass);
+    let z = zero.mid.columns;
+    let mut leak = vec![0.0; m];
+    let mut overlap = Matrix::zeros(z, m);
+    if z > 0 {
+        overlap = product(&zero.image, x, Part::All);
+        let error = bound_product(&zero.image_radius, &sizes, Part::All);
+        for (column, leak) in leak.iter_mut().enumerate() {
+            let square: f64 = (0..z)
+                .map(|p| {
+                    let r = overlap.get(p, column).hi.abs() * (1.0 + 1e-15) + error.get(p, column);
+                    r * r
+                })
+                .sum();
+            *leak = up((square / (1.0 - zero.defect)).sqrt() * (1.0 + 1e-12));
+        }
+        for column in 0..m {
+            for row in 0..m {
+                let radius = up(g.radius.get(row, column) + leak[row] * leak[column]);
+                g.radius.set(row, column, radius);
+            }
+        }
+    }
+    Pencil {
+        s,
+        g,
+        overlap,
+        leak,
+    }
+}
+
+/// The quotient s_ii / g_ii in double-double, and a bound of |s_ii - mu g_ii| for the exact entries.
+pub(super) fn rayleigh(pencil: &Pencil, i: usize) -> (DoubleDouble, f64) {
+    let (s, g) = (pencil.s.mid.get(i, i), pencil.g.mid.get(i, i));
+    let mu = s / g;
+    // The division is off by 16 u² of the quotient.
+    let defect = up(17.0 * U2 * s.hi.abs()
+        + pencil.s.radius.get(i, i)
+        + mu.hi.abs() * pencil.g.radius.get(i, i));
+    (mu, defect)
+}

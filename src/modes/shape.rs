@@ -1,0 +1,358 @@
+//! Mode shapes from certified columns: normalisation, a reproducible basis in clusters, signs, and
+//! a bound of the error of every component.
+
+use super::certify::{Certificate, Cluster};
+use super::dense::{Matrix, Part, Plain, bound_product, product};
+use super::pencil::{Pencil, Scaled, ZeroSpace};
+use crate::precision::{Ball, DoubleDouble, up};
+
+/// A component this near the largest one decides the sign of a vector.
+const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
+/// A component that small beside the largest one is no pivot of an echelon basis.
+const NO_PIVOT: f64 = 1e-3;
+
+/// A vector in the original coordinates and the bound of its components.
+pub(super) struct Shape {
+    pub(super) vector: Vec<f64>,
+    pub(super) error_bound: f64,
+}
+
+/// How far the exact eigenvectors are from the columns of X, per cluster.
+pub(super) struct Errors {
+    /// Component by component, n by number of clusters, in scaled coordinates.
+    components: Plain,
+    /// In M-length.
+    length: Vec<f64>,
+    /// Along the zero vectors.
+    along: Vec<f64>,
+}
+
+impl Errors {
+    /// For a single eigenvalue the exact eigenvector is x'_k + Σ x'_i y_i with |y_i| <= τ_i
+    /// ([`Cluster::reach`]), where x' is x without its part along the zero vectors.
+    ///
+    /// For a cluster of c columns, take a vector y = Y a of its exact eigenspace with unit component
+    /// e_k in the cluster, the columns of Y being G-orthonormal eigenvectors. As G >= 1/2
+    /// (certified), a G-normalised vector is at most √2 in length, so |y_i| <= τ_i √2 √c ‖a‖ and
+    /// ‖a‖ = ‖y‖_G <= √g_kk + √2 √c ‖a‖ t with t = Σ τ_i √g_ii. For √(2c) t <= 1/4 and g_kk <= 3/2 that
+    /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
+    /// combination vanishes on the cluster.
+    pub(super) fn new(pencil: &Pencil, certificate: &Certificate, x: &Matrix) -> Self {
+        let m = x.columns;
+        let clusters = &certificate.clusters;
+        let mut reach = Plain::zeros(m, clusters.len());
+        let mut length = Vec::with_capacity(clusters.len());
+        let mut along = Vec::with_capacity(clusters.len());
+        for (index, cluster) in clusters.iter().enumerate() {
+            let c = cluster.len() as f64;
+            // √g_ii <= 1.23, as g_ii <= 3/2 is certified.
+            let total: f64 = 1.23 * 1.000_001 * cluster.reach.iter().sum::<f64>();
+            let factor = if cluster.len() == 1 {
+                1.0
+            } else if (2.0 * c).sqrt() * total <= 0.25 {
+                2.4 * c.sqrt()
+            } else {
+                f64::INFINITY
+            };
+            for (to, tau) in reach.column_mut(index).iter_mut().zip(&cluster.reach) {
+                *to = if *tau == 0.0 { 0.0 } else { up(factor * tau) };
+            }
+            length.push(if total == 0.0 {
+                0.0
+            } else {
+                up(factor * total)
+            });
+            let others: f64 = pencil
+                .leak
+                .iter()
+                .zip(&cluster.reach)
+                .map(|(l, t)| l * t)
+                .sum();
+            let own = certificate.order[cluster.start..cluster.end]
+                .iter()
+                .fold(0.0_f64, |most, &i| most.max(pencil.leak[i]));
+            let others = if others == 0.0 { 0.0 } else { factor * others };
+            // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
+            along.push(1.42 * (own + others) * (1.0 + 1e-9));
+        }
+        Self {
+            components: bound_product(&x.magnitudes(), &reach, Part::All),
+            length,
+            along,
+        }
+    }
+
+    /// The bound of a component of a vector of the cluster, in scaled coordinates.
+    fn component(&self, zero: &ZeroSpace, row: usize, index: usize) -> f64 {
+        let z: f64 = (0..zero.mid.columns)
+            .map(|p| zero.mid.get(row, p).hi.abs())
+            .sum();
+        let own = self.components.get(row, index);
+        // bound_product adds 1e-300 for underflow; a column that reaches nowhere is exact.
+        let own = if self.length[index] == 0.0 { 0.0 } else { own };
+        if own == 0.0 && self.along[index] == 0.0 {
+            0.0
+        } else {
+            up(own + self.along[index] * z)
+        }
+    }
+}
+
+/// The vectors of one cluster, M-orthonormal, in the original coordinates.
+pub(super) fn cluster_shapes(
+    problem: &Scaled,
+    zero: &ZeroSpace,
+    pencil: &Pencil,
+    x: &Matrix,
+    columns: &[usize],
+    errors: &Errors,
+    index: usize,
+) -> Vec<Shape> {
+    let n = problem.n;
+    if let [k] = *columns {
+        let g = pencil.g.ball(k, k);
+        let norm = g.mid.sqrt();
+        // The exact vector has M-length norm (1 ± η).
+        let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi) * (1.0 + 1e-12);
+        let mut bound: f64 = 0.0;
+        let mut vector = Vec::with_capacity(n);
+        for row in 0..n {
+            let value = x.get(row, k) / norm;
+            let error = if eta < 0.5 {
+                (errors.component(zero, row, index) / norm.hi + value.hi.abs() * eta) / (1.0 - eta)
+            } else {
+                f64::INFINITY
+            };
+            push(&mut vector, &mut bound, value, error, problem.shift[row]);
+        }
+        return vec![finish(vector, bound)];
+    }
+    // An echelon basis does not depend on the basis that the solver happened to find.
+    let basis = x.gather(columns);
+    let mut gram = Matrix::zeros(columns.len(), columns.len());
+    for (q, &j) in columns.iter().enumerate() {
+        for (p, &i) in columns.iter().enumerate() {
+            gram.set(p, q, pencil.g.mid.get(i, j));
+        }
+    }
+    let transform = echelon(&basis, &gram, &problem.shift);
+    let vectors = product(&basis, &transform, Part::All);
+    (0..columns.len())
+        .map(|q| {
+            let weight: f64 = transform.column_hi(q).iter().map(|t| t.abs()).sum();
+            let mut bound: f64 = 0.0;
+            let mut vector = Vec::with_capacity(n);
+            for row in 0..n {
+                let error = match errors.component(zero, row, index) {
+                    0.0 => 0.0,
+                    error => error * weight * (1.0 + 1e-9),
+                };
+                push(
+                    &mut vector,
+                    &mut bound,
+                    vectors.get(row, q),
+                    error,
+                    problem.shift[row],
+                );
+            }
+            finish(vector, bound)
+        })
+        .collect()
+}
+
+/// The zero vectors, M-orthonormal, in the original coordinates.
+pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
+    let z = zero.vectors.len();
+    if z == 0 {
+        return Vec::new();
+    }
+    let mut unit = Matrix::zeros(z, z);
+    for p in 0..z {
+        unit.set(p, p, DoubleDouble::ONE);
+    }
+    let transform = echelon(&zero.mid, &unit, &problem.shift);
+    (0..z)
+        .map(|q| {
+            let mut bound: f64 = 0.0;
+            let mut vector = Vec::with_capacity(problem.n);
+            for row in 0..problem.n {
+                let value = zero
+                    .vectors
+                    .iter()
+                    .enumerate()
+                    .fold(Ball::ZERO, |sum, (p, v)| {
+                        sum + v[row] * Ball::from(transform.get(p, q))
+                    });
+                push(
+                    &mut vector,
+                    &mut bound,
+                    value.mid,
+                    value.radius,
+                    problem.shift[row],
+                );
+            }
+            finish(vector, bound)
+        })
+        .collect()
+}
+
+/// Appends a component, back in the original coordinates and rounded to a double.
+fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64, shift: i32) {
+    let value = value.scale(shift);
+    let error = DoubleDouble::exact(error).scale(shift).hi;
+    vector.push(value.hi);
+    let error = if error == 0.0 && value.lo == 0.0 {
+        0.0
+    } else {
+        up(error + value.lo.abs())
+    };
+    *bound = bound.max(if error.is_nan() { f64::INFINITY } else { error });
+}
+
+/// The sign: the first component within 1e-6 of the largest is positive.
+fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    if vector
+        .iter()
+        .find(|x| x.abs() >= NEARLY_LARGEST * largest)
+        .is_some_and(|x| *x < 0.0)
+    {
+        vector.iter_mut().for_each(|x| *x = -*x);
+    }
+    // No negative zeros.
+    vector.iter_mut().for_each(|x| *x += 0.0);
+    Shape {
+        vector,
+        error_bound,
+    }
+}
+
+/// The c by c transform T for which U T is the echelon basis of the columns of U (n by c, in
+/// original coordinates), orthonormalised in its order: U_P T₀ = 1 for the first rows P that
+/// carry pivots, and T = T₀ L⁻ᵀ with T₀ᵀ G T₀ = L Lᵀ.
+fn echelon(basis: &Matrix, gram: &Matrix, shift: &[i32]) -> Matrix {
+    let c = basis.columns;
+    let pivots = pivot_rows(basis, shift);
+    // T₀ᵀ: solve with the transposed pivot block, the right-hand sides being the unit matrix.
+    let mut block = Matrix::zeros(c, c);
+    for (p, &row) in pivots.iter().enumerate() {
+        for q in 0..c {
+            block.set(p, q, basis.get(row, q).scale(shift[row]));
+        }
+    }
+    let inverse = invert(block);
+    let image = product(gram, &inverse, Part::All);
+    let mut l = product(&inverse.transposed(), &image, Part::Lower);
+    let mut transform = inverse;
+    // Gram-Schmidt on the columns by the Cholesky factor of their Gram matrix.
+    for k in 0..c {
+        let pivot = l.get(k, k).sqrt();
+        for row in k..c {
+            let value = if row == k {
+                pivot
+            } else {
+                l.get(row, k) / pivot
+            };
+            l.set(row, k, value);
+        }
+        for column in k + 1..c {
+            let factor = l.get(column, k);
+            for row in column..c {
+                let value = l.get(row, column) - l.get(row, k) * factor;
+                l.set(row, column, value);
+            }
+        }
+        for row in 0..c {
+            let mut value = transform.get(row, k);
+            for j in 0..k {
+                value = value - transform.get(row, j) * l.get(k, j);
+            }
+            transform.set(row, k, value / pivot);
+        }
+    }
+    transform
+}
+
+/// The first rows in which the columns are independent, by elimination on a copy in doubles.
+fn pivot_rows(basis: &Matrix, shift: &[i32]) -> Vec<usize> {
+    let (n, c) = (basis.rows, basis.columns);
+    let mut b: Vec<Vec<f64>> = (0..c)
+        .map(|q| {
+            (0..n)
+                .map(|row| basis.get(row, q).scale(shift[row]).hi)
+                .collect()
+        })
+        .collect();
+    let mut pivots = Vec::with_capacity(c);
+    let mut from = 0;
+    for p in 0..c {
+        let largest = b[p..]
+            .iter()
+            .flatten()
+            .fold(0.0_f64, |most, x| most.max(x.abs()));
+        let found = (from..n).find_map(|row| {
+            let best = (p..c).max_by(|&x, &y| b[x][row].abs().total_cmp(&b[y][row].abs()))?;
+            (b[best][row].abs() > NO_PIVOT * largest).then_some((row, best))
+        });
+        // Rows before the current one are eliminated, so some row has a pivot; if rounding
+        // says otherwise, any row that is left will do for a basis of some kind.
+        let (row, best) = found.unwrap_or((from.min(n - 1), p));
+        b.swap(p, best);
+        let pivot = b[p][row];
+        let column: Vec<f64> = b[p].iter().map(|x| x / pivot).collect();
+        for other in &mut b[p + 1..] {
+            let factor = other[row];
+            for (x, y) in other.iter_mut().zip(&column) {
+                *x -= factor * y;
+            }
+        }
+        pivots.push(row);
+        from = row + 1;
+    }
+    pivots
+}
+
+/// The inverse by Gauss-Jordan elimination with row pivoting.
+fn invert(mut a: Matrix) -> Matrix {
+    let n = a.rows;
+    let mut inverse = Matrix::zeros(n, n);
+    for i in 0..n {
+        inverse.set(i, i, DoubleDouble::ONE);
+    }
+    for k in 0..n {
+        let best = (k..n)
+            .max_by(|&p, &q| a.get(p, k).hi.abs().total_cmp(&a.get(q, k).hi.abs()))
+            .unwrap_or(k);
+        for column in 0..n {
+            for matrix in [&mut a, &mut inverse] {
+                let (x, y) = (matrix.get(k, column), matrix.get(best, column));
+                matrix.set(k, column, y);
+                matrix.set(best, column, x);
+            }
+        }
+        let pivot = a.get(k, k);
+        for column in 0..n {
+            for matrix in [&mut a, &mut inverse] {
+                matrix.set(k, column, matrix.get(k, column) / pivot);
+            }
+        }
+        for row in 0..n {
+            let factor = a.get(row, k);
+            if row == k || factor.hi == 0.0 {
+                continue;
+            }
+            for column in 0..n {
+                for matrix in [&mut a, &mut inverse] {
+                    let value = matrix.get(row, column) - factor * matrix.get(k, column);
+                    matrix.set(row, column, value);
+                }
+            }
+        }
+    }
+    inverse
+}
+
+/// A quick upper estimate of the vector errors of a cluster, for deciding whether to refine.
+pub(super) fn rough_error(cluster: &Cluster) -> f64 {
+    cluster.reach.iter().sum::<f64>() * (cluster.len() as f64).sqrt()
+}

@@ -1,0 +1,353 @@
+//! First approximations of the eigenvectors, in doubles.
+//!
+//! Cholesky M = L Lᵀ, standard problem A = L⁻¹ K L⁻ᵀ, reflections that take the zero vectors out,
+//! an eigenvalue decomposition in doubles, back to X = L⁻ᵀ U. Where M is too ill-conditioned for
+//! doubles, the same with Cholesky factor and reduction in double-double.
+//!
+//! Nothing here is trusted: what comes out is certified afterwards, however it came about.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use faer::diag::DiagMut;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::{MatMut, MatRef, Par};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::dense::Matrix;
+use crate::precision::DoubleDouble;
+
+/// From this dimension on faer's decomposition is faster than nalgebra's (measured, benches/modes).
+const LARGE: usize = 48;
+
+/// What Cholesky factor and substitutions need.
+trait Real:
+    Copy
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+    + Neg<Output = Self>
+{
+    /// Relative size below which a pivot cannot be told from rounding error, per unit of dimension.
+    const NOISE: f64;
+    fn of(value: DoubleDouble) -> Self;
+    fn double(self) -> f64;
+    fn wide(self) -> DoubleDouble;
+    fn root(self) -> Self;
+}
+
+impl Real for f64 {
+    const NOISE: f64 = 4.0 * f64::EPSILON;
+
+    fn of(value: DoubleDouble) -> Self {
+        value.hi
+    }
+
+    fn double(self) -> f64 {
+        self
+    }
+
+    fn wide(self) -> DoubleDouble {
+        DoubleDouble::exact(self)
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Real for DoubleDouble {
+    const NOISE: f64 = 64.0 * f64::EPSILON * f64::EPSILON;
+
+    fn of(value: DoubleDouble) -> Self {
+        value
+    }
+
+    fn double(self) -> f64 {
+        self.hi
+    }
+
+    fn wide(self) -> DoubleDouble {
+        self
+    }
+
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+/// Why there is no first approximation.
+pub(super) enum Failure {
+    /// M has no Cholesky factor in this arithmetic; along this direction its form is not positive
+    /// beyond rounding.
+    NotPositiveDefinite(Vec<DoubleDouble>),
+    /// The decomposition did not converge.
+    NoConvergence,
+}
+
+/// Approximate eigenvectors in doubles: the columns of X, n by n - z for z zero vectors (the
+/// columns of `zero`), M-orthonormal and M-orthogonal to the zero vectors up to rounding.
+pub(super) fn in_doubles(
+    mass: &Matrix,
+    stiffness: &Matrix,
+    zero: &Matrix,
+) -> Result<Matrix, Failure> {
+    approximate::<f64>(mass, stiffness, zero)
+}
+
+/// The same with Cholesky factor and reduction in double-double.
+pub(super) fn in_double_doubles(
+    mass: &Matrix,
+    stiffness: &Matrix,
+    zero: &Matrix,
+) -> Result<Matrix, Failure> {
+    approximate::<DoubleDouble>(mass, stiffness, zero)
+}
+
+fn approximate<R: Real>(
+    mass: &Matrix,
+    stiffness: &Matrix,
+    zero: &Matrix,
+) -> Result<Matrix, Failure> {
+    let n = mass.rows;
+    let factor = Factor::<R>::new(mass).map_err(Failure::NotPositiveDefinite)?;
+    // A = L⁻¹ (L⁻¹ K)ᵀ
+    let mut a: Vec<R> = Vec::with_capacity(n * n);
+    for column in 0..n {
+        a.extend((0..n).map(|row| R::of(stiffness.get(row, column))));
+    }
+    a.chunks_exact_mut(n)
+        .for_each(|column| factor.forward(column));
+    transpose(&mut a, n);
+    a.chunks_exact_mut(n)
+        .for_each(|column| factor.forward(column));
+    let mut a: Vec<f64> = a.into_iter().map(R::double).collect();
+
+    let z = zero.columns;
+    let mut reflectors: Vec<Vec<f64>> = Vec::with_capacity(z);
+    for p in 0..z {
+        // Lᵀ z, as earlier reflections leave it, is turned into the p-th axis.
+        let mut v: Vec<f64> = (0..n)
+            .map(|row| factor.transposed_row(row, |k| zero.get(k, p).hi))
+            .collect();
+        for (q, earlier) in reflectors.iter().enumerate() {
+            reflect(&mut v[q..], earlier);
+        }
+        let axis = householder(&v[p..]);
+        reflect_both_sides(&mut a, n, p, &axis);
+        reflectors.push(axis);
+    }
+    let m = n - z;
+    let mut block = Vec::with_capacity(m * m);
+    for column in z..n {
+        block.extend_from_slice(&a[column * n + z..(column + 1) * n]);
+    }
+    let vectors = symmetric_eigenvectors(m, &mut block).ok_or(Failure::NoConvergence)?;
+
+    let mut x = Matrix::zeros(n, m);
+    let mut u = vec![0.0; n];
+    for column in 0..m {
+        u[..z].fill(0.0);
+        u[z..].copy_from_slice(&vectors[column * m..(column + 1) * m]);
+        for (p, axis) in reflectors.iter().enumerate().rev() {
+            reflect(&mut u[p..], axis);
+        }
+        let mut y: Vec<R> = u
+            .iter()
+            .map(|&value| R::of(DoubleDouble::exact(value)))
+            .collect();
+        factor.backward(&mut y);
+        for (row, value) in y.into_iter().enumerate() {
+            x.set(row, column, value.wide());
+        }
+    }
+    Ok(x)
+}
+
+/// The Cholesky factor, column by column, lower triangle.
+struct Factor<R> {
+    n: usize,
+    diagonal_only: bool,
+    entries: Vec<R>,
+}
+
+impl<R: Real> Factor<R> {
+    fn new(mass: &Matrix) -> Result<Self, Vec<DoubleDouble>> {
+        let n = mass.rows;
+        let mut entries: Vec<R> = Vec::with_capacity(n * n);
+        for column in 0..n {
+            entries.extend((0..n).map(|row| R::of(mass.get(row, column))));
+        }
+        let diagonal_only = (0..n).all(|c| (c + 1..n).all(|r| entries[c * n + r].double() == 0.0));
+        for k in 0..n {
+            let pivot = entries[k * n + k];
+            if pivot.double() <= R::NOISE * n as f64 * mass.get(k, k).hi.abs()
+                || !pivot.double().is_finite()
+            {
+                return Err(null_direction(&entries, n, k));
+            }
+            let root = pivot.root();
+            entries[k * n + k] = root;
+            if diagonal_only {
+                continue;
+            }
+            let (done, rest) = entries.split_at_mut((k + 1) * n);
+            let column = &mut done[k * n..];
+            for value in &mut column[k + 1..] {
+                *value = *value / root;
+            }
+            for (j, target) in rest.chunks_exact_mut(n).enumerate() {
+                let j = k + 1 + j;
+                let factor = column[j];
+                if factor.double() == 0.0 {
+                    continue;
+                }
+                for (t, &c) in target[j..].iter_mut().zip(&column[j..]) {
+                    *t = *t - factor * c;
+                }
+            }
+        }
+        Ok(Self {
+            n,
+            diagonal_only,
+            entries,
+        })
+    }
+
+    /// x <- L⁻¹ x
+    fn forward(&self, x: &mut [R]) {
+        let n = self.n;
+        for k in 0..n {
+            let column = &self.entries[k * n..(k + 1) * n];
+            let value = x[k] / column[k];
+            x[k] = value;
+            if self.diagonal_only || value.double() == 0.0 {
+                continue;
+            }
+            for (t, &c) in x[k + 1..].iter_mut().zip(&column[k + 1..]) {
+                *t = *t - value * c;
+            }
+        }
+    }
+
+    /// x <- L⁻ᵀ x
+    fn backward(&self, x: &mut [R]) {
+        let n = self.n;
+        for k in (0..n).rev() {
+            let column = &self.entries[k * n..(k + 1) * n];
+            let mut value = x[k];
+            if !self.diagonal_only {
+                for (&t, &c) in x[k + 1..].iter().zip(&column[k + 1..]) {
+                    value = value - t * c;
+                }
+            }
+            x[k] = value / column[k];
+        }
+    }
+
+    /// One component of Lᵀ z.
+    fn transposed_row(&self, row: usize, z: impl Fn(usize) -> f64) -> f64 {
+        let column = &self.entries[row * self.n..(row + 1) * self.n];
+        (row..self.n).map(|k| column[k].double() * z(k)).sum()
+    }
+}
+
+/// The vector v = (-M_k⁻¹ m, 1, 0, ...) for which vᵀMv is the k-th pivot, from the first k columns
+/// of the factor.
+fn null_direction<R: Real>(entries: &[R], n: usize, k: usize) -> Vec<DoubleDouble> {
+    let mut v = vec![DoubleDouble::ZERO; n];
+    v[k] = DoubleDouble::ONE;
+    for row in (0..k).rev() {
+        let column = &entries[row * n..(row + 1) * n];
+        // L_kᵀ w = the k-th row of L, with w = -v.
+        let mut sum = -column[k].wide();
+        for j in row + 1..k {
+            sum = sum - column[j].wide() * v[j];
+        }
+        v[row] = sum / column[row].wide();
+    }
+    v
+}
+
+fn transpose<T>(a: &mut [T], n: usize) {
+    for column in 0..n {
+        for row in 0..column {
+            a.swap(column * n + row, row * n + column);
+        }
+    }
+}
+
+/// The unit vector w for which 1 - 2 w wᵀ takes v to the first axis.
+fn householder(v: &[f64]) -> Vec<f64> {
+    let norm = v.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let mut w = v.to_vec();
+    if let Some(first) = w.first_mut() {
+        *first += if *first < 0.0 { -norm } else { norm };
+    }
+    let norm = w.iter().map(|x| x * x).sum::<f64>().sqrt();
+    if norm > 0.0 {
+        w.iter_mut().for_each(|x| *x /= norm);
+    }
+    w
+}
+
+fn reflect(x: &mut [f64], w: &[f64]) {
+    let dot: f64 = x.iter().zip(w).map(|(a, b)| a * b).sum();
+    for (x, w) in x.iter_mut().zip(w) {
+        *x -= 2.0 * dot * w;
+    }
+}
+
+/// A <- (1 - 2 w wᵀ) A (1 - 2 w wᵀ) in the rows and columns from p on.
+fn reflect_both_sides(a: &mut [f64], n: usize, p: usize, w: &[f64]) {
+    let mut q = vec![0.0; w.len()];
+    for (column, &factor) in a[p * n..].chunks_exact(n).zip(w) {
+        for (q, x) in q.iter_mut().zip(&column[p..]) {
+            *q += 2.0 * factor * x;
+        }
+    }
+    let half: f64 = q.iter().zip(w).map(|(a, b)| a * b).sum();
+    for (q, w) in q.iter_mut().zip(w) {
+        *q -= half * w;
+    }
+    for (j, column) in a[p * n..].chunks_exact_mut(n).enumerate() {
+        for ((x, q_i), w_i) in column[p..].iter_mut().zip(&q).zip(w) {
+            *x -= w_i * q[j] + q_i * w[j];
+        }
+    }
+}
+
+/// Orthonormal eigenvectors of a symmetric matrix, column by column; the matrix is overwritten.
+fn symmetric_eigenvectors(n: usize, a: &mut [f64]) -> Option<Vec<f64>> {
+    for column in 0..n {
+        for row in 0..column {
+            let mean = 0.5 * (a[column * n + row] + a[row * n + column]);
+            a[column * n + row] = mean;
+            a[row * n + column] = mean;
+        }
+    }
+    if a.iter().any(|x| !x.is_finite()) {
+        return None;
+    }
+    if n < LARGE {
+        let matrix = DMatrix::from_column_slice(n, n, a);
+        let eigen = SymmetricEigen::try_new(matrix, f64::EPSILON, 100 * (n + 1))?;
+        return Some(eigen.eigenvectors.as_slice().to_vec());
+    }
+    let mut values = vec![0.0; n];
+    let mut vectors = vec![0.0; n * n];
+    let yes = ComputeEigenvectors::Yes;
+    let scratch = self_adjoint_evd_scratch::<f64>(n, yes, Par::Seq, Default::default());
+    let mut memory = MemBuffer::try_new(scratch).ok()?;
+    self_adjoint_evd(
+        MatRef::from_column_major_slice(a, n, n),
+        DiagMut::from_slice_mut(&mut values),
+        Some(MatMut::from_column_major_slice_mut(&mut vectors, n, n)),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .ok()?;
+    Some(vectors)
+}

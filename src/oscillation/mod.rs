@@ -1,0 +1,193 @@
+//! Normal modes of a linearized model: the numeric stage put to work, and its results named.
+//!
+//! Hands M and K with their bounds to [`crate::modes`], proves zero modes only where the stiffness
+//! may be singular, looks for a mirror, and puts the model's names back. It computes no eigenvalue
+//! itself.
+
+mod symmetry;
+
+use crate::linearize::{LinearizeError, Linearized, ZeroMode};
+use crate::modes::{self, Kind, ModesError, Options, Problem, Stability};
+use crate::precision::Ball;
+
+/// All modes of a model that were asked for.
+#[derive(Clone, Debug)]
+pub struct NormalModes {
+    /// What the modes together say about the equilibrium.
+    pub stability: Stability,
+    /// Unstable modes by falling growth, then zero modes, then by rising frequency.
+    pub modes: Vec<NormalMode>,
+}
+
+/// One normal mode of a model.
+#[derive(Clone, Debug)]
+pub struct NormalMode {
+    /// What kind of motion it is.
+    pub kind: Kind,
+    /// ω² in 1/s², negative for an unstable mode.
+    pub omega_squared: Ball,
+    /// The frequency in rad/s; 0 for an unstable or a zero mode.
+    pub omega: Ball,
+    /// The rate of growth in 1/s; 0 unless the mode is unstable.
+    pub growth: Ball,
+    /// The shape x with xᵀMx = 1, one component a coordinate; empty if not asked for.
+    pub vector: Vec<f64>,
+    /// A bound of the error of each component; in a cluster, of the distance from its space.
+    pub vector_error_bound: f64,
+    /// Modes with the same number are not separated by the bounds.
+    pub cluster: u32,
+    /// The class under the model's mirror: `even` or `odd`.
+    pub symmetry: Option<String>,
+    /// What a zero mode is: "translation", "rotation about z", …
+    pub meaning: Option<String>,
+}
+
+/// Finds the normal modes.
+///
+/// # Errors
+/// [`LinearizeError::NotFinite`] where M or K are not numbers, [`LinearizeError::SingularMass`] and
+/// [`LinearizeError::IndefiniteMass`] where a motion has no positive inertia.
+pub fn normal_modes(
+    linearized: &Linearized,
+    options: &Options,
+) -> Result<NormalModes, LinearizeError> {
+    let dimension = linearized.dimension();
+    let mass = linearized.mass();
+    let stiffness = linearized.stiffness();
+    if !mass.iter().chain(&stiffness).all(Ball::is_finite)
+        && let Some(error) = linearized.not_finite()
+    {
+        return Err(error);
+    }
+    let zero_modes = if may_be_singular(dimension, &stiffness) {
+        linearized.zero_modes()
+    } else {
+        Vec::new()
+    };
+    let problem = Problem {
+        dimension,
+        mass,
+        stiffness,
+        zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
+    };
+    let spectrum = modes::solve(&problem, options).map_err(|error| named(linearized, &error))?;
+    let mirror = if options.vectors {
+        symmetry::mirror(dimension, &problem.mass, &problem.stiffness)
+    } else {
+        None
+    };
+    let meanings = meanings(&zero_modes);
+    let mut zeros = 0;
+    let modes = spectrum
+        .modes
+        .into_iter()
+        .map(|mode| {
+            let meaning = (mode.kind == Kind::Zero).then(|| {
+                zeros += 1;
+                meanings.get(zeros - 1).cloned()
+            });
+            let symmetry = mirror
+                .as_ref()
+                .and_then(|mirror| mirror.class(&mode.vector, mode.vector_error_bound));
+            NormalMode {
+                kind: mode.kind,
+                omega_squared: mode.omega_squared,
+                omega: mode.omega,
+                growth: mode.growth,
+                vector: mode.vector,
+                vector_error_bound: mode.vector_error_bound,
+                cluster: mode.cluster,
+                symmetry: symmetry.map(str::to_owned),
+                meaning: meaning.flatten(),
+            }
+        })
+        .collect();
+    Ok(NormalModes {
+        stability: spectrum.stability,
+        modes,
+    })
+}
+
+/// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they
+/// span together, so that a mode alone has a meaning only where it is the only one.
+fn meanings(zero_modes: &[ZeroMode]) -> Vec<String> {
+    zero_modes.iter().map(|mode| mode.meaning.clone()).collect()
+}
+
+/// Whether a Cholesky decomposition of K in doubles fails or nearly does: only then zero modes are
+/// looked for. A false alarm costs time, nothing else; a K that is positive by a clear margin has
+/// no kernel.
+fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
+    let mut factor: Vec<f64> = stiffness.iter().map(Ball::mid_f64).collect();
+    // Row by row; `factor` holds L in its lower triangle, column by column.
+    for j in 0..n {
+        let diagonal = factor[j + n * j];
+        let mut pivot = diagonal;
+        for k in 0..j {
+            pivot -= factor[j + n * k] * factor[j + n * k];
+        }
+        // A clear margin: far above what rounding can leave of a pivot that is zero.
+        if pivot.is_nan() || pivot <= 1e-7 * diagonal.abs() || pivot <= 0.0 {
+            return true;
+        }
+        let root = pivot.sqrt();
+        factor[j + n * j] = root;
+        for k in 0..j {
+            let left = factor[j + n * k];
+            if left != 0.0 {
+                for i in j + 1..n {
+                    let product = factor[i + n * k] * left;
+                    factor[i + n * j] -= product;
+                }
+            }
+        }
+        for i in j + 1..n {
+            factor[i + n * j] /= root;
+        }
+    }
+    false
+}
+
+/// The errors of the numeric stage with the model's names.
+fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
+    let coordinates = &linearized.model().coordinates;
+    let first_term = linearized
+        .model()
+        .kinetic
+        .first()
+        .map(|family| family.span)
+        .unwrap_or_default();
+    match error {
+        ModesError::NotPositiveDefinite {
+            direction,
+            singular,
+        } => {
+            let combination: Vec<(String, f64)> = coordinates
+                .iter()
+                .zip(direction)
+                .filter(|(_, amplitude)| amplitude.abs() > 1e-6)
+                .map(|(coordinate, amplitude)| (coordinate.name.clone(), *amplitude))
+                .collect();
+            let span = coordinates
+                .iter()
+                .zip(direction)
+                .find(|(_, amplitude)| amplitude.abs() > 1e-6)
+                .map_or(first_term, |(coordinate, _)| coordinate.span);
+            if *singular {
+                LinearizeError::SingularMass { combination, span }
+            } else {
+                LinearizeError::IndefiniteMass { combination, span }
+            }
+        }
+        ModesError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
+            what: format!("the {matrix} matrix"),
+            point: "the equilibrium".to_owned(),
+            span: first_term,
+        },
+        ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {
+            LinearizeError::NoModes {
+                reason: error.to_string(),
+            }
+        }
+    }
+}

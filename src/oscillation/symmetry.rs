@@ -1,0 +1,188 @@
+//! A mirror: a permutation of the coordinates that leaves M and K unchanged.
+//!
+//! Entries count as equal where their enclosures meet, which at thirty digits means equal
+//! parameters. The coordinates are first told apart by repeated refinement of their rows'
+//! contents; what is left is searched with a limited effort. Only a group with a single element
+//! beside the identity is a mirror; larger groups are not named here. Nothing is ever labelled
+//! that was not checked entry by entry.
+
+use std::collections::HashMap;
+
+use crate::precision::Ball;
+
+/// Larger models are not searched.
+const MOST_COORDINATES: usize = 600;
+/// Steps of the search before it gives up.
+const MOST_STEPS: usize = 200_000;
+
+/// The only permutation beside the identity that leaves M and K unchanged.
+pub(super) struct Mirror {
+    image: Vec<usize>,
+}
+
+impl Mirror {
+    /// `even` where the mirror leaves the vector unchanged, `odd` where it reverses it.
+    pub(super) fn class(&self, vector: &[f64], error: f64) -> Option<&'static str> {
+        if vector.len() != self.image.len() {
+            return None;
+        }
+        let largest = vector.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let allowed = (2.0 * error).max(1e-9 * largest);
+        if error.is_nan() || allowed > 1e-3 * largest {
+            return None;
+        }
+        let mirrored = self.image.iter().map(|j| vector[*j]);
+        let (mut even, mut odd) = (true, true);
+        for (own, other) in vector.iter().zip(mirrored) {
+            even &= (own - other).abs() <= allowed;
+            odd &= (own + other).abs() <= allowed;
+        }
+        match (even, odd) {
+            (true, false) => Some("even"),
+            (false, true) => Some("odd"),
+            (true, true) | (false, false) => None,
+        }
+    }
+}
+
+/// The mirror of a problem, if it has exactly one.
+pub(super) fn mirror(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Mirror> {
+    if !(2..=MOST_COORDINATES).contains(&n) {
+        return None;
+    }
+    let classes = entry_classes(mass, stiffness)?;
+    let colours = refine(n, &classes);
+    let found = automorphisms(n, &classes, &colours)?;
+    let [image] = <[Vec<usize>; 1]>::try_from(found).ok()?;
+    // A single element beside the identity is its own inverse.
+    Some(Mirror { image })
+}
+
+/// One number for each pair of entries (M_ij, K_ij), the same where both are equal.
+fn entry_classes(mass: &[Ball], stiffness: &[Ball]) -> Option<Vec<u32>> {
+    let of_mass = value_classes(mass)?;
+    let of_stiffness = value_classes(stiffness)?;
+    let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+    Some(
+        of_mass
+            .into_iter()
+            .zip(of_stiffness)
+            .map(|pair| {
+                let next = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
+                *numbers.entry(pair).or_insert(next)
+            })
+            .collect(),
+    )
+}
+
+/// Numbers values so that those whose balls meet have the same number.
+fn value_classes(values: &[Ball]) -> Option<Vec<u32>> {
+    let mut order: Vec<usize> = (0..values.len()).collect();
+    if !values.iter().all(Ball::is_finite) {
+        return None;
+    }
+    order.sort_by(|a, b| {
+        values[*a]
+            .mid
+            .partial_cmp(&values[*b].mid)
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut classes = vec![0; values.len()];
+    let mut class = 0;
+    for pair in order.windows(2) {
+        let (before, after) = (&values[pair[0]], &values[pair[1]]);
+        // Rounding differs with the order of summation: a little more than the radii is allowed.
+        let gap = (after.mid - before.mid).hi;
+        let reach = before.radius + after.radius + 1e-29 * after.mid.hi.abs();
+        if gap > reach {
+            class += 1;
+        }
+        classes[pair[1]] = class;
+    }
+    Some(classes)
+}
+
+/// Colours coordinates until those of one colour see the same colours in their rows.
+fn refine(n: usize, classes: &[u32]) -> Vec<u32> {
+    let mut colours: Vec<u32> = vec![0; n];
+    let mut count = 1;
+    loop {
+        let mut numbers: HashMap<(u32, Vec<(u32, u32)>), u32> = HashMap::new();
+        let mut next = Vec::with_capacity(n);
+        for i in 0..n {
+            let mut row: Vec<(u32, u32)> = (0..n)
+                .filter(|j| *j != i)
+                .map(|j| (classes[i + n * j], colours[j]))
+                .collect();
+            row.sort_unstable();
+            row.push((classes[i + n * i], colours[i]));
+            let fresh = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
+            next.push(*numbers.entry((colours[i], row)).or_insert(fresh));
+        }
+        let new_count = numbers.len();
+        colours = next;
+        if new_count == count {
+            return colours;
+        }
+        count = new_count;
+    }
+}
+
+/// The permutations beside the identity, at most two; `None` where the search was given up.
+fn automorphisms(n: usize, classes: &[u32], colours: &[u32]) -> Option<Vec<Vec<usize>>> {
+    // Coordinates of rare colours first: they leave little choice.
+    let mut sizes: HashMap<u32, usize> = HashMap::new();
+    for colour in colours {
+        *sizes.entry(*colour).or_insert(0) += 1;
+    }
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by_key(|i| (sizes[&colours[*i]], *i));
+    let mut image = vec![usize::MAX; n];
+    let mut used = vec![false; n];
+    let mut found = Vec::new();
+    // For each depth: the next candidate to try.
+    let mut next = vec![0];
+    let mut steps = 0;
+    while let Some(depth) = next.len().checked_sub(1) {
+        if depth == n {
+            let identity = image.iter().enumerate().all(|(i, j)| i == *j);
+            if !identity {
+                found.push(image.clone());
+                if found.len() == 2 {
+                    return Some(found);
+                }
+            }
+            next.pop();
+            continue;
+        }
+        let i = order[depth];
+        if image[i] != usize::MAX {
+            used[image[i]] = false;
+            image[i] = usize::MAX;
+        }
+        let candidate = (next[depth]..n).find(|j| {
+            steps += 1;
+            !used[*j]
+                && colours[*j] == colours[i]
+                && classes[i + n * i] == classes[*j + n * *j]
+                && order[..depth]
+                    .iter()
+                    .all(|k| classes[i + n * k] == classes[*j + n * image[*k]])
+        });
+        if steps > MOST_STEPS {
+            return None;
+        }
+        match candidate {
+            Some(j) => {
+                image[i] = j;
+                used[j] = true;
+                next[depth] = j + 1;
+                next.push(0);
+            }
+            None => {
+                next.pop();
+            }
+        }
+    }
+    Some(found)
+}
