@@ -2,11 +2,11 @@
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
-use super::{Style, Tone, align_at_point, counted, flow, headline};
+use super::{Style, Tone, Written, align_at_point, counted, headline, listed, zero_motions};
 use crate::linearize::{Linearized, Origin};
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, Decimal, Rounding, decimal, one_digit_up_text};
+use crate::precision::{Ball, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.
 const MOST_COMPONENTS: usize = 6;
@@ -51,8 +51,13 @@ pub fn modes_text(
         .iter()
         .map(|coordinate| coordinate.name.as_str())
         .collect();
-    out.push_str(&table(&modes.modes, &rows, &names, model.has_units, style));
-    out.push_str(&remarks(&modes.modes, &rows, modes.stability, options, style));
+    let motions = zero_motions(modes, count);
+    let motion = match motions.as_slice() {
+        [only] => Some(*only),
+        [] | [_, ..] => None,
+    };
+    out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
+    out.push_str(&remarks(modes, &rows, &motions, options, style));
     out
 }
 
@@ -85,8 +90,8 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         || found && origins.contains(&Origin::Zero);
     let how = match (given, found) {
         (_, true) => format!(" ({steps})"),
-        (true, false) => " (given)".to_owned(),
-        (false, false) => String::new(),
+        (true, false) if !mixed => " (given)".to_owned(),
+        (true | false, false) => String::new(),
     };
     if zero {
         let all = if equilibrium.values.len() == 1 { "0" } else { "all coordinates 0" };
@@ -104,27 +109,14 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            format!("{} = {}{remark}", coordinate.name, number(&decimal(value, options.digits)))
+            format!("{} = {}{remark}", coordinate.name, Written::new(value, options.digits).text())
         })
         .collect();
     let count = equilibrium.values.len();
     if count > MOST_LISTED {
         items.push(format!("… ({} more)", count - MOST_LISTED));
     }
-    let line = format!("equilibrium{how}: {}", items.join(", "));
-    if line.chars().count() <= style.width {
-        return format!("{line}\n");
-    }
-    format!("equilibrium{how}:\n{}", flow(&items, "  ", style.width))
-}
-
-/// The digits, or a question mark where there are none.
-fn number(decimal: &Decimal) -> String {
-    if decimal.error_bound.is_finite() {
-        decimal.text.clone()
-    } else {
-        "?".to_owned()
-    }
+    listed(&format!("equilibrium{how}"), &items, style.width)
 }
 
 /// The numbers of a mode in writing.
@@ -139,22 +131,19 @@ struct Row {
 
 impl Row {
     fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
-        let omega = decimal(&mode.omega, options.digits);
-        let growth = decimal(&mode.growth, options.digits);
-        let complete = |decimal: &Decimal| {
-            matches!(decimal.rounding, Rounding::Correct | Rounding::Tie)
-        };
+        let omega = Written::new(&mode.omega, options.digits);
+        let growth = Written::new(&mode.growth, options.digits);
         let hertz = if has_units {
             let turn = Ball::PI.scale(1);
-            number(&decimal(&(mode.omega / turn), options.digits))
+            Written::new(&(mode.omega / turn), options.digits).text()
         } else {
             String::new()
         };
         Self {
-            bound: one_digit_up_text(omega.error_bound.max(growth.error_bound)),
-            complete: complete(&omega) && complete(&growth),
-            omega: number(&omega),
-            growth: number(&growth),
+            bound: one_digit_up_text(omega.bound.max(growth.bound)),
+            complete: omega.complete && growth.complete,
+            omega: omega.text(),
+            growth: growth.text(),
             hertz,
         }
     }
@@ -196,6 +185,7 @@ fn table(
     modes: &[NormalMode],
     rows: &[Row],
     names: &[&str],
+    motion: Option<&str>,
     has_units: bool,
     style: &Style,
 ) -> String {
@@ -226,7 +216,13 @@ fn table(
     if let Some(cells) = optional(|mode| &mode.symmetry) {
         columns.push(Column::words("symmetry", cells));
     }
-    let meaning = optional(|mode| &mode.meaning).map(|cells| Column::words("motion", cells));
+    let meaning = motion.map(|motion| {
+        let cells = modes.iter().map(|mode| match mode.kind {
+            Kind::Zero => motion.to_owned(),
+            Kind::Oscillation | Kind::Unstable | Kind::Undecided => String::new(),
+        });
+        Column::words("motion", cells.collect())
+    });
     if modes.iter().any(|mode| !mode.vector.is_empty()) {
         let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
         columns.extend(shape(modes, names, style.width.saturating_sub(used)));
@@ -281,7 +277,7 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
     let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
     let ten = Ball::from(10.0).powi(power.abs());
     let scaled = if power < 0 { value * ten } else { value / ten };
-    number(&decimal(&scaled, digits))
+    Written::new(&scaled, digits).text()
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
@@ -360,26 +356,26 @@ fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
 
 /// What the table can't say.
 fn remarks(
-    modes: &[NormalMode],
+    modes: &NormalModes,
     rows: &[Row],
-    stability: Stability,
+    motions: &[&str],
     options: &Options,
     style: &Style,
 ) -> String {
     let mut out = String::new();
-    let undecided: Vec<usize> = modes
-        .iter()
-        .enumerate()
-        .filter(|(_, mode)| mode.kind == Kind::Undecided)
-        .map(|(at, _)| at)
-        .collect();
+    if motions.len() > 1 {
+        let zero = of_kind(modes, Kind::Zero);
+        let title = format!("{} together are", numbered(&zero));
+        out.push_str(&listed(&title, &alike_together(motions), style.width));
+    }
+    let undecided = of_kind(modes, Kind::Undecided);
     if !undecided.is_empty() {
         let list = numbered(&undecided);
         out.push_str(&format!(
             "{}: omega^2 of {list} can't be told from zero within its bound, so it may oscillate, grow or rest\n",
             style.paint(Tone::Careful, "undecided"),
         ));
-    } else if stability == Stability::Undecided {
+    } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not settle it\n");
     }
     let short: Vec<usize> = rows
@@ -401,6 +397,11 @@ fn remarks(
     out
 }
 
+fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
+    let modes = modes.modes.iter().enumerate();
+    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
+}
+
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
 fn numbered(modes: &[usize]) -> String {
     match modes {
@@ -418,6 +419,24 @@ fn numbered(modes: &[usize]) -> String {
             format!("modes {} and {} more", some.join(", "), all.len() - 5)
         }
     }
+}
+
+/// Motions with equal names are named once, with their number.
+fn alike_together(meanings: &[&str]) -> Vec<String> {
+    let mut groups: Vec<(&str, usize)> = Vec::new();
+    for meaning in meanings {
+        match groups.iter_mut().find(|(other, _)| other == meaning) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((meaning, 1)),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(meaning, count)| match count {
+            1 => meaning.to_owned(),
+            _ => format!("{meaning} ({count} times)"),
+        })
+        .collect()
 }
 
 #[cfg(test)]
