@@ -456,6 +456,9 @@ impl From<&ModelError> for Diagnostic {
             ModelError::NotAnInteger { span, .. } => {
                 at(*span, "indices and ranges count in whole numbers")
             }
+            ModelError::TooManyIndices {
+                span, available: 0, ..
+            } => at(*span, "an index here"),
             ModelError::TooManyIndices { span, .. } => at(*span, "more indices than that"),
             ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
             ModelError::ArgumentCount { span, .. } => at(*span, ""),
