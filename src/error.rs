@@ -10,13 +10,13 @@ use crate::syntax::SyntaxError;
 /// What went wrong, by stage.
 ///
 /// ```
-/// use librate::{Error, linearize, model, modes, syntax};
+/// use librate::{Error, linearize, model, oscillation, syntax};
 ///
 /// fn stiffest(text: &str) -> Result<f64, Error> {
 ///     let file = syntax::parse(text)?;
 ///     let model = model::elaborate(&file, &model::TableTexts::new(), &model::Settings::new())?;
 ///     let linearized = linearize::linearize(model)?;
-///     let modes = modes::normal_modes(&linearized, &modes::Options::default())?;
+///     let modes = oscillation::normal_modes(&linearized, &Default::default())?;
 ///     Ok(modes.modes.last().map_or(0.0, |mode| mode.omega.mid_f64()))
 /// }
 ///

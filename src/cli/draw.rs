@@ -1,7 +1,7 @@
 //! Drawing diagnostics below the lines they are about.
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet,
+    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet,
     normalize_untrusted_str,
 };
 use librate::diagnostic::{Diagnostic, Label, Severity};
@@ -27,7 +27,12 @@ pub(crate) fn diagnostics(
     let page = Page::new(source);
     let mut out = String::new();
     for diagnostic in diagnostics {
-        out.push_str(&renderer.render(&[group(&page, diagnostic)]));
+        let drawn = if diagnostic.primary.is_some() {
+            renderer.render(&[group(&page, diagnostic)])
+        } else {
+            without_place(&renderer, &diagnostic.message, diagnostic.help.as_deref())
+        };
+        out.push_str(&drawn);
         out.push_str("\n\n");
     }
     let errors = diagnostics
@@ -51,11 +56,18 @@ pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
     } else {
         Renderer::plain()
     };
-    let mut group = Group::with_title(Level::ERROR.primary_title(text));
+    format!("{}\n", without_place(&renderer, text, help))
+}
+
+/// A report that has no excerpt: the fix stands on a line of its own.
+fn without_place(renderer: &Renderer, text: &str, help: Option<&str>) -> String {
+    let title = |title| renderer.render(&[Group::with_title(title)]);
+    let mut out = title(Level::ERROR.primary_title(text));
     if let Some(help) = help {
-        group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
+        out.push('\n');
+        out.push_str(&title(Level::HELP.primary_title(help)));
     }
-    format!("{}\n", renderer.render(&[group]))
+    out
 }
 
 /// The text with the places of its lines.
@@ -161,9 +173,6 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
     }
     // The place of the mistake first.
     clusters.sort_by_key(|cluster| !cluster.iter().any(|mark| mark.primary));
-    if clusters.is_empty() {
-        group = group.element(Origin::path(page.name));
-    }
     for cluster in clusters {
         group = group.element(snippet(page, &cluster));
     }

@@ -2,7 +2,7 @@
 
 use comfy_table::{ContentArrangement, Table, presets};
 
-use super::{Style, Tone, flow, headline};
+use super::{Style, Tone, headline, listed};
 use crate::expr::ExprId;
 use crate::linearize::SymbolicMatrices;
 use crate::number::Number;
@@ -14,7 +14,7 @@ pub fn derive_text(name: Option<&str>, matrices: &SymbolicMatrices, style: &Styl
     let count = matrices.coordinates.len();
     let mut out = style.paint(Tone::Heading, &headline(name, count));
     out.push('\n');
-    out.push_str(&coordinates_text(matrices, style));
+    out.push_str(&listed("coordinates", &matrices.coordinates, style.width));
     out.push_str(&equilibrium_text(matrices, style));
     for (title, letter, rows) in [
         ("mass matrix", "M", &matrices.mass),
@@ -24,17 +24,6 @@ pub fn derive_text(name: Option<&str>, matrices: &SymbolicMatrices, style: &Styl
         out.push_str(&matrix_text(title, letter, rows, matrices, style));
     }
     out
-}
-
-fn coordinates_text(matrices: &SymbolicMatrices, style: &Style) -> String {
-    let line = format!("coordinates: {}", matrices.coordinates.join(", "));
-    if line.chars().count() <= style.width {
-        return format!("{line}\n");
-    }
-    format!(
-        "coordinates:\n{}",
-        flow(&matrices.coordinates, "  ", style.width)
-    )
 }
 
 fn equilibrium_text(matrices: &SymbolicMatrices, style: &Style) -> String {
@@ -55,22 +44,13 @@ fn equilibrium_text(matrices: &SymbolicMatrices, style: &Style) -> String {
     }
     let mut out = String::new();
     if !items.is_empty() {
-        out.push_str(&listed("equilibrium", &items, style));
+        out.push_str(&listed("equilibrium", &items, style.width));
     }
     if !searched.is_empty() {
-        let title = "equilibrium found numerically, below stands for it";
-        out.push_str(&listed(title, &searched, style));
+        let title = "equilibrium found numerically; standing for its value below";
+        out.push_str(&listed(title, &searched, style.width));
     }
     out
-}
-
-fn listed(title: &str, items: &[String], style: &Style) -> String {
-    let line = format!("{title}: {}", items.join(", "));
-    if line.chars().count() <= style.width {
-        format!("{line}\n")
-    } else {
-        format!("{title}:\n{}", flow(items, "  ", style.width))
-    }
 }
 
 fn matrix_text(
@@ -95,10 +75,7 @@ fn matrix_text(
             column.set_padding((0, 2));
         }
         let lines: Vec<String> = table.lines().collect();
-        if lines
-            .iter()
-            .all(|line| line.trim_end().chars().count() + 2 <= style.width)
-        {
+        if lines.iter().all(|line| line.trim_end().chars().count() + 2 <= style.width) {
             let body: String = lines
                 .iter()
                 .map(|line| format!("  {}\n", line.trim_end()))

@@ -5,29 +5,25 @@
 
 use std::fmt::Write;
 
+use super::{Written, zero_motions};
 use crate::expr::ExprId;
 use crate::linearize::{Linearized, SymbolicMatrices};
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, decimal, one_digit_up};
+use crate::precision::one_digit_up;
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `stability`, `modes`.
 ///
 /// `options` are those that the modes were computed with. Frequencies are in rad/s where the model
 /// has units; `error_bound` bounds the errors of `omega` and `growth` as they stand here, their
-/// rounding to doubles included. What is not finite is `null`.
+/// rounding to doubles included. What is not finite is `null`. Where zero modes are known by name,
+/// `zero_motions` lists what they are together; their vectors are some basis of these motions.
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
     let model = linearized.model();
-    let names = model
-        .coordinates
-        .iter()
-        .map(|coordinate| string(&coordinate.name));
+    let names = model.coordinates.iter().map(|coordinate| string(&coordinate.name));
     let equilibrium = linearized.equilibrium();
-    let values = equilibrium
-        .values
-        .iter()
-        .map(|value| number(value.mid_f64()));
+    let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
     let mut out = String::new();
     let _ = write!(
         out,
@@ -41,38 +37,34 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
         write_mode(&mut out, mode, options);
     }
-    out.push_str("]}\n");
+    out.push(']');
+    let motions = zero_motions(modes, linearized.dimension());
+    if !motions.is_empty() {
+        let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));
+    }
+    out.push_str("}\n");
     out
 }
 
 fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
-    let omega = decimal(&mode.omega, options.digits);
-    let growth = decimal(&mode.growth, options.digits);
-    let digits = |ball: &Ball, text: &str| {
-        if ball.is_finite() {
-            string(text)
-        } else {
-            null()
-        }
-    };
+    let omega = Written::new(&mode.omega, options.digits);
+    let growth = Written::new(&mode.growth, options.digits);
+    let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
     let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
     let _ = write!(
         out,
         "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
         number(mode.omega.mid_f64()),
-        digits(&mode.omega, &omega.text),
+        digits(&omega),
         number(mode.omega_squared.mid_f64()),
         number(mode.growth.mid_f64()),
-        digits(&mode.growth, &growth.text),
+        digits(&growth),
         number(one_digit_up(error)),
-        number(one_digit_up(omega.error_bound.max(growth.error_bound))),
+        number(omega.bound.max(growth.bound)),
         kind_word(mode.kind),
     );
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
-    }
-    if let Some(meaning) = &mode.meaning {
-        let _ = write!(out, ", \"motion\": {}", string(meaning));
     }
     if options.vectors {
         let components = mode.vector.iter().map(|component| number(*component));

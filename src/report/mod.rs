@@ -14,6 +14,10 @@ pub use modes::modes_text;
 
 use anstyle::{AnsiColor, Effects};
 
+use crate::modes::Kind;
+use crate::oscillation::NormalModes;
+use crate::precision::{Ball, Rounding, decimal, one_digit_up};
+
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Style {
@@ -58,6 +62,49 @@ impl Style {
     }
 }
 
+/// A number with a bound, in decimal.
+struct Written {
+    /// The digits that are certain; `None` where nothing is.
+    digits: Option<String>,
+    /// A bound of the error of the digits, one digit itself.
+    bound: f64,
+    /// Whether all digits asked for are there.
+    complete: bool,
+}
+
+impl Written {
+    fn new(value: &Ball, digits: usize) -> Self {
+        let decimal = decimal(value, digits);
+        let bound = match decimal.rounding {
+            // Half a unit of the last place holds for whatever is correctly rounded. The ball may
+            // know better, but differently on every machine.
+            Rounding::Correct | Rounding::Fewer if !value.is_zero() => half_unit(&decimal.text),
+            Rounding::Correct | Rounding::Fewer | Rounding::Tie | Rounding::Undecided => {
+                one_digit_up(decimal.error_bound)
+            }
+        };
+        Self {
+            digits: decimal.error_bound.is_finite().then_some(decimal.text),
+            bound,
+            complete: matches!(decimal.rounding, Rounding::Correct | Rounding::Tie),
+        }
+    }
+
+    /// The digits, or a question mark where there are none.
+    fn text(&self) -> String {
+        self.digits.clone().unwrap_or_else(|| "?".to_owned())
+    }
+}
+
+/// Half a unit of the last place of a number as [`decimal`] writes it.
+fn half_unit(number: &str) -> f64 {
+    let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let exponent: i64 = exponent.parse().unwrap_or(0);
+    let place = exponent - i64::try_from(decimals).unwrap_or(0);
+    format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY)
+}
+
 /// `three_pendulums: 3 coordinates`
 fn headline(name: Option<&str>, coordinates: usize) -> String {
     let count = counted(coordinates, "coordinate");
@@ -83,6 +130,25 @@ fn align_at_point(numbers: &mut [String]) {
     let width = numbers.iter().map(String::len).max().unwrap_or(0);
     for text in numbers.iter_mut() {
         *text = format!("{text:<width$}");
+    }
+}
+
+/// What the zero modes are together, where they are all there: their vectors are some basis of the
+/// space that these motions span, and a part of them spans something else.
+fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
+    let all = modes.modes.len() == dimension
+        || modes.modes.last().is_some_and(|mode| mode.kind != Kind::Zero);
+    let named = modes.modes.iter().filter_map(|mode| mode.meaning.as_deref());
+    if all { named.collect() } else { Vec::new() }
+}
+
+/// `title: a, b, c` on one line where that fits, else the items below the title.
+fn listed(title: &str, items: &[String], width: usize) -> String {
+    let line = format!("{title}: {}", items.join(", "));
+    if line.chars().count() <= width {
+        format!("{line}\n")
+    } else {
+        format!("{title}:\n{}", flow(items, "  ", width))
     }
 }
 
@@ -124,6 +190,21 @@ mod tests {
             [" 3.13   ", " 0      ", "12.5e20 ", " 1e-7   "].map(|s| s.to_owned())
         );
         align_at_point(&mut []);
+    }
+
+    #[test]
+    fn correct_rounding_is_half_a_unit_off_at_most() {
+        let bound = |value: f64, digits| Written::new(&Ball::from(value), digits).bound;
+        assert_eq!(bound(3.132_091_952_673_165, 10), 5e-10);
+        assert_eq!(bound(2.0, 10), 5e-10);
+        assert_eq!(bound(123_456.0, 6), 0.5);
+        assert_eq!(bound(123_456.0, 3), 500.0);
+        assert_eq!(bound(-1.5e-12, 3), 5e-15);
+        assert_eq!(bound(0.0, 10), 0.0);
+        let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
+        assert_eq!((fewer.text().as_str(), fewer.bound, fewer.complete), ("0.30000", 5e-6, false));
+        let unknown = Written::new(&Ball::NOT_FINITE, 10);
+        assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
 
-use super::{Style, Tone, align_at_point, counted, flow, headline};
+use super::{Style, Tone, Written, align_at_point, counted, headline, listed, zero_motions};
 use crate::linearize::{Linearized, Origin};
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, Decimal, Rounding, decimal, one_digit_up_text};
+use crate::precision::{Ball, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.
 const MOST_COMPONENTS: usize = 6;
@@ -39,10 +39,7 @@ pub fn modes_text(
     let (tone, word) = stability_word(modes.stability);
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     if modes.modes.len() < count && !modes.modes.is_empty() {
-        out.push_str(&format!(
-            "the {} lowest of {count} modes\n",
-            modes.modes.len()
-        ));
+        out.push_str(&format!("the {} lowest of {count} modes\n", modes.modes.len()));
     }
     let rows: Vec<Row> = modes
         .modes
@@ -54,14 +51,13 @@ pub fn modes_text(
         .iter()
         .map(|coordinate| coordinate.name.as_str())
         .collect();
-    out.push_str(&table(&modes.modes, &rows, &names, model.has_units, style));
-    out.push_str(&remarks(
-        &modes.modes,
-        &rows,
-        modes.stability,
-        options,
-        style,
-    ));
+    let motions = zero_motions(modes, count);
+    let motion = match motions.as_slice() {
+        [only] => Some(*only),
+        [] | [_, ..] => None,
+    };
+    out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
+    out.push_str(&remarks(modes, &rows, &motions, options, style));
     out
 }
 
@@ -94,15 +90,11 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         || found && origins.contains(&Origin::Zero);
     let how = match (given, found) {
         (_, true) => format!(" ({steps})"),
-        (true, false) => " (given)".to_owned(),
-        (false, false) => String::new(),
+        (true, false) if !mixed => " (given)".to_owned(),
+        (true | false, false) => String::new(),
     };
     if zero {
-        let all = if equilibrium.values.len() == 1 {
-            "0"
-        } else {
-            "all coordinates 0"
-        };
+        let all = if equilibrium.values.len() == 1 { "0" } else { "all coordinates 0" };
         return format!("equilibrium: {all}{how}\n");
     }
     let mut items: Vec<String> = linearized
@@ -117,31 +109,14 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            format!(
-                "{} = {}{remark}",
-                coordinate.name,
-                number(&decimal(value, options.digits))
-            )
+            format!("{} = {}{remark}", coordinate.name, Written::new(value, options.digits).text())
         })
         .collect();
     let count = equilibrium.values.len();
     if count > MOST_LISTED {
         items.push(format!("… ({} more)", count - MOST_LISTED));
     }
-    let line = format!("equilibrium{how}: {}", items.join(", "));
-    if line.chars().count() <= style.width {
-        return format!("{line}\n");
-    }
-    format!("equilibrium{how}:\n{}", flow(&items, "  ", style.width))
-}
-
-/// The digits, or a question mark where there are none.
-fn number(decimal: &Decimal) -> String {
-    if decimal.error_bound.is_finite() {
-        decimal.text.clone()
-    } else {
-        "?".to_owned()
-    }
+    listed(&format!("equilibrium{how}"), &items, style.width)
 }
 
 /// The numbers of a mode in writing.
@@ -156,21 +131,19 @@ struct Row {
 
 impl Row {
     fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
-        let omega = decimal(&mode.omega, options.digits);
-        let growth = decimal(&mode.growth, options.digits);
-        let complete =
-            |decimal: &Decimal| matches!(decimal.rounding, Rounding::Correct | Rounding::Tie);
+        let omega = Written::new(&mode.omega, options.digits);
+        let growth = Written::new(&mode.growth, options.digits);
         let hertz = if has_units {
             let turn = Ball::PI.scale(1);
-            number(&decimal(&(mode.omega / turn), options.digits))
+            Written::new(&(mode.omega / turn), options.digits).text()
         } else {
             String::new()
         };
         Self {
-            bound: one_digit_up_text(omega.error_bound.max(growth.error_bound)),
-            complete: complete(&omega) && complete(&growth),
-            omega: number(&omega),
-            growth: number(&growth),
+            bound: one_digit_up_text(omega.bound.max(growth.bound)),
+            complete: omega.complete && growth.complete,
+            omega: omega.text(),
+            growth: growth.text(),
             hertz,
         }
     }
@@ -212,16 +185,13 @@ fn table(
     modes: &[NormalMode],
     rows: &[Row],
     names: &[&str],
+    motion: Option<&str>,
     has_units: bool,
     style: &Style,
 ) -> String {
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
-        if has_units {
-            format!("{plain} ({unit})")
-        } else {
-            plain.to_owned()
-        }
+        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
     };
     let counting = (1..=modes.len()).map(|at| at.to_string()).collect();
     let mut columns = vec![
@@ -229,32 +199,30 @@ fn table(
         Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
     ];
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
-        columns.push(Column::numbers(
-            &heading("growth", "1/s"),
-            of(|row| &row.growth),
-        ));
+        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
     }
     columns.push(Column::new("±", of(|row| &row.bound), CellAlignment::Right));
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }
-    let kinds = modes
-        .iter()
-        .map(|mode| kind_word(mode.kind).1.to_owned())
-        .collect();
+    let kinds = modes.iter().map(|mode| kind_word(mode.kind).1.to_owned()).collect();
     columns.push(Column::words("kind", kinds));
     let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
         modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes
-                .iter()
-                .map(|mode| text(mode).clone().unwrap_or_default());
+            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
             cells.collect()
         })
     };
     if let Some(cells) = optional(|mode| &mode.symmetry) {
         columns.push(Column::words("symmetry", cells));
     }
-    let meaning = optional(|mode| &mode.meaning).map(|cells| Column::words("motion", cells));
+    let meaning = motion.map(|motion| {
+        let cells = modes.iter().map(|mode| match mode.kind {
+            Kind::Zero => motion.to_owned(),
+            Kind::Oscillation | Kind::Unstable | Kind::Undecided => String::new(),
+        });
+        Column::words("motion", cells.collect())
+    });
     if modes.iter().any(|mode| !mode.vector.is_empty()) {
         let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
         columns.extend(shape(modes, names, style.width.saturating_sub(used)));
@@ -270,8 +238,10 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
             .iter()
             .enumerate()
             .map(|(at, name)| {
-                let cells = modes.iter().map(|mode| component(mode, at, SHAPE_DIGITS));
-                Column::numbers(name, cells.collect())
+                let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
+                let power = common_power(sizes);
+                let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
+                Column::numbers(&over_power(name, power), cells.collect())
             })
             .collect();
         let width: usize = columns.iter().map(Column::width).sum();
@@ -280,24 +250,38 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
         }
     }
     let room = room.max(LEAST_SHAPE);
-    let cells = modes
-        .iter()
-        .map(|mode| largest(mode, names, room))
-        .collect();
-    vec![Column::words("shape", cells)]
+    let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
+    let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
+    vec![Column::words(&over_power("shape", power), cells)]
 }
 
-/// A component with its bound.
-fn component(mode: &NormalMode, at: usize, digits: usize) -> String {
+/// The power of ten that is written once over a column: normalised shapes of molecules are of the
+/// order 1e13. 0 where the numbers are handy as they are.
+fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
+    let top = values.fold(0.0_f64, |top, value| top.max(value.abs()));
+    if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) {
+        0
+    } else {
+        top.log10().floor() as i32
+    }
+}
+
+/// `x / 1e13`: the heading of a column whose numbers are divided by a power of ten.
+fn over_power(name: &str, power: i32) -> String {
+    if power == 0 { name.to_owned() } else { format!("{name} / 1e{power}") }
+}
+
+/// A component over a power of ten, with the digits its bound decides.
+fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
     let value = mode.vector.get(at).copied().unwrap_or(0.0);
-    number(&decimal(
-        &Ball::from(value).with_added_radius(mode.vector_error_bound),
-        digits,
-    ))
+    let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
+    let ten = Ball::from(10.0).powi(power.abs());
+    let scaled = if power < 0 { value * ten } else { value / ten };
+    Written::new(&scaled, digits).text()
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
-fn largest(mode: &NormalMode, names: &[&str], room: usize) -> String {
+fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
     let mut order: Vec<(f64, usize)> = mode
         .vector
@@ -307,12 +291,12 @@ fn largest(mode: &NormalMode, names: &[&str], room: usize) -> String {
         .map(|(at, size)| (size, at))
         .collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
-    // Only the upper tenth in size can be among the largest that are named, unless there is room.
+    // A thousandth of the largest can't be seen in a shape.
     order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
     let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()
         .map(|(_, at)| {
-            let text = component(mode, at, ROUGH_DIGITS);
+            let text = component(mode, at, power, ROUGH_DIGITS);
             let size = text.parse::<f64>().map_or(0.0, f64::abs);
             (size, at, text)
         })
@@ -341,11 +325,9 @@ fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(
-        columns
-            .iter()
-            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
-    );
+    table.set_header(columns.iter().map(|column| {
+        Cell::new(&column.heading).set_alignment(column.alignment)
+    }));
     for at in 0..modes.len() {
         table.add_row(columns.iter().map(|column| {
             let cell = column.cells.get(at).map_or("", String::as_str);
@@ -374,26 +356,26 @@ fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
 
 /// What the table can't say.
 fn remarks(
-    modes: &[NormalMode],
+    modes: &NormalModes,
     rows: &[Row],
-    stability: Stability,
+    motions: &[&str],
     options: &Options,
     style: &Style,
 ) -> String {
     let mut out = String::new();
-    let undecided: Vec<usize> = modes
-        .iter()
-        .enumerate()
-        .filter(|(_, mode)| mode.kind == Kind::Undecided)
-        .map(|(at, _)| at)
-        .collect();
+    if motions.len() > 1 {
+        let zero = of_kind(modes, Kind::Zero);
+        let title = format!("{} together are", numbered(&zero));
+        out.push_str(&listed(&title, &alike_together(motions), style.width));
+    }
+    let undecided = of_kind(modes, Kind::Undecided);
     if !undecided.is_empty() {
         let list = numbered(&undecided);
         out.push_str(&format!(
             "{}: omega^2 of {list} can't be told from zero within its bound, so it may oscillate, grow or rest\n",
             style.paint(Tone::Careful, "undecided"),
         ));
-    } else if stability == Stability::Undecided {
+    } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not settle it\n");
     }
     let short: Vec<usize> = rows
@@ -415,6 +397,11 @@ fn remarks(
     out
 }
 
+fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
+    let modes = modes.modes.iter().enumerate();
+    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
+}
+
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
 fn numbered(modes: &[usize]) -> String {
     match modes {
@@ -432,6 +419,24 @@ fn numbered(modes: &[usize]) -> String {
             format!("modes {} and {} more", some.join(", "), all.len() - 5)
         }
     }
+}
+
+/// Motions with equal names are named once, with their number.
+fn alike_together(meanings: &[&str]) -> Vec<String> {
+    let mut groups: Vec<(&str, usize)> = Vec::new();
+    for meaning in meanings {
+        match groups.iter_mut().find(|(other, _)| other == meaning) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((meaning, 1)),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(meaning, count)| match count {
+            1 => meaning.to_owned(),
+            _ => format!("{meaning} ({count} times)"),
+        })
+        .collect()
 }
 
 #[cfg(test)]
@@ -466,8 +471,8 @@ mod tests {
     fn shapes_name_their_largest_components() {
         let names = ["a", "b", "c", "d"];
         let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
-        assert_eq!(largest(&shape, &names, 80), "b -0.70, c 0.70, a 0.10");
-        assert_eq!(largest(&shape, &names, 18), "b -0.70, …");
-        assert_eq!(largest(&mode(Vec::new()), &names, 18), "");
+        assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
+        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, …");
+        assert_eq!(largest(&mode(Vec::new()), &names, 0, 18), "");
     }
 }
