@@ -1,5 +1,7 @@
 //! Reading expectations from headers, and the way from a file to its modes.
 
+#![allow(dead_code)] // each test file uses its part
+
 use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
@@ -83,12 +85,24 @@ fn fault(source: &str, diagnostics: impl Iterator<Item = Diagnostic>) -> Fault {
 
 pub(crate) fn run(path: &Path, settings: &[String]) -> Result<Done, Fault> {
     let source = String::from_utf8(std::fs::read(path).unwrap()).unwrap();
-    run_source(&source, path.parent(), settings)
+    run_source(&source, path.parent(), settings, None)
 }
 
-pub(crate) fn run_source(source: &str, folder: Option<&Path>, settings: &[String]) -> Result<Done, Fault> {
+pub(crate) fn run_with_table(source: &str, table: Option<&str>) -> Result<Done, Fault> {
+    run_source(source, None, &[], table)
+}
+
+fn run_source(
+    source: &str,
+    folder: Option<&Path>,
+    settings: &[String],
+    table: Option<&str>,
+) -> Result<Done, Fault> {
     let file = parse(source).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
     let mut tables = TableTexts::new();
+    if let Some(table) = table {
+        tables = tables.with("t.csv", table);
+    }
     for statement in &file.statements {
         if let (StatementKind::Table { path, .. }, Some(folder)) = (&statement.kind, folder)
             && let Ok(csv) = std::fs::read_to_string(folder.join(path))
