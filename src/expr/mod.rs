@@ -36,6 +36,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::number::Number;
 
 pub use crate::precision::Function;
+pub use derive::Derivatives;
 pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
     sqrt_mod, sub_mod,
@@ -253,6 +254,12 @@ impl Pool {
         self.nodes.get(id.index()).unwrap_or(&Node::Undefined)
     }
 
+    /// The expressions from a place on, in ascending order: those made since the pool was as long.
+    pub fn ids_from(&self, place: usize) -> impl Iterator<Item = ExprId> + use<> {
+        let end = u32::try_from(self.nodes.len()).unwrap_or(u32::MAX);
+        (u32::try_from(place).unwrap_or(u32::MAX)..end).map(ExprId)
+    }
+
     /// The value of an expression that is a number.
     #[must_use]
     pub fn as_number(&self, id: ExprId) -> Option<&Number> {
@@ -360,14 +367,21 @@ impl Pool {
     fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
         let hash = intern::hash_sum(&constant, terms);
         let is_same = |id: u32| match self.nodes.get(id as usize) {
-            Some(Node::Sum { constant: other, terms: others }) => {
-                **others == **terms && *other == constant
-            }
+            Some(Node::Sum {
+                constant: other,
+                terms: others,
+            }) => **others == **terms && *other == constant,
             Some(_) | None => false,
         };
         match self.table.find(hash, is_same) {
             Some(id) => ExprId(id),
-            None => self.insert(hash, Node::Sum { constant, terms: terms.drain(..).collect() }),
+            None => self.insert(
+                hash,
+                Node::Sum {
+                    constant,
+                    terms: terms.drain(..).collect(),
+                },
+            ),
         }
     }
 

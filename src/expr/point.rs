@@ -266,7 +266,10 @@ pub(super) struct Point<'a> {
 impl Point<'_> {
     /// The value of an expression that was evaluated before.
     pub(super) fn value(&self, id: ExprId) -> u64 {
-        self.values.get(self.plan.reachable.place(id)).copied().unwrap_or(0)
+        self.values
+            .get(self.plan.reachable.place(id))
+            .copied()
+            .unwrap_or(0)
     }
 
     fn value_of(&mut self, id: ExprId, symbols: &dyn Fn(Symbol) -> u64) -> Option<u64> {

@@ -78,7 +78,8 @@ impl Pool {
             }
             Node::Sum { constant, terms } => {
                 let constant = constant.mul(factor);
-                self.term_buffer.extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
+                self.term_buffer
+                    .extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
                 self.finish_sum(constant)
             }
             Node::Undefined => UNDEFINED,
@@ -101,7 +102,10 @@ impl Pool {
         for (e, factor) in parts {
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
-                Node::Sum { constant: inner, terms } => {
+                Node::Sum {
+                    constant: inner,
+                    terms,
+                } => {
                     constant = constant.add(&inner.mul(&factor));
                     collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
                 }

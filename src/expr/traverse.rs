@@ -72,7 +72,11 @@ impl Pool {
     /// The reachable expressions with their places.
     pub(super) fn reachable_places(&self, roots: &[ExprId]) -> Reachable {
         let size = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);
-        let few = if size <= SMALL_POOL { None } else { self.reachable_if_few(roots, size / 64) };
+        let few = if size <= SMALL_POOL {
+            None
+        } else {
+            self.reachable_if_few(roots, size / 64)
+        };
         few.unwrap_or_else(|| self.reachable_by_bits(roots, size))
     }
 
@@ -98,7 +102,10 @@ impl Pool {
         for (place, id) in ids.iter().enumerate() {
             places.insert(*id, place);
         }
-        Some(Reachable { ids, index: Index::Sparse(places) })
+        Some(Reachable {
+            ids,
+            index: Index::Sparse(places),
+        })
     }
 
     /// The reachable expressions by marking children downwards from the largest root.
@@ -132,7 +139,10 @@ impl Pool {
                 before
             })
             .collect();
-        Reachable { ids, index: Index::Dense { bits, before } }
+        Reachable {
+            ids,
+            index: Index::Dense { bits, before },
+        }
     }
 
     /// The symbols that occur in an expression, in order of creation.

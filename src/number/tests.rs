@@ -136,7 +136,9 @@ fn literals() {
     ] {
         assert_eq!(n(text).to_string(), value);
     }
-    for text in ["", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e20001", "1e-20001", "0x1"] {
+    for text in [
+        "", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e20001", "1e-20001", "0x1",
+    ] {
         assert_eq!(Number::parse(text), None, "{text}");
     }
     assert!(Number::parse("1e20000").is_some());
@@ -200,7 +202,11 @@ fn decimals() {
 fn factors_are_what_they_say() {
     let show = |value: &str| {
         let factors = n(value).factors();
-        factors.iter().map(|f| format!("{}^{}", f.base, f.multiplicity)).collect::<Vec<_>>().join(" ")
+        factors
+            .iter()
+            .map(|f| format!("{}^{}", f.base, f.multiplicity))
+            .collect::<Vec<_>>()
+            .join(" ")
     };
     assert_eq!(show("1"), "");
     assert_eq!(show("360"), "2^3 3^2 5^1");
