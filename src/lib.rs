@@ -67,3 +67,12 @@ pub mod modes;
 
 #[cfg(feature = "engine")]
 pub mod oscillation;
+
+#[cfg(feature = "cli")]
+pub mod report;
+
+#[cfg(feature = "engine")]
+mod error;
+
+#[cfg(feature = "engine")]
+pub use error::Error;

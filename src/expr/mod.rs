@@ -14,6 +14,24 @@
 //! This module knows nothing of mechanics, of files and of places in them. It never fails:
 //! what has no value (`1/0`, `ln(0)`, `acos(2)`) is [`Node::Undefined`], which spreads to
 //! everything made of it.
+//!
+//! ```
+//! use librate::expr::{Pool, Tape, ZeroVerdict};
+//!
+//! let mut pool = Pool::default();
+//! let (x, k) = (pool.symbol("x"), pool.symbol("k"));
+//! let (ex, ek) = (pool.symbol_expr(x), pool.symbol_expr(k));
+//! let cosine = pool.cos(ex);
+//! let one = pool.one();
+//! let height = pool.sub(one, cosine);
+//! let energy = pool.mul(ek, height);
+//! assert_eq!(pool.display(energy), "k*(1 - cos(x))");
+//! let force = pool.diff(energy, x);
+//! assert_eq!(pool.display(force), "k*sin(x)");
+//! let difference = pool.sub(force, energy);
+//! assert_eq!(pool.is_zero(difference), ZeroVerdict::NonZero);
+//! assert!(Tape::compile(&pool, &[force], &[x]).is_err()); // k has no value
+//! ```
 
 mod angle;
 mod derive;

@@ -290,6 +290,8 @@ pub(super) struct World {
     pub(super) parameter_families: Vec<Family>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) coordinate_families: Vec<Family>,
+    /// The factor of the unit that a family is declared in.
+    pub(super) coordinate_units: Vec<Option<ExprId>>,
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) accelerations: HashMap<usize, Symbol>,
     pub(super) lets: Vec<LetFamily>,

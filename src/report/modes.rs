@@ -1,0 +1,473 @@
+//! Frequencies and shapes as a table to read.
+
+use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
+
+use super::{Style, Tone, align_at_point, counted, flow, headline};
+use crate::linearize::{Linearized, Origin};
+use crate::modes::{Kind, Options, Stability};
+use crate::oscillation::{NormalMode, NormalModes};
+use crate::precision::{Ball, Decimal, Rounding, decimal, one_digit_up_text};
+
+/// With more coordinates than this, a shape names its largest components only.
+const MOST_COMPONENTS: usize = 6;
+/// Digits of a component of a shape.
+const SHAPE_DIGITS: usize = 4;
+/// Digits of a component where the shape names its largest ones.
+const ROUGH_DIGITS: usize = 2;
+/// A list of the equilibrium's coordinates ends here.
+const MOST_LISTED: usize = 12;
+/// Columns that stay free for a shape on a narrow terminal.
+const LEAST_SHAPE: usize = 24;
+
+/// The modes of a model as text: a headline, the equilibrium, its stability and a table with one
+/// line a mode.
+///
+/// `options` are those that the modes were computed with. Frequencies have `options.digits`
+/// correctly rounded digits or, where the bounds decide fewer, those, and a remark below the table.
+#[must_use]
+pub fn modes_text(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    options: &Options,
+    style: &Style,
+) -> String {
+    let model = linearized.model();
+    let count = linearized.dimension();
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
+    out.push('\n');
+    out.push_str(&equilibrium_text(linearized, options, style));
+    let (tone, word) = stability_word(modes.stability);
+    out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
+    if modes.modes.len() < count && !modes.modes.is_empty() {
+        out.push_str(&format!(
+            "the {} lowest of {count} modes\n",
+            modes.modes.len()
+        ));
+    }
+    let rows: Vec<Row> = modes
+        .modes
+        .iter()
+        .map(|mode| Row::new(mode, options, model.has_units))
+        .collect();
+    let names: Vec<&str> = model
+        .coordinates
+        .iter()
+        .map(|coordinate| coordinate.name.as_str())
+        .collect();
+    out.push_str(&table(&modes.modes, &rows, &names, model.has_units, style));
+    out.push_str(&remarks(
+        &modes.modes,
+        &rows,
+        modes.stability,
+        options,
+        style,
+    ));
+    out
+}
+
+fn stability_word(stability: Stability) -> (Tone, &'static str) {
+    match stability {
+        Stability::Stable => (Tone::Good, "stable"),
+        Stability::Neutral => (Tone::Careful, "neutral"),
+        Stability::Unstable => (Tone::Bad, "unstable"),
+        Stability::Undecided => (Tone::Careful, "undecided"),
+    }
+}
+
+fn kind_word(kind: Kind) -> (Option<Tone>, &'static str) {
+    match kind {
+        Kind::Oscillation => (None, "oscillation"),
+        Kind::Zero => (Some(Tone::Careful), "zero"),
+        Kind::Unstable => (Some(Tone::Bad), "unstable"),
+        Kind::Undecided => (Some(Tone::Careful), "undecided"),
+    }
+}
+
+fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
+    let equilibrium = linearized.equilibrium();
+    let origins = &equilibrium.origins;
+    let given = origins.contains(&Origin::Given);
+    let found = origins.contains(&Origin::Found);
+    let steps = format!("found in {}", counted(equilibrium.steps, "step"));
+    let zero = equilibrium.values.iter().all(Ball::is_zero);
+    let mixed = given && origins.iter().any(|origin| *origin != Origin::Given)
+        || found && origins.contains(&Origin::Zero);
+    let how = match (given, found) {
+        (_, true) => format!(" ({steps})"),
+        (true, false) => " (given)".to_owned(),
+        (false, false) => String::new(),
+    };
+    if zero {
+        let all = if equilibrium.values.len() == 1 {
+            "0"
+        } else {
+            "all coordinates 0"
+        };
+        return format!("equilibrium: {all}{how}\n");
+    }
+    let mut items: Vec<String> = linearized
+        .model()
+        .coordinates
+        .iter()
+        .zip(&equilibrium.values)
+        .zip(origins)
+        .take(MOST_LISTED)
+        .map(|((coordinate, value), origin)| {
+            let remark = match origin {
+                Origin::Given if mixed => " (given)",
+                Origin::Given | Origin::Zero | Origin::Found => "",
+            };
+            format!(
+                "{} = {}{remark}",
+                coordinate.name,
+                number(&decimal(value, options.digits))
+            )
+        })
+        .collect();
+    let count = equilibrium.values.len();
+    if count > MOST_LISTED {
+        items.push(format!("… ({} more)", count - MOST_LISTED));
+    }
+    let line = format!("equilibrium{how}: {}", items.join(", "));
+    if line.chars().count() <= style.width {
+        return format!("{line}\n");
+    }
+    format!("equilibrium{how}:\n{}", flow(&items, "  ", style.width))
+}
+
+/// The digits, or a question mark where there are none.
+fn number(decimal: &Decimal) -> String {
+    if decimal.error_bound.is_finite() {
+        decimal.text.clone()
+    } else {
+        "?".to_owned()
+    }
+}
+
+/// The numbers of a mode in writing.
+struct Row {
+    omega: String,
+    growth: String,
+    hertz: String,
+    bound: String,
+    /// Whether all digits asked for are there.
+    complete: bool,
+}
+
+impl Row {
+    fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
+        let omega = decimal(&mode.omega, options.digits);
+        let growth = decimal(&mode.growth, options.digits);
+        let complete =
+            |decimal: &Decimal| matches!(decimal.rounding, Rounding::Correct | Rounding::Tie);
+        let hertz = if has_units {
+            let turn = Ball::PI.scale(1);
+            number(&decimal(&(mode.omega / turn), options.digits))
+        } else {
+            String::new()
+        };
+        Self {
+            bound: one_digit_up_text(omega.error_bound.max(growth.error_bound)),
+            complete: complete(&omega) && complete(&growth),
+            omega: number(&omega),
+            growth: number(&growth),
+            hertz,
+        }
+    }
+}
+
+/// One column: its heading, its cells and which way they lean.
+struct Column {
+    heading: String,
+    cells: Vec<String>,
+    alignment: CellAlignment,
+}
+
+impl Column {
+    fn new(heading: &str, cells: Vec<String>, alignment: CellAlignment) -> Self {
+        Self {
+            heading: heading.to_owned(),
+            cells,
+            alignment,
+        }
+    }
+
+    fn numbers(heading: &str, mut cells: Vec<String>) -> Self {
+        align_at_point(&mut cells);
+        Self::new(heading, cells, CellAlignment::Left)
+    }
+
+    fn words(heading: &str, cells: Vec<String>) -> Self {
+        Self::new(heading, cells, CellAlignment::Left)
+    }
+
+    /// With the two spaces that separate it from the next.
+    fn width(&self) -> usize {
+        let cells = self.cells.iter().map(|cell| cell.chars().count()).max();
+        cells.unwrap_or(0).max(self.heading.chars().count()) + 2
+    }
+}
+
+fn table(
+    modes: &[NormalMode],
+    rows: &[Row],
+    names: &[&str],
+    has_units: bool,
+    style: &Style,
+) -> String {
+    let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
+    let heading = |plain: &str, unit: &str| {
+        if has_units {
+            format!("{plain} ({unit})")
+        } else {
+            plain.to_owned()
+        }
+    };
+    let counting = (1..=modes.len()).map(|at| at.to_string()).collect();
+    let mut columns = vec![
+        Column::new("mode", counting, CellAlignment::Right),
+        Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
+    ];
+    if modes.iter().any(|mode| !mode.growth.is_zero()) {
+        columns.push(Column::numbers(
+            &heading("growth", "1/s"),
+            of(|row| &row.growth),
+        ));
+    }
+    columns.push(Column::new("±", of(|row| &row.bound), CellAlignment::Right));
+    if has_units {
+        columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
+    }
+    let kinds = modes
+        .iter()
+        .map(|mode| kind_word(mode.kind).1.to_owned())
+        .collect();
+    columns.push(Column::words("kind", kinds));
+    let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
+        modes.iter().any(|mode| text(mode).is_some()).then(|| {
+            let cells = modes
+                .iter()
+                .map(|mode| text(mode).clone().unwrap_or_default());
+            cells.collect()
+        })
+    };
+    if let Some(cells) = optional(|mode| &mode.symmetry) {
+        columns.push(Column::words("symmetry", cells));
+    }
+    let meaning = optional(|mode| &mode.meaning).map(|cells| Column::words("motion", cells));
+    if modes.iter().any(|mode| !mode.vector.is_empty()) {
+        let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
+        columns.extend(shape(modes, names, style.width.saturating_sub(used)));
+    }
+    columns.extend(meaning);
+    draw(&columns, modes, style)
+}
+
+/// The shapes: a column a coordinate where that fits, else the largest components by name.
+fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
+    if names.len() <= MOST_COMPONENTS {
+        let columns: Vec<Column> = names
+            .iter()
+            .enumerate()
+            .map(|(at, name)| {
+                let cells = modes.iter().map(|mode| component(mode, at, SHAPE_DIGITS));
+                Column::numbers(name, cells.collect())
+            })
+            .collect();
+        let width: usize = columns.iter().map(Column::width).sum();
+        if width <= room {
+            return columns;
+        }
+    }
+    let room = room.max(LEAST_SHAPE);
+    let cells = modes
+        .iter()
+        .map(|mode| largest(mode, names, room))
+        .collect();
+    vec![Column::words("shape", cells)]
+}
+
+/// A component with its bound.
+fn component(mode: &NormalMode, at: usize, digits: usize) -> String {
+    let value = mode.vector.get(at).copied().unwrap_or(0.0);
+    number(&decimal(
+        &Ball::from(value).with_added_radius(mode.vector_error_bound),
+        digits,
+    ))
+}
+
+/// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
+fn largest(mode: &NormalMode, names: &[&str], room: usize) -> String {
+    // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
+    let mut order: Vec<(f64, usize)> = mode
+        .vector
+        .iter()
+        .map(|value| value.abs())
+        .enumerate()
+        .map(|(at, size)| (size, at))
+        .collect();
+    let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
+    // Only the upper tenth in size can be among the largest that are named, unless there is room.
+    order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
+    let mut texts: Vec<(f64, usize, String)> = order
+        .into_iter()
+        .map(|(_, at)| {
+            let text = component(mode, at, ROUGH_DIGITS);
+            let size = text.parse::<f64>().map_or(0.0, f64::abs);
+            (size, at, text)
+        })
+        .collect();
+    texts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut out = String::new();
+    let mut used = 0;
+    let count = texts.len();
+    for (rank, (_, at, text)) in texts.into_iter().enumerate() {
+        let name = names.get(at).copied().unwrap_or("");
+        let separator = if rank == 0 { "" } else { ", " };
+        let item = format!("{separator}{name} {text}");
+        let size = item.chars().count();
+        let rest = if rank + 1 < count { 3 } else { 0 };
+        if rank >= MOST_COMPONENTS || rank > 0 && used + size + rest > room {
+            out.push_str(", …");
+            break;
+        }
+        out.push_str(&item);
+        used += size;
+    }
+    out
+}
+
+fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
+    let mut table = Table::new();
+    table.load_style(presets::NOTHING);
+    table.set_content_arrangement(ContentArrangement::Disabled);
+    table.set_header(
+        columns
+            .iter()
+            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
+    );
+    for at in 0..modes.len() {
+        table.add_row(columns.iter().map(|column| {
+            let cell = column.cells.get(at).map_or("", String::as_str);
+            Cell::new(cell).set_alignment(column.alignment)
+        }));
+    }
+    for column in table.column_iter_mut() {
+        column.set_padding((0, 2));
+    }
+    let mut out = String::new();
+    for (line, text) in table.lines().enumerate() {
+        let text = text.trim_end();
+        let painted = match line.checked_sub(1).and_then(|at| modes.get(at)) {
+            None => style.paint(Tone::Heading, text),
+            // The kind is the first word of its row.
+            Some(mode) => match kind_word(mode.kind) {
+                (Some(tone), word) => text.replacen(word, &style.paint(tone, word), 1),
+                (None, _) => text.to_owned(),
+            },
+        };
+        out.push_str(&painted);
+        out.push('\n');
+    }
+    out
+}
+
+/// What the table can't say.
+fn remarks(
+    modes: &[NormalMode],
+    rows: &[Row],
+    stability: Stability,
+    options: &Options,
+    style: &Style,
+) -> String {
+    let mut out = String::new();
+    let undecided: Vec<usize> = modes
+        .iter()
+        .enumerate()
+        .filter(|(_, mode)| mode.kind == Kind::Undecided)
+        .map(|(at, _)| at)
+        .collect();
+    if !undecided.is_empty() {
+        let list = numbered(&undecided);
+        out.push_str(&format!(
+            "{}: omega^2 of {list} can't be told from zero within its bound, so it may oscillate, grow or rest\n",
+            style.paint(Tone::Careful, "undecided"),
+        ));
+    } else if stability == Stability::Undecided {
+        out.push_str("the stability is undecided: the bounds do not settle it\n");
+    }
+    let short: Vec<usize> = rows
+        .iter()
+        .enumerate()
+        .filter(|(at, row)| !row.complete && !undecided.contains(at))
+        .map(|(at, _)| at)
+        .collect();
+    if !short.is_empty() {
+        out.push_str(&format!(
+            "fewer than {} digits of {}: only those that are certain are printed\n",
+            options.digits,
+            numbered(&short)
+        ));
+    }
+    if !out.is_empty() {
+        out.insert(0, '\n');
+    }
+    out
+}
+
+/// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
+fn numbered(modes: &[usize]) -> String {
+    match modes {
+        [] => "no mode".to_owned(),
+        [only] => format!("mode {}", only + 1),
+        [first, .., last] if last - first + 1 == modes.len() && modes.len() > 2 => {
+            format!("modes {} to {}", first + 1, last + 1)
+        }
+        [some @ .., last] if some.len() < 6 => {
+            let some: Vec<String> = some.iter().map(|at| (at + 1).to_string()).collect();
+            format!("modes {} and {}", some.join(", "), last + 1)
+        }
+        all => {
+            let some: Vec<String> = all.iter().take(5).map(|at| (at + 1).to_string()).collect();
+            format!("modes {} and {} more", some.join(", "), all.len() - 5)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_counted_from_one() {
+        assert_eq!(numbered(&[2]), "mode 3");
+        assert_eq!(numbered(&[0, 1]), "modes 1 and 2");
+        assert_eq!(numbered(&[0, 1, 2, 3, 4, 5, 6]), "modes 1 to 7");
+        assert_eq!(numbered(&[0, 1, 4]), "modes 1, 2 and 5");
+        let odd: Vec<usize> = (0..20).map(|i| 2 * i).collect();
+        assert_eq!(numbered(&odd), "modes 1, 3, 5, 7, 9 and 15 more");
+    }
+
+    fn mode(vector: Vec<f64>) -> NormalMode {
+        NormalMode {
+            kind: Kind::Oscillation,
+            omega_squared: Ball::ONE,
+            omega: Ball::ONE,
+            growth: Ball::ZERO,
+            vector,
+            vector_error_bound: 1e-15,
+            cluster: 0,
+            symmetry: None,
+            meaning: None,
+        }
+    }
+
+    #[test]
+    fn shapes_name_their_largest_components() {
+        let names = ["a", "b", "c", "d"];
+        let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
+        assert_eq!(largest(&shape, &names, 80), "b -0.70, c 0.70, a 0.10");
+        assert_eq!(largest(&shape, &names, 18), "b -0.70, …");
+        assert_eq!(largest(&mode(Vec::new()), &names, 18), "");
+    }
+}
