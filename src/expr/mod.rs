@@ -54,6 +54,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::number::Number;
 
 pub use crate::precision::Function;
+pub use derive::Derivatives;
 pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
     sqrt_mod, sub_mod,
@@ -269,6 +270,12 @@ impl Pool {
     #[must_use]
     pub fn node(&self, id: ExprId) -> &Node {
         self.nodes.get(id.index()).unwrap_or(&Node::Undefined)
+    }
+
+    /// The expressions from a place on, in ascending order: those made since the pool was as long.
+    pub fn ids_from(&self, place: usize) -> impl Iterator<Item = ExprId> + use<> {
+        let end = u32::try_from(self.nodes.len()).unwrap_or(u32::MAX);
+        (u32::try_from(place).unwrap_or(u32::MAX)..end).map(ExprId)
     }
 
     /// The value of an expression that is a number.

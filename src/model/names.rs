@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::program::{IndexProgram, Program};
 use super::table::Table;
 use super::values::Value;
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{Derivatives, ExprId, Pool, Symbol};
 use crate::span::Span;
 use crate::syntax::ExprRef;
 
@@ -302,6 +302,8 @@ pub(super) struct World {
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,
+    /// The time derivatives taken so far.
+    pub(super) rates: Derivatives,
 }
 
 impl World {

@@ -490,13 +490,20 @@ impl World {
 
     /// The total time derivative: the chain rule through coordinates, velocities and the time.
     pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut seeds = crate::expr::Seeds::default();
-        for symbol in self.pool.symbols_of(roots) {
-            if let Some(rate) = self.rate(symbol) {
-                seeds.insert(symbol, rate);
-            }
+        let mut derivatives = Vec::with_capacity(roots.len());
+        for root in roots {
+            let derivative = loop {
+                match self.pool.derivative(&mut self.rates, *root) {
+                    Ok(derivative) => break derivative,
+                    Err(symbol) => {
+                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
+                        self.rates.set(&mut self.pool, symbol, rate);
+                    }
+                }
+            };
+            derivatives.push(derivative);
         }
-        self.pool.derivation(roots, &seeds)
+        derivatives
     }
 }
 
