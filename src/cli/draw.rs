@@ -1,8 +1,7 @@
 //! Drawing diagnostics below the lines they are about.
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet,
-    normalize_untrusted_str,
+    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet, normalize_untrusted_str,
 };
 use librate::diagnostic::{Diagnostic, Label, Severity};
 
