@@ -90,7 +90,10 @@ fn matrices_as_text() {
 #[test]
 fn a_large_model_stays_readable() {
     let text = printed(&["modes", "models/ubiquitin.lag"]);
-    assert!(text.lines().all(|line| line.chars().count() <= 110), "{text}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 110),
+        "{text}"
+    );
     assert!(text.lines().count() > 228);
     assert!(text.contains("together are"));
 }
@@ -121,7 +124,10 @@ fn digits_are_those_asked_for_or_those_certain() {
     assert!(text.contains("3.13 ") && text.contains("5e-3"), "{text}");
     let text = printed(&["modes", PENDULUMS, "--digits", "60"]);
     assert!(text.contains("3.13209195267316505392732"), "{text}");
-    assert!(text.contains("fewer than 60 digits of modes 1 to 3"), "{text}");
+    assert!(
+        text.contains("fewer than 60 digits of modes 1 to 3"),
+        "{text}"
+    );
 }
 
 #[test]
@@ -148,9 +154,15 @@ fn tables_stand_beside_the_model() {
 #[test]
 fn check_says_one_line() {
     let text = printed(&["check", PENDULUMS]);
-    assert_eq!(text, "three_pendulums: 3 coordinates, T and V are in order\n");
+    assert_eq!(
+        text,
+        "three_pendulums: 3 coordinates, T and V are in order\n"
+    );
     let run = with_input(&["check", "-"], "coord x  lagrangian = x'^2 - x^2");
-    assert_eq!(run.out, "<stdin>: 1 coordinate, the lagrangian is in order\n");
+    assert_eq!(
+        run.out,
+        "<stdin>: 1 coordinate, the lagrangian is in order\n"
+    );
     let run = with_input(&["check", "-"], "coord x  T = x'^2");
     assert_eq!(run.out, "<stdin>: 1 coordinate, T is in order, V is 0\n");
 }
@@ -186,7 +198,10 @@ fn exit_statuses() {
             assert_eq!(run.err, "", "{arguments:?}");
         } else {
             assert_eq!(run.out, "", "{arguments:?}");
-            assert!(run.err.contains("error: ") || arguments.is_empty(), "{arguments:?}");
+            assert!(
+                run.err.contains("error: ") || arguments.is_empty(),
+                "{arguments:?}"
+            );
         }
     }
 }
@@ -219,7 +234,11 @@ fn files_that_are_no_text() {
     let path = scratch("latin.lag", b"coord x\nparam gr\xf6\xdfe = 1\n");
     let run = run(&["check", path.to_str().unwrap()]);
     assert_eq!(run.status, 1);
-    assert!(run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"), "{}", run.err);
+    assert!(
+        run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"),
+        "{}",
+        run.err
+    );
     let run = finish(command(&["check", "-"]), b"\xff\xfe");
     assert_eq!(run.status, 1);
     assert!(run.err.contains("not UTF-8"), "{}", run.err);
@@ -249,7 +268,13 @@ fn colour_only_where_it_is_wanted() {
     let bare: String = forced
         .split('\u{1b}')
         .enumerate()
-        .map(|(at, part)| if at == 0 { part } else { part.split_once('m').unwrap().1 })
+        .map(|(at, part)| {
+            if at == 0 {
+                part
+            } else {
+                part.split_once('m').unwrap().1
+            }
+        })
         .collect();
     assert_eq!(bare, plain.out);
 }
@@ -266,16 +291,27 @@ fn a_reader_that_leaves_is_no_error() {
 }
 
 fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
 }
 
 #[test]
 fn modes_as_json() {
     let text = printed(&["modes", PENDULUMS, "--json"]);
     let json: Value = serde_json::from_str(&text).unwrap();
-    assert_eq!(keys(&json), ["model", "coordinates", "equilibrium", "stability", "modes"]);
+    assert_eq!(
+        keys(&json),
+        ["model", "coordinates", "equilibrium", "stability", "modes"]
+    );
     assert_eq!(json["model"], "three_pendulums");
-    assert_eq!(json["coordinates"], serde_json::json!(["phi[1]", "phi[2]", "phi[3]"]));
+    assert_eq!(
+        json["coordinates"],
+        serde_json::json!(["phi[1]", "phi[2]", "phi[3]"])
+    );
     assert_eq!(json["equilibrium"], serde_json::json!([0.0, 0.0, 0.0]));
     assert_eq!(json["stability"], "stable");
     let modes = json["modes"].as_array().unwrap();
@@ -297,8 +333,14 @@ fn modes_as_json() {
                 "vector_error_bound"
             ]
         );
-        assert_eq!((&mode["kind"], &mode["symmetry"]), (&"oscillation".into(), &symmetry.into()));
-        assert_eq!((&mode["growth"], &mode["growth_digits"]), (&0.0.into(), &"0".into()));
+        assert_eq!(
+            (&mode["kind"], &mode["symmetry"]),
+            (&"oscillation".into(), &symmetry.into())
+        );
+        assert_eq!(
+            (&mode["growth"], &mode["growth_digits"]),
+            (&0.0.into(), &"0".into())
+        );
         assert!(mode["vector_error_bound"].as_f64().unwrap() < 1e-13);
     }
     assert_eq!(modes[0]["omega"].as_f64().unwrap(), 9.81_f64.sqrt());
@@ -309,7 +351,11 @@ fn modes_as_json() {
     let bound = modes[0]["error_bound"].as_f64().unwrap();
     assert!((1e-17..=4.4e-16).contains(&bound), "{bound}");
     let components = modes[0]["vector"].as_array().unwrap();
-    assert!(components.iter().all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13));
+    assert!(
+        components
+            .iter()
+            .all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13)
+    );
 }
 
 #[test]
@@ -318,19 +364,29 @@ fn json_of_other_kinds_of_modes() {
         serde_json::from_str(&printed(&["modes", "models/egg_box_saddle.lag", "--json"])).unwrap();
     assert_eq!(json["stability"], "unstable");
     let (unstable, stable) = (&json["modes"][0], &json["modes"][1]);
-    assert_eq!((&unstable["kind"], &unstable["omega"]), (&"unstable".into(), &0.0.into()));
+    assert_eq!(
+        (&unstable["kind"], &unstable["omega"]),
+        (&"unstable".into(), &0.0.into())
+    );
     assert_eq!(unstable["omega_digits"], "0");
     assert!(unstable["growth"].as_f64().unwrap() > 0.0);
     assert!(unstable["omega_squared"].as_f64().unwrap() < 0.0);
     assert_eq!(stable["growth_digits"], "0");
 
-    let json: Value =
-        serde_json::from_str(&printed(&["modes", "models/water.lag", "--json", "--no-vectors"]))
-            .unwrap();
+    let json: Value = serde_json::from_str(&printed(&[
+        "modes",
+        "models/water.lag",
+        "--json",
+        "--no-vectors",
+    ]))
+    .unwrap();
     assert_eq!(json["stability"], "neutral");
     assert_eq!(json["zero_motions"].as_array().unwrap().len(), 6);
     let zero = &json["modes"][0];
-    assert_eq!((&zero["kind"], &zero["error_bound"]), (&"zero".into(), &0.0.into()));
+    assert_eq!(
+        (&zero["kind"], &zero["error_bound"]),
+        (&"zero".into(), &0.0.into())
+    );
     assert_eq!(zero["digits_error_bound"], 0.0);
     assert!(zero.get("vector").is_none() && zero.get("vector_error_bound").is_none());
 
@@ -344,13 +400,21 @@ fn json_of_other_kinds_of_modes() {
 #[test]
 fn matrices_as_json() {
     let json: Value = serde_json::from_str(&printed(&["derive", PENDULUMS, "--json"])).unwrap();
-    assert_eq!(keys(&json), ["model", "coordinates", "equilibrium", "mass", "stiffness"]);
+    assert_eq!(
+        keys(&json),
+        ["model", "coordinates", "equilibrium", "mass", "stiffness"]
+    );
     assert_eq!(json["equilibrium"], serde_json::json!(["0", "0", "0"]));
     assert_eq!(json["mass"][0][1], "0");
     assert_eq!(json["stiffness"][0][1], json["stiffness"][1][0]);
     // Entries are expressions of the language.
     for matrix in ["mass", "stiffness"] {
-        for entry in json[matrix].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap()) {
+        for entry in json[matrix]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|row| row.as_array().unwrap())
+        {
             let text = format!("let entry = {}", entry.as_str().unwrap());
             assert!(librate::syntax::parse(&text).is_ok(), "{text}");
         }

@@ -67,7 +67,11 @@ Examples:
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(name = "librate", version, about = ABOUT, after_help = EXAMPLE)]
-#[command(arg_required_else_help = true, disable_help_subcommand = true, max_term_width = 100)]
+#[command(
+    arg_required_else_help = true,
+    disable_help_subcommand = true,
+    max_term_width = 100
+)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,

@@ -1,8 +1,7 @@
 //! Drawing diagnostics below the lines they are about.
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet,
-    normalize_untrusted_str,
+    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet, normalize_untrusted_str,
 };
 use librate::diagnostic::{Diagnostic, Label, Severity};
 
@@ -115,7 +114,10 @@ impl<'a> Page<'a> {
     /// An excerpt from one line to another, both included.
     fn excerpt(&self, first: usize, last: usize) -> (usize, &'a str) {
         let start = self.lines[first];
-        let end = self.lines.get(last + 1).map_or(self.text.len(), |next| *next);
+        let end = self
+            .lines
+            .get(last + 1)
+            .map_or(self.text.len(), |next| *next);
         (start, &self.text[start..end])
     }
 }
@@ -190,7 +192,8 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Element<'a> {
             AnnotationKind::Context
         };
         let label = (!mark.text.is_empty()).then_some(mark.text);
-        kind.span(mark.start - offset..mark.end - offset).label(label)
+        kind.span(mark.start - offset..mark.end - offset)
+            .label(label)
     });
     Snippet::source(text)
         .line_start(first + 1)

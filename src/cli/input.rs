@@ -27,7 +27,9 @@ pub(crate) fn read_model(file: &Path) -> Result<Source, String> {
                 name: "<stdin>".to_owned(),
                 text,
             }),
-            Err(reason) => Err(format!("can't read the model from standard input: {reason}")),
+            Err(reason) => Err(format!(
+                "can't read the model from standard input: {reason}"
+            )),
         };
     }
     let name = file.display().to_string();

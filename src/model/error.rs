@@ -476,8 +476,7 @@ impl From<&ModelError> for Diagnostic {
             ModelError::UnknownSetting { nearest, .. } => {
                 or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
             }
-            ModelError::BadSetting { .. } => Diagnostic::global(message.clone())
-                .with_help(
+            ModelError::BadSetting { .. } => Diagnostic::global(message.clone()).with_help(
                 "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
             ),
             ModelError::MissingTable { span, .. } => {

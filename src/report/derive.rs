@@ -75,7 +75,10 @@ fn matrix_text(
             column.set_padding((0, 2));
         }
         let lines: Vec<String> = table.lines().collect();
-        if lines.iter().all(|line| line.trim_end().chars().count() + 2 <= style.width) {
+        if lines
+            .iter()
+            .all(|line| line.trim_end().chars().count() + 2 <= style.width)
+        {
             let body: String = lines
                 .iter()
                 .map(|line| format!("  {}\n", line.trim_end()))

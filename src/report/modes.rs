@@ -39,7 +39,10 @@ pub fn modes_text(
     let (tone, word) = stability_word(modes.stability);
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     if modes.modes.len() < count && !modes.modes.is_empty() {
-        out.push_str(&format!("the {} lowest of {count} modes\n", modes.modes.len()));
+        out.push_str(&format!(
+            "the {} lowest of {count} modes\n",
+            modes.modes.len()
+        ));
     }
     let rows: Vec<Row> = modes
         .modes
@@ -56,7 +59,14 @@ pub fn modes_text(
         [only] => Some(*only),
         [] | [_, ..] => None,
     };
-    out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
+    out.push_str(&table(
+        &modes.modes,
+        &rows,
+        &names,
+        motion,
+        model.has_units,
+        style,
+    ));
     out.push_str(&remarks(modes, &rows, &motions, options, style));
     out
 }
@@ -94,7 +104,11 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         (true | false, false) => String::new(),
     };
     if zero {
-        let all = if equilibrium.values.len() == 1 { "0" } else { "all coordinates 0" };
+        let all = if equilibrium.values.len() == 1 {
+            "0"
+        } else {
+            "all coordinates 0"
+        };
         return format!("equilibrium: {all}{how}\n");
     }
     let mut items: Vec<String> = linearized
@@ -109,7 +123,11 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            format!("{} = {}{remark}", coordinate.name, Written::new(value, options.digits).text())
+            format!(
+                "{} = {}{remark}",
+                coordinate.name,
+                Written::new(value, options.digits).text()
+            )
         })
         .collect();
     let count = equilibrium.values.len();
@@ -191,7 +209,11 @@ fn table(
 ) -> String {
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
-        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
+        if has_units {
+            format!("{plain} ({unit})")
+        } else {
+            plain.to_owned()
+        }
     };
     let counting = (1..=modes.len()).map(|at| at.to_string()).collect();
     let mut columns = vec![
@@ -199,17 +221,25 @@ fn table(
         Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
     ];
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
-        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
+        columns.push(Column::numbers(
+            &heading("growth", "1/s"),
+            of(|row| &row.growth),
+        ));
     }
     columns.push(Column::new("±", of(|row| &row.bound), CellAlignment::Right));
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }
-    let kinds = modes.iter().map(|mode| kind_word(mode.kind).1.to_owned()).collect();
+    let kinds = modes
+        .iter()
+        .map(|mode| kind_word(mode.kind).1.to_owned())
+        .collect();
     columns.push(Column::words("kind", kinds));
     let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
         modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
+            let cells = modes
+                .iter()
+                .map(|mode| text(mode).clone().unwrap_or_default());
             cells.collect()
         })
     };
@@ -240,7 +270,9 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
             .map(|(at, name)| {
                 let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
                 let power = common_power(sizes);
-                let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
+                let cells = modes
+                    .iter()
+                    .map(|mode| component(mode, at, power, SHAPE_DIGITS));
                 Column::numbers(&over_power(name, power), cells.collect())
             })
             .collect();
@@ -251,7 +283,10 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
     }
     let room = room.max(LEAST_SHAPE);
     let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
-    let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
+    let cells = modes
+        .iter()
+        .map(|mode| largest(mode, names, power, room))
+        .collect();
     vec![Column::words(&over_power("shape", power), cells)]
 }
 
@@ -268,7 +303,11 @@ fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
 
 /// `x / 1e13`: the heading of a column whose numbers are divided by a power of ten.
 fn over_power(name: &str, power: i32) -> String {
-    if power == 0 { name.to_owned() } else { format!("{name} / 1e{power}") }
+    if power == 0 {
+        name.to_owned()
+    } else {
+        format!("{name} / 1e{power}")
+    }
 }
 
 /// A component over a power of ten, with the digits its bound decides.
@@ -325,9 +364,11 @@ fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
     let mut table = Table::new();
     table.load_style(presets::NOTHING);
     table.set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(columns.iter().map(|column| {
-        Cell::new(&column.heading).set_alignment(column.alignment)
-    }));
+    table.set_header(
+        columns
+            .iter()
+            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
+    );
     for at in 0..modes.len() {
         table.add_row(columns.iter().map(|column| {
             let cell = column.cells.get(at).map_or("", String::as_str);
@@ -399,7 +440,10 @@ fn remarks(
 
 fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
     let modes = modes.modes.iter().enumerate();
-    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
+    modes
+        .filter(|(_, mode)| mode.kind == kind)
+        .map(|(at, _)| at)
+        .collect()
 }
 
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
@@ -472,7 +516,8 @@ mod tests {
         let names = ["a", "b", "c", "d"];
         let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
         assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
-        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, …");
+        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, c 0.70, …");
+        assert_eq!(largest(&shape, &names, 0, 17), "b -0.70, …");
         assert_eq!(largest(&mode(Vec::new()), &names, 0, 18), "");
     }
 }
