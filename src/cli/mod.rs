@@ -29,7 +29,7 @@ const PLAIN_MESSAGE_WIDTH: usize = 140;
 /// Why a command ended without a result.
 enum Failure {
     /// Mistakes in the model, to be drawn into its text.
-    Model(Source, Error),
+    Model(Source, Vec<Diagnostic>),
     /// Anything else, with the exit status.
     Other {
         message: String,
@@ -73,7 +73,7 @@ fn modes_text(args: &args::Modes) -> Result<String, Failure> {
             Ok(report::modes_json(&linearized, &modes, &options))
         }
         Ok((linearized, modes)) => Ok(report::modes_text(&linearized, &modes, &options, &style())),
-        Err(error) => Err(Failure::Model(source, error.into())),
+        Err(error) => Err(Failure::Model(source, Error::from(error).diagnostics())),
     }
 }
 
@@ -98,7 +98,7 @@ fn derive_text(args: &args::Derive) -> Result<String, Failure> {
     match linearize::derive(model) {
         Ok(matrices) if args.json => Ok(report::derive_json(name.as_deref(), &matrices)),
         Ok(matrices) => Ok(report::derive_text(name.as_deref(), &matrices, &style())),
-        Err(error) => Err(Failure::Model(source, error.into())),
+        Err(error) => Err(Failure::Model(source, Error::from(error).diagnostics())),
     }
 }
 
@@ -128,7 +128,7 @@ fn load(args: &ModelArgs) -> Result<(Source, Model), Failure> {
         });
     match checked {
         Ok(model) => Ok((source, model)),
-        Err(error) => Err(Failure::Model(source, error)),
+        Err(error) => Err(Failure::Model(source, error.diagnostics())),
     }
 }
 
@@ -165,9 +165,8 @@ fn complain(failure: Failure) -> u8 {
     let stream = io::stderr();
     let color = AutoStream::choice(&stream) != ColorChoice::Never;
     let (text, status) = match failure {
-        Failure::Model(source, error) => {
+        Failure::Model(source, all) => {
             let width = terminal_width(&stream).unwrap_or(PLAIN_MESSAGE_WIDTH);
-            let all = error.diagnostics();
             (draw::diagnostics(&source, &all, color, width), FAULT)
         }
         Failure::Other {

@@ -195,7 +195,7 @@ mod tests {
         align_at_point(&mut numbers);
         assert_eq!(
             numbers,
-            [" 3.13   ", " 0      ", "12.5e20 ", " 1e-7   "].map(|s| s.to_owned())
+            [" 3.13  ", " 0     ", "12.5e20", " 1e-7  "].map(|s| s.to_owned())
         );
         align_at_point(&mut []);
     }
@@ -212,7 +212,7 @@ mod tests {
         let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
         assert_eq!(
             (fewer.text().as_str(), fewer.bound, fewer.complete),
-            ("0.30000", 5e-6, false)
+            ("0.300000", 5e-7, false)
         );
         let unknown = Written::new(&Ball::NOT_FINITE, 10);
         assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));

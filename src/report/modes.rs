@@ -516,7 +516,8 @@ mod tests {
         let names = ["a", "b", "c", "d"];
         let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
         assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
-        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, …");
+        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, c 0.70, …");
+        assert_eq!(largest(&shape, &names, 0, 17), "b -0.70, …");
         assert_eq!(largest(&mode(Vec::new()), &names, 0, 18), "");
     }
 }
