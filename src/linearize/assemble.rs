@@ -372,9 +372,13 @@ impl Assembly {
             } else {
                 &family.potential
             };
-            let mut add = |i: u32, j: u32, value: &S| {
-                let entry = &mut matrix[i as usize + n * j as usize];
+            // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
+            let mut add = |i: u32, j: u32, value: &S, both: bool| {
+                let entry = &mut matrix[i.max(j) as usize + n * i.min(j) as usize];
                 *entry = entry.add(value);
+                if both && i == j {
+                    *entry = entry.add(value);
+                }
             };
             let mut rest = numbers;
             for element in elements {
@@ -392,24 +396,23 @@ impl Assembly {
                                 continue;
                             }
                             let value = row.mul(&slopes[l]);
-                            add(coordinates[*a], coordinates[*b], &value);
-                            if k != l {
-                                add(coordinates[*b], coordinates[*a], &value);
-                            }
+                            add(coordinates[*a], coordinates[*b], &value, k != l);
                         }
                     }
                 }
                 if !first.is_exact_zero() {
                     for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
                         let value = first.mul(bend);
-                        add(coordinates[*a], coordinates[*b], &value);
-                        if a != b {
-                            add(coordinates[*b], coordinates[*a], &value);
-                        }
+                        add(coordinates[*a], coordinates[*b], &value, a != b);
                     }
                 }
             }
         });
+        for j in 0..n {
+            for i in 0..j {
+                matrix[i + n * j] = matrix[j + n * i].clone();
+            }
+        }
         matrix
     }
 
