@@ -70,6 +70,7 @@ pub mod oscillation;
 
 #[cfg(feature = "engine")]
 mod error;
+
 #[cfg(feature = "engine")]
 pub use error::Error;
 

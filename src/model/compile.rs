@@ -122,9 +122,11 @@ impl Compiler<'_> {
                 }
             }
             ExprKind::Field { base, field } => {
-                if let Some((table, row, column)) = self.field(*base, field, scope) {
-                    tasks.push(Task::Emit(Op::Field { table, row, column }, span));
-                }
+                let op = match self.field(*base, field, scope) {
+                    Some((table, row, column)) => Op::Field { table, row, column },
+                    None => Op::Broken,
+                };
+                tasks.push(Task::Emit(op, span));
             }
             ExprKind::Prime(inner) => then(tasks, Op::Prime, &[*inner]),
             ExprKind::Negate(inner) => then(tasks, Op::Negate, &[*inner]),
@@ -157,11 +159,14 @@ impl Compiler<'_> {
                     if let Some(builtin) = Builtin::from_name(name) {
                         if let Some(error) = builtin.check_count(function, arguments.len(), span) {
                             self.fail(error);
+                            tasks.push(Task::Emit(Op::Broken, span));
                         }
                         then(tasks, Op::Call(builtin, arguments.len()), arguments);
                     } else {
                         self.unknown_function(function, scope);
                         then(tasks, Op::Vector(arguments.len()), arguments);
+                        // Stands before what its arguments leave: the run ends there.
+                        tasks.push(Task::Emit(Op::Broken, span));
                     }
                 }
             },
@@ -183,8 +188,7 @@ impl Compiler<'_> {
                     what: "a condition stands where a value is expected; conditions belong behind `where`",
                     span,
                 });
-                let zero = self.world.pool.zero();
-                tasks.push(Task::Emit(Op::Literal(zero), span));
+                tasks.push(Task::Emit(Op::Broken, span));
             }
         }
     }
@@ -215,7 +219,6 @@ impl Compiler<'_> {
     }
 
     fn read(&mut self, name: &str, span: Span, indices: &[IndexProgram], scope: &Scope) -> Op {
-        let zero = Op::Literal(self.world.pool.zero());
         if indices.is_empty()
             && let Some((slot, _)) = scope.find(name)
         {
@@ -230,7 +233,7 @@ impl Compiler<'_> {
                     name: name.to_owned(),
                     span,
                 });
-                zero
+                Op::Broken
             }
             Some(entity) => {
                 if let Entity::Let(family) = entity {
@@ -251,7 +254,7 @@ impl Compiler<'_> {
             None if indices.is_empty() && name == "t" => Op::Time,
             None => {
                 self.undeclared(name, span, scope);
-                zero
+                Op::Broken
             }
         }
     }
@@ -303,6 +306,9 @@ impl Compiler<'_> {
                 return None;
             }
         };
+        if self.world.broken.contains(&Entity::Table(table)) {
+            return None;
+        }
         let known = &self.world.tables[table];
         let column = known.columns.iter().position(|own| *own == field.text);
         if column.is_none() {

@@ -33,9 +33,9 @@ impl Elaborator<'_> {
     pub(super) fn coordinate(&mut self, declaration: &Declaration) {
         let name = &declaration.name;
         self.has_units |= declaration.unit.is_some();
-        if let Some(unit) = declaration.unit {
-            units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);
-        }
+        let factor = declaration
+            .unit
+            .map(|unit| units::factor(&mut self.world.pool, self.file, unit, &mut self.errors));
         let members = self.members(declaration.indices.as_ref(), name);
         let family = self.world.coordinate_families.len();
         if !self.introduce(name, Entity::Coordinate(family)) {
@@ -87,5 +87,6 @@ impl Elaborator<'_> {
             });
         }
         self.world.coordinate_families.push(own);
+        self.world.coordinate_units.push(factor);
     }
 }

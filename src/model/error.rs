@@ -291,6 +291,9 @@ pub enum ModelError {
         /// A coordinate that it may have been meant to be.
         nearest: Option<String>,
     },
+    /// A mistake that only follows from another one. It is never returned.
+    #[error("this follows from another mistake")]
+    FollowOn {},
     /// A coordinate without a range where the family needs one.
     #[error("{what}")]
     BadIndices {
@@ -430,6 +433,7 @@ impl From<&ModelError> for Diagnostic {
             ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
                 .with_secondary(*energy, "an energy beside it")
                 .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+            ModelError::FollowOn {} => Diagnostic::global(message.clone()),
             ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
                 .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
             ModelError::NoCoordinates {} => Diagnostic::global(message.clone())

@@ -1,6 +1,7 @@
 //! `guess` and `equilibrium` statements: a value for each coordinate that they name.
 
 use super::elaborate::Elaborator;
+use super::members::reads_names;
 use super::names::{Entity, Key, key, member_name};
 use super::values::Value;
 use super::{Given, ModelError};
@@ -48,7 +49,11 @@ impl Elaborator<'_> {
         let before = self.errors.len();
         let mut scope = members.scope.clone();
         let program = self.compiler().value(root, &mut scope);
-        let factor = self.unit_factor(binding.unit, &program);
+        // Without a unit of its own the statement is in the coordinate's.
+        let factor = match binding.unit {
+            Some(_) => self.unit_factor(binding.unit, &program),
+            None => self.world.coordinate_units[family].filter(|_| !reads_names(&program)),
+        };
         if self.errors.len() > before {
             return;
         }

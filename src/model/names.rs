@@ -1,12 +1,12 @@
 //! What the names of a model stand for: parameters, coordinates, named expressions, tables.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::program::{IndexProgram, Program};
 use super::table::Table;
 use super::values::Value;
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{Derivatives, ExprId, Pool, Symbol};
 use crate::span::Span;
 use crate::syntax::ExprRef;
 
@@ -22,7 +22,7 @@ pub(super) fn key(indices: &[i64]) -> Key {
 }
 
 /// What a declared name stands for; the number is its place in the list of its kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Entity {
     Parameter(usize),
     Coordinate(usize),
@@ -290,14 +290,20 @@ pub(super) struct World {
     pub(super) parameter_families: Vec<Family>,
     pub(super) parameters: Vec<Parameter>,
     pub(super) coordinate_families: Vec<Family>,
+    /// The factor of the unit that a family is declared in.
+    pub(super) coordinate_units: Vec<Option<ExprId>>,
     pub(super) coordinates: Vec<Coordinate>,
     pub(super) accelerations: HashMap<usize, Symbol>,
     pub(super) lets: Vec<LetFamily>,
     pub(super) tables: Vec<Table>,
     pub(super) time: Option<Symbol>,
+    /// What is declared with a mistake: reading it makes no further one.
+    pub(super) broken: HashSet<Entity>,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,
+    /// The time derivatives taken so far.
+    pub(super) rates: Derivatives,
 }
 
 impl World {

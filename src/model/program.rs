@@ -23,6 +23,8 @@ pub(super) struct Program {
 #[derive(Clone, Debug)]
 pub(super) enum Op {
     Literal(ExprId),
+    /// What could not be compiled; the mistake is reported already.
+    Broken,
     Time,
     /// A number made of indices, table fields and parameters.
     Number(IndexProgram),
@@ -104,6 +106,8 @@ pub(super) enum IndexForm {
 #[derive(Clone, Debug)]
 pub(super) enum IndexOp {
     Number(Number),
+    /// What could not be compiled; the mistake is reported already.
+    Broken,
     Pi,
     Variable(usize),
     /// Pops as many indices as stand here.

@@ -114,6 +114,7 @@ impl World {
                 Op::Product(parts) | Op::Sum(parts) => parts.len(),
                 Op::Vector(count) | Op::Call(_, count) => *count,
                 Op::Literal(_)
+                | Op::Broken
                 | Op::Time
                 | Op::Number(_)
                 | Op::Field { .. }
@@ -125,6 +126,7 @@ impl World {
             let operands = stack.split_off(stack.len().saturating_sub(count));
             let value = match op {
                 Op::Literal(e) => Value::Scalar(*e),
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Time => {
                     let time = self.time_symbol();
                     Value::Scalar(self.pool.symbol_expr(time))
@@ -287,6 +289,7 @@ impl World {
                     slots.truncate(outer);
                     instance.note(count);
                 }
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Literal(_)
                 | Op::Time
                 | Op::Prime
@@ -487,13 +490,20 @@ impl World {
 
     /// The total time derivative: the chain rule through coordinates, velocities and the time.
     pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut seeds = crate::expr::Seeds::default();
-        for symbol in self.pool.symbols_of(roots) {
-            if let Some(rate) = self.rate(symbol) {
-                seeds.insert(symbol, rate);
-            }
+        let mut derivatives = Vec::with_capacity(roots.len());
+        for root in roots {
+            let derivative = loop {
+                match self.pool.derivative(&mut self.rates, *root) {
+                    Ok(derivative) => break derivative,
+                    Err(symbol) => {
+                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
+                        self.rates.set(&mut self.pool, symbol, rate);
+                    }
+                }
+            };
+            derivatives.push(derivative);
         }
-        self.pool.derivation(roots, &seeds)
+        derivatives
     }
 }
 

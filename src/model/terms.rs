@@ -121,6 +121,7 @@ pub(super) fn families(
     root: ExprRef,
 ) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
+    let before = compiler.errors.len();
     let mut result = Vec::new();
     let mut written_out: Vec<ExprId> = Vec::new();
     let mut parts = vec![Part {
@@ -136,7 +137,7 @@ pub(super) fn families(
             continue;
         };
         let program = assemble(compiler, &part);
-        if compiler.errors.is_empty() {
+        if compiler.errors.len() == before {
             let world = &mut *compiler.world;
             instantiate(world, &part, &program, &mut result, &mut written_out)?;
         }

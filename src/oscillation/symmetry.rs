@@ -54,6 +54,11 @@ pub(super) fn mirror(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Mirr
     let colours = refine(n, &classes);
     let found = automorphisms(n, &classes, &colours)?;
     let [image] = <[Vec<usize>; 1]>::try_from(found).ok()?;
+    // Coordinates that no force holds can be exchanged in any model; that is no mirror of it.
+    let held = |i: usize| (0..n).any(|j| !stiffness[i + n * j].contains_zero());
+    if !(0..n).any(|i| image[i] != i && held(i)) {
+        return None;
+    }
     // A single element beside the identity is its own inverse.
     Some(Mirror { image })
 }
