@@ -254,6 +254,16 @@ fn columns_count_characters() {
 }
 
 #[test]
+fn long_lines_are_cut_around_the_mistake() {
+    let terms = " + é*x".repeat(5000);
+    let text = format!("coord x  param é = 1  T = x'^2  V = x^2{terms} + zz*x{terms}");
+    let run = with_input(&["check", "-"], &text);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("<stdin>:1:30043"), "{}", run.err);
+    assert!(run.err.len() < 1000 && run.err.contains("^^ unknown name"));
+}
+
+#[test]
 fn colour_only_where_it_is_wanted() {
     let plain = run(&["modes", "models/inverted_pendulum.lag"]);
     assert!(!plain.out.contains('\u{1b}'));

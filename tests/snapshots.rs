@@ -2,6 +2,12 @@
 //! tests/reference: a change of any printed character shows as a diff. Whether the numbers are
 //! right is checked in tests/models.rs; that the printed digits are those numbers, here.
 #![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 use std::path::Path;
 

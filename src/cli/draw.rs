@@ -1,7 +1,8 @@
 //! Drawing diagnostics below the lines they are about.
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Renderer, Snippet, normalize_untrusted_str,
+    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet,
+    normalize_untrusted_str,
 };
 use librate::diagnostic::{Diagnostic, Label, Severity};
 
@@ -9,6 +10,13 @@ use super::input::Source;
 
 /// Places further apart than this many lines are shown as two excerpts.
 const NEAR: usize = 30;
+
+/// Of excerpts longer than this many bytes only the neighbourhood of the mistake is shown, ...
+const LONG: usize = 20_000;
+/// ... so many bytes to either side.
+const AROUND: usize = 60;
+/// Nobody reads more mistakes than this.
+const MOST: usize = 1000;
 
 /// All diagnostics as text, with a count at the end if there is more than one.
 pub(crate) fn diagnostics(
@@ -25,7 +33,7 @@ pub(crate) fn diagnostics(
     let renderer = renderer.term_width(width);
     let page = Page::new(source);
     let mut out = String::new();
-    for diagnostic in diagnostics {
+    for diagnostic in diagnostics.iter().take(MOST) {
         let drawn = if diagnostic.primary.is_some() {
             renderer.render(&[group(&page, diagnostic)])
         } else {
@@ -39,7 +47,13 @@ pub(crate) fn diagnostics(
         .filter(|diagnostic| diagnostic.severity == Severity::Error)
         .count();
     if errors > 1 {
-        let title = Level::ERROR.primary_title(format!("{} has {errors} mistakes", source.name));
+        let shown = if diagnostics.len() > MOST {
+            format!("; the first {MOST} are shown")
+        } else {
+            String::new()
+        };
+        let title = format!("{} has {errors} mistakes{shown}", source.name);
+        let title = Level::ERROR.primary_title(title);
         out.push_str(&renderer.render(&[Group::with_title(title)]));
         out.push('\n');
     } else if out.ends_with("\n\n") {
@@ -173,7 +187,7 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
     // The place of the mistake first.
     clusters.sort_by_key(|cluster| !cluster.iter().any(|mark| mark.primary));
     for cluster in clusters {
-        group = group.element(snippet(page, &cluster));
+        group = group.elements(snippet(page, &cluster));
     }
     if let Some(help) = &diagnostic.help {
         group = group.element(Level::HELP.message(normalize_untrusted_str(help)));
@@ -181,23 +195,56 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
     group
 }
 
-fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Element<'a> {
+fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
     let first = cluster.iter().map(|mark| mark.first).min().unwrap_or(0);
     let last = cluster.iter().map(|mark| mark.last).max().unwrap_or(first);
     let (offset, text) = page.excerpt(first, last);
-    let annotations = cluster.iter().map(|mark| -> Annotation<'a> {
-        let kind = if mark.primary {
-            AnnotationKind::Primary
-        } else {
-            AnnotationKind::Context
-        };
-        let label = (!mark.text.is_empty()).then_some(mark.text);
-        kind.span(mark.start - offset..mark.end - offset)
-            .label(label)
-    });
-    Snippet::source(text)
-        .line_start(first + 1)
-        .path(page.name)
-        .annotations(annotations)
-        .into()
+    if text.len() > LONG {
+        let mark = cluster.iter().find(|mark| mark.primary);
+        let mark = mark.or(cluster.first());
+        return mark.map_or_else(Vec::new, |mark| cutting(page, mark));
+    }
+    let annotations = cluster
+        .iter()
+        .map(|mark| annotation(mark, offset, mark.end));
+    vec![
+        Snippet::source(text)
+            .line_start(first + 1)
+            .path(page.name)
+            .annotations(annotations)
+            .into(),
+    ]
+}
+
+fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> {
+    let kind = if mark.primary {
+        AnnotationKind::Primary
+    } else {
+        AnnotationKind::Context
+    };
+    let label = (!mark.text.is_empty()).then_some(mark.text);
+    kind.span(mark.start - offset..end - offset).label(label)
+}
+
+/// The neighbourhood of a mark where its lines are too long to be laid out again and again.
+fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
+    let line_start = page.lines[mark.first];
+    let column = page.text[line_start..mark.start].chars().count() + 1;
+    let origin = Origin::path(page.name)
+        .line(mark.first + 1)
+        .char_column(column);
+    let border = |mut at: usize| {
+        while !page.text.is_char_boundary(at) {
+            at -= 1;
+        }
+        at
+    };
+    let start = border(mark.start.saturating_sub(AROUND)).max(line_start);
+    let end = border(mark.end.min(mark.start + AROUND)).max(mark.start);
+    let rest = &page.text[end..border((end + AROUND).min(page.text.len()))];
+    let stop = end + rest.find('\n').unwrap_or(rest.len());
+    let snippet = Snippet::source(&page.text[start..stop])
+        .line_start(mark.first + 1)
+        .annotation(annotation(mark, start, end));
+    vec![origin.into(), snippet.into()]
 }

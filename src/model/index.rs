@@ -22,7 +22,7 @@ impl Quantity {
     fn ball(&self) -> Ball {
         match self {
             Self::Exact(number) => Ball::from_number(number),
-            Self::Enclosed(ball) => ball.clone(),
+            Self::Enclosed(ball) => *ball,
             Self::Truth(_) => Ball::from_number(&Number::from(0)),
         }
     }
