@@ -74,6 +74,28 @@ fn three_pendulums_as_text() {
 }
 
 #[test]
+fn shapes_stand_below_on_a_narrow_terminal() {
+    use librate::{linearize, model, modes, oscillation, report, syntax};
+    let text = std::fs::read_to_string(PENDULUMS).unwrap();
+    let file = syntax::parse(&text).unwrap();
+    let model = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    let linearized = linearize::linearize(model).unwrap();
+    let options = modes::Options::default();
+    let normal = oscillation::normal_modes(&linearized, &options).unwrap();
+    let written = |width| {
+        let style = report::Style {
+            color: false,
+            width,
+        };
+        report::modes_text(&linearized, &normal, &options, &style)
+    };
+    insta::assert_snapshot!(written(72));
+    assert_eq!(written(100), printed(&["modes", PENDULUMS]));
+    // However narrow, no digit of a frequency is lost.
+    assert!(written(1).contains("3.132091953"));
+}
+
+#[test]
 fn unstable_and_zero_modes_as_text() {
     let saddle = printed(&["modes", "models/egg_box_saddle.lag"]);
     let cart = printed(&["modes", "models/two_pendulums_on_a_cart.lag"]);

@@ -1,7 +1,6 @@
 //! The derivation to read.
 
-use comfy_table::{ContentArrangement, Table, presets};
-
+use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::expr::ExprId;
 use crate::linearize::SymbolicMatrices;
@@ -65,24 +64,16 @@ fn matrix_text(
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));
     // A matrix that can't fit is not written out only to be measured.
     if rows.len() * 3 <= style.width {
-        let mut table = Table::new();
-        table.load_style(presets::NOTHING);
-        table.set_content_arrangement(ContentArrangement::Disabled);
+        let mut table = plain();
         for row in rows {
             table.add_row(row.iter().map(|at| pool.display(*at)));
         }
-        for column in table.column_iter_mut() {
-            column.set_padding((0, 2));
-        }
-        let lines: Vec<String> = table.lines().collect();
+        let lines = lines(&mut table);
         if lines
             .iter()
-            .all(|line| line.trim_end().chars().count() + 2 <= style.width)
+            .all(|line| line.chars().count() + 2 <= style.width)
         {
-            let body: String = lines
-                .iter()
-                .map(|line| format!("  {}\n", line.trim_end()))
-                .collect();
+            let body: String = lines.iter().map(|line| format!("  {line}\n")).collect();
             return format!("{heading}\n{body}");
         }
     }

@@ -7,6 +7,7 @@
 mod derive;
 mod json;
 mod modes;
+mod table;
 
 pub use derive::derive_text;
 pub use json::{derive_json, modes_json};
@@ -122,19 +123,6 @@ fn counted(count: usize, noun: &str) -> String {
     format!("{count} {noun}{plural}")
 }
 
-/// Pads numbers on both sides so that their decimal points stand in one column.
-fn align_at_point(numbers: &mut [String]) {
-    let point = |text: &str| text.find(['.', 'e']).unwrap_or(text.len());
-    let left = numbers.iter().map(|text| point(text)).max().unwrap_or(0);
-    for text in numbers.iter_mut() {
-        *text = format!("{}{text}", " ".repeat(left - point(text)));
-    }
-    let width = numbers.iter().map(String::len).max().unwrap_or(0);
-    for text in numbers.iter_mut() {
-        *text = format!("{text:<width$}");
-    }
-}
-
 /// What the zero modes are together, where they are all there: their vectors are some basis of the
 /// space that these motions span, and a part of them spans something else.
 fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
@@ -188,17 +176,6 @@ fn flow(items: &[String], indentation: &str, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn points_stand_below_each_other() {
-        let mut numbers = ["3.13", "0", "12.5e20", "1e-7"].map(str::to_owned);
-        align_at_point(&mut numbers);
-        assert_eq!(
-            numbers,
-            [" 3.13  ", " 0     ", "12.5e20", " 1e-7  "].map(|s| s.to_owned())
-        );
-        align_at_point(&mut []);
-    }
 
     #[test]
     fn correct_rounding_is_half_a_unit_off_at_most() {

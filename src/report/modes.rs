@@ -1,8 +1,7 @@
 //! Frequencies and shapes as a table to read.
 
-use comfy_table::{Cell, CellAlignment, ContentArrangement, Table, presets};
-
-use super::{Style, Tone, Written, align_at_point, counted, headline, listed, zero_motions};
+use super::table::{Column, GAP, draw};
+use super::{Style, Tone, Written, counted, headline, listed, zero_motions};
 use crate::linearize::{Linearized, Origin};
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
@@ -16,8 +15,8 @@ const SHAPE_DIGITS: usize = 4;
 const ROUGH_DIGITS: usize = 2;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
-/// Columns that stay free for a shape on a narrow terminal.
-const LEAST_SHAPE: usize = 24;
+/// With less room than this beside the frequencies, shapes stand below them.
+const LEAST_SHAPE: usize = 30;
 
 /// The modes of a model as text: a headline, the equilibrium, its stability and a table with one
 /// line a mode.
@@ -38,11 +37,10 @@ pub fn modes_text(
     out.push_str(&equilibrium_text(linearized, options, style));
     let (tone, word) = stability_word(modes.stability);
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
-    if modes.modes.len() < count && !modes.modes.is_empty() {
-        out.push_str(&format!(
-            "the {} lowest of {count} modes\n",
-            modes.modes.len()
-        ));
+    match modes.modes.len() {
+        some if some >= count => {}
+        1 => out.push_str(&format!("the lowest of {count} modes\n")),
+        some => out.push_str(&format!("the {some} lowest of {count} modes\n")),
     }
     let rows: Vec<Row> = modes
         .modes
@@ -167,38 +165,6 @@ impl Row {
     }
 }
 
-/// One column: its heading, its cells and which way they lean.
-struct Column {
-    heading: String,
-    cells: Vec<String>,
-    alignment: CellAlignment,
-}
-
-impl Column {
-    fn new(heading: &str, cells: Vec<String>, alignment: CellAlignment) -> Self {
-        Self {
-            heading: heading.to_owned(),
-            cells,
-            alignment,
-        }
-    }
-
-    fn numbers(heading: &str, mut cells: Vec<String>) -> Self {
-        align_at_point(&mut cells);
-        Self::new(heading, cells, CellAlignment::Left)
-    }
-
-    fn words(heading: &str, cells: Vec<String>) -> Self {
-        Self::new(heading, cells, CellAlignment::Left)
-    }
-
-    /// With the two spaces that separate it from the next.
-    fn width(&self) -> usize {
-        let cells = self.cells.iter().map(|cell| cell.chars().count()).max();
-        cells.unwrap_or(0).max(self.heading.chars().count()) + 2
-    }
-}
-
 fn table(
     modes: &[NormalMode],
     rows: &[Row],
@@ -215,9 +181,8 @@ fn table(
             plain.to_owned()
         }
     };
-    let counting = (1..=modes.len()).map(|at| at.to_string()).collect();
     let mut columns = vec![
-        Column::new("mode", counting, CellAlignment::Right),
+        counting(modes),
         Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
     ];
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
@@ -226,7 +191,7 @@ fn table(
             of(|row| &row.growth),
         ));
     }
-    columns.push(Column::new("±", of(|row| &row.bound), CellAlignment::Right));
+    columns.push(Column::right("±", of(|row| &row.bound)));
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }
@@ -253,41 +218,70 @@ fn table(
         });
         Column::words("motion", cells.collect())
     });
-    if modes.iter().any(|mode| !mode.vector.is_empty()) {
-        let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
-        columns.extend(shape(modes, names, style.width.saturating_sub(used)));
+    let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
+    let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
+    let beside = if shapes {
+        shape(modes, names, style.width.saturating_sub(used))
+    } else {
+        Some(Vec::new())
+    };
+    let painted = |at: usize| {
+        let (tone, word) = kind_word(modes.get(at)?.kind);
+        Some((tone?, word))
+    };
+    if let Some(beside) = beside {
+        columns.extend(beside);
+        columns.extend(meaning);
+        return draw(&columns, modes.len(), painted, style);
     }
+    // No room beside the frequencies: the shapes have a table of their own.
     columns.extend(meaning);
-    draw(&columns, modes, style)
+    let mut out = draw(&columns, modes.len(), painted, style);
+    out.push('\n');
+    let mut columns = vec![counting(modes)];
+    let room = style
+        .width
+        .saturating_sub(columns.iter().map(Column::width).sum());
+    columns.extend(shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]));
+    out.push_str(&draw(&columns, modes.len(), |_| None, style));
+    out
 }
 
-/// The shapes: a column a coordinate where that fits, else the largest components by name.
-fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Vec<Column> {
-    if names.len() <= MOST_COMPONENTS {
-        let columns: Vec<Column> = names
-            .iter()
-            .enumerate()
-            .map(|(at, name)| {
-                let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
-                let power = common_power(sizes);
-                let cells = modes
-                    .iter()
-                    .map(|mode| component(mode, at, power, SHAPE_DIGITS));
-                Column::numbers(&over_power(name, power), cells.collect())
-            })
-            .collect();
-        let width: usize = columns.iter().map(Column::width).sum();
-        if width <= room {
-            return columns;
-        }
+fn counting(modes: &[NormalMode]) -> Column {
+    let numbers = (1..=modes.len()).map(|at| at.to_string()).collect();
+    Column::right("mode", numbers)
+}
+
+/// The shapes: a column a coordinate where there are few, else the largest components by name;
+/// `None` where there is not enough room.
+fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Option<Vec<Column>> {
+    if names.len() > MOST_COMPONENTS {
+        return (room >= LEAST_SHAPE).then(|| vec![by_name(modes, names, room)]);
     }
-    let room = room.max(LEAST_SHAPE);
+    let columns: Vec<Column> = names
+        .iter()
+        .enumerate()
+        .map(|(at, name)| {
+            let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
+            let power = common_power(sizes);
+            let cells = modes
+                .iter()
+                .map(|mode| component(mode, at, power, SHAPE_DIGITS));
+            Column::numbers(&over_power(name, power), cells.collect())
+        })
+        .collect();
+    let width: usize = columns.iter().map(Column::width).sum();
+    // Nothing separates the last column from a next one.
+    (width <= room + GAP).then_some(columns)
+}
+
+fn by_name(modes: &[NormalMode], names: &[&str], room: usize) -> Column {
     let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
     let cells = modes
         .iter()
         .map(|mode| largest(mode, names, power, room))
         .collect();
-    vec![Column::words(&over_power("shape", power), cells)]
+    Column::words(&over_power("shape", power), cells)
 }
 
 /// The power of ten that is written once over a column: normalised shapes of molecules are of the
@@ -356,41 +350,6 @@ fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String
         }
         out.push_str(&item);
         used += size;
-    }
-    out
-}
-
-fn draw(columns: &[Column], modes: &[NormalMode], style: &Style) -> String {
-    let mut table = Table::new();
-    table.load_style(presets::NOTHING);
-    table.set_content_arrangement(ContentArrangement::Disabled);
-    table.set_header(
-        columns
-            .iter()
-            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
-    );
-    for at in 0..modes.len() {
-        table.add_row(columns.iter().map(|column| {
-            let cell = column.cells.get(at).map_or("", String::as_str);
-            Cell::new(cell).set_alignment(column.alignment)
-        }));
-    }
-    for column in table.column_iter_mut() {
-        column.set_padding((0, 2));
-    }
-    let mut out = String::new();
-    for (line, text) in table.lines().enumerate() {
-        let text = text.trim_end();
-        let painted = match line.checked_sub(1).and_then(|at| modes.get(at)) {
-            None => style.paint(Tone::Heading, text),
-            // The kind is the first word of its row.
-            Some(mode) => match kind_word(mode.kind) {
-                (Some(tone), word) => text.replacen(word, &style.paint(tone, word), 1),
-                (None, _) => text.to_owned(),
-            },
-        };
-        out.push_str(&painted);
-        out.push('\n');
     }
     out
 }
