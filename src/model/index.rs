@@ -3,6 +3,7 @@
 use super::ModelError;
 use super::names::{World, key, member_name};
 use super::program::{IndexForm, IndexOp, IndexProgram};
+use super::table::Cell;
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::precision::{Ball, Function, Scalar};
@@ -92,9 +93,18 @@ impl World {
         span: Span,
     ) -> Result<&Number, ModelError> {
         let table = &self.tables[table];
-        table
-            .field(row, column)
-            .ok_or_else(|| ModelError::IndexOutOfRange {
+        match table.field(row, column) {
+            Some(Cell::Number(number)) => Ok(number),
+            Some(Cell::Text { text, line }) => Err(ModelError::BadTable {
+                path: table.path.clone(),
+                line: *line,
+                reason: format!(
+                    "`{text}` in column `{}` is not a number",
+                    table.columns[column]
+                ),
+                span,
+            }),
+            None => Err(ModelError::IndexOutOfRange {
                 member: format!("{}[{row}]", table.name),
                 available: format!("the table has {} rows, counted from 1", table.rows()),
                 span,
