@@ -8,7 +8,7 @@
 
 use super::ModelError;
 use super::index::Quantity;
-use super::names::World;
+use super::names::{SymbolKind, World};
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::values::{self, Value};
@@ -493,7 +493,41 @@ impl World {
                 seeds.insert(symbol, rate);
             }
         }
-        self.pool.derivation(roots, &seeds)
+        let Some(kind) = acceleration else {
+            return self.pool.derivation(roots, &seeds);
+        };
+        // No energy may contain accelerations, nor what is beyond them: a symbol stands for that,
+        // a new one each time so that nothing cancels.
+        let rates = self.pool.derivation(roots, &seeds);
+        let replace = |(root, rate): (&ExprId, ExprId)| {
+            let symbols = self.pool.symbols_of(&[*root]);
+            if !symbols
+                .iter()
+                .any(|symbol| self.acceleration_kind(*symbol).is_some())
+            {
+                return rate;
+            }
+            let beyond = self.pool.fresh_symbol("x'''");
+            self.kinds.insert(beyond, kind);
+            self.pool.symbol_expr(beyond)
+        };
+        roots.iter().zip(rates).map(replace).collect()
+    }
+
+    fn acceleration_kind(&self, symbol: crate::expr::Symbol) -> Option<SymbolKind> {
+        let kind = *self.kinds.get(&symbol)?;
+        matches!(
+            kind,
+            SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)
+        )
+        .then_some(kind)
+    }
+}
+
+fn too_many_terms(span: Span) -> ModelError {
+    ModelError::TooLarge {
+        count: format!("more than {MOST_INSTANCES} terms"),
+        span,
     }
 }
 
@@ -513,3 +547,7 @@ fn note_number(number: Number, instance: &mut Instance) {
         }
     }
 }
+        let mut acceleration = None;
+            if let Some(kind) = self.acceleration_kind(symbol) {
+                acceleration = Some(kind);
+            }
