@@ -7,11 +7,10 @@ use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::members::Members;
 use super::names::{Entity, Family, Grid, Key, LetFamily, LetPiece, member_name};
-use super::program::Program;
-use super::run::DEEPEST_LET;
+use super::program::{Op, Program};
+use super::run::{COSTLIEST_LET, DEEPEST_LET};
 use super::survey::mentions;
 use super::terms::is_additive;
-use super::{ModelError, units};
 use crate::span::Span;
 use crate::syntax::{Binding, Name};
 
@@ -36,10 +35,6 @@ impl Elaborator<'_> {
             }
             None => None,
         };
-        if let Some(unit) = binding.unit {
-            self.has_units = true;
-            units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);
-        }
         let before = self.errors.len();
         let members = self.members(binding.indices.as_ref(), name);
         let rank = binding
@@ -85,12 +80,20 @@ impl Elaborator<'_> {
         } else {
             compiler.value(root, &mut scope)
         };
-        let (recursive, depth) = (compiler.recursive, compiler.depth);
+        let mut program = program;
+        let (recursive, depth, cost) = (compiler.recursive, compiler.depth, compiler.cost);
         if rank == 0 {
             self.introduce(name, Entity::Let(number));
         }
         let span = program.span;
         let own = &mut self.world.lets[number];
+        if let Some(factor) = self.unit_factor(binding.unit, &program) {
+            let span = program.span;
+            program.ops.insert(0, (Op::Literal(factor), span));
+            program
+                .ops
+                .push((Op::Product(Box::new([false, false])), span));
+        }
         own.recursive |= recursive;
         own.depth = own.depth.max(depth + 1);
         let too_deep = own.depth > DEEPEST_LET;
