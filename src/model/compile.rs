@@ -38,6 +38,8 @@ pub(super) struct Compiler<'a> {
     pub(super) errors: &'a mut Vec<ModelError>,
     /// Deepest nesting of `let` families read so far.
     pub(super) depth: usize,
+    /// How many members of other families the value reads, through all the families below.
+    pub(super) cost: u64,
     /// The `let` family being compiled reads itself.
     pub(super) recursive: bool,
     pub(super) current_let: Option<usize>,
@@ -240,6 +242,7 @@ impl Compiler<'_> {
                         && family.family.grid.rank > 0
                     {
                         self.depth = self.depth.max(family.depth);
+                        self.cost = self.cost.saturating_add(family.cost);
                     }
                 }
                 Op::Read {

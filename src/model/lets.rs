@@ -57,6 +57,7 @@ impl Elaborator<'_> {
                 recursive: false,
                 depth: 0,
                 progress: None,
+                cost: 0,
             });
             if rank > 0 {
                 // A member may use lower ones.
@@ -97,6 +98,10 @@ impl Elaborator<'_> {
         own.recursive |= recursive;
         own.depth = own.depth.max(depth + 1);
         let too_deep = own.depth > DEEPEST_LET;
+        own.cost = own.cost.max(cost.saturating_add(1));
+        if own.cost > COSTLIEST_LET {
+            own.depth = own.depth.max(DEEPEST_LET + 1);
+        }
         let piece = own.pieces.len();
         let named = members.as_ref().is_some_and(|members| members.named);
         let single = members

@@ -202,6 +202,8 @@ pub(super) struct LetFamily {
     pub(super) recursive: bool,
     /// How deep named families nest in it.
     pub(super) depth: usize,
+    /// How many members are read for one of it, through all the families below.
+    pub(super) cost: u64,
     /// Members written out, ascending, of a recursive family.
     pub(super) progress: Option<Progress>,
 }

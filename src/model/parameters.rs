@@ -26,6 +26,7 @@ impl Elaborator<'_> {
                 later: &later,
                 errors: &mut errors,
                 depth: 0,
+                cost: 0,
                 recursive: false,
                 current_let: None,
             };

@@ -25,6 +25,9 @@ const MOST_SLOTS: usize = 64;
 /// `let` families nested deeper than this are written out when they are declared.
 pub(super) const DEEPEST_LET: usize = 64;
 
+/// `let` families whose members read more members than this, directly and through others, too.
+pub(super) const COSTLIEST_LET: u64 = 4096;
+
 /// What a slot of a term is filled with.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Leaf {
