@@ -298,6 +298,8 @@ pub(super) struct World {
     pub(super) accelerations: HashMap<usize, Symbol>,
     pub(super) lets: Vec<LetFamily>,
     pub(super) tables: Vec<Table>,
+    /// Terms of the sum that is being worked out, those of sums within it included.
+    pub(super) steps: u64,
     pub(super) time: Option<Symbol>,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
