@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::ModelError;
 use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::members::Members;
@@ -56,8 +57,8 @@ impl Elaborator<'_> {
                 members: HashMap::new(),
                 recursive: false,
                 depth: 0,
-                progress: None,
                 cost: 0,
+                progress: None,
             });
             if rank > 0 {
                 // A member may use lower ones.
@@ -86,8 +87,6 @@ impl Elaborator<'_> {
         if rank == 0 {
             self.introduce(name, Entity::Let(number));
         }
-        let span = program.span;
-        let own = &mut self.world.lets[number];
         if let Some(factor) = self.unit_factor(binding.unit, &program) {
             let span = program.span;
             program.ops.insert(0, (Op::Literal(factor), span));
@@ -95,13 +94,15 @@ impl Elaborator<'_> {
                 .ops
                 .push((Op::Product(Box::new([false, false])), span));
         }
+        let span = program.span;
+        let own = &mut self.world.lets[number];
         own.recursive |= recursive;
         own.depth = own.depth.max(depth + 1);
-        let too_deep = own.depth > DEEPEST_LET;
         own.cost = own.cost.max(cost.saturating_add(1));
         if own.cost > COSTLIEST_LET {
             own.depth = own.depth.max(DEEPEST_LET + 1);
         }
+        let too_deep = own.depth > DEEPEST_LET;
         let piece = own.pieces.len();
         let named = members.as_ref().is_some_and(|members| members.named);
         let single = members
