@@ -49,7 +49,11 @@ fn compare(what: &str, own: &Ball, want: &str, faults: &mut Vec<String>) {
     let distance = own.sub(&want).mid_f64().abs();
     let size = want.mid_f64().abs();
     if size == 0.0 && what != "equilibrium" && !own.is_zero() {
-        faults.push(format!("{what} should be exactly 0, is {:e} ± {:e}", own.mid_f64(), own.radius));
+        faults.push(format!(
+            "{what} should be exactly 0, is {:e} ± {:e}",
+            own.mid_f64(),
+            own.radius
+        ));
     }
     if distance > own.radius + 1e-29 * size {
         faults.push(format!(
@@ -103,12 +107,26 @@ fn faults(path: &Path) -> Vec<String> {
         faults.push("nothing is expected".to_owned());
     }
     if modes.len() != case.omega.len() {
-        return vec![format!("{} modes instead of {}", modes.len(), case.omega.len())];
+        return vec![format!(
+            "{} modes instead of {}",
+            modes.len(),
+            case.omega.len()
+        )];
     }
     for (i, mode) in modes.iter().enumerate() {
-        compare(&format!("omega {}", i + 1), &mode.omega, &case.omega[i], &mut faults);
+        compare(
+            &format!("omega {}", i + 1),
+            &mode.omega,
+            &case.omega[i],
+            &mut faults,
+        );
         let growth = case.growth.get(i).map_or("0", String::as_str);
-        compare(&format!("growth {}", i + 1), &mode.growth, growth, &mut faults);
+        compare(
+            &format!("growth {}", i + 1),
+            &mode.growth,
+            growth,
+            &mut faults,
+        );
         let kind = match mode.kind {
             Kind::Oscillation => "oscillation",
             Kind::Zero => "zero",
@@ -131,7 +149,11 @@ fn faults(path: &Path) -> Vec<String> {
         Stability::Unstable => "unstable",
         Stability::Undecided => "undecided",
     };
-    if case.stability.as_ref().is_some_and(|want| want != stability) {
+    if case
+        .stability
+        .as_ref()
+        .is_some_and(|want| want != stability)
+    {
         faults.push(format!("the stability is {stability}"));
     }
     let equilibrium = &done.linearized.equilibrium().values;
@@ -152,7 +174,10 @@ fn files_keep_what_their_headers_promise() {
     let mut count = 0;
     for path in files() {
         let name = path.file_name().unwrap().to_string_lossy().to_string();
-        if only.as_ref().is_some_and(|only| !name.contains(only.as_str())) {
+        if only
+            .as_ref()
+            .is_some_and(|only| !name.contains(only.as_str()))
+        {
             continue;
         }
         count += 1;
@@ -174,7 +199,10 @@ fn files_keep_what_their_headers_promise() {
         if !found.is_empty() {
             failed += 1;
             println!("{name}:");
-            found.iter().take(6).for_each(|fault| println!("    {fault}"));
+            found
+                .iter()
+                .take(6)
+                .for_each(|fault| println!("    {fault}"));
         }
     }
     assert!(only.is_some() || count >= 120, "{count} files");

@@ -98,7 +98,8 @@ fn run_source(
     settings: &[String],
     table: Option<&str>,
 ) -> Result<Done, Fault> {
-    let file = parse(source).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
+    let file =
+        parse(source).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
     let mut tables = TableTexts::new();
     if let Some(table) = table {
         tables = tables.with("t.csv", table);
@@ -117,8 +118,8 @@ fn run_source(
     }
     let model = elaborate(&file, &tables, &set)
         .map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
-    let linearized = linearize(model)
-        .map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
+    let linearized =
+        linearize(model).map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
     let normal = normal_modes(&linearized, &Options::default())
         .map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
     Ok(Done { linearized, normal })
@@ -133,23 +134,41 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
     let mut faults = Vec::new();
     for (i, one) in modes.iter().enumerate() {
         if one.vector.len() != n {
-            return vec![format!("vector {} has {} components", i + 1, one.vector.len())];
+            return vec![format!(
+                "vector {} has {} components",
+                i + 1,
+                one.vector.len()
+            )];
         }
         let applied: Vec<f64> = (0..n)
-            .map(|row| (0..n).map(|column| mass[row + n * column] * one.vector[column]).sum())
+            .map(|row| {
+                (0..n)
+                    .map(|column| mass[row + n * column] * one.vector[column])
+                    .sum()
+            })
             .collect();
         for (j, other) in modes.iter().enumerate().take(i + 1) {
             let product: f64 = applied.iter().zip(&other.vector).map(|(a, b)| a * b).sum();
             let want = if i == j { 1.0 } else { 0.0 };
             // Masses that differ by many decades leave more rounding in this sum than in x.
-            let size: f64 = applied.iter().zip(&other.vector).map(|(a, b)| (a * b).abs()).sum();
+            let size: f64 = applied
+                .iter()
+                .zip(&other.vector)
+                .map(|(a, b)| (a * b).abs())
+                .sum();
             let reach = one.vector_error_bound.max(other.vector_error_bound);
             if (product - want).abs() > 1e-9 * size.max(1.0) + 1e3 * reach {
                 faults.push(format!("xᵀMy of {} and {} is {product}", i + 1, j + 1));
             }
         }
-        let largest = one.vector.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        let lead = one.vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
+        let largest = one
+            .vector
+            .iter()
+            .fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let lead = one
+            .vector
+            .iter()
+            .find(|x| x.abs() >= largest * (1.0 - 1e-6));
         if lead.is_some_and(|lead| *lead <= 0.0) {
             faults.push(format!("vector {} has the wrong sign", i + 1));
         }
