@@ -1,4 +1,11 @@
 //! Every simplification the constructors promise, one line each.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 mod expr_support;
 

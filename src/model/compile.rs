@@ -9,6 +9,9 @@ use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name};
 
+/// Mistakes beyond this number are not reported.
+const MOST_ERRORS: usize = 1000;
+
 /// What an index variable in scope holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Variable {
@@ -38,6 +41,8 @@ pub(super) struct Compiler<'a> {
     pub(super) errors: &'a mut Vec<ModelError>,
     /// Deepest nesting of `let` families read so far.
     pub(super) depth: usize,
+    /// How many members of other families the value reads, through all the families below.
+    pub(super) cost: u64,
     /// The `let` family being compiled reads itself.
     pub(super) recursive: bool,
     pub(super) current_let: Option<usize>,
@@ -50,15 +55,26 @@ enum Task {
 
 impl Compiler<'_> {
     pub(super) fn fail(&mut self, error: ModelError) {
-        self.errors.push(error);
+        // More mistakes than this are of no use to anybody.
+        if self.errors.len() < MOST_ERRORS {
+            self.errors.push(error);
+        }
     }
 
     pub(super) fn undeclared(&mut self, name: &str, span: Span, scope: &Scope) {
+        if self.errors.len() >= MOST_ERRORS {
+            return;
+        }
         let later = self.later.get(name).copied();
-        let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
-        known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
-        known.sort_unstable();
-        let nearest = nearest(name, known).map(str::to_owned);
+        // Suggestions are for people, who neither make nor read hundreds of such mistakes.
+        let few = self.errors.len() < 50 && self.world.names.len() < 10_000;
+        let nearest = few.then(|| {
+            let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
+            known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
+            known.sort_unstable();
+            nearest(name, known).map(str::to_owned)
+        });
+        let nearest = nearest.flatten();
         self.errors.push(ModelError::UndeclaredName {
             name: name.to_owned(),
             span,
@@ -243,6 +259,7 @@ impl Compiler<'_> {
                         && family.family.grid.rank > 0
                     {
                         self.depth = self.depth.max(family.depth);
+                        self.cost = self.cost.saturating_add(family.cost);
                     }
                 }
                 Op::Read {

@@ -82,6 +82,7 @@ impl<'a> Elaborator<'a> {
             later: &self.later,
             errors: &mut self.errors,
             depth: 0,
+            cost: 0,
             recursive: false,
             current_let: None,
         }

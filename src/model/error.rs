@@ -486,7 +486,7 @@ impl From<&ModelError> for Diagnostic {
             ModelError::MissingTable { span, .. } => {
                 at(*span, "named here").with_help("the path is taken relative to the model file")
             }
-            ModelError::BadTable { span, .. } => at(*span, "named here"),
+            ModelError::BadTable { span, .. } => at(*span, "read here"),
             ModelError::UnknownColumn {
                 span,
                 nearest,

@@ -3,6 +3,7 @@
 use super::ModelError;
 use super::names::{Entity, World, key, member_name};
 use super::program::{IndexForm, IndexOp, IndexProgram};
+use super::table::Cell;
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::precision::{Ball, Function, Scalar};
@@ -41,9 +42,10 @@ impl World {
     ) -> Result<Quantity, ModelError> {
         match &program.form {
             IndexForm::Constant(value) => Ok(Quantity::Exact(Number::from(*value))),
-            IndexForm::Shifted { slot, shift } => Ok(Quantity::Exact(Number::from(
-                slots.get(*slot).copied().unwrap_or(0) + shift,
-            ))),
+            IndexForm::Shifted { slot, shift } => {
+                let variable = Number::from(slots.get(*slot).copied().unwrap_or(0));
+                Ok(Quantity::Exact(variable.add(&Number::from(*shift))))
+            }
             IndexForm::RowField {
                 table,
                 slot,
@@ -59,19 +61,35 @@ impl World {
 
     /// The whole number that an index program comes to.
     pub(super) fn integer(&self, program: &IndexProgram, slots: &[i64]) -> Result<i64, ModelError> {
+        // Far from the ends, so that no sum or difference of indices overflows.
+        let within = |n: &i64| n.unsigned_abs() < i64::MAX.unsigned_abs() / 4;
+        let span = program.span;
+        let far = |value: String| ModelError::TooLarge {
+            count: format!("indices like {value}"),
+            span,
+        };
         match &program.form {
-            IndexForm::Constant(value) => Ok(*value),
+            IndexForm::Constant(value) => Some(*value)
+                .filter(within)
+                .ok_or_else(|| far(value.to_string())),
             IndexForm::Shifted { slot, shift } => {
-                Ok(slots.get(*slot).copied().unwrap_or(0) + shift)
+                let value = slots
+                    .get(*slot)
+                    .copied()
+                    .unwrap_or(0)
+                    .saturating_add(*shift);
+                Some(value)
+                    .filter(within)
+                    .ok_or_else(|| far(value.to_string()))
             }
             IndexForm::RowField { .. } | IndexForm::General(_) => {
-                let span = program.span;
                 let not = |value: String| ModelError::NotAnInteger { value, span };
                 match self.quantity(program, slots)? {
-                    Quantity::Exact(number) => number
+                    Quantity::Exact(number) if number.is_integer() => number
                         .to_i64()
-                        .filter(|n| n.abs() < i64::MAX / 4)
-                        .ok_or_else(|| not(number.to_string())),
+                        .filter(within)
+                        .ok_or_else(|| far(short(&number))),
+                    Quantity::Exact(number) => Err(not(short(&number))),
                     Quantity::Enclosed(ball) => Err(not(format!("{}", ball.mid_f64()))),
                     Quantity::Truth(_) => Err(not("a condition".to_owned())),
                 }
@@ -92,14 +110,24 @@ impl World {
         span: Span,
     ) -> Result<&Number, ModelError> {
         let table = &self.tables[table];
-        table
-            .field(row, column)
-            .ok_or_else(|| ModelError::IndexOutOfRange {
+        match table.field(row, column) {
+            Some(Cell::Number(number)) => Ok(number),
+            Some(Cell::Text { text, line }) => Err(ModelError::BadTable {
+                path: table.path.clone(),
+                line: *line,
+                reason: format!(
+                    "`{text}` in column `{}` is not a number",
+                    table.columns[column]
+                ),
+                span,
+            }),
+            None => Err(ModelError::IndexOutOfRange {
                 member: format!("{}[{row}]", table.name),
                 available: format!("the table has {} rows, counted from 1", table.rows()),
                 span,
                 declared: Some(table.span),
-            })
+            }),
+        }
     }
 
     /// The exact value of a parameter, or an enclosure of one that is not rational.
@@ -134,7 +162,13 @@ impl World {
                 declared: Some(family.span),
             });
         };
-        let parameter = &self.parameters[number];
+        // A member of the family that is being worked out, or of one that could not be.
+        let Some(parameter) = self.parameters.get(number) else {
+            return Err(ModelError::RecursiveLet {
+                name: member_name(&family.name, rank, &at),
+                span,
+            });
+        };
         let Some(value) = parameter.value else {
             return Err(ModelError::MissingValue {
                 name: parameter.name.clone(),
@@ -308,6 +342,16 @@ impl World {
             span: whole,
         })
     }
+}
+
+/// A number in a message: long ones by their beginning.
+fn short(number: &Number) -> String {
+    let text = number.to_string();
+    if text.len() <= 40 {
+        return text;
+    }
+    let start: String = text.chars().take(20).collect();
+    format!("{start}… ({} characters)", text.len())
 }
 
 fn power(base: &Quantity, exponent: &Quantity) -> Option<Quantity> {

@@ -3,15 +3,15 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use super::ModelError;
 use super::compile::Scope;
 use super::elaborate::Elaborator;
 use super::members::Members;
 use super::names::{Entity, Family, Grid, Key, LetFamily, LetPiece, member_name};
-use super::program::Program;
-use super::run::DEEPEST_LET;
+use super::program::{Op, Program};
+use super::run::{COSTLIEST_LET, DEEPEST_LET};
 use super::survey::mentions;
 use super::terms::is_additive;
-use super::{ModelError, units};
 use crate::span::Span;
 use crate::syntax::{Binding, Name};
 
@@ -36,10 +36,6 @@ impl Elaborator<'_> {
             }
             None => None,
         };
-        if let Some(unit) = binding.unit {
-            self.has_units = true;
-            units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);
-        }
         let before = self.errors.len();
         let members = self.members(binding.indices.as_ref(), name);
         let rank = binding
@@ -61,6 +57,7 @@ impl Elaborator<'_> {
                 members: HashMap::new(),
                 recursive: false,
                 depth: 0,
+                cost: 0,
                 progress: None,
             });
             if rank > 0 {
@@ -85,14 +82,26 @@ impl Elaborator<'_> {
         } else {
             compiler.value(root, &mut scope)
         };
-        let (recursive, depth) = (compiler.recursive, compiler.depth);
+        let mut program = program;
+        let (recursive, depth, cost) = (compiler.recursive, compiler.depth, compiler.cost);
         if rank == 0 {
             self.introduce(name, Entity::Let(number));
+        }
+        if let Some(factor) = self.unit_factor(binding.unit, &program) {
+            let span = program.span;
+            program.ops.insert(0, (Op::Literal(factor), span));
+            program
+                .ops
+                .push((Op::Product(Box::new([false, false])), span));
         }
         let span = program.span;
         let own = &mut self.world.lets[number];
         own.recursive |= recursive;
         own.depth = own.depth.max(depth + 1);
+        own.cost = own.cost.max(cost.saturating_add(1));
+        if own.cost > COSTLIEST_LET {
+            own.depth = own.depth.max(DEEPEST_LET + 1);
+        }
         let too_deep = own.depth > DEEPEST_LET;
         let piece = own.pieces.len();
         let named = members.as_ref().is_some_and(|members| members.named);

@@ -202,6 +202,8 @@ pub(super) struct LetFamily {
     pub(super) recursive: bool,
     /// How deep named families nest in it.
     pub(super) depth: usize,
+    /// How many members are read for one of it, through all the families below.
+    pub(super) cost: u64,
     /// Members written out, ascending, of a recursive family.
     pub(super) progress: Option<Progress>,
 }
@@ -296,6 +298,8 @@ pub(super) struct World {
     pub(super) accelerations: HashMap<usize, Symbol>,
     pub(super) lets: Vec<LetFamily>,
     pub(super) tables: Vec<Table>,
+    /// Terms of the sum that is being worked out, those of sums within it included.
+    pub(super) steps: u64,
     pub(super) time: Option<Symbol>,
     /// What is declared with a mistake: reading it makes no further one.
     pub(super) broken: HashSet<Entity>,
@@ -365,10 +369,14 @@ impl World {
             SymbolKind::CoordinateSlot(k) => self.coordinate_slot(k)[1],
             SymbolKind::VelocitySlot(k) => self.coordinate_slot(k)[2],
             SymbolKind::Time => return Some(self.pool.integer(1)),
-            SymbolKind::Acceleration(_)
-            | SymbolKind::AccelerationSlot(_)
-            | SymbolKind::Parameter(_)
-            | SymbolKind::ValueSlot(_) => return None,
+            // No energy may contain accelerations, nor what is beyond them: a symbol of the same
+            // kind stands for that.
+            kind @ (SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)) => {
+                let beyond = self.pool.fresh_symbol("x'''");
+                self.kinds.insert(beyond, kind);
+                beyond
+            }
+            SymbolKind::Parameter(_) | SymbolKind::ValueSlot(_) => return None,
         };
         Some(self.pool.symbol_expr(rate))
     }

@@ -26,6 +26,7 @@ impl Elaborator<'_> {
                 later: &later,
                 errors: &mut errors,
                 depth: 0,
+                cost: 0,
                 recursive: false,
                 current_let: None,
             };
@@ -165,6 +166,7 @@ impl Elaborator<'_> {
                 .map_or_else(Vec::new, |at| at[..members.rank].to_vec());
             let value = self.world.run_written_out(program, &mut slots);
             let Some(value) = self.note(value) else {
+                self.stand_in(name, members.rank, &keys);
                 return;
             };
             shared = Some(value);
@@ -205,6 +207,7 @@ impl Elaborator<'_> {
                             span,
                         });
                     }
+                    self.stand_in(name, members.rank, &keys);
                     return;
                 }
                 Some(scalars)
@@ -220,13 +223,14 @@ impl Elaborator<'_> {
                     let value = self
                         .world
                         .run_written_out(program, &mut at[..members.rank].to_vec());
-                    let Some(value) = self.note(value) else {
+                    let value = self.note(value);
+                    let value = value
+                        .and_then(|value| self.one_scalar(&value, "a parameter", program.span));
+                    if value.is_none() {
+                        self.stand_in(name, members.rank, &keys[position..]);
                         return;
-                    };
-                    match self.one_scalar(&value, "a parameter", program.span) {
-                        Some(value) => Some(value),
-                        None => return,
                     }
+                    value
                 }
             };
             let own = own.and_then(|own| self.scaled(own, factor));
@@ -240,6 +244,24 @@ impl Elaborator<'_> {
                 sigma,
                 factor,
                 span,
+            );
+        }
+    }
+
+    /// Gives members that could not be worked out a value, so that what uses them is no mistake of
+    /// its own.
+    fn stand_in(&mut self, name: &Name, rank: usize, keys: &[Key]) {
+        let one = self.world.pool.one();
+        for at in keys {
+            self.add_parameter(
+                &name.text,
+                name.span,
+                rank,
+                *at,
+                Some(one),
+                None,
+                None,
+                name.span,
             );
         }
     }

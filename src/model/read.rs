@@ -81,7 +81,14 @@ impl World {
                         let symbol = self.value_slot(slot);
                         Ok(Value::Scalar(self.pool.symbol_expr(symbol)))
                     }
-                    Some(_) | None => Ok(Value::Scalar(self.parameters[number].symbolic)),
+                    Some(_) | None => match self.parameters.get(number) {
+                        Some(parameter) => Ok(Value::Scalar(parameter.symbolic)),
+                        // A member of the family that is being worked out.
+                        None => Err(Stop::from(ModelError::RecursiveLet {
+                            name: member_name(&self.parameter_families[family].name, rank, &own),
+                            span,
+                        })),
+                    },
                 }
             }
             Entity::Coordinate(family) => {

@@ -25,6 +25,9 @@ const MOST_SLOTS: usize = 64;
 /// `let` families nested deeper than this are written out when they are declared.
 pub(super) const DEEPEST_LET: usize = 64;
 
+/// `let` families whose members read more members than this, directly and through others, too.
+pub(super) const COSTLIEST_LET: u64 = 4096;
+
 /// What a slot of a term is filled with.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Leaf {
@@ -346,8 +349,12 @@ impl World {
         mut body: impl FnMut(&mut Self, &mut Vec<i64>) -> Result<(), E>,
     ) -> Result<(), E> {
         let base = slots.len();
+        self.check_count(binders, slots, span)?;
         let mut levels: Vec<(i64, i64)> = Vec::with_capacity(binders.len());
-        let mut steps = 0_u64;
+        // Sums within sums count together.
+        if base == 0 {
+            self.steps = 0;
+        }
         let mut descend = true;
         loop {
             if descend && levels.len() < binders.len() {
@@ -369,12 +376,9 @@ impl World {
                 descend = false;
                 continue;
             }
-            steps += 1;
-            if steps > MOST_INSTANCES {
-                return Err(E::from(ModelError::TooLarge {
-                    count: format!("more than {MOST_INSTANCES} terms"),
-                    span,
-                }));
+            self.steps += 1;
+            if self.steps > MOST_INSTANCES {
+                return Err(E::from(too_many_terms(span)));
             }
             slots.push(value);
             descend = true;
@@ -389,6 +393,48 @@ impl World {
                 descend = false;
             }
         }
+    }
+
+    /// Refuses a sum with too many terms before the first is worked out: the ranges of all indices
+    /// but the last are walked through, those of the last added up.
+    fn check_count(
+        &self,
+        binders: &[Binder],
+        slots: &mut Vec<i64>,
+        span: Span,
+    ) -> Result<(), ModelError> {
+        let [first, .., last] = binders else {
+            // A single range is checked where it is read.
+            return Ok(());
+        };
+        let base = slots.len();
+        let outer = binders.len() - 1;
+        let (mut count, mut steps) = (0_u64, 0_u64);
+        let mut levels = vec![self.binder_range(first, slots)?];
+        while let Some((next, end)) = levels.last_mut() {
+            let (value, past) = (*next, *next > *end);
+            *next += 1;
+            let depth = levels.len();
+            slots.truncate(base + depth - 1);
+            if past {
+                levels.pop();
+                continue;
+            }
+            slots.push(value);
+            steps += 1;
+            if depth < outer {
+                levels.push(self.binder_range(&binders[depth], slots)?);
+            } else {
+                let (from, to) = self.binder_range(last, slots)?;
+                count += u64::try_from(to - from + 1).unwrap_or(0);
+            }
+            if count.max(steps) > MOST_INSTANCES {
+                slots.truncate(base);
+                return Err(too_many_terms(span));
+            }
+        }
+        slots.truncate(base);
+        Ok(())
     }
 
     pub(super) fn binder_range(
@@ -504,6 +550,13 @@ impl World {
             derivatives.push(derivative);
         }
         derivatives
+    }
+}
+
+fn too_many_terms(span: Span) -> ModelError {
+    ModelError::TooLarge {
+        count: format!("more than {MOST_INSTANCES} terms"),
+        span,
     }
 }
 

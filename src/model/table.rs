@@ -39,14 +39,22 @@ impl TableTexts {
     }
 }
 
+/// One field. Columns of names or remarks may stand in a table as long as no expression uses them.
+#[derive(Clone, Debug)]
+pub(crate) enum Cell {
+    Number(Number),
+    Text { text: String, line: u64 },
+}
+
 /// A table of exact numbers.
 #[derive(Clone, Debug)]
 pub(crate) struct Table {
     pub(crate) name: String,
     pub(crate) span: Span,
     pub(crate) columns: Vec<String>,
+    pub(crate) path: String,
     /// Row by row.
-    cells: Vec<Number>,
+    cells: Vec<Cell>,
     rows: usize,
 }
 
@@ -56,7 +64,7 @@ impl Table {
     }
 
     /// The field in a row counted from 1.
-    pub(crate) fn field(&self, row: i64, column: usize) -> Option<&Number> {
+    pub(crate) fn field(&self, row: i64, column: usize) -> Option<&Cell> {
         let row = usize::try_from(row).ok()?.checked_sub(1)?;
         if row >= self.rows || column >= self.columns.len() {
             return None;
@@ -68,6 +76,7 @@ impl Table {
     pub(crate) fn unread(name: &str, span: Span) -> Self {
         Self {
             name: name.to_owned(),
+            path: String::new(),
             span,
             columns: Vec::new(),
             cells: Vec::new(),
@@ -132,15 +141,14 @@ impl Table {
                 Ok(record) => record,
                 Err(error) => return Err(describe(&error)),
             };
-            for (column, field) in columns.iter().zip(record.iter()) {
-                let Some(number) = parse_field(field) else {
-                    let line = record.position().map_or(0, csv::Position::line);
-                    return Err(bad(
-                        line,
-                        format!("`{field}` in column `{column}` is not a number"),
-                    ));
-                };
-                cells.push(number);
+            for field in record.iter().take(columns.len()) {
+                cells.push(match parse_field(field) {
+                    Some(number) => Cell::Number(number),
+                    None => Cell::Text {
+                        text: field.chars().take(40).collect(),
+                        line: record.position().map_or(0, csv::Position::line),
+                    },
+                });
             }
             rows += 1;
         }
@@ -148,6 +156,7 @@ impl Table {
             name: name.to_owned(),
             span,
             columns,
+            path: path.to_owned(),
             cells,
             rows,
         })

@@ -12,6 +12,7 @@ use super::compile::{Compiler, Scope};
 use super::names::{Entity, SymbolKind, World};
 use super::program::{Binder, IndexProgram, Op, Program};
 use super::run::{Instance, Leaf, Stop};
+use super::table::Cell;
 use super::values::Value;
 use crate::expr::{ExprId, Symbol};
 use crate::span::Span;
@@ -435,10 +436,16 @@ impl Finisher {
         }
         for k in &self.value_sources {
             let constant = match leaves.get(*k) {
-                Some(Leaf::Parameter(number)) => world.parameters[*number].symbolic,
+                Some(Leaf::Parameter(number)) => match world.parameters.get(*number) {
+                    Some(parameter) => parameter.symbolic,
+                    None => world.pool.zero(),
+                },
+                // A text was refused when the term was read.
                 Some(Leaf::Field { table, row, column }) => {
-                    let number = world.tables[*table].field(*row, *column).cloned();
-                    world.pool.number(number.unwrap_or_else(|| 0.into()))
+                    match world.tables[*table].field(*row, *column) {
+                        Some(Cell::Number(number)) => world.pool.number(number.clone()),
+                        Some(Cell::Text { .. }) | None => world.pool.zero(),
+                    }
                 }
                 Some(Leaf::Number(number)) => world.pool.number(number.clone()),
                 Some(Leaf::Coordinate(_)) | None => world.pool.zero(),
