@@ -1,5 +1,5 @@
 //! Expressions nested a hundred thousand deep: no pass may use the call stack for depth.
-
+#![cfg(feature = "engine")]
 #![allow(clippy::unwrap_used)]
 
 mod expr_support;

@@ -303,6 +303,8 @@ pub(super) struct World {
     pub(super) time: Option<Symbol>,
     /// What is declared with a mistake: reading it makes no further one.
     pub(super) broken: HashSet<Entity>,
+    /// Some expression contains an acceleration.
+    pub(super) accelerated: bool,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,
@@ -365,18 +367,20 @@ impl World {
     pub(super) fn rate(&mut self, symbol: Symbol) -> Option<ExprId> {
         let rate = match *self.kinds.get(&symbol)? {
             SymbolKind::Coordinate(i) => self.coordinates[i].velocity,
-            SymbolKind::Velocity(i) => self.acceleration(i),
-            SymbolKind::CoordinateSlot(k) => self.coordinate_slot(k)[1],
-            SymbolKind::VelocitySlot(k) => self.coordinate_slot(k)[2],
-            SymbolKind::Time => return Some(self.pool.integer(1)),
-            // No energy may contain accelerations, nor what is beyond them: a symbol of the same
-            // kind stands for that.
-            kind @ (SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)) => {
-                let beyond = self.pool.fresh_symbol("x'''");
-                self.kinds.insert(beyond, kind);
-                beyond
+            SymbolKind::Velocity(i) => {
+                self.accelerated = true;
+                self.acceleration(i)
             }
-            SymbolKind::Parameter(_) | SymbolKind::ValueSlot(_) => return None,
+            SymbolKind::CoordinateSlot(k) => self.coordinate_slot(k)[1],
+            SymbolKind::VelocitySlot(k) => {
+                self.accelerated = true;
+                self.coordinate_slot(k)[2]
+            }
+            SymbolKind::Time => return Some(self.pool.integer(1)),
+            SymbolKind::Acceleration(_)
+            | SymbolKind::AccelerationSlot(_)
+            | SymbolKind::Parameter(_)
+            | SymbolKind::ValueSlot(_) => return None,
         };
         Some(self.pool.symbol_expr(rate))
     }
