@@ -92,3 +92,28 @@ fn frequencies_only(bencher: Bencher<'_, '_>, n: usize) {
     };
     bencher.bench(|| solve(&problem, &options));
 }
+
+/// What the two decompositions cost by themselves: where one overtakes the other.
+mod decomposition {
+    use divan::Bencher;
+    use faer::{Mat, Side};
+    use nalgebra::{DMatrix, SymmetricEigen};
+
+    const SIZES: [usize; 7] = [10, 20, 30, 40, 50, 60, 80];
+
+    fn entry(i: usize, j: usize) -> f64 {
+        ((i + 1) as f64 * (j + 1) as f64).sin()
+    }
+
+    #[divan::bench(args = SIZES)]
+    fn nalgebra(bencher: Bencher<'_, '_>, n: usize) {
+        let a = DMatrix::from_fn(n, n, entry);
+        bencher.bench(|| SymmetricEigen::try_new(a.clone(), f64::EPSILON, 100 * n));
+    }
+
+    #[divan::bench(args = SIZES)]
+    fn faer(bencher: Bencher<'_, '_>, n: usize) {
+        let a = Mat::from_fn(n, n, entry);
+        bencher.bench(|| a.self_adjoint_eigen(Side::Lower));
+    }
+}

@@ -67,3 +67,12 @@ pub mod modes;
 
 #[cfg(feature = "engine")]
 pub mod oscillation;
+
+#[cfg(feature = "engine")]
+mod error;
+
+#[cfg(feature = "engine")]
+pub use error::Error;
+
+#[cfg(feature = "cli")]
+pub mod report;

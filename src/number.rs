@@ -11,8 +11,11 @@
 
 mod convert;
 mod roots;
+#[cfg(test)]
+mod tests;
 
 use std::cmp::Ordering;
+use std::hash::{Hash, Hasher};
 use std::num::NonZeroU64;
 
 use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
@@ -38,7 +41,7 @@ pub const MAX_BITS: usize = 1 << 20;
 pub struct Number(Repr);
 
 /// Canonical: `Small` exactly where it fits.
-#[derive(Clone, PartialEq, Eq, Hash)]
+#[derive(Clone, PartialEq, Eq)]
 enum Repr {
     /// A reduced fraction with `|numerator|` and denominator at most `i64::MAX`.
     Small(i64, NonZeroU64),
@@ -459,6 +462,19 @@ fn inverse_modulo(a: u64, p: u64) -> Option<u64> {
 impl From<i64> for Number {
     fn from(value: i64) -> Number {
         Number::reduced(i128::from(value), 1)
+    }
+}
+
+impl Hash for Repr {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        // Two words for small fractions; no others hash so, as far as a hash can tell them apart.
+        match self {
+            Repr::Small(numerator, denominator) => {
+                state.write_i64(*numerator);
+                state.write_u64(denominator.get());
+            }
+            Repr::Big(value) => value.hash(state),
+        }
     }
 }
 

@@ -105,7 +105,8 @@ fn deep_sums_of_powers() {
         let d = pool.diff(e, x);
         let golden = (1.0 + 5f64.sqrt()) / 2.0;
         assert!((value(&pool, e, &[x], &[0.3]) - golden).abs() < 1e-12);
-        assert!(pool.display(d).len() > DEPTH);
+        assert!(value(&pool, d, &[x], &[0.3]).abs() < 1e-12);
+        assert!(pool.display(e).len() > DEPTH);
     });
 }
 

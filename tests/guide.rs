@@ -1,4 +1,11 @@
 //! Every block of the language guide is a model that runs.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 use librate::linearize::linearize;
 use librate::model::{Settings, TableTexts, elaborate};

@@ -2,6 +2,13 @@
 //! stack, within two seconds each, every one of these comes to modes or to an error.
 //!
 //! The two seconds hold for optimized builds.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 mod language_support;
 

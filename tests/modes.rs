@@ -1,5 +1,6 @@
 //! Frequencies of hard problems against references of 40 digits computed by other means.
 #![cfg(feature = "engine")]
+#![allow(clippy::unwrap_used)]
 
 mod modes_support;
 
@@ -55,7 +56,6 @@ fn check(name: &str, problem: &Problem) {
         let off = abs(parse(&printed.text) - omega) / omega;
         assert!(off < parse("5e-10"), "{name}: {}", printed.text);
     }
-    println!("{name}: error {:.1e}, bound {:.1e}", worst.0, worst.1);
     assert!(worst.0 < 1e-13 && worst.1 < 1e-13, "{name}: {worst:?}");
 }
 
@@ -182,6 +182,38 @@ fn twenty_five_digits() {
         let angle = Ball::PI * Ball::exact((j + 1) as f64) / Ball::exact(22.0);
         let closed = angle.sin().scale(1);
         assert!(!(closed - mode.omega).is_positive() && !(closed - mode.omega).is_negative());
+    }
+}
+
+/// Both with closed forms; the ring's frequencies are double.
+#[test]
+fn long_chain_and_ring() {
+    let n = 120;
+    let (m, k) = chain(&ones(n), &ones(n + 1));
+    let spectrum = solve(&problem(&m, &k), &Options::default()).unwrap();
+    for (j, mode) in spectrum.modes.iter().enumerate() {
+        let angle = Ball::PI * Ball::exact((j + 1) as f64) / Ball::exact(2.0 * (n + 1) as f64);
+        assert!((angle.sin().scale(1) - mode.omega).contains_zero());
+        assert!(mode.omega.radius < 1e-13 * mode.omega.mid.hi);
+    }
+    let n = 60;
+    let (m, mut k) = chain(&ones(n), &ones(n + 1));
+    k[0][n - 1] = RBig::from(-1);
+    k[n - 1][0] = RBig::from(-1);
+    let mut ring = problem(&m, &k);
+    ring.zero_vectors = vec![vec![Ball::ONE; n]];
+    let spectrum = solve(&ring, &Options::default()).unwrap();
+    check_vectors(&ring, &spectrum, 1e-13);
+    for (j, mode) in spectrum.modes.iter().enumerate().skip(1) {
+        let angle = Ball::PI * Ball::exact(j.div_ceil(2) as f64) / Ball::exact(n as f64);
+        assert!((angle.sin().scale(1) - mode.omega).contains_zero());
+        assert!(mode.omega.radius < 1e-13 * mode.omega.mid.hi);
+        assert!(
+            mode.vector_error_bound < 1e-14,
+            "{}",
+            mode.vector_error_bound
+        );
+        assert_eq!(mode.cluster as usize, j.div_ceil(2));
     }
 }
 

@@ -1,8 +1,40 @@
 //! Derivatives: forward for one direction, reverse for gradients.
 
-use super::traverse::Reachable;
 use super::{ExprId, Function, Node, ONE, Pool, Seeds, Symbol, UNDEFINED, ZERO};
 use crate::number::Number;
+
+/// Derivatives along seeds that stay the same, kept from one call of [`Pool::derivative`] to the
+/// next. For one pool only.
+#[derive(Clone, Debug, Default)]
+pub struct Derivatives {
+    /// By expression; [`UNKNOWN`] where it has not been needed.
+    known: Vec<ExprId>,
+    /// What has been begun and not finished, the innermost last.
+    open: Vec<ExprId>,
+}
+
+/// No expression has this number: the memory for so many does not exist.
+const UNKNOWN: ExprId = ExprId(u32::MAX);
+
+impl Derivatives {
+    /// Sets the derivative of a symbol.
+    pub fn set(&mut self, pool: &mut Pool, symbol: Symbol, seed: ExprId) {
+        let symbol = pool.symbol_expr(symbol);
+        self.put(symbol, seed);
+    }
+
+    fn get(&self, id: ExprId) -> Option<ExprId> {
+        let derivative = self.known.get(id.index()).copied();
+        derivative.filter(|derivative| *derivative != UNKNOWN)
+    }
+
+    fn put(&mut self, id: ExprId, derivative: ExprId) {
+        if self.known.len() <= id.index() {
+            self.known.resize(id.index() + 1, UNKNOWN);
+        }
+        self.known[id.index()] = derivative;
+    }
+}
 
 impl Pool {
     /// The derivative of each root along the seeds: the sum over the seeded symbols of the
@@ -24,7 +56,8 @@ impl Pool {
                 continue;
             }
             let mut terms = Vec::new();
-            for (child, factor, coefficient) in self.partials(*id, &reachable, &dependent) {
+            let depends = |child: ExprId| dependent[reachable.place(child)];
+            for (child, factor, coefficient) in self.partials(*id, depends) {
                 let inner = derivatives[reachable.place(child)];
                 if inner != ZERO {
                     terms.push((self.mul(factor, inner), coefficient));
@@ -54,11 +87,30 @@ impl Pool {
         }
         let mut wanted = symbols.to_vec();
         wanted.sort_unstable();
+        let slopes = self.slopes(root, |symbol| wanted.binary_search(&symbol).is_ok());
+        symbols
+            .iter()
+            .map(|symbol| {
+                let at = slopes.binary_search_by_key(symbol, |(symbol, _)| *symbol);
+                at.ok()
+                    .and_then(|at| slopes.get(at))
+                    .map_or(ZERO, |(_, slope)| *slope)
+            })
+            .collect()
+    }
+
+    /// The partial derivatives by the wanted symbols that occur, in one reverse sweep: in order
+    /// of creation of the symbols, without those that are 0. None of [`Pool::undefined`].
+    pub fn slopes(
+        &mut self,
+        root: ExprId,
+        is_wanted: impl Fn(Symbol) -> bool,
+    ) -> Vec<(Symbol, ExprId)> {
         let reachable = self.reachable_places(&[root]);
-        let dependent = self.dependent(&reachable, |symbol| wanted.binary_search(&symbol).is_ok());
+        let dependent = self.dependent(&reachable, is_wanted);
         // What the root's derivative by each expression is the sum of.
         let mut parts: Vec<Vec<(ExprId, Number)>> = vec![Vec::new(); reachable.ids.len()];
-        let mut adjoints: Vec<(Symbol, ExprId)> = Vec::new();
+        let mut slopes: Vec<(Symbol, ExprId)> = Vec::new();
         if let Some(last) = parts.last_mut() {
             last.push((ONE, Number::ONE));
         }
@@ -71,35 +123,77 @@ impl Pool {
                 continue;
             }
             if let Node::Symbol(symbol) = self.node(*id) {
-                adjoints.push((*symbol, adjoint));
+                slopes.push((*symbol, adjoint));
                 continue;
             }
-            for (child, factor, coefficient) in self.partials(*id, &reachable, &dependent) {
+            let depends = |child: ExprId| dependent[reachable.place(child)];
+            for (child, factor, coefficient) in self.partials(*id, depends) {
                 let part = self.mul(adjoint, factor);
                 parts[reachable.place(child)].push((part, coefficient));
             }
         }
-        adjoints.sort_unstable();
-        symbols
-            .iter()
-            .map(|symbol| {
-                let at = adjoints.binary_search_by_key(symbol, |(symbol, _)| *symbol);
-                at.ok()
-                    .and_then(|at| adjoints.get(at))
-                    .map_or(ZERO, |(_, adjoint)| *adjoint)
-            })
-            .collect()
+        slopes.sort_unstable();
+        slopes
     }
 
-    /// The partial derivatives of a node by those of its children that depend on a wanted
-    /// symbol, as `(child, factor, coefficient)` with the value `coefficient*factor`.
+    /// The derivative of an expression along seeds that stay the same from call to call, so that
+    /// nothing is derived twice.
+    ///
+    /// # Errors
+    ///
+    /// A symbol whose seed is not known yet: [`Derivatives::set`] it and call again.
+    pub fn derivative(&mut self, known: &mut Derivatives, root: ExprId) -> Result<ExprId, Symbol> {
+        if known.open.first() != Some(&root) {
+            known.open.clear();
+            known.open.push(root);
+        }
+        while let Some(id) = known.open.last().copied() {
+            if known.get(id).is_some() {
+                known.open.pop();
+                continue;
+            }
+            let open = known.open.len();
+            let node = self.node(id);
+            if let Node::Symbol(symbol) = node {
+                return Err(*symbol);
+            }
+            node.for_each_child(|child| {
+                if known.get(child).is_none() {
+                    known.open.push(child);
+                }
+            });
+            if known.open.len() > open {
+                // The first child is looked at first.
+                known.open[open..].reverse();
+                continue;
+            }
+            let depends = |child: ExprId| known.get(child) != Some(ZERO);
+            let mut varies = false;
+            node.for_each_child(|child| varies |= depends(child));
+            let derivative = if id == UNDEFINED {
+                UNDEFINED
+            } else if varies {
+                let mut terms = Vec::new();
+                for (child, factor, coefficient) in self.partials(id, depends) {
+                    let inner = known.get(child).unwrap_or(ZERO);
+                    terms.push((self.mul(factor, inner), coefficient));
+                }
+                self.linear(&terms)
+            } else {
+                ZERO
+            };
+            known.put(id, derivative);
+            known.open.pop();
+        }
+        Ok(known.get(root).unwrap_or(ZERO))
+    }
+
+    /// The partial derivatives of a node by those of its children that matter, as `(child, factor, coefficient)` with the value `coefficient*factor`.
     fn partials(
         &mut self,
         id: ExprId,
-        reachable: &Reachable,
-        dependent: &[bool],
+        depends: impl Fn(ExprId) -> bool,
     ) -> Vec<(ExprId, ExprId, Number)> {
-        let depends = |child: ExprId| dependent[reachable.place(child)];
         match self.node(id) {
             Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => Vec::new(),
             Node::Sum { terms, .. } => terms

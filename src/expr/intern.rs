@@ -6,6 +6,9 @@
 
 use std::hash::{Hash, Hasher};
 
+use super::{ExprId, Node};
+use crate::number::Number;
+
 /// A multiplicative hash, as fast as a small node asks for.
 #[derive(Default)]
 pub(super) struct NodeHasher(u64);
@@ -52,11 +55,54 @@ impl Hasher for NodeHasher {
     }
 }
 
-/// The hash of a node.
-pub(super) fn hash<T: Hash>(node: &T) -> u32 {
+fn finish(write: impl FnOnce(&mut NodeHasher)) -> u32 {
     let mut hasher = NodeHasher::default();
-    node.hash(&mut hasher);
+    write(&mut hasher);
     hasher.finish() as u32
+}
+
+/// The hash of a sum.
+pub(super) fn hash_sum(constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
+    finish(|hasher| {
+        hasher.write_u32(1);
+        constant.hash(hasher);
+        terms.hash(hasher);
+    })
+}
+
+/// The hash of a product.
+pub(super) fn hash_product(factors: &[(ExprId, Number)]) -> u32 {
+    finish(|hasher| {
+        hasher.write_u32(2);
+        factors.hash(hasher);
+    })
+}
+
+/// The hash of a node.
+pub(super) fn hash(node: &Node) -> u32 {
+    match node {
+        Node::Sum { constant, terms } => hash_sum(constant, terms),
+        Node::Product(factors) => hash_product(factors),
+        Node::Number(value) => finish(|hasher| value.hash(hasher)),
+        Node::Pi => finish(|hasher| hasher.write_u32(3)),
+        Node::Undefined => finish(|hasher| hasher.write_u32(4)),
+        Node::Symbol(symbol) => finish(|hasher| {
+            hasher.write_u32(5);
+            symbol.hash(hasher);
+        }),
+        Node::Power { base, exponent } => finish(|hasher| {
+            hasher.write_u32(6);
+            (base, exponent).hash(hasher);
+        }),
+        Node::Function(function, x) => finish(|hasher| {
+            hasher.write_u32(7);
+            (function, x).hash(hasher);
+        }),
+        Node::Atan2 { y, x } => finish(|hasher| {
+            hasher.write_u32(8);
+            (y, x).hash(hasher);
+        }),
+    }
 }
 
 const EMPTY: u32 = u32::MAX;

@@ -14,6 +14,24 @@
 //! This module knows nothing of mechanics, of files and of places in them. It never fails:
 //! what has no value (`1/0`, `ln(0)`, `acos(2)`) is [`Node::Undefined`], which spreads to
 //! everything made of it.
+//!
+//! ```
+//! use librate::expr::{Pool, Tape, ZeroVerdict};
+//!
+//! let mut pool = Pool::default();
+//! let (x, k) = (pool.symbol("x"), pool.symbol("k"));
+//! let (ex, ek) = (pool.symbol_expr(x), pool.symbol_expr(k));
+//! let cosine = pool.cos(ex);
+//! let one = pool.one();
+//! let height = pool.sub(one, cosine);
+//! let energy = pool.mul(ek, height);
+//! assert_eq!(pool.display(energy), "k*(1 - cos(x))");
+//! let force = pool.diff(energy, x);
+//! assert_eq!(pool.display(force), "k*sin(x)");
+//! let difference = pool.sub(force, energy);
+//! assert_eq!(pool.is_zero(difference), ZeroVerdict::NonZero);
+//! assert!(Tape::compile(&pool, &[force], &[x]).is_err()); // k has no value
+//! ```
 
 mod angle;
 mod derive;
@@ -36,6 +54,7 @@ use std::collections::{BTreeMap, HashMap};
 use crate::number::Number;
 
 pub use crate::precision::Function;
+pub use derive::Derivatives;
 pub use modular::{
     PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
     sqrt_mod, sub_mod,
@@ -79,7 +98,7 @@ pub type Seeds = BTreeMap<Symbol, ExprId>;
 pub type Substitution = BTreeMap<Symbol, ExprId>;
 
 /// What an expression is made of.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Node {
     /// An exact number.
     Number(Number),
@@ -146,6 +165,8 @@ pub struct Pool {
     /// Angles with exact sines and tangents, filled when first needed.
     known_angles: Vec<angle::KnownAngle>,
     workspaces: product::Workspaces,
+    /// Terms of the sum that is being made.
+    term_buffer: Vec<(ExprId, Number)>,
 }
 
 /// The expressions every pool begins with.
@@ -165,6 +186,7 @@ impl Default for Pool {
             names: HashMap::new(),
             known_angles: Vec::new(),
             workspaces: product::Workspaces::default(),
+            term_buffer: Vec::new(),
         };
         for node in [
             Node::Number(Number::ZERO),
@@ -248,6 +270,12 @@ impl Pool {
     #[must_use]
     pub fn node(&self, id: ExprId) -> &Node {
         self.nodes.get(id.index()).unwrap_or(&Node::Undefined)
+    }
+
+    /// The expressions from a place on, in ascending order: those made since the pool was as long.
+    pub fn ids_from(&self, place: usize) -> impl Iterator<Item = ExprId> + use<> {
+        let end = u32::try_from(self.nodes.len()).unwrap_or(u32::MAX);
+        (u32::try_from(place).unwrap_or(u32::MAX)..end).map(ExprId)
     }
 
     /// The value of an expression that is a number.
@@ -349,6 +377,47 @@ impl Pool {
         {
             return ExprId(id);
         }
+        self.insert(hash, node)
+    }
+
+    /// The id of a sum that is canonical already; the terms are moved out of the buffer only
+    /// where it is new.
+    fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
+        let hash = intern::hash_sum(&constant, terms);
+        let is_same = |id: u32| match self.nodes.get(id as usize) {
+            Some(Node::Sum {
+                constant: other,
+                terms: others,
+            }) => **others == **terms && *other == constant,
+            Some(_) | None => false,
+        };
+        match self.table.find(hash, is_same) {
+            Some(id) => ExprId(id),
+            None => self.insert(
+                hash,
+                Node::Sum {
+                    constant,
+                    terms: terms.drain(..).collect(),
+                },
+            ),
+        }
+    }
+
+    /// As [`Pool::intern_sum`] for a product.
+    fn intern_product(&mut self, factors: &mut Vec<(ExprId, Number)>) -> ExprId {
+        let hash = intern::hash_product(factors);
+        let is_same = |id: u32| match self.nodes.get(id as usize) {
+            Some(Node::Product(others)) => **others == **factors,
+            Some(_) | None => false,
+        };
+        match self.table.find(hash, is_same) {
+            Some(id) => ExprId(id),
+            None => self.insert(hash, Node::Product(factors.drain(..).collect())),
+        }
+    }
+
+    /// Adds a node that is not there yet.
+    fn insert(&mut self, hash: u32, node: Node) -> ExprId {
         // Memory for four thousand million nodes runs out first; nothing is to be said then.
         let Ok(id) = u32::try_from(self.nodes.len()) else {
             return UNDEFINED;

@@ -13,7 +13,7 @@
 //!   function of its arguments' values.
 
 use super::modular::{root_of_unity, sqrt_of_prime};
-use super::traverse::ExprMap;
+use super::traverse::Reachable;
 use super::{
     ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod,
     pow_mod, sqrt_mod, sub_mod,
@@ -144,7 +144,7 @@ impl Pool {
 /// What does not change from point to point.
 pub(super) struct Plan {
     roots: Vec<ExprId>,
-    ids: Vec<ExprId>,
+    reachable: Reachable,
     /// Common denominator of the coefficients in angles, and in exponents.
     pub(super) angle_denominator: u64,
     pub(super) exponent_denominator: u64,
@@ -156,12 +156,12 @@ impl Plan {
     pub(super) fn new(pool: &Pool, roots: &[ExprId]) -> Plan {
         let mut plan = Plan {
             roots: roots.to_vec(),
-            ids: pool.reachable(roots),
+            reachable: pool.reachable_places(roots),
             angle_denominator: 1,
             exponent_denominator: 1,
             coarse: false,
         };
-        for id in &plan.ids {
+        for id in &plan.reachable.ids {
             let Node::Function(function, x) = pool.node(*id) else {
                 continue;
             };
@@ -208,12 +208,12 @@ impl Plan {
             pool,
             plan: self,
             seed,
-            values: ExprMap::default(),
+            values: Vec::with_capacity(self.reachable.ids.len()),
             certainty: Certainty::default(),
         };
-        for id in &self.ids {
+        for id in &self.reachable.ids {
             let value = point.value_of(*id, values)?;
-            point.values.insert(*id, value);
+            point.values.push(value);
         }
         let values = self.roots.iter().map(|root| point.value(*root)).collect();
         Some(ModularPoint {
@@ -258,14 +258,18 @@ pub(super) struct Point<'a> {
     pub(super) pool: &'a Pool,
     pub(super) plan: &'a Plan,
     pub(super) seed: u64,
-    values: ExprMap<u64>,
+    /// By place among the reachable expressions.
+    values: Vec<u64>,
     pub(super) certainty: Certainty,
 }
 
 impl Point<'_> {
     /// The value of an expression that was evaluated before.
     pub(super) fn value(&self, id: ExprId) -> u64 {
-        self.values.get(&id).copied().unwrap_or(0)
+        self.values
+            .get(self.plan.reachable.place(id))
+            .copied()
+            .unwrap_or(0)
     }
 
     fn value_of(&mut self, id: ExprId, symbols: &dyn Fn(Symbol) -> u64) -> Option<u64> {

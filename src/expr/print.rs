@@ -9,7 +9,7 @@ use crate::number::Number;
 
 /// Length in bytes beyond which the text is cut off (an expression with shared parts can be
 /// exponentially longer than its pool).
-const MAX_LENGTH: usize = 1 << 26;
+const MAX_LENGTH: usize = 1 << 24;
 
 /// Where an expression stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -62,7 +62,7 @@ pub fn function_name(function: Function) -> &'static str {
 
 impl Pool {
     /// The expression in the language's own syntax; read back it gives the same id. (What has no
-    /// value is `1/0`. Texts beyond 64 MiB are cut off and end in `…`.)
+    /// value is `1/0`. Texts beyond 16 MiB are cut off and end in `…`.)
     #[must_use]
     pub fn display(&self, e: ExprId) -> String {
         let mut out = String::new();
@@ -140,15 +140,16 @@ impl Pool {
             out.push(Piece::Expression(id, place));
             return;
         };
-        let signed = |c: &Number| if negated { c.neg() } else { c.clone() };
+        let positive = |c: &Number| c.is_negative() == negated && !c.is_zero();
+        let all_negative = !positive(constant) && !terms.iter().any(|(_, c)| positive(c));
         // (negative, piece)
         let mut parts: Vec<(bool, Piece)> = Vec::with_capacity(terms.len() + 1);
         if !constant.is_zero() {
-            let value = signed(constant);
-            parts.push((value.is_negative(), Piece::Owned(number_text(&value.abs()))));
+            let text = number_text(&constant.abs());
+            parts.push((!positive(constant), Piece::Owned(text)));
         }
+        let mut has_positive = !all_negative;
         for (term, coefficient) in terms {
-            let coefficient = signed(coefficient);
             let factors = match self.node(*term) {
                 Node::Product(factors) => factors.to_vec(),
                 Node::Number(_)
@@ -160,13 +161,14 @@ impl Pool {
                 | Node::Atan2 { .. }
                 | Node::Undefined => vec![(*term, Number::ONE)],
             };
-            let mut negative = coefficient.is_negative();
-            let reversed = if negative {
-                self.reversible_factor(&factors)
-            } else {
+            // Where nothing else could lead without a sign, a difference takes up the minus.
+            let reversed = if has_positive {
                 None
+            } else {
+                self.reversible_factor(&factors)
             };
-            negative &= reversed.is_none();
+            has_positive |= reversed.is_some();
+            let negative = !positive(coefficient) && reversed.is_none();
             let piece = Piece::Term {
                 coefficient: coefficient.abs(),
                 factors,

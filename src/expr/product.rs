@@ -194,10 +194,7 @@ impl Pool {
         let core = match work.settled.as_slice() {
             [] => return Ok(self.number(coefficient)),
             [(base, exponent)] if exponent.is_one() => *base,
-            factors => {
-                let node = Node::Product(factors.into());
-                self.intern(node)
-            }
+            _ => self.intern_product(&mut work.settled),
         };
         Ok(self.scale(core, &coefficient))
     }
@@ -217,7 +214,7 @@ impl Pool {
             return Ok(());
         }
         let whole = exponent.is_integer();
-        match &self.nodes[base.index()] {
+        match self.node(base) {
             Node::Number(value) => return multiply_number(value, &exponent, coefficient, work),
             Node::Product(factors) if whole && factors.len() > MAX_FACTORS => {
                 work.settled.push((base, exponent));
@@ -381,7 +378,7 @@ impl Pool {
         let core = match left.as_slice() {
             [] => return,
             [(b, _)] => *b,
-            _ => self.intern(Node::Product(left.into_boxed_slice())),
+            _ => self.intern_product(&mut left),
         };
         let core = if negative { self.neg(core) } else { core };
         match self.node(core) {

@@ -7,6 +7,9 @@ impl Pool {
     pub fn substitute(&mut self, roots: &[ExprId], map: &Substitution) -> Vec<ExprId> {
         let reachable = self.reachable_places(roots);
         let dependent = self.dependent(&reachable, |symbol| map.contains_key(&symbol));
+        if !dependent.contains(&true) {
+            return roots.to_vec();
+        }
         let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
         let mut parts = Vec::new();
         for (place, id) in reachable.ids.iter().enumerate() {

@@ -71,33 +71,34 @@ impl Pool {
         if factor.is_zero() {
             return ZERO;
         }
-        let node = match self.node(e) {
+        match self.nodes.get(e.index()).unwrap_or(&Node::Undefined) {
             Node::Number(value) => {
                 let value = value.mul(factor);
-                return self.number(value);
+                self.number(value)
             }
             Node::Sum { constant, terms } => {
                 let constant = constant.mul(factor);
-                let terms: Box<[_]> = terms.iter().map(|(t, c)| (*t, c.mul(factor))).collect();
-                return self.finish_sum(constant, terms);
+                self.term_buffer
+                    .extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
+                self.finish_sum(constant)
             }
-            Node::Undefined => return UNDEFINED,
+            Node::Undefined => UNDEFINED,
             Node::Pi
             | Node::Symbol(_)
             | Node::Product(_)
             | Node::Power { .. }
             | Node::Function(..)
-            | Node::Atan2 { .. } => Node::Sum {
-                constant: Number::ZERO,
-                terms: Box::new([(e, factor.clone())]),
-            },
-        };
-        self.intern(node)
+            | Node::Atan2 { .. } => {
+                self.term_buffer.push((e, factor.clone()));
+                self.finish_sum(Number::ZERO)
+            }
+        }
     }
 
     fn linear_iter(&mut self, parts: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
         let mut constant = Number::ZERO;
-        let mut collected: Vec<(ExprId, Number)> = Vec::with_capacity(parts.size_hint().0);
+        let mut collected = std::mem::take(&mut self.term_buffer);
+        let mut undefined = false;
         for (e, factor) in parts {
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
@@ -108,7 +109,7 @@ impl Pool {
                     constant = constant.add(&inner.mul(&factor));
                     collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
                 }
-                Node::Undefined => return UNDEFINED,
+                Node::Undefined => undefined = true,
                 Node::Pi
                 | Node::Symbol(_)
                 | Node::Product(_)
@@ -118,19 +119,27 @@ impl Pool {
             }
         }
         collect_equal(&mut collected);
-        self.finish_sum(constant, collected.into_boxed_slice())
-    }
-
-    /// The node of collected terms.
-    fn finish_sum(&mut self, constant: Number, terms: Box<[(ExprId, Number)]>) -> ExprId {
-        if constant.is_oversized() || terms.iter().any(|(_, c)| c.is_oversized()) {
+        self.term_buffer = collected;
+        if undefined {
+            self.term_buffer.clear();
             return UNDEFINED;
         }
-        match &*terms {
+        self.finish_sum(constant)
+    }
+
+    /// The sum of a constant and of the collected terms in the buffer, which is left empty.
+    fn finish_sum(&mut self, constant: Number) -> ExprId {
+        let mut terms = std::mem::take(&mut self.term_buffer);
+        let oversized = constant.is_oversized() || terms.iter().any(|(_, c)| c.is_oversized());
+        let result = match terms.as_slice() {
+            _ if oversized => UNDEFINED,
             [] => self.number(constant),
             [(single, coefficient)] if constant.is_zero() && coefficient.is_one() => *single,
-            _ => self.intern(Node::Sum { constant, terms }),
-        }
+            _ => self.intern_sum(constant, &mut terms),
+        };
+        terms.clear();
+        self.term_buffer = terms;
+        result
     }
 
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its

@@ -6,20 +6,38 @@ use std::hash::BuildHasherDefault;
 use super::intern::NodeHasher;
 use super::{ExprId, Node, Pool, Symbol};
 
-/// A map from expressions, for memos; never iterated over.
-pub(super) type ExprMap<T> = HashMap<ExprId, T, BuildHasherDefault<NodeHasher>>;
+type Places = HashMap<ExprId, usize, BuildHasherDefault<NodeHasher>>;
 
 /// The expressions that some roots are made of, roots included, in ascending order, with the
 /// place of each.
 pub(super) struct Reachable {
     pub(super) ids: Vec<ExprId>,
-    pub(super) places: ExprMap<usize>,
+    index: Index,
 }
 
+/// Where an expression stands among the reachable ones.
+enum Index {
+    /// A bit for every expression of the pool up to the largest root, and for each word of bits
+    /// how many are set before it.
+    Dense { bits: Vec<u64>, before: Vec<usize> },
+    /// For small expressions in large pools.
+    Sparse(Places),
+}
+
+/// Pools up to this size are always marked in bits.
+const SMALL_POOL: usize = 1 << 12;
+
 impl Reachable {
-    /// The place of an expression among the ids; those of its children come before it.
+    /// The place of one of the expressions among the ids; those of its children come before it.
     pub(super) fn place(&self, id: ExprId) -> usize {
-        self.places.get(&id).copied().unwrap_or(0)
+        match &self.index {
+            Index::Dense { bits, before } => {
+                let (word, bit) = (id.index() / 64, id.index() % 64);
+                let lower = bits.get(word).map_or(0, |bits| bits & ((1 << bit) - 1));
+                before.get(word).copied().unwrap_or(0) + lower.count_ones() as usize
+            }
+            Index::Sparse(places) => places.get(&id).copied().unwrap_or(0),
+        }
     }
 }
 
@@ -48,35 +66,83 @@ impl Pool {
     /// before parents.
     #[must_use]
     pub fn reachable(&self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut seen: ExprMap<()> = ExprMap::default();
-        let mut ids: Vec<ExprId> = Vec::new();
-        for root in roots {
-            if seen.insert(*root, ()).is_none() {
-                ids.push(*root);
-            }
-        }
-        let mut next = 0;
-        while let Some(id) = ids.get(next).copied() {
-            next += 1;
-            self.node(id).for_each_child(|child| {
-                if seen.insert(child, ()).is_none() {
-                    ids.push(child);
-                }
-            });
-        }
-        ids.sort_unstable();
-        ids
+        self.reachable_places(roots).ids
     }
 
     /// The reachable expressions with their places.
     pub(super) fn reachable_places(&self, roots: &[ExprId]) -> Reachable {
-        let ids = self.reachable(roots);
-        let places = ids
+        let size = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);
+        let few = if size <= SMALL_POOL {
+            None
+        } else {
+            self.reachable_if_few(roots, size / 64)
+        };
+        few.unwrap_or_else(|| self.reachable_by_bits(roots, size))
+    }
+
+    /// The reachable expressions, unless there are more than `limit`.
+    fn reachable_if_few(&self, roots: &[ExprId], limit: usize) -> Option<Reachable> {
+        let mut places = Places::default();
+        let mut ids: Vec<ExprId> = Vec::new();
+        let mut visit = |id: ExprId, ids: &mut Vec<ExprId>| {
+            if places.insert(id, 0).is_none() {
+                ids.push(id);
+            }
+        };
+        roots.iter().for_each(|root| visit(*root, &mut ids));
+        let mut next = 0;
+        while let Some(id) = ids.get(next).copied() {
+            if ids.len() > limit {
+                return None;
+            }
+            next += 1;
+            self.node(id).for_each_child(|child| visit(child, &mut ids));
+        }
+        ids.sort_unstable();
+        for (place, id) in ids.iter().enumerate() {
+            places.insert(*id, place);
+        }
+        Some(Reachable {
+            ids,
+            index: Index::Sparse(places),
+        })
+    }
+
+    /// The reachable expressions by marking children downwards from the largest root.
+    fn reachable_by_bits(&self, roots: &[ExprId], size: usize) -> Reachable {
+        let mut bits = vec![0u64; size.div_ceil(64)];
+        let mark = |bits: &mut [u64], id: ExprId| {
+            if let Some(word) = bits.get_mut(id.index() / 64) {
+                *word |= 1 << (id.index() % 64);
+            }
+        };
+        roots.iter().for_each(|root| mark(&mut bits, *root));
+        let mut ids: Vec<ExprId> = Vec::new();
+        for word in (0..bits.len()).rev() {
+            // Children may lie in the same word, but only below.
+            let mut pending = u64::MAX;
+            while bits[word] & pending != 0 {
+                let bit = 63 - (bits[word] & pending).leading_zeros();
+                pending = (1 << bit) - 1;
+                let id = ExprId((word * 64) as u32 + bit);
+                ids.push(id);
+                self.node(id).for_each_child(|child| mark(&mut bits, child));
+            }
+        }
+        ids.reverse();
+        let mut count = 0;
+        let before = bits
             .iter()
-            .enumerate()
-            .map(|(place, id)| (*id, place))
+            .map(|word| {
+                let before = count;
+                count += word.count_ones() as usize;
+                before
+            })
             .collect();
-        Reachable { ids, places }
+        Reachable {
+            ids,
+            index: Index::Dense { bits, before },
+        }
     }
 
     /// The symbols that occur in an expression, in order of creation.

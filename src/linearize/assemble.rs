@@ -5,7 +5,8 @@
 
 use std::collections::HashMap;
 
-use super::elements::{Element, elements};
+use super::elements::{Element, Splitter, elements};
+use super::facts::Variable;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
@@ -35,7 +36,6 @@ pub struct ElementFamily {
 pub(crate) struct Assembly {
     pub(crate) families: Vec<ElementFamily>,
     /// The distinct constants that fill value slots.
-    constants: Vec<ExprId>,
     constants_tape: Option<Tape>,
     constants_parameters: Vec<usize>,
     dimension: usize,
@@ -82,11 +82,17 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let terms: Vec<(bool, TermFamily)> = signed_terms(model)
         .map(|(negative, family)| (negative, family.clone()))
         .collect();
+    let mut splitter = Splitter::default();
+    for local in terms.iter().flat_map(|(_, family)| &family.locals) {
+        let facts = &mut splitter.facts;
+        facts.declare(local.coordinate, Variable::Coordinate);
+        facts.declare(local.velocity, Variable::Velocity);
+    }
     for (negative, family) in terms {
         if family.count == 0 {
             continue;
         }
-        let (parts, coefficients) = split(&mut model.pool, &family, negative);
+        let (parts, coefficients) = split(&mut model.pool, &mut splitter, &family, negative);
         if !coefficients.is_empty() {
             linear.push(VelocityLinear {
                 family: family.clone(),
@@ -118,7 +124,6 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
     let assembly = Assembly {
         families,
-        constants,
         constants_tape,
         constants_parameters,
         dimension: model.coordinates.len(),
@@ -129,7 +134,12 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
 type Parts = (Vec<Element>, Vec<Element>);
 
 /// Inertia, effective potential and velocity-linear coefficients of one term.
-fn split(pool: &mut Pool, family: &TermFamily, negative: bool) -> (Parts, Vec<(usize, ExprId)>) {
+fn split(
+    pool: &mut Pool,
+    splitter: &mut Splitter,
+    family: &TermFamily,
+    negative: bool,
+) -> (Parts, Vec<(usize, ExprId)>) {
     let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let mut at_rest = Substitution::default();
@@ -143,24 +153,29 @@ fn split(pool: &mut Pool, family: &TermFamily, negative: bool) -> (Parts, Vec<(u
     } else {
         family.body
     };
-    let moving = pool
-        .symbols_of(&[share])
-        .iter()
-        .any(|symbol| velocities.contains(symbol));
-    let static_share = if moving {
+    let moving = splitter.facts.varies(pool, share, Variable::Velocity);
+    let static_share = if splitter.facts.rests(pool, share) {
+        zero
+    } else if moving {
         pool.substitute(&[share], &at_rest)[0]
     } else {
         share
     };
     let effective = pool.neg(static_share);
-    let potential = elements(pool, effective, &coordinates);
+    let potential = elements(
+        pool,
+        splitter,
+        effective,
+        &coordinates,
+        Variable::Coordinate,
+    );
     if !moving {
         return ((Vec::new(), potential), Vec::new());
     }
     let mut inertia = Vec::new();
     let mut coefficients: Vec<Vec<ExprId>> = vec![Vec::new(); velocities.len()];
-    for element in elements(pool, share, &velocities) {
-        let element = element.substituted(pool, &at_rest);
+    for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
+        let element = element.at_rest(pool, &mut splitter.facts, &at_rest);
         for (place, slope) in &element.slope {
             let coefficient = pool.mul(element.first, *slope);
             coefficients[*place].push(coefficient);
@@ -212,9 +227,9 @@ fn compile(
     for element in &potential {
         force_roots.push(element.first);
         force_roots.extend(element.slope.iter().map(|(_, entry)| *entry));
-        stiffness_roots.extend(roots_of(element));
+        stiffness_roots.extend(element.entries());
     }
-    let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(roots_of).collect();
+    let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
     let all: Vec<ExprId> = stiffness_roots
         .iter()
         .chain(&inertia_roots)
@@ -241,13 +256,6 @@ fn compile(
         parameters,
         constants,
     })
-}
-
-fn roots_of(element: &Element) -> Vec<ExprId> {
-    let mut roots = vec![element.first, element.second];
-    roots.extend(element.slope.iter().map(|(_, entry)| *entry));
-    roots.extend(element.curvature.iter().map(|(_, _, entry)| *entry));
-    roots
 }
 
 impl Assembly {
@@ -396,9 +404,13 @@ impl Assembly {
             } else {
                 &family.potential
             };
-            let mut add = |i: u32, j: u32, value: &S| {
-                let entry = &mut matrix[i as usize + n * j as usize];
+            // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
+            let mut add = |i: u32, j: u32, value: &S, both: bool| {
+                let entry = &mut matrix[i.max(j) as usize + n * i.min(j) as usize];
                 *entry = entry.add(value);
+                if both && i == j {
+                    *entry = entry.add(value);
+                }
             };
             let mut rest = numbers;
             for element in elements {
@@ -416,24 +428,23 @@ impl Assembly {
                                 continue;
                             }
                             let value = row.mul(&slopes[l]);
-                            add(coordinates[*a], coordinates[*b], &value);
-                            if k != l {
-                                add(coordinates[*b], coordinates[*a], &value);
-                            }
+                            add(coordinates[*a], coordinates[*b], &value, k != l);
                         }
                     }
                 }
                 if !first.is_exact_zero() {
                     for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
                         let value = first.mul(bend);
-                        add(coordinates[*a], coordinates[*b], &value);
-                        if a != b {
-                            add(coordinates[*b], coordinates[*a], &value);
-                        }
+                        add(coordinates[*a], coordinates[*b], &value, a != b);
                     }
                 }
             }
         });
+        for j in 0..n {
+            for i in 0..j {
+                matrix[i + n * j] = matrix[j + n * i].clone();
+            }
+        }
         matrix
     }
 

@@ -8,6 +8,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
 use crate::precision::Function;
@@ -33,18 +34,30 @@ enum Outer {
     Identity,
 }
 
-/// Takes an expression apart into elements with respect to `variables`.
-pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> Vec<Element> {
-    let places: HashMap<Symbol, usize> = variables
-        .iter()
-        .enumerate()
-        .map(|(place, symbol)| (*symbol, place))
-        .collect();
-    let varying = varying_nodes(pool, root, &places);
+/// Takes the terms of one pool apart.
+#[derive(Debug, Default)]
+pub(crate) struct Splitter {
+    pub(crate) facts: Facts,
+    /// Derivatives of simple terms by coordinates and by velocities, which the sums of a chain of
+    /// links have in common.
+    by_coordinate: HashMap<ExprId, Box<[(Symbol, ExprId)]>>,
+    by_velocity: HashMap<ExprId, Box<[(Symbol, ExprId)]>>,
+}
+
+/// Takes an expression apart into elements with respect to `variables`, which are all the
+/// variables of their kind in it.
+pub(crate) fn elements(
+    pool: &mut Pool,
+    splitter: &mut Splitter,
+    root: ExprId,
+    variables: &[Symbol],
+    kind: Variable,
+) -> Vec<Element> {
+    let variables = Variables::new(variables, kind);
     // Children have smaller numbers than parents: from the top down every weight is complete
     // before it is used.
     let mut weights: BTreeMap<ExprId, Vec<ExprId>> = BTreeMap::new();
-    if varying.contains_key(&root) {
+    if splitter.facts.varies(pool, root, kind) {
         weights.insert(root, vec![pool.one()]);
     }
     let mut result = Vec::new();
@@ -56,7 +69,7 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
         match pool.node(node).clone() {
             Node::Sum { terms, .. } => {
                 for (term, coefficient) in &terms {
-                    if varying.contains_key(term) {
+                    if splitter.facts.varies(pool, *term, kind) {
                         let share = pool.scale(weight, coefficient);
                         weights.entry(*term).or_default().push(share);
                     }
@@ -65,7 +78,7 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
             Node::Product(factors) => {
                 let inner: Vec<&(ExprId, Number)> = factors
                     .iter()
-                    .filter(|(base, _)| varying.contains_key(base))
+                    .filter(|(base, _)| splitter.facts.varies(pool, *base, kind))
                     .collect();
                 if let [(base, exponent)] = inner.as_slice() {
                     let mut outside = vec![weight];
@@ -77,12 +90,12 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
                         weights.entry(*base).or_default().push(weight);
                     } else {
                         let outer = Outer::Power(exponent.clone());
-                        result.push(element(pool, weight, &outer, *base, variables, &places));
+                        result.push(element(pool, splitter, weight, &outer, *base, &variables));
                     }
                 } else {
                     let constant: Vec<ExprId> = factors
                         .iter()
-                        .filter(|(base, _)| !varying.contains_key(base))
+                        .filter(|(base, _)| !splitter.facts.varies(pool, *base, kind))
                         .map(|(base, power)| (*base, power.clone()))
                         .collect::<Vec<_>>()
                         .into_iter()
@@ -94,26 +107,26 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
                     let s = pool.product_of_powers(&parts);
                     result.push(element(
                         pool,
+                        splitter,
                         weight,
                         &Outer::Identity,
                         s,
-                        variables,
-                        &places,
+                        &variables,
                     ));
                 }
             }
             Node::Function(function, inner) => {
                 let outer = Outer::Function(function);
-                result.push(element(pool, weight, &outer, inner, variables, &places));
+                result.push(element(pool, splitter, weight, &outer, inner, &variables));
             }
             Node::Symbol(_) | Node::Power { .. } | Node::Atan2 { .. } => {
                 result.push(element(
                     pool,
+                    splitter,
                     weight,
                     &Outer::Identity,
                     node,
-                    variables,
-                    &places,
+                    &variables,
                 ));
             }
             Node::Number(_) | Node::Pi | Node::Undefined => {}
@@ -124,39 +137,38 @@ pub(crate) fn elements(pool: &mut Pool, root: ExprId, variables: &[Symbol]) -> V
     result
 }
 
-/// The nodes below a root that depend on one of the variables.
-fn varying_nodes(
-    pool: &Pool,
-    root: ExprId,
-    places: &HashMap<Symbol, usize>,
-) -> HashMap<ExprId, ()> {
-    let mut varying = HashMap::new();
-    for id in pool.reachable(&[root]) {
-        let depends = match pool.node(id) {
-            Node::Symbol(symbol) => places.contains_key(symbol),
-            Node::Sum { terms, .. } => terms.iter().any(|(term, _)| varying.contains_key(term)),
-            Node::Product(factors) => factors.iter().any(|(base, _)| varying.contains_key(base)),
-            Node::Power { base, exponent } => {
-                varying.contains_key(base) || varying.contains_key(exponent)
-            }
-            Node::Function(_, inner) => varying.contains_key(inner),
-            Node::Atan2 { y, x } => varying.contains_key(y) || varying.contains_key(x),
-            Node::Number(_) | Node::Pi | Node::Undefined => false,
-        };
-        if depends {
-            varying.insert(id, ());
-        }
+/// The variables of a term with their places.
+struct Variables {
+    places: Vec<(Symbol, usize)>,
+    kind: Variable,
+}
+
+impl Variables {
+    fn new(variables: &[Symbol], kind: Variable) -> Self {
+        let places = variables.iter().enumerate();
+        let mut places: Vec<(Symbol, usize)> =
+            places.map(|(place, symbol)| (*symbol, place)).collect();
+        places.sort_unstable();
+        Self { places, kind }
     }
-    varying
+
+    fn place(&self, symbol: Symbol) -> Option<usize> {
+        let at = self
+            .places
+            .binary_search_by_key(&symbol, |(symbol, _)| *symbol);
+        at.ok()
+            .and_then(|at| self.places.get(at))
+            .map(|(_, place)| *place)
+    }
 }
 
 fn element(
     pool: &mut Pool,
+    splitter: &mut Splitter,
     weight: ExprId,
     outer: &Outer,
     s: ExprId,
-    variables: &[Symbol],
-    places: &HashMap<Symbol, usize>,
+    variables: &Variables,
 ) -> Element {
     let (first, second) = match outer {
         Outer::Identity => (pool.one(), pool.zero()),
@@ -185,10 +197,10 @@ fn element(
     };
     let first = pool.mul(weight, first);
     let second = pool.mul(weight, second);
-    let slope = sparse_gradient(pool, s, variables, places);
+    let slope = splitter.slopes(pool, s, variables);
     let mut curvature = Vec::new();
     for (i, entry) in &slope {
-        for (j, second) in sparse_gradient(pool, *entry, variables, places) {
+        for (j, second) in splitter.slopes(pool, *entry, variables) {
             if j >= *i {
                 curvature.push((*i, j, second));
             }
@@ -202,38 +214,134 @@ fn element(
     }
 }
 
-/// The derivatives by the variables that occur, without those that vanish identically.
-fn sparse_gradient(
-    pool: &mut Pool,
-    root: ExprId,
-    variables: &[Symbol],
-    places: &HashMap<Symbol, usize>,
-) -> Vec<(usize, ExprId)> {
-    if pool.is_constant(root) {
-        return Vec::new();
+impl Splitter {
+    /// The derivatives by the variables, by place, without those that vanish identically.
+    fn slopes(
+        &mut self,
+        pool: &mut Pool,
+        s: ExprId,
+        variables: &Variables,
+    ) -> Vec<(usize, ExprId)> {
+        let kind = variables.kind;
+        if !self.facts.varies(pool, s, kind) {
+            return Vec::new();
+        }
+        let slopes = match self.simple_terms(pool, s, kind) {
+            Some(terms) => self.slopes_of_terms(pool, &terms, kind),
+            None => pool.slopes(s, |symbol| self.facts.is(symbol, kind)),
+        };
+        let mut entries: Vec<(usize, ExprId)> = slopes
+            .into_iter()
+            .filter_map(|(symbol, slope)| Some((variables.place(symbol)?, slope)))
+            .collect();
+        entries.sort_unstable();
+        entries
     }
-    let mut present: Vec<usize> = pool
-        .symbols_of(&[root])
-        .iter()
-        .filter_map(|symbol| places.get(symbol).copied())
-        .collect();
-    present.sort_unstable();
-    let by: Vec<Symbol> = present.iter().map(|place| variables[*place]).collect();
-    let entries = pool.gradient(root, &by);
-    present
-        .into_iter()
-        .zip(entries)
-        .filter(|(_, entry)| !pool.as_number(*entry).is_some_and(Number::is_zero))
-        .collect()
+
+    /// The terms of a sum that vary, if they are all simple: then nothing is lost by deriving
+    /// them one by one. (A reverse sweep over the sum would share what deeper terms share.)
+    fn simple_terms(
+        &mut self,
+        pool: &Pool,
+        s: ExprId,
+        kind: Variable,
+    ) -> Option<Vec<(ExprId, Number)>> {
+        let Node::Sum { terms, .. } = pool.node(s) else {
+            return None;
+        };
+        let mut simple = Vec::with_capacity(terms.len());
+        for (term, coefficient) in terms {
+            if self.facts.varies(pool, *term, kind) {
+                if !self.facts.is_simple(pool, *term) {
+                    return None;
+                }
+                simple.push((*term, coefficient.clone()));
+            }
+        }
+        Some(simple)
+    }
+
+    fn slopes_of_terms(
+        &mut self,
+        pool: &mut Pool,
+        terms: &[(ExprId, Number)],
+        kind: Variable,
+    ) -> Vec<(Symbol, ExprId)> {
+        let facts = &self.facts;
+        let known = match kind {
+            Variable::Coordinate => &mut self.by_coordinate,
+            Variable::Velocity => &mut self.by_velocity,
+        };
+        let mut parts: Vec<(Symbol, ExprId, &Number)> = Vec::with_capacity(terms.len());
+        for (term, coefficient) in terms {
+            let slopes = known.entry(*term).or_insert_with(|| {
+                pool.slopes(*term, |symbol| facts.is(symbol, kind))
+                    .into_boxed_slice()
+            });
+            let weighted = slopes.iter().map(|(symbol, e)| (*symbol, *e, coefficient));
+            parts.extend(weighted);
+        }
+        parts.sort_by_key(|(symbol, ..)| *symbol);
+        let mut slopes = Vec::with_capacity(parts.len());
+        for group in parts.chunk_by(|(a, ..), (b, ..)| a == b) {
+            let slope = match group {
+                [(_, single, coefficient)] => pool.scale(*single, coefficient),
+                _ => {
+                    let group: Vec<(ExprId, Number)> =
+                        group.iter().map(|(_, e, c)| (*e, (*c).clone())).collect();
+                    pool.linear(&group)
+                }
+            };
+            if let [(symbol, ..), ..] = group
+                && !pool.as_number(slope).is_some_and(Number::is_zero)
+            {
+                slopes.push((*symbol, slope));
+            }
+        }
+        slopes
+    }
 }
 
 impl Element {
+    /// The same element at velocity zero, which `values` puts in.
+    pub(crate) fn at_rest(
+        &self,
+        pool: &mut Pool,
+        facts: &mut Facts,
+        values: &Substitution,
+    ) -> Self {
+        let mut entries = self.entries();
+        let mut open = Vec::new();
+        for (at, entry) in entries.iter_mut().enumerate() {
+            if facts.rests(pool, *entry) {
+                *entry = pool.zero();
+            } else if facts.varies(pool, *entry, Variable::Velocity) {
+                open.push(at);
+            }
+        }
+        let moving: Vec<ExprId> = open.iter().map(|at| entries[*at]).collect();
+        for (at, entry) in open.into_iter().zip(pool.substitute(&moving, values)) {
+            entries[at] = entry;
+        }
+        self.with_entries(pool, &entries)
+    }
+
     /// The same element with its expressions replaced, for instance at velocity zero.
     pub(crate) fn substituted(&self, pool: &mut Pool, values: &Substitution) -> Self {
-        let mut roots = vec![self.first, self.second];
-        roots.extend(self.slope.iter().map(|(_, entry)| *entry));
-        roots.extend(self.curvature.iter().map(|(_, _, entry)| *entry));
-        let new = pool.substitute(&roots, values);
+        let new = pool.substitute(&self.entries(), values);
+        self.with_entries(pool, &new)
+    }
+
+    /// All its expressions: w·phi', w·phi'', ∇s, ∇∇s.
+    pub(crate) fn entries(&self) -> Vec<ExprId> {
+        let mut entries = vec![self.first, self.second];
+        entries.extend(self.slope.iter().map(|(_, entry)| *entry));
+        entries.extend(self.curvature.iter().map(|(_, _, entry)| *entry));
+        entries
+    }
+
+    /// The element with other expressions, without those that are zero.
+    fn with_entries(&self, pool: &Pool, new: &[ExprId]) -> Self {
         let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
         let split = 2 + self.slope.len();
         let mut slope: Vec<(usize, ExprId)> = self

@@ -2,8 +2,8 @@
 //!
 //! The search is a Newton iteration on the generalised forces, so that saddles and maxima count as
 //! well as minima; it works in mass-weighted coordinates, in which forces on coordinates of
-//! different units can be compared, and is guarded by a limited step and a decreasing force. The
-//! forces themselves are evaluated in double-double with bounds: a component whose enclosure holds
+//! different units can be compared, and is damped so that the force falls at every step the way the
+//! linear model foresees, which keeps it near its start. The forces themselves are evaluated in double-double with bounds: a component whose enclosure holds
 //! zero is at rounding level and does not move the point, which is how neutral directions (free
 //! bodies) stay where they are. What the point is still off by is estimated from the last forces
 //! and carried on as the radius of the coordinates, so that it enters the stiffness matrix.
@@ -181,55 +181,56 @@ impl Search<'_> {
         if !force.finite {
             return Err(self.not_finite(at, "the force"));
         }
-        let mut radius = f64::INFINITY;
+        let mut damping = 1.0_f64;
+        let mut next = None;
         let mut last = None;
         for step in 0..MOST_STEPS {
             if force.rounding {
                 self.settle(at, &metric);
                 return Ok(step);
             }
-            let Some(spectrum) = self.spectrum(at, &metric) else {
+            let Some(spectrum) = next.take().or_else(|| self.spectrum(at, &metric)) else {
                 return Err(self.not_finite(at, "the stiffness"));
             };
             let newton = spectrum.newton(&force);
-            let length = newton.norm();
-            let mut direction = if length > radius {
-                &newton * (radius / length)
-            } else {
-                newton.clone()
-            };
             let mut accepted = false;
-            // The size of the force has the Newton step as a direction of descent; where the
-            // stiffness vanishes and there is none, the force itself is tried both ways.
+            damping = (4.0 * damping).min(1.0);
             for attempt in 0..40 {
+                let direction = &newton * damping;
                 let trial = self.moved(at, &metric, &direction);
                 let there = self.weighted(&self.gradient(&trial), &metric);
                 let better =
                     there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
-                // Near rounding level the size can't fall any more: a last tiny step is taken.
+                if better && spectrum.foresaw(&force, &there, damping, direction.norm()) {
+                    let changed = self.spectrum(&trial, &metric);
+                    let alike = changed
+                        .as_ref()
+                        .is_some_and(|changed| changed.resembles(&spectrum, &direction));
+                    if alike || there.rounding {
+                        at.clone_from_slice(&trial);
+                        force = there;
+                        next = changed;
+                        accepted = true;
+                        break;
+                    }
+                }
+                // Near rounding level the force can't fall any more: a last tiny step is taken.
                 let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
                     && there.finite
                     && !spectrum.pushes_neutral(&force);
-                if better || (tiny && there.norm <= force.norm * 2.0 && attempt == 0) {
-                    let stalled = !better;
+                if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
                     at.clone_from_slice(&trial);
-                    force = there;
-                    radius = 2.0 * direction.norm().max(radius.min(length) / 2.0);
-                    accepted = true;
-                    if stalled {
-                        self.settle(at, &metric);
-                        return Ok(step + 1);
-                    }
-                    break;
+                    self.settle(at, &metric);
+                    return Ok(step + 1);
                 }
-                direction *= 0.5;
+                damping *= 0.5;
             }
             if !accepted {
                 last = Some(spectrum);
                 if let Some(trial) = self.along_force(at, &metric, &force) {
                     force = self.weighted(&self.gradient(&trial), &metric);
                     at.clone_from_slice(&trial);
-                    radius = f64::INFINITY;
+                    damping = 1.0;
                     continue;
                 }
                 break;
@@ -482,6 +483,37 @@ impl Spectrum {
                 }
             })
             .collect()
+    }
+
+    /// Whether the force after a damped step is what the linear model foresaw, (1 - damping)·F, to
+    /// within half the step. It keeps the path close to that of infinitely small Newton steps,
+    /// which leads to the equilibrium nearby, where a full step from a place of small stiffness
+    /// may land anywhere (Deuflhard, Newton Methods for Nonlinear Problems, sec. 3.1).
+    fn foresaw(&self, before: &Force, after: &Force, damping: f64, length: f64) -> bool {
+        if after.rounding {
+            return true;
+        }
+        let defect = Force {
+            vector: &after.vector - &before.vector * (1.0 - damping),
+            norm: before.norm,
+            noise: before.noise + after.noise,
+            finite: true,
+            rounding: false,
+        };
+        self.newton(&defect).norm() <= 0.5 * length
+    }
+
+    /// Whether the stiffness along a step is the same as before it to within its own size: a full
+    /// step from an inflection may land near another equilibrium by chance, which the force alone
+    /// does not tell.
+    fn resembles(&self, before: &Self, step: &DVector<f64>) -> bool {
+        let apply = |own: &Self| {
+            let mut components = own.eigen.eigenvectors.transpose() * step;
+            components.component_mul_assign(&own.eigen.eigenvalues);
+            &own.eigen.eigenvectors * components
+        };
+        let (now, then) = (apply(self), apply(before));
+        (&now - &then).norm() <= then.norm()
     }
 
     /// Whether a force acts along a direction without stiffness: Newton can't answer it.

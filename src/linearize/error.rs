@@ -192,10 +192,10 @@ impl From<&LinearizeError> for Diagnostic {
                 span,
             } => Self::error(message, *span, format!("the force on {coordinate} is still {force}"))
                 .with_help(format!(
-                    "the search ended at {point}; give a point near the equilibrium with `guess`"
+                    "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
                 )),
             LinearizeError::NotFinite { span, .. } => Self::error(message, *span, "in this term")
-                .with_help("is something divided by zero there, or a root taken of a negative number? `guess` moves the starting point"),
+                .with_help("is something divided by zero, or a root taken of a negative number? If parameters are not to blame, `guess` moves the starting point"),
             LinearizeError::SingularMass { span, .. } => Self::error(
                 message,
                 *span,
@@ -208,7 +208,7 @@ impl From<&LinearizeError> for Diagnostic {
             }
             LinearizeError::Unsupported { span, .. } => Self::error(message, *span, ""),
             LinearizeError::TimeDependent { span } => Self::error(message, *span, "contains the time")
-                .with_help("`librate floquet` treats models that are periodic in time"),
+                .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
             LinearizeError::NoModes { .. } | LinearizeError::TooLarge { .. } => Self::global(message),
         }
     }

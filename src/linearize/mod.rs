@@ -11,6 +11,7 @@ mod elements;
 mod equilibrium;
 mod error;
 mod exact;
+mod facts;
 mod gyroscopic;
 mod mechanism;
 mod symbolic;

@@ -33,6 +33,9 @@ pub struct ZeroMode {
 /// An identity is tested at so many points.
 const POINTS: u64 = 6;
 
+/// Stands for a coordinate that a term does not contain; any element but 0 would do.
+const STRANGER: u64 = 0x0123_4567_89ab_cdef;
+
 /// Beyond this many elementary steps the search for constant generators is given up.
 const MOST_WORK: usize = 100_000_000;
 
@@ -416,33 +419,22 @@ fn is_invariant(
         }
         for point in 0..POINTS {
             let seed = 1000 + point;
-            let mut roots = gradient.to_vec();
-            let mut places = Vec::new();
-            let mut symbols = Vec::new();
-            for local in locals {
-                symbols.push(local.coordinate);
-            }
-            roots.truncate(gradient.len());
-            let Some(values) = pool.evaluate_mod(
-                &roots,
-                |symbol| ModularPoint::random_value(seed, symbol),
-                seed,
-            ) else {
+            let value = |symbol| ModularPoint::random_value(seed, symbol);
+            let Some(slopes) = pool.evaluate_mod(gradient, value, seed) else {
                 return false;
             };
-            places.extend(pattern.iter().enumerate());
             let mut sum = 0;
-            for (place, partner) in places {
+            for (place, partner) in pattern.iter().enumerate() {
                 let Some((partner, minus)) = partner else {
                     continue;
                 };
-                let velocity = match symbols.get(*partner) {
-                    Some(symbol) => ModularPoint::random_value(seed, *symbol),
-                    // Any value that depends on nothing else.
-                    None => 0x9e37_79b9_7f4a_7c15 % crate::expr::PRIME + place as u64,
+                let velocity = match locals.get(*partner) {
+                    Some(local) => value(local.coordinate),
+                    // The term does not contain the partner: any value will do.
+                    None => STRANGER + place as u64,
                 };
                 let velocity = if *minus { neg_mod(velocity) } else { velocity };
-                sum = add_mod(sum, mul_mod(velocity, values[place]));
+                sum = add_mod(sum, mul_mod(velocity, slopes[place]));
             }
             if sum != 0 {
                 return false;

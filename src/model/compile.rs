@@ -9,6 +9,9 @@ use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name};
 
+/// Mistakes beyond this number are not reported.
+const MOST_ERRORS: usize = 1000;
+
 /// What an index variable in scope holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Variable {
@@ -52,15 +55,26 @@ enum Task {
 
 impl Compiler<'_> {
     pub(super) fn fail(&mut self, error: ModelError) {
-        self.errors.push(error);
+        // More mistakes than this are of no use to anybody.
+        if self.errors.len() < MOST_ERRORS {
+            self.errors.push(error);
+        }
     }
 
     pub(super) fn undeclared(&mut self, name: &str, span: Span, scope: &Scope) {
+        if self.errors.len() >= MOST_ERRORS {
+            return;
+        }
         let later = self.later.get(name).copied();
-        let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
-        known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
-        known.sort_unstable();
-        let nearest = nearest(name, known).map(str::to_owned);
+        // Suggestions are for people, who neither make nor read hundreds of such mistakes.
+        let few = self.errors.len() < 50 && self.world.names.len() < 10_000;
+        let nearest = few.then(|| {
+            let mut known: Vec<&str> = self.world.names.keys().map(String::as_str).collect();
+            known.extend(scope.variables.iter().map(|(name, _)| name.as_str()));
+            known.sort_unstable();
+            nearest(name, known).map(str::to_owned)
+        });
+        let nearest = nearest.flatten();
         self.errors.push(ModelError::UndeclaredName {
             name: name.to_owned(),
             span,
@@ -124,9 +138,11 @@ impl Compiler<'_> {
                 }
             }
             ExprKind::Field { base, field } => {
-                if let Some((table, row, column)) = self.field(*base, field, scope) {
-                    tasks.push(Task::Emit(Op::Field { table, row, column }, span));
-                }
+                let op = match self.field(*base, field, scope) {
+                    Some((table, row, column)) => Op::Field { table, row, column },
+                    None => Op::Broken,
+                };
+                tasks.push(Task::Emit(op, span));
             }
             ExprKind::Prime(inner) => then(tasks, Op::Prime, &[*inner]),
             ExprKind::Negate(inner) => then(tasks, Op::Negate, &[*inner]),
@@ -159,11 +175,14 @@ impl Compiler<'_> {
                     if let Some(builtin) = Builtin::from_name(name) {
                         if let Some(error) = builtin.check_count(function, arguments.len(), span) {
                             self.fail(error);
+                            tasks.push(Task::Emit(Op::Broken, span));
                         }
                         then(tasks, Op::Call(builtin, arguments.len()), arguments);
                     } else {
                         self.unknown_function(function, scope);
                         then(tasks, Op::Vector(arguments.len()), arguments);
+                        // Stands before what its arguments leave: the run ends there.
+                        tasks.push(Task::Emit(Op::Broken, span));
                     }
                 }
             },
@@ -185,8 +204,7 @@ impl Compiler<'_> {
                     what: "a condition stands where a value is expected; conditions belong behind `where`",
                     span,
                 });
-                let zero = self.world.pool.zero();
-                tasks.push(Task::Emit(Op::Literal(zero), span));
+                tasks.push(Task::Emit(Op::Broken, span));
             }
         }
     }
@@ -217,7 +235,6 @@ impl Compiler<'_> {
     }
 
     fn read(&mut self, name: &str, span: Span, indices: &[IndexProgram], scope: &Scope) -> Op {
-        let zero = Op::Literal(self.world.pool.zero());
         if indices.is_empty()
             && let Some((slot, _)) = scope.find(name)
         {
@@ -232,7 +249,7 @@ impl Compiler<'_> {
                     name: name.to_owned(),
                     span,
                 });
-                zero
+                Op::Broken
             }
             Some(entity) => {
                 if let Entity::Let(family) = entity {
@@ -254,7 +271,7 @@ impl Compiler<'_> {
             None if indices.is_empty() && name == "t" => Op::Time,
             None => {
                 self.undeclared(name, span, scope);
-                zero
+                Op::Broken
             }
         }
     }
@@ -306,6 +323,9 @@ impl Compiler<'_> {
                 return None;
             }
         };
+        if self.world.broken.contains(&Entity::Table(table)) {
+            return None;
+        }
         let known = &self.world.tables[table];
         let column = known.columns.iter().position(|own| *own == field.text);
         if column.is_none() {
@@ -393,13 +413,11 @@ impl Compiler<'_> {
                 }
             }
             // Every index has a slot, so that slots and indices count alike.
-            let slot = scope.variables.len();
             scope.variables.push((
                 name.map_or_else(String::new, |name| name.text.clone()),
                 variable,
             ));
             binders.push(Binder {
-                slot,
                 kind,
                 span: entry.span,
             });

@@ -84,7 +84,7 @@ impl Compiler<'_> {
                     }
                     (None, None) => {
                         self.undeclared(name, span, scope);
-                        (IndexOp::Number(Number::from(1)), vec![])
+                        (IndexOp::Broken, vec![])
                     }
                 },
                 ExprKind::Index { .. } => {
@@ -104,7 +104,7 @@ impl Compiler<'_> {
                             Some(_) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
                             None => {
                                 self.undeclared(name, file.expr(base).span, scope);
-                                (IndexOp::Number(Number::from(1)), vec![])
+                                (IndexOp::Broken, vec![])
                             }
                         }
                     } else {
@@ -118,7 +118,7 @@ impl Compiler<'_> {
                         ops.extend(row);
                         (IndexOp::Field { table, column }, vec![])
                     }
-                    None => (IndexOp::Number(Number::from(1)), vec![]),
+                    None => (IndexOp::Broken, vec![]),
                 },
                 ExprKind::Negate(inner) => (IndexOp::Negate, vec![*inner]),
                 ExprKind::Power { base, exponent } => (IndexOp::Power, vec![*base, *exponent]),
@@ -184,7 +184,7 @@ impl Compiler<'_> {
 
     fn not_for_indices(&mut self, what: String, span: Span) -> IndexOp {
         self.fail(ModelError::NotForIndices { what, span });
-        IndexOp::Number(Number::from(1))
+        IndexOp::Broken
     }
 
     fn index_call(
@@ -194,7 +194,7 @@ impl Compiler<'_> {
         span: Span,
         scope: &Scope,
     ) -> (IndexOp, Vec<ExprRef>) {
-        let one = || (IndexOp::Number(Number::from(1)), Vec::new());
+        let broken = || (IndexOp::Broken, Vec::new());
         let (op, expected) = match function.text.as_str() {
             "mod" => (IndexOp::Mod, 2),
             "floor" => (IndexOp::Floor, 1),
@@ -223,7 +223,7 @@ impl Compiler<'_> {
                     if self.entity(name).is_none() {
                         let span = self.file.expr(*only).span;
                         self.undeclared(name, span, scope);
-                        return one();
+                        return broken();
                     }
                 }
                 self.fail(ModelError::Shape {
@@ -231,7 +231,7 @@ impl Compiler<'_> {
                     span,
                     help: Some("write `rows(NAME)` with the name of a table".to_owned()),
                 });
-                return one();
+                return broken();
             }
             name => match Builtin::from_name(name) {
                 Some(Builtin::Elementary(function)) => (IndexOp::Apply(function), 1),
@@ -241,7 +241,7 @@ impl Compiler<'_> {
                 }
                 None => {
                     self.unknown_function(function, scope);
-                    return one();
+                    return broken();
                 }
             },
         };
@@ -252,7 +252,7 @@ impl Compiler<'_> {
                 found: arguments.len(),
                 span,
             });
-            return one();
+            return broken();
         }
         (op, arguments.to_vec())
     }

@@ -29,10 +29,15 @@ pub(super) fn elaborate(
         model_name: None,
         energies: Energies::default(),
         has_units: false,
+        follow_ons: 0,
     };
     elaborator.read_settings(settings);
     for statement in &file.statements {
+        let before = (elaborator.errors.len(), elaborator.follow_ons);
         elaborator.declare(&statement.kind, statement.span, tables);
+        if before != (elaborator.errors.len(), elaborator.follow_ons) {
+            elaborator.mark_broken(&statement.kind);
+        }
     }
     elaborator.check_settings(settings);
     elaborator.finish()
@@ -65,6 +70,8 @@ pub(super) struct Elaborator<'a> {
     model_name: Option<(String, Span)>,
     energies: Energies,
     pub(super) has_units: bool,
+    /// How often something was left out because of an earlier mistake.
+    follow_ons: usize,
 }
 
 impl<'a> Elaborator<'a> {
@@ -82,7 +89,17 @@ impl<'a> Elaborator<'a> {
     }
 
     pub(super) fn note<T>(&mut self, result: Result<T, ModelError>) -> Option<T> {
-        result.map_err(|error| self.errors.push(error)).ok()
+        match result {
+            Ok(value) => Some(value),
+            Err(ModelError::FollowOn {}) => {
+                self.follow_ons += 1;
+                None
+            }
+            Err(error) => {
+                self.errors.push(error);
+                None
+            }
+        }
     }
 
     fn declare(&mut self, kind: &StatementKind, span: Span, tables: &TableTexts) {
@@ -124,23 +141,47 @@ impl<'a> Elaborator<'a> {
             } => {
                 let table = Table::read(&name.text, path, name.span, *path_span, tables);
                 // A table that can't be read is declared all the same, lest every use of it err.
-                match table {
-                    Ok(table) => {
-                        let number = self.world.tables.len();
-                        if self.introduce(name, Entity::Table(number)) {
-                            self.world.tables.push(table);
-                        }
-                    }
+                let table = match table {
+                    Ok(table) => table,
                     Err(error) => {
                         self.errors.push(error);
-                        self.later.remove(&name.text);
+                        Table::unread(&name.text, name.span)
                     }
+                };
+                let number = self.world.tables.len();
+                if self.introduce(name, Entity::Table(number)) {
+                    self.world.tables.push(table);
                 }
             }
             // These need all coordinates and are read at the end.
             StatementKind::Constraint { .. }
             | StatementKind::Guess(_)
             | StatementKind::Equilibrium { .. } => {}
+        }
+    }
+
+    /// What a statement with a mistake declares is broken.
+    fn mark_broken(&mut self, kind: &StatementKind) {
+        let names: Vec<&Name> = match kind {
+            StatementKind::Param(binding) | StatementKind::Let(binding) => vec![&binding.name],
+            StatementKind::Coord { declarations } => {
+                declarations.iter().map(|one| &one.name).collect()
+            }
+            StatementKind::Table { name, .. } => vec![name],
+            StatementKind::Model { .. }
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Constraint { .. }
+            | StatementKind::Guess(_)
+            | StatementKind::Equilibrium { .. }
+            | StatementKind::Period(_) => Vec::new(),
+        };
+        for name in names {
+            if let Some((entity, _)) = self.world.names.get(&name.text) {
+                self.world.broken.insert(*entity);
+            }
         }
     }
 

@@ -32,7 +32,7 @@ pub enum ModelError {
         quantity: bool,
     },
     /// A name declared twice, or a member given twice.
-    #[error("`{name}` is given twice")]
+    #[error("{} is given twice", quoted(.name))]
     GivenTwice {
         /// The name or member.
         name: String,
@@ -94,7 +94,7 @@ pub enum ModelError {
         span: Span,
     },
     /// Too many indices or an index on something that has none.
-    #[error("too many indices: {what} has {available}")]
+    #[error("{what} {}", index_words(*.available))]
     TooManyIndices {
         /// What is indexed.
         what: String,
@@ -291,6 +291,9 @@ pub enum ModelError {
         /// A coordinate that it may have been meant to be.
         nearest: Option<String>,
     },
+    /// A mistake that only follows from another one. It is never returned.
+    #[error("this follows from another mistake")]
+    FollowOn {},
     /// A coordinate without a range where the family needs one.
     #[error("{what}")]
     BadIndices {
@@ -299,6 +302,76 @@ pub enum ModelError {
         /// Where.
         span: Span,
     },
+}
+
+/// A name in the quotes of code; a description in words as it is.
+fn quoted(name: &str) -> String {
+    if name.contains(' ') {
+        name.to_owned()
+    } else {
+        format!("`{name}`")
+    }
+}
+
+fn index_words(available: usize) -> String {
+    match available {
+        0 => "has no indices".to_owned(),
+        1 => "has one index only".to_owned(),
+        2 => "has two indices only".to_owned(),
+        more => format!("has {more} indices only"),
+    }
+}
+
+/// What a function of other languages is called here.
+fn function_elsewhere(name: &str) -> Option<&'static str> {
+    let help = match name.to_lowercase().as_str() {
+        "log" => "the natural logarithm is `ln`; to base 10, write `ln(x)/ln(10)`",
+        "log10" | "lg" => "write `ln(x)/ln(10)`",
+        "log2" | "ld" => "write `ln(x)/ln(2)`",
+        "cosine" => "the cosine is `cos`",
+        "sine" => "the sine is `sin`",
+        "tangent" | "tg" => "the tangent is `tan`",
+        "arctg" => "write `atan`",
+        "sh" => "write `sinh`",
+        "ch" => "write `cosh`",
+        "th" => "write `tanh`",
+        "pow" | "power" => "powers are written `x^n`",
+        "sqr" | "square" => "powers are written `x^2`",
+        "cbrt" => "write `x^(1/3)`",
+        "sec" => "write `1/cos(x)`",
+        "csc" | "cosec" => "write `1/sin(x)`",
+        "cot" | "cotan" | "ctg" => "write `cos(x)/sin(x)`",
+        "diff" | "dot_product" | "derivative" | "ddt" => {
+            "the time derivative is written `x'`, the product of vectors `dot(u, v)`"
+        }
+        "length" | "magnitude" => "the length of a vector is `norm`",
+        "fabs" => "write `abs`",
+        "product" | "prod" => "there are only sums",
+        _ => return None,
+    };
+    Some(help)
+}
+
+/// What a unit that is written otherwise elsewhere is called here.
+fn unit_elsewhere(name: &str) -> &'static str {
+    match name.to_lowercase().as_str() {
+        "meter" | "meters" | "metre" | "metres" => "the metre is `m`",
+        "second" | "seconds" | "sec" => "the second is `s`",
+        "gram" | "grams" | "gr" => "the gram is `g`",
+        "kilogram" | "kilograms" | "kgs" => "the kilogram is `kg`",
+        "radian" | "radians" => "the radian is `rad`",
+        "degree" | "degrees" | "°" => "the degree is `deg`",
+        "newton" | "newtons" => "the newton is `N`",
+        "joule" | "joules" => "the joule is `J`",
+        "minute" | "minutes" => "the minute is `min`",
+        "hour" | "hours" | "hr" => "the hour is `h`",
+        "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
+        "ang" | "å" => "the angstrom is `angstrom`",
+        "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
+        _ => {
+            "SI base and derived units with prefixes are known, and deg, min, h, d, u, eV and angstrom"
+        }
+    }
 }
 
 fn meant(nearest: Option<&String>) -> Option<String> {
@@ -346,7 +419,9 @@ impl From<&ModelError> for Diagnostic {
                         "`{name}` is a quantity; to multiply, write `{name}*(…)`"
                     ))
                 } else {
-                    meant(nearest.as_ref())
+                    function_elsewhere(name)
+                        .map(str::to_owned)
+                        .or_else(|| meant(nearest.as_ref()))
                 },
             ),
             ModelError::GivenTwice { span, first, .. } => {
@@ -358,12 +433,18 @@ impl From<&ModelError> for Diagnostic {
             ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
                 .with_secondary(*energy, "an energy beside it")
                 .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+            ModelError::FollowOn {} => Diagnostic::global(message.clone()),
             ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
                 .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
             ModelError::NoCoordinates {} => Diagnostic::global(message.clone())
                 .with_help("declare the generalised coordinates, for example `coord x`"),
-            ModelError::RecursiveLet { span, .. } => at(*span, "uses itself here")
-                .with_help("a member of a family may use members with a lower index only"),
+            ModelError::RecursiveLet { span, name } => {
+                at(*span, "uses itself here").with_help(if name.contains('[') {
+                    "a member of a family may use members with a lower index only"
+                } else {
+                    "a `let` may use what is declared before it, and not itself"
+                })
+            }
             ModelError::IndexOutOfRange {
                 span,
                 available,
@@ -379,7 +460,10 @@ impl From<&ModelError> for Diagnostic {
             ModelError::NotAnInteger { span, .. } => {
                 at(*span, "indices and ranges count in whole numbers")
             }
-            ModelError::TooManyIndices { span, .. } => at(*span, "too many indices"),
+            ModelError::TooManyIndices {
+                span, available: 0, ..
+            } => at(*span, "an index here"),
+            ModelError::TooManyIndices { span, .. } => at(*span, "more indices than that"),
             ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
             ModelError::ArgumentCount { span, .. } => at(*span, ""),
             ModelError::ListLength { span, expected, .. } => at(*span, "").with_help(format!(
@@ -396,8 +480,9 @@ impl From<&ModelError> for Diagnostic {
             ModelError::UnknownSetting { nearest, .. } => {
                 or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
             }
-            ModelError::BadSetting { .. } => Diagnostic::global(message.clone())
-                .with_help("write `--set NAME=VALUE`, for example `--set 'm[2]=3/2'`"),
+            ModelError::BadSetting { .. } => Diagnostic::global(message.clone()).with_help(
+                "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
+            ),
             ModelError::MissingTable { span, .. } => {
                 at(*span, "named here").with_help("the path is taken relative to the model file")
             }
@@ -421,7 +506,7 @@ impl From<&ModelError> for Diagnostic {
                 let diagnostic = at(*span, "an index needs a name of its own");
                 match declared {
                     Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-                    None => diagnostic,
+                    None => diagnostic.with_help("an index of that name is already running here"),
                 }
             }
             ModelError::ConditionOrValue { span, .. } => at(*span, ""),
@@ -429,8 +514,16 @@ impl From<&ModelError> for Diagnostic {
                 "literals, parameters, table fields and outer indices can, with mod and floor",
             ),
             ModelError::Undefined { span, .. } => at(*span, "not defined"),
-            ModelError::UnknownUnit { span, nearest, .. } => {
-                or_help(at(*span, "unknown unit"), meant(nearest.as_ref()))
+            ModelError::UnknownUnit {
+                span,
+                nearest,
+                name,
+            } => {
+                let known = || Some(unit_elsewhere(name).to_owned());
+                or_help(
+                    at(*span, "unknown unit"),
+                    meant(nearest.as_ref()).or_else(known),
+                )
             }
             ModelError::TableAsValue { span, name } => at(*span, "a table").with_help(format!(
                 "`rows({name})` is its length, `{name}[3].column` one of its fields"

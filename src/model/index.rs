@@ -1,7 +1,7 @@
 //! Running index programs: exact numbers for indices, ranges and filters.
 
 use super::ModelError;
-use super::names::{World, key, member_name};
+use super::names::{Entity, World, key, member_name};
 use super::program::{IndexForm, IndexOp, IndexProgram};
 use super::table::Cell;
 use crate::expr::ExprId;
@@ -23,7 +23,7 @@ impl Quantity {
     fn ball(&self) -> Ball {
         match self {
             Self::Exact(number) => Ball::from_number(number),
-            Self::Enclosed(ball) => ball.clone(),
+            Self::Enclosed(ball) => *ball,
             Self::Truth(_) => Ball::from_number(&Number::from(0)),
         }
     }
@@ -137,6 +137,9 @@ impl World {
         indices: &[i64],
         span: Span,
     ) -> Result<Quantity, ModelError> {
+        if self.broken.contains(&Entity::Parameter(family)) {
+            return Err(ModelError::FollowOn {});
+        }
         let family = &self.parameter_families[family];
         let at = key(indices);
         let rank = family.grid.rank;
@@ -208,6 +211,7 @@ impl World {
             let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
             let result = match op {
                 IndexOp::Number(number) => Quantity::Exact(number.clone()),
+                IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi()),
                 IndexOp::Variable(slot) => {
                     Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0)))

@@ -55,6 +55,7 @@ pub(super) fn reads_names(program: &Program) -> bool {
                     }
                 }
                 Op::Literal(_)
+                | Op::Broken
                 | Op::Time
                 | Op::Field { .. }
                 | Op::Prime

@@ -1,12 +1,12 @@
 //! What the names of a model stand for: parameters, coordinates, named expressions, tables.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use super::program::{IndexProgram, Program};
 use super::table::Table;
 use super::values::Value;
-use crate::expr::{ExprId, Pool, Symbol};
+use crate::expr::{Derivatives, ExprId, Pool, Symbol};
 use crate::span::Span;
 use crate::syntax::ExprRef;
 
@@ -22,7 +22,7 @@ pub(super) fn key(indices: &[i64]) -> Key {
 }
 
 /// What a declared name stands for; the number is its place in the list of its kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Entity {
     Parameter(usize),
     Coordinate(usize),
@@ -301,9 +301,13 @@ pub(super) struct World {
     /// Terms of the sum that is being worked out, those of sums within it included.
     pub(super) steps: u64,
     pub(super) time: Option<Symbol>,
+    /// What is declared with a mistake: reading it makes no further one.
+    pub(super) broken: HashSet<Entity>,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,
+    /// The time derivatives taken so far.
+    pub(super) rates: Derivatives,
 }
 
 impl World {
@@ -365,10 +369,14 @@ impl World {
             SymbolKind::CoordinateSlot(k) => self.coordinate_slot(k)[1],
             SymbolKind::VelocitySlot(k) => self.coordinate_slot(k)[2],
             SymbolKind::Time => return Some(self.pool.integer(1)),
-            SymbolKind::Acceleration(_)
-            | SymbolKind::AccelerationSlot(_)
-            | SymbolKind::Parameter(_)
-            | SymbolKind::ValueSlot(_) => return None,
+            // No energy may contain accelerations, nor what is beyond them: a symbol of the same
+            // kind stands for that.
+            kind @ (SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)) => {
+                let beyond = self.pool.fresh_symbol("x'''");
+                self.kinds.insert(beyond, kind);
+                beyond
+            }
+            SymbolKind::Parameter(_) | SymbolKind::ValueSlot(_) => return None,
         };
         Some(self.pool.symbol_expr(rate))
     }

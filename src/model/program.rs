@@ -23,6 +23,8 @@ pub(super) struct Program {
 #[derive(Clone, Debug)]
 pub(super) enum Op {
     Literal(ExprId),
+    /// What could not be compiled; the mistake is reported already.
+    Broken,
     Time,
     /// A number made of indices, table fields and parameters.
     Number(IndexProgram),
@@ -59,10 +61,9 @@ pub(super) struct SumProgram {
     pub(super) body: Program,
 }
 
-/// One index of a sum: which slot it fills and with what.
+/// One index of a sum: what it runs over. The slots follow the order of the indices.
 #[derive(Clone, Debug)]
 pub(super) struct Binder {
-    pub(super) slot: usize,
     pub(super) kind: BinderKind,
     pub(super) span: Span,
 }
@@ -105,6 +106,8 @@ pub(super) enum IndexForm {
 #[derive(Clone, Debug)]
 pub(super) enum IndexOp {
     Number(Number),
+    /// What could not be compiled; the mistake is reported already.
+    Broken,
     Pi,
     Variable(usize),
     /// Pops as many indices as stand here.

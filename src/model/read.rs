@@ -42,6 +42,9 @@ impl World {
         span: Span,
         mut instance: Option<&mut Instance>,
     ) -> Result<Value, Stop> {
+        if self.broken.contains(&entity) {
+            return Err(Stop::from(ModelError::FollowOn {}));
+        }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
             let bounds = self
@@ -116,6 +119,9 @@ impl World {
         span: Span,
         instance: &mut Instance,
     ) -> Result<(), Stop> {
+        if self.broken.contains(&entity) {
+            return Err(Stop::from(ModelError::FollowOn {}));
+        }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
             let bounds = self

@@ -8,7 +8,7 @@
 
 use super::ModelError;
 use super::index::Quantity;
-use super::names::{SymbolKind, World};
+use super::names::World;
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::values::{self, Value};
@@ -117,6 +117,7 @@ impl World {
                 Op::Product(parts) | Op::Sum(parts) => parts.len(),
                 Op::Vector(count) | Op::Call(_, count) => *count,
                 Op::Literal(_)
+                | Op::Broken
                 | Op::Time
                 | Op::Number(_)
                 | Op::Field { .. }
@@ -128,6 +129,7 @@ impl World {
             let operands = stack.split_off(stack.len().saturating_sub(count));
             let value = match op {
                 Op::Literal(e) => Value::Scalar(*e),
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Time => {
                     let time = self.time_symbol();
                     Value::Scalar(self.pool.symbol_expr(time))
@@ -290,6 +292,7 @@ impl World {
                     slots.truncate(outer);
                     instance.note(count);
                 }
+                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
                 Op::Literal(_)
                 | Op::Time
                 | Op::Prime
@@ -533,44 +536,20 @@ impl World {
 
     /// The total time derivative: the chain rule through coordinates, velocities and the time.
     pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut seeds = crate::expr::Seeds::default();
-        let mut acceleration = None;
-        for symbol in self.pool.symbols_of(roots) {
-            if let Some(kind) = self.acceleration_kind(symbol) {
-                acceleration = Some(kind);
-            }
-            if let Some(rate) = self.rate(symbol) {
-                seeds.insert(symbol, rate);
-            }
+        let mut derivatives = Vec::with_capacity(roots.len());
+        for root in roots {
+            let derivative = loop {
+                match self.pool.derivative(&mut self.rates, *root) {
+                    Ok(derivative) => break derivative,
+                    Err(symbol) => {
+                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
+                        self.rates.set(&mut self.pool, symbol, rate);
+                    }
+                }
+            };
+            derivatives.push(derivative);
         }
-        let Some(kind) = acceleration else {
-            return self.pool.derivation(roots, &seeds);
-        };
-        // No energy may contain accelerations, nor what is beyond them: a symbol stands for that,
-        // a new one each time so that nothing cancels.
-        let rates = self.pool.derivation(roots, &seeds);
-        let replace = |(root, rate): (&ExprId, ExprId)| {
-            let symbols = self.pool.symbols_of(&[*root]);
-            if !symbols
-                .iter()
-                .any(|symbol| self.acceleration_kind(*symbol).is_some())
-            {
-                return rate;
-            }
-            let beyond = self.pool.fresh_symbol("x'''");
-            self.kinds.insert(beyond, kind);
-            self.pool.symbol_expr(beyond)
-        };
-        roots.iter().zip(rates).map(replace).collect()
-    }
-
-    fn acceleration_kind(&self, symbol: crate::expr::Symbol) -> Option<SymbolKind> {
-        let kind = *self.kinds.get(&symbol)?;
-        matches!(
-            kind,
-            SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)
-        )
-        .then_some(kind)
+        derivatives
     }
 }
 

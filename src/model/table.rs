@@ -72,6 +72,18 @@ impl Table {
         self.cells.get(row * self.columns.len() + column)
     }
 
+    /// Stands for a table that could not be read.
+    pub(crate) fn unread(name: &str, span: Span) -> Self {
+        Self {
+            name: name.to_owned(),
+            path: String::new(),
+            span,
+            columns: Vec::new(),
+            cells: Vec::new(),
+            rows: 0,
+        }
+    }
+
     pub(crate) fn read(
         name: &str,
         path: &str,

@@ -122,6 +122,7 @@ pub(super) fn families(
     root: ExprRef,
 ) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
+    let before = compiler.errors.len();
     let mut result = Vec::new();
     let mut written_out: Vec<ExprId> = Vec::new();
     let mut parts = vec![Part {
@@ -133,42 +134,30 @@ pub(super) fn families(
         scope: Scope::default(),
     }];
     while let Some(part) = parts.pop() {
-        let Err(whole) = take_apart(compiler, part, &mut parts) else {
+        let Some(part) = take_apart(compiler, part, &mut parts) else {
             continue;
         };
-        let program = assemble(compiler, *whole.0, &whole.1);
-        if !compiler.errors.is_empty() {
-            continue;
+        let program = assemble(compiler, &part);
+        if compiler.errors.len() == before {
+            let world = &mut *compiler.world;
+            instantiate(world, &part, &program, &mut result, &mut written_out)?;
         }
-        let part = whole.1;
-        instantiate(
-            compiler.world,
-            &part,
-            &program,
-            &mut result,
-            &mut written_out,
-        )?;
     }
     if !written_out.is_empty() {
         let body = compiler.world.pool.sum(&written_out);
-        let mut family = Finisher::new(compiler.world, body, span).finish();
-        family.push_constant_row();
-        result.push(family);
+        let mut only = Finisher::new(compiler.world, body, span);
+        only.push(compiler.world, &[]);
+        result.push(only.finish());
     }
     Ok(result)
 }
 
 /// Pushes the pieces of a part, or gives it back where it is one piece.
-#[allow(clippy::type_complexity)] // the program and the part it belongs to
-fn take_apart(
-    compiler: &mut Compiler<'_>,
-    mut part: Part,
-    parts: &mut Vec<Part>,
-) -> Result<(), (Box<ExprRef>, Part)> {
+fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>) -> Option<Part> {
     let file = compiler.file;
     let at = part.at;
     if !is_additive(file, compiler.world, at) {
-        return Err((Box::new(at), part));
+        return Some(part);
     }
     match &file.expr(at).kind {
         ExprKind::Sum(terms) => {
@@ -183,13 +172,13 @@ fn take_apart(
                     scope: part.scope.clone(),
                 });
             }
-            Ok(())
+            None
         }
         ExprKind::Negate(inner) => {
             part.at = *inner;
             part.negated = !part.negated;
             parts.push(part);
-            Ok(())
+            None
         }
         ExprKind::Product(factors) => {
             let mut inner = None;
@@ -197,13 +186,13 @@ fn take_apart(
                 if !factor.divided && is_additive(file, compiler.world, factor.value) {
                     if inner.is_some() {
                         // A product of sums is one term.
-                        return Err((Box::new(at), part));
+                        return Some(part);
                     }
                     inner = Some(factor.value);
                 }
             }
             let Some(inner) = inner else {
-                return Err((Box::new(at), part));
+                return Some(part);
             };
             for factor in factors.iter().filter(|factor| factor.value != inner) {
                 let program = compiler.value(factor.value, &mut part.scope);
@@ -211,7 +200,7 @@ fn take_apart(
             }
             part.at = inner;
             parts.push(part);
-            Ok(())
+            None
         }
         ExprKind::SumOver { indices, body } => {
             let (binders, filter) = compiler.binders(indices, &mut part.scope);
@@ -220,7 +209,7 @@ fn take_apart(
             part.filters.extend(filter.map(|filter| (after, filter)));
             part.at = *body;
             parts.push(part);
-            Ok(())
+            None
         }
         ExprKind::Name(name) => {
             let root = match compiler.world.names.get(name) {
@@ -231,7 +220,7 @@ fn take_apart(
                 Some(_) | None => None,
             };
             let Some(root) = root else {
-                return Err((Box::new(at), part));
+                return Some(part);
             };
             // The indices outside are not visible inside the named expression.
             for (name, _) in &mut part.scope.variables {
@@ -239,7 +228,7 @@ fn take_apart(
             }
             part.at = root;
             parts.push(part);
-            Ok(())
+            None
         }
         ExprKind::Number(_)
         | ExprKind::Index { .. }
@@ -251,14 +240,14 @@ fn take_apart(
         | ExprKind::Compare { .. }
         | ExprKind::Not(_)
         | ExprKind::And(_)
-        | ExprKind::Or(_) => Err((Box::new(at), part)),
+        | ExprKind::Or(_) => Some(part),
     }
 }
 
 /// The program of a whole part: prefactors times the expression, with the sign.
-fn assemble(compiler: &mut Compiler<'_>, at: ExprRef, part: &Part) -> Program {
+fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
     let mut scope = part.scope.clone();
-    let core = compiler.value(at, &mut scope);
+    let core = compiler.value(part.at, &mut scope);
     let span = core.span;
     if part.prefactors.is_empty() && !part.negated {
         return core;
@@ -301,7 +290,6 @@ fn instantiate(
         written_out.push(scalar(&value, program.span)?);
         return Ok(());
     }
-    let first = result.len();
     let mut forms: HashMap<Vec<u32>, usize> = HashMap::new();
     let mut finishers: Vec<Finisher> = Vec::new();
     let mut instance = Instance::default();
@@ -355,7 +343,6 @@ fn instantiate(
     for finisher in finishers {
         result.push(finisher.finish());
     }
-    debug_assert!(first <= result.len());
     Ok(())
 }
 
@@ -468,23 +455,7 @@ impl Finisher {
         self.family.count += 1;
     }
 
-    fn finish(mut self) -> TermFamily {
-        if self.family.count == 0 && self.value_sources.is_empty() {
-            for source in &self.local_sources {
-                if let Source::Shared(number) = source {
-                    self.family
-                        .coordinates
-                        .push(u32::try_from(*number).unwrap_or(u32::MAX));
-                }
-            }
-        }
+    fn finish(self) -> TermFamily {
         self.family
-    }
-}
-
-impl TermFamily {
-    /// The single instance of a term that was written out.
-    fn push_constant_row(&mut self) {
-        self.count = 1;
     }
 }

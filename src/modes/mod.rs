@@ -247,10 +247,18 @@ fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
         .zip(&scaled.shift)
         .map(|(x, &s)| x.mid.scale(s).hi)
         .collect();
-    let largest = physical
-        .iter()
-        .fold(0.0_f64, |a, b| if b.abs() > a.abs() { *b } else { a });
-    let direction = physical.iter().map(|x| x / largest + 0.0).collect();
+    // Out of range the direction cannot be told; what is finite of it still points somewhere.
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    let larger = |a: f64, &b: &f64| if finite(b).abs() > a.abs() { b } else { a };
+    let largest = physical.iter().fold(0.0, larger);
+    let direction = if largest == 0.0 {
+        vec![1.0; physical.len()]
+    } else {
+        physical
+            .iter()
+            .map(|&x| finite(x) / largest + 0.0)
+            .collect()
+    };
     ModesError::NotPositiveDefinite {
         direction,
         singular,

@@ -2,9 +2,9 @@
 //! a bound of the error of every component.
 
 use super::certify::{Certificate, Cluster};
-use super::dense::{Matrix, Part, Plain, bound_product, product};
+use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
 use super::pencil::{Pencil, Scaled, ZeroSpace};
-use crate::precision::{Ball, DoubleDouble, up};
+use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// A component this near the largest one decides the sign of a vector.
 const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
@@ -112,8 +112,8 @@ pub(super) fn cluster_shapes(
     if let [k] = *columns {
         let g = pencil.g.ball(k, k);
         let norm = g.mid.sqrt();
-        // The exact vector has M-length norm (1 ± η).
-        let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi) * (1.0 + 1e-12);
+        // The exact vector has M-length norm (1 ± η), the roundings of root and quotient included.
+        let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
         let mut bound: f64 = 0.0;
         let mut vector = Vec::with_capacity(n);
         for row in 0..n {
@@ -135,7 +135,7 @@ pub(super) fn cluster_shapes(
             gram.set(p, q, pencil.g.mid.get(i, j));
         }
     }
-    let transform = echelon(&basis, &gram, &problem.shift);
+    let transform = echelon(&basis, &gram);
     let vectors = product(&basis, &transform, Part::All);
     (0..columns.len())
         .map(|q| {
@@ -143,10 +143,12 @@ pub(super) fn cluster_shapes(
             let mut bound: f64 = 0.0;
             let mut vector = Vec::with_capacity(n);
             for row in 0..n {
-                let error = match errors.component(zero, row, index) {
-                    0.0 => 0.0,
-                    error => error * weight * (1.0 + 1e-9),
-                };
+                // The product of basis and transform is rounded, too.
+                let terms = transform.column_hi(q).iter().enumerate();
+                let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
+                let rounding = product_bound(columns.len()) * size;
+                let error = errors.component(zero, row, index) * weight + rounding;
+                let error = error * (1.0 + 1e-9);
                 push(
                     &mut vector,
                     &mut bound,
@@ -170,26 +172,30 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
     for p in 0..z {
         unit.set(p, p, DoubleDouble::ONE);
     }
-    let transform = echelon(&zero.mid, &unit, &problem.shift);
+    let transform = echelon(&zero.mid, &unit);
     (0..z)
         .map(|q| {
+            let combined: Vec<Ball> = (0..problem.n)
+                .map(|row| {
+                    let parts = zero.vectors.iter().enumerate();
+                    parts.fold(Ball::ZERO, |sum, (p, v)| {
+                        sum + v[row] * Ball::from(transform.get(p, q))
+                    })
+                })
+                .collect();
+            // |1/√(1 + e) - 1| <= |e| for |e| <= 1/2: how far the length is from 1.
+            let defect = (problem.mass.form(&combined) - Ball::ONE).abs_upper();
+            let defect = if defect <= 0.5 { defect } else { f64::INFINITY };
             let mut bound: f64 = 0.0;
             let mut vector = Vec::with_capacity(problem.n);
-            for row in 0..problem.n {
-                let value = zero
-                    .vectors
-                    .iter()
-                    .enumerate()
-                    .fold(Ball::ZERO, |sum, (p, v)| {
-                        sum + v[row] * Ball::from(transform.get(p, q))
-                    });
-                push(
-                    &mut vector,
-                    &mut bound,
-                    value.mid,
-                    value.radius,
-                    problem.shift[row],
-                );
+            for (value, &shift) in combined.iter().zip(&problem.shift) {
+                let size = value.abs_upper();
+                let error = if size == 0.0 {
+                    0.0
+                } else {
+                    up(value.radius + size * defect) * 2.0
+                };
+                push(&mut vector, &mut bound, value.mid, error, shift);
             }
             finish(vector, bound)
         })
@@ -227,17 +233,17 @@ fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     }
 }
 
-/// The c by c transform T for which U T is the echelon basis of the columns of U (n by c, in
-/// original coordinates), orthonormalised in its order: U_P T₀ = 1 for the first rows P that
-/// carry pivots, and T = T₀ L⁻ᵀ with T₀ᵀ G T₀ = L Lᵀ.
-fn echelon(basis: &Matrix, gram: &Matrix, shift: &[i32]) -> Matrix {
+/// The c by c transform T for which U T is the echelon basis of the columns of U (n by c),
+/// orthonormalised in its order: U_P T₀ = 1 for the first rows P that carry pivots, and
+/// T = T₀ L⁻ᵀ with T₀ᵀ G T₀ = L Lᵀ. (Scaled coordinates do as well as the original ones: the lengths
+/// of the echelon basis vectors do not matter in the end.)
+fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
     let c = basis.columns;
-    let pivots = pivot_rows(basis, shift);
-    // T₀ᵀ: solve with the transposed pivot block, the right-hand sides being the unit matrix.
+    let pivots = pivot_rows(basis);
     let mut block = Matrix::zeros(c, c);
     for (p, &row) in pivots.iter().enumerate() {
         for q in 0..c {
-            block.set(p, q, basis.get(row, q).scale(shift[row]));
+            block.set(p, q, basis.get(row, q));
         }
     }
     let inverse = invert(block);
@@ -274,29 +280,22 @@ fn echelon(basis: &Matrix, gram: &Matrix, shift: &[i32]) -> Matrix {
 }
 
 /// The first rows in which the columns are independent, by elimination on a copy in doubles.
-fn pivot_rows(basis: &Matrix, shift: &[i32]) -> Vec<usize> {
+fn pivot_rows(basis: &Matrix) -> Vec<usize> {
     let (n, c) = (basis.rows, basis.columns);
-    let mut b: Vec<Vec<f64>> = (0..c)
-        .map(|q| {
-            (0..n)
-                .map(|row| basis.get(row, q).scale(shift[row]).hi)
-                .collect()
-        })
-        .collect();
-    let mut pivots = Vec::with_capacity(c);
-    let mut from = 0;
+    let mut b: Vec<Vec<f64>> = (0..c).map(|q| basis.column_hi(q).to_vec()).collect();
+    let mut pivots: Vec<usize> = Vec::with_capacity(c);
     for p in 0..c {
-        let largest = b[p..]
+        let rest = &b[p..];
+        let largest = rest
             .iter()
             .flatten()
             .fold(0.0_f64, |most, x| most.max(x.abs()));
-        let found = (from..n).find_map(|row| {
+        // The eliminated rows are left out. The row with the largest entry always qualifies.
+        let found = (0..n).filter(|row| !pivots.contains(row)).find_map(|row| {
             let best = (p..c).max_by(|&x, &y| b[x][row].abs().total_cmp(&b[y][row].abs()))?;
             (b[best][row].abs() > NO_PIVOT * largest).then_some((row, best))
         });
-        // Rows before the current one are eliminated, so some row has a pivot; if rounding
-        // says otherwise, any row that is left will do for a basis of some kind.
-        let (row, best) = found.unwrap_or((from.min(n - 1), p));
+        let Some((row, best)) = found else { break };
         b.swap(p, best);
         let pivot = b[p][row];
         let column: Vec<f64> = b[p].iter().map(|x| x / pivot).collect();
@@ -305,10 +304,17 @@ fn pivot_rows(basis: &Matrix, shift: &[i32]) -> Vec<usize> {
             for (x, y) in other.iter_mut().zip(&column) {
                 *x -= factor * y;
             }
+            other[row] = 0.0;
         }
         pivots.push(row);
-        from = row + 1;
     }
+    // Columns that rounding made dependent: any rows will do for a basis of some kind.
+    for row in 0..n {
+        if pivots.len() < c && !pivots.contains(&row) {
+            pivots.push(row);
+        }
+    }
+    pivots.sort_unstable();
     pivots
 }
 

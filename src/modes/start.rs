@@ -17,8 +17,9 @@ use nalgebra::{DMatrix, SymmetricEigen};
 use super::dense::Matrix;
 use crate::precision::DoubleDouble;
 
-/// From this dimension on faer's decomposition is faster than nalgebra's (measured, benches/modes).
-const LARGE: usize = 48;
+/// From this dimension on faer decomposes faster than nalgebra: equal at 10, 1.4 times at 20, 3 times
+/// at 80 (benches/modes.rs, `decomposition`).
+const LARGE: usize = 14;
 
 /// What Cholesky factor and substitutions need.
 trait Real:

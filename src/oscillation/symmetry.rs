@@ -54,33 +54,37 @@ pub(super) fn mirror(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Mirr
     let colours = refine(n, &classes);
     let found = automorphisms(n, &classes, &colours)?;
     let [image] = <[Vec<usize>; 1]>::try_from(found).ok()?;
+    // Coordinates that no force holds can be exchanged in any model; that is no mirror of it.
+    let held = |i: usize| (0..n).any(|j| !stiffness[i + n * j].contains_zero());
+    if !(0..n).any(|i| image[i] != i && held(i)) {
+        return None;
+    }
     // A single element beside the identity is its own inverse.
     Some(Mirror { image })
 }
 
 /// One number for each pair of entries (M_ij, K_ij), the same where both are equal.
-fn entry_classes(mass: &[Ball], stiffness: &[Ball]) -> Option<Vec<u32>> {
+fn entry_classes(mass: &[Ball], stiffness: &[Ball]) -> Option<Vec<u64>> {
     let of_mass = value_classes(mass)?;
     let of_stiffness = value_classes(stiffness)?;
-    let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
+    let pairs = of_mass.into_iter().zip(of_stiffness);
     Some(
-        of_mass
-            .into_iter()
-            .zip(of_stiffness)
-            .map(|pair| {
-                let next = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
-                *numbers.entry(pair).or_insert(next)
-            })
+        pairs
+            .map(|(m, k)| u64::from(m) << 32 | u64::from(k))
             .collect(),
     )
 }
 
 /// Numbers values so that those whose balls meet have the same number.
 fn value_classes(values: &[Ball]) -> Option<Vec<u32>> {
-    let mut order: Vec<usize> = (0..values.len()).collect();
     if !values.iter().all(Ball::is_finite) {
         return None;
     }
+    // Most entries are exact zeros; the first stands for all of them.
+    let zero = values.iter().position(Ball::is_zero);
+    let mut order: Vec<usize> = (0..values.len())
+        .filter(|i| Some(*i) == zero || !values[*i].is_zero())
+        .collect();
     order.sort_by(|a, b| {
         values[*a]
             .mid
@@ -99,20 +103,52 @@ fn value_classes(values: &[Ball]) -> Option<Vec<u32>> {
         }
         classes[pair[1]] = class;
     }
+    if let Some(zero) = zero {
+        let class = classes[zero];
+        for (own, value) in classes.iter_mut().zip(values) {
+            if value.is_zero() {
+                *own = class;
+            }
+        }
+    }
     Some(classes)
 }
 
+/// The class that most entries beside the diagonal have.
+fn commonest(n: usize, classes: &[u64]) -> Option<u64> {
+    let mut beside: Vec<u64> = (0..n * n)
+        .filter(|at| at % n != at / n)
+        .map(|at| classes[at])
+        .collect();
+    beside.sort_unstable();
+    let most = beside.chunk_by(|a, b| a == b).max_by_key(|same| same.len());
+    most.and_then(|same| same.first()).copied()
+}
+
 /// Colours coordinates until those of one colour see the same colours in their rows.
-fn refine(n: usize, classes: &[u32]) -> Vec<u32> {
+///
+/// Entries of the commonest class are left out of the rows: the colours of all coordinates
+/// together are the same seen from each, so that what is seen through the other classes and the
+/// own colour tells those.
+fn refine(n: usize, classes: &[u64]) -> Vec<u32> {
+    let common = commonest(n, classes);
+    let rows: Vec<Vec<(u64, usize)>> = (0..n)
+        .map(|i| {
+            (0..n)
+                .filter(|j| *j != i && Some(classes[i + n * j]) != common)
+                .map(|j| (classes[i + n * j], j))
+                .collect()
+        })
+        .collect();
     let mut colours: Vec<u32> = vec![0; n];
     let mut count = 1;
     loop {
-        let mut numbers: HashMap<(u32, Vec<(u32, u32)>), u32> = HashMap::new();
+        let mut numbers: HashMap<(u32, Vec<(u64, u32)>), u32> = HashMap::new();
         let mut next = Vec::with_capacity(n);
         for i in 0..n {
-            let mut row: Vec<(u32, u32)> = (0..n)
-                .filter(|j| *j != i)
-                .map(|j| (classes[i + n * j], colours[j]))
+            let mut row: Vec<(u64, u32)> = rows[i]
+                .iter()
+                .map(|(class, j)| (*class, colours[*j]))
                 .collect();
             row.sort_unstable();
             row.push((classes[i + n * i], colours[i]));
@@ -129,7 +165,7 @@ fn refine(n: usize, classes: &[u32]) -> Vec<u32> {
 }
 
 /// The permutations beside the identity, at most two; `None` where the search was given up.
-fn automorphisms(n: usize, classes: &[u32], colours: &[u32]) -> Option<Vec<Vec<usize>>> {
+fn automorphisms(n: usize, classes: &[u64], colours: &[u32]) -> Option<Vec<Vec<usize>>> {
     // Coordinates of rare colours first: they leave little choice.
     let mut sizes: HashMap<u32, usize> = HashMap::new();
     for colour in colours {

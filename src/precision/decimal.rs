@@ -400,7 +400,7 @@ mod tests {
 
     #[test]
     fn only_decided_digits_are_printed() {
-        let d = decimal(&ball(3.141_592_653_589_793, 0.0, 1e-6), 10);
+        let d = decimal(&ball(std::f64::consts::PI, 0.0, 1e-6), 10);
         assert_eq!(
             (d.text.as_str(), d.digits, d.rounding),
             ("3.14159", 6, Rounding::Fewer)

@@ -64,6 +64,9 @@ pub trait Scalar: Clone {
     fn atan2(&self, x: &Self) -> Self;
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
-    /// Whether the value is zero and known to be exactly that.
-    fn is_exact_zero(&self) -> bool;
+    /// Whether the value is zero and known to be exactly that; `false` is always allowed and only
+    /// costs time.
+    fn is_exact_zero(&self) -> bool {
+        false
+    }
 }

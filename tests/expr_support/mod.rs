@@ -2,6 +2,8 @@
 //! scalar.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::panic)]
 
+pub mod approx;
+
 use librate::expr::{ExprId, Function, Pool, Symbol, Tape};
 use librate::number::Number;
 use librate::precision::Scalar;

@@ -1,5 +1,5 @@
 //! Problems from exact rationals, and exact witnesses, for the tests of the numeric stage.
-#![allow(dead_code)]
+#![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 use dashu_int::IBig;
 use dashu_ratio::RBig;

@@ -1,0 +1,151 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+const ABOUT: &str = "\
+Small oscillations: write T and V as they stand on the blackboard, get normal frequencies in which
+every printed digit is right.";
+
+const EXAMPLE: &str = "\
+A model file, three_pendulums.lag:
+
+    model three_pendulums
+
+    param g : m/s^2 = 9.81
+    param L : m     = 0.3
+    param m[1..3] : kg = [1, 2, 1]
+    param l[1..3] : m  = 1              # one value fills the family
+    param k : N/m = 4
+
+    coord phi[1..3] : rad
+
+    T = sum(i in 1..3, 1/2*m[i]*l[i]^2*phi[i]'^2)
+    V = sum(i in 1..3, m[i]*g*l[i]*(1 - cos(phi[i])))
+      + k*L^2/2*((phi[2] - phi[1])^2 + (phi[3] - phi[2])^2)
+
+What to type:
+
+    librate check three_pendulums.lag                 is everything in order?
+    librate derive three_pendulums.lag                M and K in symbols
+    librate modes three_pendulums.lag                 frequencies and mode shapes
+    librate modes three_pendulums.lag --set k=8       the same with stronger springs
+
+`librate COMMAND --help` tells more. Exit status: 0 success, 1 the model or the request is at
+fault, 2 wrong usage.";
+
+const MODES: &str = "\
+Frequencies and mode shapes about the equilibrium.
+
+The equilibrium is the one the file gives with `equilibrium`, else all coordinates 0 if no force acts
+there, else it is searched for, starting from `guess`. Unstable modes come first, then zero modes,
+then oscillations by rising omega. Each number has the digits that are certain; ± is the bound of
+the error of omega and growth as printed.";
+
+const MODES_EXAMPLE: &str = "\
+Examples:
+    librate modes molecule.lag --digits 15
+    librate modes chain.lag --set N=50 --set 'm[1]=3/2' --lowest 5
+    librate modes chain.lag --json --no-vectors
+    echo \"coord x  T = 1/2*x'^2  V = 2*x^2\" | librate modes -";
+
+const CHECK: &str = "\
+Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
+
+const DERIVE: &str = "\
+The mass matrix M and the stiffness matrix K at the equilibrium, as expressions in the parameters.
+
+M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
+equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
+
+const DERIVE_EXAMPLE: &str = "\
+Examples:
+    librate derive double_pendulum.lag
+    librate derive chain.lag --set N=4 --json";
+
+/// The command line.
+#[derive(Debug, Parser)]
+#[command(name = "librate", version, about = ABOUT, after_help = EXAMPLE)]
+#[command(
+    arg_required_else_help = true,
+    disable_help_subcommand = true,
+    max_term_width = 100
+)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Frequencies and mode shapes about the equilibrium
+    #[command(long_about = MODES, after_help = MODES_EXAMPLE)]
+    Modes(Modes),
+    /// Check a model file, compute nothing
+    #[command(long_about = CHECK)]
+    Check(Check),
+    /// The mass and stiffness matrices in symbols
+    #[command(long_about = DERIVE, after_help = DERIVE_EXAMPLE)]
+    Derive(Derive),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ModelArgs {
+    /// The model file; `-` reads standard input
+    #[arg(value_name = "FILE")]
+    pub(crate) file: PathBuf,
+    /// Give a parameter a value: `k=8`, `m[2]=3/2`, `N=50`; may be repeated
+    #[arg(long = "set", value_name = "NAME=VALUE")]
+    pub(crate) settings: Vec<String>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Modes {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Only the K lowest modes, in the order printed
+    #[arg(long, value_name = "K", value_parser = positive)]
+    pub(crate) lowest: Option<usize>,
+    /// Significant digits of the frequencies
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// Frequencies only, without mode shapes
+    #[arg(long)]
+    pub(crate) no_vectors: bool,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Check {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Derive {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// Nobody reads more digits than this.
+const MOST_DIGITS: usize = 1000;
+
+fn positive(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(0) | Err(_) => Err("a whole number of modes, 1 or more, is needed".to_owned()),
+        Ok(count) => Ok(count),
+    }
+}
+
+fn digits(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=MOST_DIGITS).contains(&count) => Ok(count),
+        Ok(_) | Err(_) => Err(format!("a whole number from 1 to {MOST_DIGITS} is needed")),
+    }
+}

@@ -1,0 +1,178 @@
+//! What is known of every expression with respect to coordinates and velocities.
+//!
+//! Children stand before their parents in the pool, so that one pass over what is new since the
+//! last question answers it for all; nothing is looked at twice. It makes no expressions.
+
+use crate::expr::{ExprId, Node, Pool, Symbol};
+use crate::number::Number;
+use crate::precision::Function;
+
+/// What variables derivatives are taken by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Variable {
+    /// A generalized coordinate.
+    Coordinate,
+    /// A generalized velocity.
+    Velocity,
+}
+
+/// Facts about one expression.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fact {
+    /// A coordinate occurs in it.
+    coordinate: bool,
+    /// A velocity occurs in it.
+    velocity: bool,
+    /// It becomes 0 with all velocities.
+    rests: bool,
+    /// A symbol, a number or a function of a symbol.
+    atom: bool,
+    /// A product of atoms.
+    simple: bool,
+}
+
+/// Facts about the expressions of one pool.
+#[derive(Debug, Default)]
+pub(crate) struct Facts {
+    /// By the number of the symbol.
+    variables: Vec<Option<Variable>>,
+    known: Vec<Fact>,
+}
+
+impl Facts {
+    /// Says what a symbol is; before the first question.
+    pub(crate) fn declare(&mut self, symbol: Symbol, variable: Variable) {
+        if self.variables.len() <= symbol.index() {
+            self.variables.resize(symbol.index() + 1, None);
+        }
+        self.variables[symbol.index()] = Some(variable);
+    }
+
+    /// Whether a symbol is a variable of this kind.
+    pub(crate) fn is(&self, symbol: Symbol, variable: Variable) -> bool {
+        self.variables.get(symbol.index()) == Some(&Some(variable))
+    }
+
+    /// Whether a variable of this kind occurs in an expression.
+    pub(crate) fn varies(&mut self, pool: &Pool, id: ExprId, variable: Variable) -> bool {
+        let fact = self.of(pool, id);
+        match variable {
+            Variable::Coordinate => fact.coordinate,
+            Variable::Velocity => fact.velocity,
+        }
+    }
+
+    /// Whether an expression is seen to become 0 when all velocities do.
+    pub(crate) fn rests(&mut self, pool: &Pool, id: ExprId) -> bool {
+        self.of(pool, id).rests
+    }
+
+    /// Whether an expression is a product of symbols and functions of symbols: parts of it that
+    /// could be shared with others cost nothing.
+    pub(crate) fn is_simple(&mut self, pool: &Pool, id: ExprId) -> bool {
+        self.of(pool, id).simple
+    }
+
+    fn of(&mut self, pool: &Pool, id: ExprId) -> Fact {
+        if self.known.len() <= id.index() {
+            for id in pool.ids_from(self.known.len()) {
+                let fact = self.fact(pool.node(id), pool);
+                self.known.push(fact);
+            }
+        }
+        self.known.get(id.index()).copied().unwrap_or_default()
+    }
+
+    fn fact(&self, node: &Node, pool: &Pool) -> Fact {
+        let known = |id: &ExprId| self.known.get(id.index()).copied().unwrap_or_default();
+        let mut fact = Fact::default();
+        node.for_each_child(|child| {
+            let child = known(&child);
+            fact.coordinate |= child.coordinate;
+            fact.velocity |= child.velocity;
+        });
+        match node {
+            Node::Number(value) => {
+                fact.rests = value.is_zero();
+                fact.atom = true;
+            }
+            Node::Pi => fact.atom = true,
+            Node::Symbol(symbol) => {
+                fact.coordinate = self.is(*symbol, Variable::Coordinate);
+                fact.velocity = self.is(*symbol, Variable::Velocity);
+                fact.rests = fact.velocity;
+                fact.atom = true;
+            }
+            Node::Sum { constant, terms } => {
+                fact.rests = constant.is_zero() && terms.iter().all(|(term, _)| known(term).rests);
+            }
+            Node::Product(factors) => {
+                let vanishes =
+                    |base: &ExprId, exponent: &Number| known(base).rests && !exponent.is_negative();
+                // A factor that may have no value at rest leaves it open.
+                fact.rests = factors.iter().any(|(base, power)| vanishes(base, power))
+                    && factors
+                        .iter()
+                        .all(|(base, power)| !known(base).velocity || vanishes(base, power));
+                fact.simple = factors.iter().all(|(base, _)| known(base).atom);
+            }
+            Node::Function(function, x) => {
+                fact.rests = known(x).rests && vanishes_at_zero(*function);
+                fact.atom = matches!(pool.node(*x), Node::Symbol(_));
+            }
+            Node::Power { .. } | Node::Atan2 { .. } | Node::Undefined => {}
+        }
+        fact.simple |= fact.atom;
+        fact
+    }
+}
+
+fn vanishes_at_zero(function: Function) -> bool {
+    match function {
+        Function::Sin
+        | Function::Tan
+        | Function::Asin
+        | Function::Atan
+        | Function::Sinh
+        | Function::Tanh
+        | Function::Abs => true,
+        Function::Cos | Function::Acos | Function::Cosh | Function::Exp | Function::Ln => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn facts_follow_the_form() {
+        let mut pool = Pool::new();
+        let (q, v, l) = (pool.symbol("q"), pool.symbol("v"), pool.variable("l"));
+        let mut facts = Facts::default();
+        facts.declare(q, Variable::Coordinate);
+        facts.declare(v, Variable::Velocity);
+        let (q, v) = (pool.symbol_expr(q), pool.symbol_expr(v));
+        let cosine = pool.apply(Function::Cos, q);
+        let moving = pool.product(&[l, cosine, v]);
+        let sum = pool.add(moving, v);
+        let square = pool.square(sum);
+        let shifted = pool.add(square, cosine);
+        for (id, coordinate, velocity, rests, simple) in [
+            (l, false, false, false, true),
+            (cosine, true, false, false, true),
+            (moving, true, true, true, true),
+            (sum, true, true, true, false),
+            (square, true, true, true, false),
+            (shifted, true, true, false, false),
+        ] {
+            assert_eq!(facts.varies(&pool, id, Variable::Coordinate), coordinate);
+            assert_eq!(facts.varies(&pool, id, Variable::Velocity), velocity);
+            assert_eq!(facts.rests(&pool, id), rests);
+            assert_eq!(facts.is_simple(&pool, id), simple);
+        }
+        let inverse = pool.div(v, sum);
+        let open = pool.mul(v, inverse);
+        assert!(!facts.rests(&pool, inverse));
+        assert!(!facts.rests(&pool, open));
+    }
+}

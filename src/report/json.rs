@@ -1,0 +1,175 @@
+//! Results as JSON, fields in a fixed order, one line a mode or a matrix row.
+//!
+//! The text is written directly: a tree of values of a problem with thousands of coordinates would
+//! need several times the memory of its text.
+
+use std::fmt::Write;
+
+use super::{Written, zero_motions};
+use crate::expr::ExprId;
+use crate::linearize::{Linearized, SymbolicMatrices};
+use crate::modes::{Kind, Options, Stability};
+use crate::oscillation::{NormalMode, NormalModes};
+use crate::precision::one_digit_up;
+
+/// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `stability`, `modes`.
+///
+/// `options` are those that the modes were computed with. Frequencies are in rad/s where the model
+/// has units; `error_bound` bounds the errors of `omega` and `growth` as they stand here, their
+/// rounding to doubles included. What is not finite is `null`. Where zero modes are known by name,
+/// `zero_motions` lists what they are together; their vectors are some basis of these motions.
+#[must_use]
+pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
+    let model = linearized.model();
+    let names = model
+        .coordinates
+        .iter()
+        .map(|coordinate| string(&coordinate.name));
+    let equilibrium = linearized.equilibrium();
+    let values = equilibrium
+        .values
+        .iter()
+        .map(|value| number(value.mid_f64()));
+    let mut out = String::new();
+    let _ = write!(
+        out,
+        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"stability\": \"{}\",\n \"modes\": [",
+        model.name.as_deref().map_or_else(null, string),
+        array(names),
+        array(values),
+        stability_word(modes.stability),
+    );
+    for (at, mode) in modes.modes.iter().enumerate() {
+        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
+        write_mode(&mut out, mode, options);
+    }
+    out.push(']');
+    let motions = zero_motions(modes, linearized.dimension());
+    if !motions.is_empty() {
+        let _ = write!(
+            out,
+            ",\n \"zero_motions\": {}",
+            array(motions.into_iter().map(string))
+        );
+    }
+    out.push_str("}\n");
+    out
+}
+
+fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
+    let omega = Written::new(&mode.omega, options.digits);
+    let growth = Written::new(&mode.growth, options.digits);
+    let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
+    let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
+    let _ = write!(
+        out,
+        "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
+        number(mode.omega.mid_f64()),
+        digits(&omega),
+        number(mode.omega_squared.mid_f64()),
+        number(mode.growth.mid_f64()),
+        digits(&growth),
+        number(one_digit_up(error)),
+        number(omega.bound.max(growth.bound)),
+        kind_word(mode.kind),
+    );
+    if let Some(symmetry) = &mode.symmetry {
+        let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
+    }
+    if options.vectors {
+        let components = mode.vector.iter().map(|component| number(*component));
+        let _ = write!(
+            out,
+            ", \"vector\": {}, \"vector_error_bound\": {}",
+            array(components),
+            number(one_digit_up(mode.vector_error_bound)),
+        );
+    }
+    out.push('}');
+}
+
+/// The matrices as a JSON object: `model`, `coordinates`, `equilibrium`, `mass`, `stiffness`, the
+/// last two as arrays of rows of expressions in the model language.
+#[must_use]
+pub fn derive_json(name: Option<&str>, matrices: &SymbolicMatrices) -> String {
+    let expression = |at: &ExprId| string(&matrices.pool.display(*at));
+    let matrix = |rows: &[Vec<ExprId>]| {
+        let rows: Vec<String> = rows
+            .iter()
+            .map(|row| format!("\n  {}", array(row.iter().map(expression))))
+            .collect();
+        format!("[{}]", rows.join(","))
+    };
+    format!(
+        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"mass\": {},\n \"stiffness\": {}}}\n",
+        name.map_or_else(null, string),
+        array(matrices.coordinates.iter().map(|name| string(name))),
+        array(matrices.equilibrium.iter().map(expression)),
+        matrix(&matrices.mass),
+        matrix(&matrices.stiffness),
+    )
+}
+
+fn stability_word(stability: Stability) -> &'static str {
+    match stability {
+        Stability::Stable => "stable",
+        Stability::Neutral => "neutral",
+        Stability::Unstable => "unstable",
+        Stability::Undecided => "undecided",
+    }
+}
+
+fn kind_word(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Oscillation => "oscillation",
+        Kind::Zero => "zero",
+        Kind::Unstable => "unstable",
+        Kind::Undecided => "undecided",
+    }
+}
+
+fn null() -> String {
+    "null".to_owned()
+}
+
+/// The shortest digits that give the same double; JSON has no infinities.
+fn number(value: f64) -> String {
+    if value.is_finite() {
+        // Adding zero turns -0 into 0.
+        format!("{:?}", value + 0.0)
+    } else {
+        null()
+    }
+}
+
+fn string(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+fn array(items: impl Iterator<Item = String>) -> String {
+    let mut out = "[".to_owned();
+    for (at, item) in items.enumerate() {
+        if at > 0 {
+            out.push_str(", ");
+        }
+        out.push_str(&item);
+    }
+    out.push(']');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_json() {
+        assert_eq!(number(9.81), "9.81");
+        assert_eq!(number(-0.0), "0.0");
+        assert_eq!(number(5e-16), "5e-16");
+        assert_eq!(number(1e300), "1e300");
+        assert_eq!(number(f64::NAN), "null");
+        assert_eq!(number(f64::INFINITY), "null");
+        assert_eq!(string("a\"b"), "\"a\\\"b\"");
+    }
+}

@@ -1,0 +1,204 @@
+//! Results in writing: text for a person, JSON for a program.
+//!
+//! Every number that has a bound is printed with the digits its bound decides and no others
+//! ([`crate::precision::decimal`]). Nothing is computed here, and nothing is written anywhere: the
+//! functions return text.
+
+mod derive;
+mod json;
+mod modes;
+mod table;
+
+pub use derive::derive_text;
+pub use json::{derive_json, modes_json};
+pub use modes::modes_text;
+
+use anstyle::{AnsiColor, Effects};
+
+use crate::modes::Kind;
+use crate::oscillation::NormalModes;
+use crate::precision::{Ball, Rounding, decimal, one_digit_up};
+
+/// How text is laid out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// Whether escape sequences for colours are wanted.
+    pub color: bool,
+    /// How many columns a line should have at most; tables that don't fit leave things out, but
+    /// never a frequency.
+    pub width: usize,
+}
+
+impl Default for Style {
+    /// Without colours, 100 columns.
+    fn default() -> Self {
+        Self {
+            color: false,
+            width: 100,
+        }
+    }
+}
+
+/// What a piece of text is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Tone {
+    Heading,
+    Good,
+    Careful,
+    Bad,
+}
+
+impl Style {
+    fn paint(&self, tone: Tone, text: &str) -> String {
+        if !self.color {
+            return text.to_owned();
+        }
+        let style = match tone {
+            Tone::Heading => anstyle::Style::new().effects(Effects::BOLD),
+            Tone::Good => AnsiColor::Green.on_default(),
+            Tone::Careful => AnsiColor::Yellow.on_default(),
+            Tone::Bad => AnsiColor::Red.on_default().effects(Effects::BOLD),
+        };
+        format!("{style}{text}{style:#}")
+    }
+}
+
+/// A number with a bound, in decimal.
+struct Written {
+    /// The digits that are certain; `None` where nothing is.
+    digits: Option<String>,
+    /// A bound of the error of the digits, one digit itself.
+    bound: f64,
+    /// Whether all digits asked for are there.
+    complete: bool,
+}
+
+impl Written {
+    fn new(value: &Ball, digits: usize) -> Self {
+        let decimal = decimal(value, digits);
+        let bound = match decimal.rounding {
+            // Half a unit of the last place holds for whatever is correctly rounded. The ball may
+            // know better, but differently on every machine.
+            Rounding::Correct | Rounding::Fewer if !value.is_zero() => half_unit(&decimal.text),
+            Rounding::Correct | Rounding::Fewer | Rounding::Tie | Rounding::Undecided => {
+                one_digit_up(decimal.error_bound)
+            }
+        };
+        Self {
+            digits: decimal.error_bound.is_finite().then_some(decimal.text),
+            bound,
+            complete: matches!(decimal.rounding, Rounding::Correct | Rounding::Tie),
+        }
+    }
+
+    /// The digits, or a question mark where there are none.
+    fn text(&self) -> String {
+        self.digits.clone().unwrap_or_else(|| "?".to_owned())
+    }
+}
+
+/// Half a unit of the last place of a number as [`decimal`] writes it.
+fn half_unit(number: &str) -> f64 {
+    let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
+    let decimals = mantissa
+        .split_once('.')
+        .map_or(0, |(_, decimals)| decimals.len());
+    let exponent: i64 = exponent.parse().unwrap_or(0);
+    let place = exponent - i64::try_from(decimals).unwrap_or(0);
+    format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY)
+}
+
+/// `three_pendulums: 3 coordinates`
+fn headline(name: Option<&str>, coordinates: usize) -> String {
+    let count = counted(coordinates, "coordinate");
+    match name {
+        Some(name) => format!("{name}: {count}"),
+        None => count,
+    }
+}
+
+/// `1 coordinate`, `3 coordinates`
+fn counted(count: usize, noun: &str) -> String {
+    let plural = if count == 1 { "" } else { "s" };
+    format!("{count} {noun}{plural}")
+}
+
+/// What the zero modes are together, where they are all there: their vectors are some basis of the
+/// space that these motions span, and a part of them spans something else.
+fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
+    let all = modes.modes.len() == dimension
+        || modes
+            .modes
+            .last()
+            .is_some_and(|mode| mode.kind != Kind::Zero);
+    let named = modes
+        .modes
+        .iter()
+        .filter_map(|mode| mode.meaning.as_deref());
+    if all { named.collect() } else { Vec::new() }
+}
+
+/// `title: a, b, c` on one line where that fits, else the items below the title.
+fn listed(title: &str, items: &[String], width: usize) -> String {
+    let line = format!("{title}: {}", items.join(", "));
+    if line.chars().count() <= width {
+        format!("{line}\n")
+    } else {
+        format!("{title}:\n{}", flow(items, "  ", width))
+    }
+}
+
+/// Joins items with commas into lines of at most `width` columns, each with the same indentation.
+fn flow(items: &[String], indentation: &str, width: usize) -> String {
+    let mut out = String::new();
+    let mut used = 0;
+    for (at, item) in items.iter().enumerate() {
+        let comma = if at + 1 < items.len() { "," } else { "" };
+        let size = item.chars().count() + comma.len();
+        if at == 0 || used + 1 + size > width {
+            if at > 0 {
+                out.push('\n');
+            }
+            out.push_str(indentation);
+            used = indentation.len();
+        } else {
+            out.push(' ');
+            used += 1;
+        }
+        out.push_str(item);
+        out.push_str(comma);
+        used += size;
+    }
+    out.push('\n');
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn correct_rounding_is_half_a_unit_off_at_most() {
+        let bound = |value: f64, digits| Written::new(&Ball::from(value), digits).bound;
+        assert_eq!(bound(3.132_091_952_673_165, 10), 5e-10);
+        assert_eq!(bound(2.0, 10), 5e-10);
+        assert_eq!(bound(123_456.0, 6), 0.5);
+        assert_eq!(bound(123_456.0, 3), 500.0);
+        assert_eq!(bound(-1.5e-12, 3), 5e-15);
+        assert_eq!(bound(0.0, 10), 0.0);
+        let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
+        assert_eq!(
+            (fewer.text().as_str(), fewer.bound, fewer.complete),
+            ("0.300000", 5e-7, false)
+        );
+        let unknown = Written::new(&Ball::NOT_FINITE, 10);
+        assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));
+    }
+
+    #[test]
+    fn lists_flow_into_lines() {
+        let items = ["a = 1", "b = 2", "c = 3"].map(str::to_owned);
+        assert_eq!(flow(&items, "  ", 16), "  a = 1, b = 2,\n  c = 3\n");
+        assert_eq!(flow(&items, "  ", 1), "  a = 1,\n  b = 2,\n  c = 3\n");
+    }
+}

@@ -1,0 +1,482 @@
+//! Frequencies and shapes as a table to read.
+
+use super::table::{Column, GAP, draw};
+use super::{Style, Tone, Written, counted, headline, listed, zero_motions};
+use crate::linearize::{Linearized, Origin};
+use crate::modes::{Kind, Options, Stability};
+use crate::oscillation::{NormalMode, NormalModes};
+use crate::precision::{Ball, one_digit_up_text};
+
+/// With more coordinates than this, a shape names its largest components only.
+const MOST_COMPONENTS: usize = 6;
+/// Digits of a component of a shape.
+const SHAPE_DIGITS: usize = 4;
+/// Digits of a component where the shape names its largest ones.
+const ROUGH_DIGITS: usize = 2;
+/// A list of the equilibrium's coordinates ends here.
+const MOST_LISTED: usize = 12;
+/// With less room than this beside the frequencies, shapes stand below them.
+const LEAST_SHAPE: usize = 30;
+
+/// The modes of a model as text: a headline, the equilibrium, its stability and a table with one
+/// line a mode.
+///
+/// `options` are those that the modes were computed with. Frequencies have `options.digits`
+/// correctly rounded digits or, where the bounds decide fewer, those, and a remark below the table.
+#[must_use]
+pub fn modes_text(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    options: &Options,
+    style: &Style,
+) -> String {
+    let model = linearized.model();
+    let count = linearized.dimension();
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
+    out.push('\n');
+    out.push_str(&equilibrium_text(linearized, options, style));
+    let (tone, word) = stability_word(modes.stability);
+    out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
+    match modes.modes.len() {
+        some if some >= count => {}
+        1 => out.push_str(&format!("the lowest of {count} modes\n")),
+        some => out.push_str(&format!("the {some} lowest of {count} modes\n")),
+    }
+    let rows: Vec<Row> = modes
+        .modes
+        .iter()
+        .map(|mode| Row::new(mode, options, model.has_units))
+        .collect();
+    let names: Vec<&str> = model
+        .coordinates
+        .iter()
+        .map(|coordinate| coordinate.name.as_str())
+        .collect();
+    let motions = zero_motions(modes, count);
+    let motion = match motions.as_slice() {
+        [only] => Some(*only),
+        [] | [_, ..] => None,
+    };
+    out.push_str(&table(
+        &modes.modes,
+        &rows,
+        &names,
+        motion,
+        model.has_units,
+        style,
+    ));
+    out.push_str(&remarks(modes, &rows, &motions, options, style));
+    out
+}
+
+fn stability_word(stability: Stability) -> (Tone, &'static str) {
+    match stability {
+        Stability::Stable => (Tone::Good, "stable"),
+        Stability::Neutral => (Tone::Careful, "neutral"),
+        Stability::Unstable => (Tone::Bad, "unstable"),
+        Stability::Undecided => (Tone::Careful, "undecided"),
+    }
+}
+
+fn kind_word(kind: Kind) -> (Option<Tone>, &'static str) {
+    match kind {
+        Kind::Oscillation => (None, "oscillation"),
+        Kind::Zero => (Some(Tone::Careful), "zero"),
+        Kind::Unstable => (Some(Tone::Bad), "unstable"),
+        Kind::Undecided => (Some(Tone::Careful), "undecided"),
+    }
+}
+
+fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
+    let equilibrium = linearized.equilibrium();
+    let origins = &equilibrium.origins;
+    let given = origins.contains(&Origin::Given);
+    let found = origins.contains(&Origin::Found);
+    let steps = format!("found in {}", counted(equilibrium.steps, "step"));
+    let zero = equilibrium.values.iter().all(Ball::is_zero);
+    let mixed = given && origins.iter().any(|origin| *origin != Origin::Given)
+        || found && origins.contains(&Origin::Zero);
+    let how = match (given, found) {
+        (_, true) => format!(" ({steps})"),
+        (true, false) if !mixed => " (given)".to_owned(),
+        (true | false, false) => String::new(),
+    };
+    if zero {
+        let all = if equilibrium.values.len() == 1 {
+            "0"
+        } else {
+            "all coordinates 0"
+        };
+        return format!("equilibrium: {all}{how}\n");
+    }
+    let mut items: Vec<String> = linearized
+        .model()
+        .coordinates
+        .iter()
+        .zip(&equilibrium.values)
+        .zip(origins)
+        .take(MOST_LISTED)
+        .map(|((coordinate, value), origin)| {
+            let remark = match origin {
+                Origin::Given if mixed => " (given)",
+                Origin::Given | Origin::Zero | Origin::Found => "",
+            };
+            format!(
+                "{} = {}{remark}",
+                coordinate.name,
+                Written::new(value, options.digits).text()
+            )
+        })
+        .collect();
+    let count = equilibrium.values.len();
+    if count > MOST_LISTED {
+        items.push(format!("… ({} more)", count - MOST_LISTED));
+    }
+    listed(&format!("equilibrium{how}"), &items, style.width)
+}
+
+/// The numbers of a mode in writing.
+struct Row {
+    omega: String,
+    growth: String,
+    hertz: String,
+    bound: String,
+    /// Whether all digits asked for are there.
+    complete: bool,
+}
+
+impl Row {
+    fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
+        let omega = Written::new(&mode.omega, options.digits);
+        let growth = Written::new(&mode.growth, options.digits);
+        let hertz = if has_units {
+            let turn = Ball::PI.scale(1);
+            Written::new(&(mode.omega / turn), options.digits).text()
+        } else {
+            String::new()
+        };
+        Self {
+            bound: one_digit_up_text(omega.bound.max(growth.bound)),
+            complete: omega.complete && growth.complete,
+            omega: omega.text(),
+            growth: growth.text(),
+            hertz,
+        }
+    }
+}
+
+fn table(
+    modes: &[NormalMode],
+    rows: &[Row],
+    names: &[&str],
+    motion: Option<&str>,
+    has_units: bool,
+    style: &Style,
+) -> String {
+    let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
+    let heading = |plain: &str, unit: &str| {
+        if has_units {
+            format!("{plain} ({unit})")
+        } else {
+            plain.to_owned()
+        }
+    };
+    let mut columns = vec![
+        counting(modes),
+        Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
+    ];
+    if modes.iter().any(|mode| !mode.growth.is_zero()) {
+        columns.push(Column::numbers(
+            &heading("growth", "1/s"),
+            of(|row| &row.growth),
+        ));
+    }
+    columns.push(Column::right("±", of(|row| &row.bound)));
+    if has_units {
+        columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
+    }
+    let kinds = modes
+        .iter()
+        .map(|mode| kind_word(mode.kind).1.to_owned())
+        .collect();
+    columns.push(Column::words("kind", kinds));
+    let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
+        modes.iter().any(|mode| text(mode).is_some()).then(|| {
+            let cells = modes
+                .iter()
+                .map(|mode| text(mode).clone().unwrap_or_default());
+            cells.collect()
+        })
+    };
+    if let Some(cells) = optional(|mode| &mode.symmetry) {
+        columns.push(Column::words("symmetry", cells));
+    }
+    let meaning = motion.map(|motion| {
+        let cells = modes.iter().map(|mode| match mode.kind {
+            Kind::Zero => motion.to_owned(),
+            Kind::Oscillation | Kind::Unstable | Kind::Undecided => String::new(),
+        });
+        Column::words("motion", cells.collect())
+    });
+    let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
+    let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
+    let beside = if shapes {
+        shape(modes, names, style.width.saturating_sub(used))
+    } else {
+        Some(Vec::new())
+    };
+    let painted = |at: usize| {
+        let (tone, word) = kind_word(modes.get(at)?.kind);
+        Some((tone?, word))
+    };
+    if let Some(beside) = beside {
+        columns.extend(beside);
+        columns.extend(meaning);
+        return draw(&columns, modes.len(), painted, style);
+    }
+    // No room beside the frequencies: the shapes have a table of their own.
+    columns.extend(meaning);
+    let mut out = draw(&columns, modes.len(), painted, style);
+    out.push('\n');
+    let mut columns = vec![counting(modes)];
+    let room = style
+        .width
+        .saturating_sub(columns.iter().map(Column::width).sum());
+    columns.extend(shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]));
+    out.push_str(&draw(&columns, modes.len(), |_| None, style));
+    out
+}
+
+fn counting(modes: &[NormalMode]) -> Column {
+    let numbers = (1..=modes.len()).map(|at| at.to_string()).collect();
+    Column::right("mode", numbers)
+}
+
+/// The shapes: a column a coordinate where there are few, else the largest components by name;
+/// `None` where there is not enough room.
+fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Option<Vec<Column>> {
+    if names.len() > MOST_COMPONENTS {
+        return (room >= LEAST_SHAPE).then(|| vec![by_name(modes, names, room)]);
+    }
+    let columns: Vec<Column> = names
+        .iter()
+        .enumerate()
+        .map(|(at, name)| {
+            let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
+            let power = common_power(sizes);
+            let cells = modes
+                .iter()
+                .map(|mode| component(mode, at, power, SHAPE_DIGITS));
+            Column::numbers(&over_power(name, power), cells.collect())
+        })
+        .collect();
+    let width: usize = columns.iter().map(Column::width).sum();
+    // Nothing separates the last column from a next one.
+    (width <= room + GAP).then_some(columns)
+}
+
+fn by_name(modes: &[NormalMode], names: &[&str], room: usize) -> Column {
+    let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
+    let cells = modes
+        .iter()
+        .map(|mode| largest(mode, names, power, room))
+        .collect();
+    Column::words(&over_power("shape", power), cells)
+}
+
+/// The power of ten that is written once over a column: normalised shapes of molecules are of the
+/// order 1e13. 0 where the numbers are handy as they are.
+fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
+    let top = values.fold(0.0_f64, |top, value| top.max(value.abs()));
+    if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) {
+        0
+    } else {
+        top.log10().floor() as i32
+    }
+}
+
+/// `x / 1e13`: the heading of a column whose numbers are divided by a power of ten.
+fn over_power(name: &str, power: i32) -> String {
+    if power == 0 {
+        name.to_owned()
+    } else {
+        format!("{name} / 1e{power}")
+    }
+}
+
+/// A component over a power of ten, with the digits its bound decides.
+fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
+    let value = mode.vector.get(at).copied().unwrap_or(0.0);
+    let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
+    let ten = Ball::from(10.0).powi(power.abs());
+    let scaled = if power < 0 { value * ten } else { value / ten };
+    Written::new(&scaled, digits).text()
+}
+
+/// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
+fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String {
+    // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
+    let mut order: Vec<(f64, usize)> = mode
+        .vector
+        .iter()
+        .map(|value| value.abs())
+        .enumerate()
+        .map(|(at, size)| (size, at))
+        .collect();
+    let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
+    // A thousandth of the largest can't be seen in a shape.
+    order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
+    let mut texts: Vec<(f64, usize, String)> = order
+        .into_iter()
+        .map(|(_, at)| {
+            let text = component(mode, at, power, ROUGH_DIGITS);
+            let size = text.parse::<f64>().map_or(0.0, f64::abs);
+            (size, at, text)
+        })
+        .collect();
+    texts.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut out = String::new();
+    let mut used = 0;
+    let count = texts.len();
+    for (rank, (_, at, text)) in texts.into_iter().enumerate() {
+        let name = names.get(at).copied().unwrap_or("");
+        let separator = if rank == 0 { "" } else { ", " };
+        let item = format!("{separator}{name} {text}");
+        let size = item.chars().count();
+        let rest = if rank + 1 < count { 3 } else { 0 };
+        if rank >= MOST_COMPONENTS || rank > 0 && used + size + rest > room {
+            out.push_str(", …");
+            break;
+        }
+        out.push_str(&item);
+        used += size;
+    }
+    out
+}
+
+/// What the table can't say.
+fn remarks(
+    modes: &NormalModes,
+    rows: &[Row],
+    motions: &[&str],
+    options: &Options,
+    style: &Style,
+) -> String {
+    let mut out = String::new();
+    if motions.len() > 1 {
+        let zero = of_kind(modes, Kind::Zero);
+        let title = format!("{} together are", numbered(&zero));
+        out.push_str(&listed(&title, &alike_together(motions), style.width));
+    }
+    let undecided = of_kind(modes, Kind::Undecided);
+    if !undecided.is_empty() {
+        let list = numbered(&undecided);
+        out.push_str(&format!(
+            "{}: omega^2 of {list} can't be told from zero within its bound, so it may oscillate, grow or rest\n",
+            style.paint(Tone::Careful, "undecided"),
+        ));
+    } else if modes.stability == Stability::Undecided {
+        out.push_str("the stability is undecided: the bounds do not settle it\n");
+    }
+    let short: Vec<usize> = rows
+        .iter()
+        .enumerate()
+        .filter(|(at, row)| !row.complete && !undecided.contains(at))
+        .map(|(at, _)| at)
+        .collect();
+    if !short.is_empty() {
+        out.push_str(&format!(
+            "fewer than {} digits of {}: only those that are certain are printed\n",
+            options.digits,
+            numbered(&short)
+        ));
+    }
+    if !out.is_empty() {
+        out.insert(0, '\n');
+    }
+    out
+}
+
+fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
+    let modes = modes.modes.iter().enumerate();
+    modes
+        .filter(|(_, mode)| mode.kind == kind)
+        .map(|(at, _)| at)
+        .collect()
+}
+
+/// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`
+fn numbered(modes: &[usize]) -> String {
+    match modes {
+        [] => "no mode".to_owned(),
+        [only] => format!("mode {}", only + 1),
+        [first, .., last] if last - first + 1 == modes.len() && modes.len() > 2 => {
+            format!("modes {} to {}", first + 1, last + 1)
+        }
+        [some @ .., last] if some.len() < 6 => {
+            let some: Vec<String> = some.iter().map(|at| (at + 1).to_string()).collect();
+            format!("modes {} and {}", some.join(", "), last + 1)
+        }
+        all => {
+            let some: Vec<String> = all.iter().take(5).map(|at| (at + 1).to_string()).collect();
+            format!("modes {} and {} more", some.join(", "), all.len() - 5)
+        }
+    }
+}
+
+/// Motions with equal names are named once, with their number.
+fn alike_together(meanings: &[&str]) -> Vec<String> {
+    let mut groups: Vec<(&str, usize)> = Vec::new();
+    for meaning in meanings {
+        match groups.iter_mut().find(|(other, _)| other == meaning) {
+            Some((_, count)) => *count += 1,
+            None => groups.push((meaning, 1)),
+        }
+    }
+    groups
+        .into_iter()
+        .map(|(meaning, count)| match count {
+            1 => meaning.to_owned(),
+            _ => format!("{meaning} ({count} times)"),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_are_counted_from_one() {
+        assert_eq!(numbered(&[2]), "mode 3");
+        assert_eq!(numbered(&[0, 1]), "modes 1 and 2");
+        assert_eq!(numbered(&[0, 1, 2, 3, 4, 5, 6]), "modes 1 to 7");
+        assert_eq!(numbered(&[0, 1, 4]), "modes 1, 2 and 5");
+        let odd: Vec<usize> = (0..20).map(|i| 2 * i).collect();
+        assert_eq!(numbered(&odd), "modes 1, 3, 5, 7, 9 and 15 more");
+    }
+
+    fn mode(vector: Vec<f64>) -> NormalMode {
+        NormalMode {
+            kind: Kind::Oscillation,
+            omega_squared: Ball::ONE,
+            omega: Ball::ONE,
+            growth: Ball::ZERO,
+            vector,
+            vector_error_bound: 1e-15,
+            cluster: 0,
+            symmetry: None,
+            meaning: None,
+        }
+    }
+
+    #[test]
+    fn shapes_name_their_largest_components() {
+        let names = ["a", "b", "c", "d"];
+        let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
+        assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
+        assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, c 0.70, …");
+        assert_eq!(largest(&shape, &names, 0, 17), "b -0.70, …");
+        assert_eq!(largest(&mode(Vec::new()), &names, 0, 18), "");
+    }
+}

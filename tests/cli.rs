@@ -1,0 +1,476 @@
+//! The command line from outside: what is typed, what comes back.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+const PENDULUMS: &str = "models/three_pendulums.lag";
+const SPRING: &str = "coord x  T = 1/2*x'^2  V = 2*x^2";
+
+struct Run {
+    status: i32,
+    out: String,
+    err: String,
+}
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_librate"));
+    command
+        .args(arguments)
+        .env_remove("CLICOLOR_FORCE")
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    command
+}
+
+fn finish(mut command: Command, input: &[u8]) -> Run {
+    let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
+    // Whoever does not read its input may be gone before it is written.
+    let _ = child.stdin.take().unwrap().write_all(input);
+    let output = child.wait_with_output().unwrap();
+    Run {
+        status: output.status.code().expect("not killed by a signal"),
+        out: String::from_utf8(output.stdout).unwrap(),
+        err: String::from_utf8(output.stderr).unwrap(),
+    }
+}
+
+fn run(arguments: &[&str]) -> Run {
+    finish(command(arguments), b"")
+}
+
+fn with_input(arguments: &[&str], input: &str) -> Run {
+    finish(command(arguments), input.as_bytes())
+}
+
+/// What a successful command prints.
+fn printed(arguments: &[&str]) -> String {
+    let run = run(arguments);
+    assert_eq!((run.status, run.err.as_str()), (0, ""), "{arguments:?}");
+    run.out
+}
+
+fn scratch(name: &str, content: &[u8]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+#[test]
+fn three_pendulums_as_text() {
+    insta::assert_snapshot!(printed(&["modes", PENDULUMS]));
+}
+
+#[test]
+fn shapes_stand_below_on_a_narrow_terminal() {
+    use librate::{linearize, model, modes, oscillation, report, syntax};
+    let text = std::fs::read_to_string(PENDULUMS).unwrap();
+    let file = syntax::parse(&text).unwrap();
+    let model = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    let linearized = linearize::linearize(model).unwrap();
+    let options = modes::Options::default();
+    let normal = oscillation::normal_modes(&linearized, &options).unwrap();
+    let written = |width| {
+        let style = report::Style {
+            color: false,
+            width,
+        };
+        report::modes_text(&linearized, &normal, &options, &style)
+    };
+    insta::assert_snapshot!(written(72));
+    assert_eq!(written(100), printed(&["modes", PENDULUMS]));
+    // However narrow, no digit of a frequency is lost.
+    assert!(written(1).contains("3.132091953"));
+}
+
+#[test]
+fn unstable_and_zero_modes_as_text() {
+    let saddle = printed(&["modes", "models/egg_box_saddle.lag"]);
+    let cart = printed(&["modes", "models/two_pendulums_on_a_cart.lag"]);
+    insta::assert_snapshot!(format!("{saddle}\n{cart}"));
+}
+
+#[test]
+fn matrices_as_text() {
+    let small = printed(&["derive", PENDULUMS]);
+    let wide = printed(&["derive", "models/n_pendulum.lag", "--set", "N=4"]);
+    insta::assert_snapshot!(format!("{small}\n{wide}"));
+}
+
+#[test]
+fn a_large_model_stays_readable() {
+    let text = printed(&["modes", "models/ubiquitin.lag"]);
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 110),
+        "{text}"
+    );
+    assert!(text.lines().count() > 228);
+    assert!(text.contains("together are"));
+}
+
+#[test]
+fn options_stand_before_and_behind_the_file() {
+    let before = printed(&["modes", "--no-vectors", "--set", "k12=8", PENDULUMS]);
+    let behind = printed(&["modes", PENDULUMS, "--set=k12=8", "--no-vectors"]);
+    assert_eq!(before, behind);
+    assert_ne!(before, printed(&["modes", PENDULUMS, "--no-vectors"]));
+    assert!(!before.contains("phi[1]"), "{before}");
+}
+
+#[test]
+fn the_lowest_modes_only() {
+    let text = printed(&["modes", PENDULUMS, "--lowest", "2"]);
+    assert!(text.contains("3.132091953") && text.contains("3.189043744"));
+    assert!(text.contains("the 2 lowest of 3 modes") && !text.contains("3.244996148"));
+    let all = printed(&["modes", PENDULUMS, "--lowest", "99"]);
+    assert_eq!(all, printed(&["modes", PENDULUMS]));
+}
+
+#[test]
+fn digits_are_those_asked_for_or_those_certain() {
+    let text = printed(&["modes", PENDULUMS, "--digits", "20"]);
+    assert!(text.contains("3.1320919526731650539 "), "{text}");
+    let text = printed(&["modes", PENDULUMS, "--digits", "3"]);
+    assert!(text.contains("3.13 ") && text.contains("5e-3"), "{text}");
+    let text = printed(&["modes", PENDULUMS, "--digits", "60"]);
+    assert!(text.contains("3.13209195267316505392732"), "{text}");
+    assert!(
+        text.contains("fewer than 60 digits of modes 1 to 3"),
+        "{text}"
+    );
+}
+
+#[test]
+fn standard_input() {
+    let run = with_input(&["modes", "-"], SPRING);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    assert!(run.out.starts_with("1 coordinate\n") && run.out.contains("2.000000000"));
+    // Tables are looked for where the command is run.
+    let model = "table masses = \"models/data/t.csv\"\ncoord x  T = 1/2*masses[1].m*x'^2";
+    let run = with_input(&["check", "-"], model);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("<stdin>:1:16") && run.err.contains("there is no such file"));
+}
+
+#[test]
+fn tables_stand_beside_the_model() {
+    scratch("masses.csv", b"\xef\xbb\xbfm\r\n2\r\n");
+    let text = b"table masses = \"masses.csv\"  coord x  T = 1/2*masses[1].m*x'^2  V = x^2";
+    let model = scratch("beside.lag", text);
+    let text = printed(&["modes", model.to_str().unwrap()]);
+    assert!(text.contains("1.000000000"), "{text}");
+}
+
+#[test]
+fn check_says_one_line() {
+    let text = printed(&["check", PENDULUMS]);
+    assert_eq!(
+        text,
+        "three_pendulums: 3 coordinates, T and V are in order\n"
+    );
+    let run = with_input(&["check", "-"], "coord x  lagrangian = x'^2 - x^2");
+    assert_eq!(
+        run.out,
+        "<stdin>: 1 coordinate, the lagrangian is in order\n"
+    );
+    let run = with_input(&["check", "-"], "coord x  T = x'^2");
+    assert_eq!(run.out, "<stdin>: 1 coordinate, T is in order, V is 0\n");
+}
+
+#[test]
+fn exit_statuses() {
+    for (arguments, status) in [
+        (&["--help"][..], 0),
+        (&["--version"], 0),
+        (&["modes", "--help"], 0),
+        (&[], 2),
+        (&["modes"], 2),
+        (&["modes", PENDULUMS, PENDULUMS], 2),
+        (&["fmt", PENDULUMS], 2),
+        (&["floquet", PENDULUMS], 2),
+        (&["help"], 2),
+        (&["modes", PENDULUMS, "--latex"], 2),
+        (&["modes", PENDULUMS, "--lowest", "0"], 2),
+        (&["modes", PENDULUMS, "--lowest", "-1"], 2),
+        (&["modes", PENDULUMS, "--digits", "0"], 2),
+        (&["modes", PENDULUMS, "--digits", "ten"], 2),
+        (&["modes", PENDULUMS, "--set", "k12"], 2),
+        (&["modes", PENDULUMS, "--set", "k12="], 2),
+        (&["modes", PENDULUMS, "--set", "unknown=1"], 1),
+        (&["modes", "models/no_such_file.lag"], 1),
+        (&["modes", "models"], 1),
+        (&["modes", "models/heavy_roller_on_incline.lag"], 1),
+        (&["modes", "-"], 1),
+    ] {
+        let run = run(arguments);
+        assert_eq!(run.status, status, "{arguments:?}: {}", run.err);
+        if status == 0 {
+            assert_eq!(run.err, "", "{arguments:?}");
+        } else {
+            assert_eq!(run.out, "", "{arguments:?}");
+            assert!(
+                run.err.contains("error: ") || arguments.is_empty(),
+                "{arguments:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn help_teaches() {
+    let text = printed(&["--help"]);
+    // The model in it works.
+    let model: String = text
+        .lines()
+        .skip_while(|line| *line != "    model three_pendulums")
+        .take_while(|line| line.is_empty() || line.starts_with("    "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let run = with_input(&["modes", "-"], &model);
+    assert_eq!(run.status, 0, "{model}\n{}", run.err);
+    assert!(run.out.contains("3.189043744"), "{}", run.out);
+    // What comes later is not promised.
+    for later in ["fmt", "floquet", "sweep", "motion", "sensitivity"] {
+        assert!(!text.contains(later));
+    }
+    for command in ["modes", "check", "derive"] {
+        assert!(text.contains(command));
+        assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
+    }
+}
+
+#[test]
+fn files_that_are_no_text() {
+    let path = scratch("latin.lag", b"coord x\nparam gr\xf6\xdfe = 1\n");
+    let run = run(&["check", path.to_str().unwrap()]);
+    assert_eq!(run.status, 1);
+    assert!(
+        run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"),
+        "{}",
+        run.err
+    );
+    let run = finish(command(&["check", "-"]), b"\xff\xfe");
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("not UTF-8"), "{}", run.err);
+}
+
+#[test]
+fn columns_count_characters() {
+    // A byte order mark, Windows line ends, a tab, and letters two columns wide.
+    let text = "\u{feff}coord x\r\nT = 1/2*x'^2\r\n\tV = 変数*x^2 + φ*q*x^2\r\n";
+    let run = with_input(&["check", "-"], text);
+    assert_eq!(run.status, 1);
+    insta::assert_snapshot!(run.err);
+}
+
+#[test]
+fn long_lines_are_cut_around_the_mistake() {
+    let terms = " + é*x".repeat(5000);
+    let text = format!("coord x  param é = 1  T = x'^2  V = x^2{terms} + zz*x{terms}");
+    let run = with_input(&["check", "-"], &text);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("<stdin>:1:30043"), "{}", run.err);
+    assert!(run.err.len() < 1000 && run.err.contains("^^ unknown name"));
+}
+
+#[test]
+fn colour_only_where_it_is_wanted() {
+    let plain = run(&["modes", "models/inverted_pendulum.lag"]);
+    assert!(!plain.out.contains('\u{1b}'));
+    let mut forced = command(&["modes", "models/inverted_pendulum.lag"]);
+    forced.env("CLICOLOR_FORCE", "1").env_remove("NO_COLOR");
+    let forced = finish(forced, b"").out;
+    assert!(forced.contains("\u{1b}[31m"));
+    let mut mistake = command(&["modes", "-"]);
+    mistake.env("CLICOLOR_FORCE", "1").env("NO_COLOR", "1");
+    assert!(!finish(mistake, b"coord x").err.contains('\u{1b}'));
+    // Colours change nothing else.
+    let bare: String = forced
+        .split('\u{1b}')
+        .enumerate()
+        .map(|(at, part)| {
+            if at == 0 {
+                part
+            } else {
+                part.split_once('m').unwrap().1
+            }
+        })
+        .collect();
+    assert_eq!(bare, plain.out);
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let mut child = command(&["modes", "models/ubiquitin.lag", "--json"])
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+#[test]
+fn modes_as_json() {
+    let text = printed(&["modes", PENDULUMS, "--json"]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        keys(&json),
+        ["model", "coordinates", "equilibrium", "stability", "modes"]
+    );
+    assert_eq!(json["model"], "three_pendulums");
+    assert_eq!(
+        json["coordinates"],
+        serde_json::json!(["phi[1]", "phi[2]", "phi[3]"])
+    );
+    assert_eq!(json["equilibrium"], serde_json::json!([0.0, 0.0, 0.0]));
+    assert_eq!(json["stability"], "stable");
+    let modes = json["modes"].as_array().unwrap();
+    assert_eq!(modes.len(), 3);
+    for (mode, symmetry) in modes.iter().zip(["even", "odd", "even"]) {
+        assert_eq!(
+            keys(mode),
+            [
+                "omega",
+                "omega_digits",
+                "omega_squared",
+                "growth",
+                "growth_digits",
+                "error_bound",
+                "digits_error_bound",
+                "kind",
+                "symmetry",
+                "vector",
+                "vector_error_bound"
+            ]
+        );
+        assert_eq!(
+            (&mode["kind"], &mode["symmetry"]),
+            (&"oscillation".into(), &symmetry.into())
+        );
+        assert_eq!(
+            (&mode["growth"], &mode["growth_digits"]),
+            (&0.0.into(), &"0".into())
+        );
+        assert!(mode["vector_error_bound"].as_f64().unwrap() < 1e-13);
+    }
+    assert_eq!(modes[0]["omega"].as_f64().unwrap(), 9.81_f64.sqrt());
+    assert_eq!(modes[0]["omega_digits"], "3.132091953");
+    assert_eq!(modes[0]["omega_squared"], 9.81);
+    assert_eq!(modes[0]["digits_error_bound"], 5e-10);
+    // The distance of the nearest double from the true number.
+    let bound = modes[0]["error_bound"].as_f64().unwrap();
+    assert!((1e-17..=4.4e-16).contains(&bound), "{bound}");
+    let components = modes[0]["vector"].as_array().unwrap();
+    assert!(
+        components
+            .iter()
+            .all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13)
+    );
+}
+
+#[test]
+fn json_of_other_kinds_of_modes() {
+    let json: Value =
+        serde_json::from_str(&printed(&["modes", "models/egg_box_saddle.lag", "--json"])).unwrap();
+    assert_eq!(json["stability"], "unstable");
+    let (unstable, stable) = (&json["modes"][0], &json["modes"][1]);
+    assert_eq!(
+        (&unstable["kind"], &unstable["omega"]),
+        (&"unstable".into(), &0.0.into())
+    );
+    assert_eq!(unstable["omega_digits"], "0");
+    assert!(unstable["growth"].as_f64().unwrap() > 0.0);
+    assert!(unstable["omega_squared"].as_f64().unwrap() < 0.0);
+    assert_eq!(stable["growth_digits"], "0");
+
+    let json: Value = serde_json::from_str(&printed(&[
+        "modes",
+        "models/water.lag",
+        "--json",
+        "--no-vectors",
+    ]))
+    .unwrap();
+    assert_eq!(json["stability"], "neutral");
+    assert_eq!(json["zero_motions"].as_array().unwrap().len(), 6);
+    let zero = &json["modes"][0];
+    assert_eq!(
+        (&zero["kind"], &zero["error_bound"]),
+        (&"zero".into(), &0.0.into())
+    );
+    assert_eq!(zero["digits_error_bound"], 0.0);
+    assert!(zero.get("vector").is_none() && zero.get("vector_error_bound").is_none());
+
+    let run = with_input(&["modes", "-", "--json", "--digits", "4"], SPRING);
+    let json: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(json["model"], Value::Null);
+    assert_eq!(json["modes"][0]["omega_digits"], "2.000");
+    assert!(json["modes"][0].get("symmetry").is_none());
+}
+
+#[test]
+fn matrices_as_json() {
+    let json: Value = serde_json::from_str(&printed(&["derive", PENDULUMS, "--json"])).unwrap();
+    assert_eq!(
+        keys(&json),
+        ["model", "coordinates", "equilibrium", "mass", "stiffness"]
+    );
+    assert_eq!(json["equilibrium"], serde_json::json!(["0", "0", "0"]));
+    assert_eq!(json["mass"][0][1], "0");
+    assert_eq!(json["stiffness"][0][1], json["stiffness"][1][0]);
+    // Entries are expressions of the language.
+    for matrix in ["mass", "stiffness"] {
+        for entry in json[matrix]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|row| row.as_array().unwrap())
+        {
+            let text = format!("let entry = {}", entry.as_str().unwrap());
+            assert!(librate::syntax::parse(&text).is_ok(), "{text}");
+        }
+    }
+}
+
+/// Every mistake is explained at its place: one file a kind, the report next to it. The first line
+/// of a file may say what is typed: `# librate: modes --set x=1`.
+#[test]
+fn mistakes_are_explained() {
+    insta::with_settings!({ snapshot_path => "errors", prepend_module_to_snapshot => false }, {
+        insta::glob!("errors/*.lag", |path| {
+            let source = std::fs::read_to_string(path).unwrap();
+            let typed = source
+                .lines()
+                .find_map(|line| line.strip_prefix("# librate: "))
+                .unwrap_or("modes");
+            let mut arguments: Vec<&str> = typed.split(' ').collect();
+            arguments.push(path.file_name().unwrap().to_str().unwrap());
+            let mut command = command(&arguments);
+            command.current_dir(path.parent().unwrap());
+            let run = finish(command, b"");
+            assert_eq!((run.status, run.out.as_str()), (1, ""), "{}: {}", path.display(), run.err);
+            insta::assert_snapshot!(run.err);
+        });
+    });
+}

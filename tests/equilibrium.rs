@@ -1,0 +1,120 @@
+//! Which equilibrium is found.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use librate::linearize::{LinearizeError, Linearized, linearize};
+use librate::model::{Settings, TableTexts, elaborate};
+use librate::syntax::parse;
+
+fn at(text: &str) -> Result<Linearized, LinearizeError> {
+    let file = parse(text).unwrap();
+    let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+    linearize(model)
+}
+
+fn found(text: &str) -> Vec<f64> {
+    let linearized = at(text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let values = &linearized.equilibrium().values;
+    values.iter().map(|value| value.mid_f64()).collect()
+}
+
+#[test]
+fn the_equilibrium_near_the_guess_is_found() {
+    // A pendulum is at rest at every multiple of pi; which one is near changes at pi/2.
+    for guess in ["0.1", "0.7", "1.2", "1.4", "1.5", "-1.5"] {
+        let text = format!("coord x  T = 1/2*x'^2  V = -cos(x)  guess x = {guess}");
+        let x = found(&text)[0];
+        assert!(x.abs() < 1e-30, "{guess}: {x}");
+    }
+    for guess in ["1.65", "1.8", "2.5", "3", "4", "4.6"] {
+        let text = format!("coord x  T = 1/2*x'^2  V = -cos(x)  guess x = {guess}");
+        let x = found(&text)[0];
+        assert!((x - std::f64::consts::PI).abs() < 1e-15, "{guess}: {x}");
+    }
+    // Two wells and the hill between them.
+    let well = |guess: &str| {
+        found(&format!(
+            "coord x  T = x'^2  V = (x^2 - 1)^2  guess x = {guess}"
+        ))[0]
+    };
+    assert_eq!(well("0.7"), 1.0);
+    assert_eq!(well("5"), 1.0);
+    assert_eq!(well("-0.6"), -1.0);
+    assert_eq!(well("0.3"), 0.0);
+}
+
+#[test]
+fn wells_far_apart_in_scale_are_found() {
+    let deep =
+        "coord x  T = x'^2  V = -1e6*exp(-1e8*(x - 1e-3)^2) - exp(-x^2)  guess x = 0.0010001";
+    assert!((found(deep)[0] - 1e-3).abs() < 1e-9);
+    let shallow = "coord x  T = x'^2  V = -1e6*exp(-1e8*(x - 5)^2) - exp(-x^2)  guess x = 0.3";
+    assert!(found(shallow)[0].abs() < 1e-30);
+}
+
+#[test]
+fn a_start_without_stiffness_is_left() {
+    // At 0 the second derivative vanishes, but not the force.
+    let x = found("coord x  T = x'^2  V = x^4/4 - x")[0];
+    assert!((x - 1.0).abs() < 1e-15, "{x}");
+}
+
+#[test]
+fn neutral_directions_are_no_obstacle() {
+    let text = "
+        coord x[1..3]
+        T = sum(i in 1..3, x[i]'^2)
+        V = (x[2] - x[1] - 2)^2 + (x[3] - x[2] - 3)^4 + (x[3] - x[2] - 3)^2
+        guess x[2] = 1
+    ";
+    let x = found(text);
+    assert!((x[1] - x[0] - 2.0).abs() < 1e-15);
+    assert!((x[2] - x[1] - 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn without_an_equilibrium_the_force_is_named() {
+    let text = "param F = 3  coord x, y  T = x'^2 + y'^2  V = -F*x + y^2";
+    let error = at(text).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "there is no equilibrium: the force on `x` is F = 3 everywhere"
+    );
+    // Two bodies that hold each other but fall together.
+    let text = "coord a, b  T = a'^2 + b'^2  V = (a - b)^2 - sin(1)*a - b";
+    let error = at(text).unwrap_err();
+    assert!(
+        matches!(error, LinearizeError::NoEquilibrium { .. }),
+        "{error}"
+    );
+    // A force that falls off, but never vanishes.
+    let error = at("coord x  T = x'^2  V = exp(-x)").unwrap_err();
+    assert!(
+        matches!(error, LinearizeError::EquilibriumNotFound { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_claimed_equilibrium_is_verified() {
+    let error = at("coord x  T = x'^2  V = (x - 1)^2  equilibrium x = 1.0000000001").unwrap_err();
+    assert!(
+        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
+        "{error}"
+    );
+    // The other coordinate is searched for, then the given one is verified.
+    let error =
+        at("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2 + 2*x  equilibrium x = 0")
+            .unwrap_err();
+    assert!(
+        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
+        "{error}"
+    );
+    let fine = found("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2  equilibrium x = 1");
+    assert_eq!(fine, [1.0, 1.0]);
+}
