@@ -62,7 +62,7 @@ fn compare(what: &str, own: &Ball, want: &str, faults: &mut Vec<String>) {
             own.radius
         ));
     }
-    if distance > own.radius + 1e-29 * size {
+    if distance > own.radius + 1e-18 * size {
         faults.push(format!(
             "{what} {:e} ± {:e} does not hold {:e} (off by {distance:e})",
             own.mid_f64(),

@@ -10,7 +10,7 @@ use super::facts::Variable;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Ball, Scalar};
 use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -351,6 +351,38 @@ impl Assembly {
             }
         });
         gradient
+    }
+
+    /// ∇s of all elements of the effective potential, one dense row each; `None` where there are
+    /// as many as coordinates.
+    pub(crate) fn slopes(
+        &self,
+        at: &[Ball],
+        values: &Values<Ball>,
+        columns: usize,
+    ) -> Option<Vec<Vec<Ball>>> {
+        let count: usize = self
+            .families
+            .iter()
+            .map(|family| family.potential.len() * family.terms.count)
+            .sum();
+        if count >= columns {
+            return None;
+        }
+        let mut rows = Vec::with_capacity(count);
+        self.run(Part::Force, at, values, |family, coordinates, numbers| {
+            let mut rest = numbers;
+            for element in &family.potential {
+                let (_, slopes) = head(&mut rest, 1, element.slope.len());
+                let mut row = vec![Ball::ZERO; columns];
+                for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                    let entry = &mut row[coordinates[*place] as usize];
+                    *entry = entry.add(slope);
+                }
+                rows.push(row);
+            }
+        });
+        Some(rows)
     }
 
     /// The stiffness matrix, dense, column by column.

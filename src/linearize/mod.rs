@@ -13,6 +13,7 @@ mod error;
 mod exact;
 mod facts;
 mod gyroscopic;
+mod mechanism;
 mod symbolic;
 mod zero;
 
@@ -165,7 +166,12 @@ impl Linearized {
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
-        zero::zero_modes(&self.model, &self.assembly, &self.equilibrium.values)
+        zero::zero_modes(
+            &self.model,
+            &self.assembly,
+            &self.equilibrium.values,
+            &self.values,
+        )
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -5,13 +5,14 @@
 //! (translations, cyclic coordinates), which are the common null space of all gradients, and
 //! rotations of coordinates that come as vectors or as equally long families. Whether an identity
 //! holds is decided family by family at random points modulo a large prime. What the exact
-//! matrix K of rational numbers shows beyond that is added. Smallness of a number proves nothing
+//! matrix K of rational numbers shows beyond that is added, and what counting unstressed elements
+//! shows ([`mechanism`]). Smallness of a number proves nothing
 //! and is never asked for.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use super::assemble::{Assembly, ElementFamily};
-use super::exact;
+use super::assemble::{Assembly, ElementFamily, Values};
+use super::{exact, mechanism};
 use crate::expr::{
     ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
     rational_reconstruct,
@@ -39,7 +40,12 @@ const STRANGER: u64 = 0x0123_4567_89ab_cdef;
 const MOST_WORK: usize = 100_000_000;
 
 /// The proved zero modes at an equilibrium: linearly independent.
-pub(crate) fn zero_modes(model: &Model, assembly: &Assembly, at: &[Ball]) -> Vec<ZeroMode> {
+pub(crate) fn zero_modes(
+    model: &Model,
+    assembly: &Assembly,
+    at: &[Ball],
+    values: &Values<Ball>,
+) -> Vec<ZeroMode> {
     let mut pool = model.pool.clone();
     let gradients: Vec<Vec<ExprId>> = assembly
         .families
@@ -54,6 +60,16 @@ pub(crate) fn zero_modes(model: &Model, assembly: &Assembly, at: &[Ball]) -> Vec
             .into_iter()
             .map(|vector| ZeroMode {
                 vector: vector.iter().map(Ball::from_number).collect(),
+                meaning: "no restoring force".to_owned(),
+            })
+            .collect();
+        kept = independent(rest, kept);
+    }
+    if let Some(mechanism) = mechanism::kernel(assembly, at, values) {
+        let rest = mechanism
+            .into_iter()
+            .map(|vector| ZeroMode {
+                vector,
                 meaning: "no restoring force".to_owned(),
             })
             .collect();
@@ -281,13 +297,14 @@ struct Rotation {
 fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     let mut planes: Vec<(Vec<Vec<usize>>, String)> = Vec::new();
     // Families of vectors of the same width turn together.
-    for width in [2_usize, 3] {
+    for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
         let vectors: Vec<_> = model
             .families
             .iter()
-            .filter(|family| family.extents.len() > 1 && family.extents.last() == Some(&width))
+            .filter(|family| family.extents.len() >= least && family.extents.last() == Some(&width))
             .collect();
-        if vectors.is_empty() {
+        // A family with one index is one vector, or many numbers: it is tried after the others.
+        if vectors.is_empty() || least == 1 && vectors.iter().all(|one| one.extents.len() > 1) {
             continue;
         }
         let axes = (0..width)

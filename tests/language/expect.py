@@ -60,7 +60,7 @@ def clean(values, zeros):
     for v in values[:zeros]:
         assert abs(v) < top * mpf(10) ** -20, v
     for v in values[zeros:]:
-        assert abs(v) > top * mpf(10) ** -32, v
+        assert abs(v) > top * mpf(10) ** -44, v
     return [0] * zeros + values[zeros:]
 
 
@@ -109,7 +109,7 @@ def modes(T, V, q0, zeros=0):
         assert abs(force) < mpf(10) ** -18 * (1 + scale), ("force", i, force)
     for r in range(n):
         for c in range(n):
-            if abs(K[r, c]) < mpf(10) ** -36:
+            if abs(K[r, c]) < mpf(10) ** -30:
                 K[r, c] = 0
     return eig(M, K, zeros)
 

@@ -151,10 +151,8 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
             let product: f64 = applied.iter().zip(&other.vector).map(|(a, b)| a * b).sum();
             let want = if i == j { 1.0 } else { 0.0 };
             // Masses that differ by many decades leave more rounding in this sum than in x.
-            let size: f64 = applied
-                .iter()
-                .zip(&other.vector)
-                .map(|(a, b)| (a * b).abs())
+            let size: f64 = (0..n * n)
+                .map(|at| (mass[at] * one.vector[at % n] * other.vector[at / n]).abs())
                 .sum();
             let reach = one.vector_error_bound.max(other.vector_error_bound);
             if (product - want).abs() > 1e-9 * size.max(1.0) + 1e3 * reach {
