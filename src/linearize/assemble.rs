@@ -73,6 +73,47 @@ pub(crate) struct VelocityLinear {
     pub(crate) coefficients: Vec<(usize, ExprId)>,
 }
 
+/// Gives parameters in exponents their exact values.
+///
+/// The derivatives of x^n with a symbol n are those of exp(n ln x), which are not defined at x = 0;
+/// with a number they are. Only numeric work needs that: derivations keep the symbol.
+pub(crate) fn put_exponents_in(model: &mut Model) {
+    let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
+    let exponents: Vec<ExprId> = model
+        .pool
+        .reachable(&bodies)
+        .into_iter()
+        .filter_map(|id| match model.pool.node(id) {
+            Node::Power { exponent, .. } => Some(*exponent),
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Sum { .. }
+            | Node::Product(_)
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => None,
+        })
+        .collect();
+    if exponents.is_empty() {
+        return;
+    }
+    let mut values = Substitution::default();
+    for number in parameters_of(model, &exponents) {
+        let parameter = &model.parameters[number];
+        if let Some(value) = parameter.value
+            && model.pool.as_number(value).is_some()
+        {
+            values.insert(parameter.symbol, value);
+        }
+    }
+    let bodies = model.pool.substitute(&bodies, &values);
+    let families = model.kinetic.iter_mut().chain(&mut model.potential);
+    for (family, body) in families.zip(bodies) {
+        family.body = body;
+    }
+}
+
 /// Takes all terms of a model apart.
 pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let mut families = Vec::new();

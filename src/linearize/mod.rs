@@ -55,6 +55,7 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
             most: MOST_COORDINATES,
         });
     }
+    assemble::put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
         .values::<Ball>(&model)

@@ -17,6 +17,7 @@ mod members;
 mod names;
 mod parameters;
 mod program;
+mod rates;
 mod read;
 mod run;
 mod settings;

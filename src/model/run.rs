@@ -8,7 +8,7 @@
 
 use super::ModelError;
 use super::index::Quantity;
-use super::names::{SymbolKind, World};
+use super::names::World;
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
 use super::read::component;
 use super::values::{self, Value};
@@ -532,54 +532,6 @@ impl World {
                 rates.get(&e).copied().unwrap_or_else(|| pool.zero())
             })
             .map_err(|e| shape(e, span))
-    }
-
-    /// The total time derivative: the chain rule through coordinates, velocities and the time.
-    pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
-        let mut derivatives = Vec::with_capacity(roots.len());
-        for root in roots {
-            if let Some(beyond) = self.beyond_acceleration(*root) {
-                derivatives.push(beyond);
-                continue;
-            }
-            let derivative = loop {
-                match self.pool.derivative(&mut self.rates, *root) {
-                    Ok(derivative) => break derivative,
-                    Err(symbol) => {
-                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
-                        self.rates.set(&mut self.pool, symbol, rate);
-                    }
-                }
-            };
-            derivatives.push(derivative);
-        }
-        derivatives
-    }
-}
-
-impl World {
-    /// No energy may contain accelerations, nor what is beyond them: a symbol stands for the rate
-    /// of an expression that contains one, a new one each time so that nothing cancels.
-    fn beyond_acceleration(&mut self, root: ExprId) -> Option<ExprId> {
-        if !self.accelerated {
-            return None;
-        }
-        let kind = self.pool.symbols(root).iter().find_map(|symbol| {
-            let kind = *self.kinds.get(symbol)?;
-            match kind {
-                SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_) => Some(kind),
-                SymbolKind::Coordinate(_)
-                | SymbolKind::Velocity(_)
-                | SymbolKind::Parameter(_)
-                | SymbolKind::Time
-                | SymbolKind::CoordinateSlot(_)
-                | SymbolKind::VelocitySlot(_)
-                | SymbolKind::ValueSlot(_) => None,
-            }
-        })?;
-        let beyond = self.pool.fresh_symbol("x'''");
-        self.kinds.insert(beyond, kind);
-        Some(self.pool.symbol_expr(beyond))
     }
 }
 

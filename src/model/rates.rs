@@ -1,0 +1,52 @@
+//! Total time derivatives of the model's expressions.
+
+use super::names::{SymbolKind, World};
+use crate::expr::ExprId;
+
+impl World {
+    /// The total time derivative: the chain rule through coordinates, velocities and the time.
+    pub(super) fn time_derivative(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let mut derivatives = Vec::with_capacity(roots.len());
+        for root in roots {
+            if let Some(beyond) = self.beyond_acceleration(*root) {
+                derivatives.push(beyond);
+                continue;
+            }
+            let derivative = loop {
+                match self.pool.derivative(&mut self.rates, *root) {
+                    Ok(derivative) => break derivative,
+                    Err(symbol) => {
+                        let rate = self.rate(symbol).unwrap_or(self.pool.zero());
+                        self.rates.set(&mut self.pool, symbol, rate);
+                    }
+                }
+            };
+            derivatives.push(derivative);
+        }
+        derivatives
+    }
+
+    /// No energy may contain accelerations, nor what is beyond them: a symbol stands for the rate
+    /// of an expression that contains one, a new one each time so that nothing cancels.
+    fn beyond_acceleration(&mut self, root: ExprId) -> Option<ExprId> {
+        if !self.accelerated {
+            return None;
+        }
+        let kind = self.pool.symbols(root).iter().find_map(|symbol| {
+            let kind = *self.kinds.get(symbol)?;
+            match kind {
+                SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_) => Some(kind),
+                SymbolKind::Coordinate(_)
+                | SymbolKind::Velocity(_)
+                | SymbolKind::Parameter(_)
+                | SymbolKind::Time
+                | SymbolKind::CoordinateSlot(_)
+                | SymbolKind::VelocitySlot(_)
+                | SymbolKind::ValueSlot(_) => None,
+            }
+        })?;
+        let beyond = self.pool.fresh_symbol("x'''");
+        self.kinds.insert(beyond, kind);
+        Some(self.pool.symbol_expr(beyond))
+    }
+}
