@@ -3,6 +3,7 @@
 mod args;
 mod draw;
 mod input;
+mod progress;
 
 use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
@@ -16,6 +17,7 @@ use librate::{Error, linearize, modes, oscillation, syntax};
 
 use args::{Cli, Command, ModelArgs};
 use input::Source;
+use progress::Progress;
 
 /// The model or the request is at fault.
 const FAULT: u8 = 1;
@@ -64,10 +66,12 @@ fn modes_text(args: &args::Modes) -> Result<String, Failure> {
         lowest: args.lowest,
         digits: args.digits,
     };
+    let progress = Progress::start("computing the modes");
     let computed = linearize::linearize(model).and_then(|linearized| {
         let modes = oscillation::normal_modes(&linearized, &options)?;
         Ok((linearized, modes))
     });
+    drop(progress);
     match computed {
         Ok((linearized, modes)) if args.json => {
             Ok(report::modes_json(&linearized, &modes, &options))
@@ -95,7 +99,10 @@ fn check_text(args: &args::Check) -> Result<String, Failure> {
 fn derive_text(args: &args::Derive) -> Result<String, Failure> {
     let (source, model) = load(&args.model)?;
     let name = model.name.clone();
-    match linearize::derive(model) {
+    let progress = Progress::start("deriving M and K");
+    let derived = linearize::derive(model);
+    drop(progress);
+    match derived {
         Ok(matrices) if args.json => Ok(report::derive_json(name.as_deref(), &matrices)),
         Ok(matrices) => Ok(report::derive_text(name.as_deref(), &matrices, &style())),
         Err(error) => Err(Failure::Model(source, Error::from(error).diagnostics())),
