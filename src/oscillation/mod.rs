@@ -70,12 +70,13 @@ pub fn normal_modes(
         stiffness,
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
     };
-    let spectrum = modes::solve(&problem, options).map_err(|error| named(linearized, &error))?;
-    let mirror = if options.vectors {
-        symmetry::mirror(dimension, &problem.mass, &problem.stiffness)
-    } else {
-        None
+    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness);
+    // The classes are read off the shapes, whether or not these are wanted.
+    let inner = Options {
+        vectors: options.vectors || mirror.is_some(),
+        ..options.clone()
     };
+    let spectrum = modes::solve(&problem, &inner).map_err(|error| named(linearized, &error))?;
     let meanings = meanings(&zero_modes);
     let mut zeros = 0;
     let modes = spectrum
@@ -94,7 +95,11 @@ pub fn normal_modes(
                 omega_squared: mode.omega_squared,
                 omega: mode.omega,
                 growth: mode.growth,
-                vector: mode.vector,
+                vector: if options.vectors {
+                    mode.vector
+                } else {
+                    Vec::new()
+                },
                 vector_error_bound: mode.vector_error_bound,
                 cluster: mode.cluster,
                 symmetry: symmetry.map(str::to_owned),
