@@ -1,13 +1,13 @@
 //! From syntax to programs: names are looked up here, once, and every mistake is collected.
 
 use super::ModelError;
-use super::functions::{Builtin, FUNCTION_NAMES};
+use super::functions::Builtin;
 use super::names::{Entity, World};
 use super::program::{Binder, BinderKind, IndexForm, IndexProgram, Op, Program, SumProgram};
 use crate::diagnostic::nearest;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name};
+use crate::syntax::{self, ExprKind, ExprRef, File, IndexKind, Indices, Name};
 
 /// Mistakes beyond this number are not reported.
 const MOST_ERRORS: usize = 1000;
@@ -348,7 +348,11 @@ impl Compiler<'_> {
         self.fail(ModelError::UnknownFunction {
             name: function.text.clone(),
             span: function.span,
-            nearest: nearest(&function.text, FUNCTION_NAMES.iter().copied()).map(str::to_owned),
+            nearest: nearest(
+                &function.text,
+                syntax::FUNCTIONS.into_iter().chain(["sum", "rows"]),
+            )
+            .map(str::to_owned),
             quantity,
         });
     }

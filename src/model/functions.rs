@@ -37,44 +37,6 @@ pub(super) enum Body {
     Point,
 }
 
-/// All function names, for suggestions.
-pub(super) const FUNCTION_NAMES: &[&str] = &[
-    "sin",
-    "cos",
-    "tan",
-    "asin",
-    "acos",
-    "atan",
-    "atan2",
-    "sinh",
-    "cosh",
-    "tanh",
-    "exp",
-    "ln",
-    "sqrt",
-    "abs",
-    "norm",
-    "dot",
-    "cross",
-    "transpose",
-    "sum",
-    "mod",
-    "floor",
-    "rows",
-    "rot_x",
-    "rot_y",
-    "rot_z",
-    "angular_velocity",
-    "inertia_sphere",
-    "inertia_shell",
-    "inertia_cylinder",
-    "inertia_rod",
-    "inertia_box",
-    "inertia_point",
-    "steiner",
-    "about",
-];
-
 impl Builtin {
     pub(super) fn from_name(name: &str) -> Option<Self> {
         Some(match name {
