@@ -15,32 +15,32 @@ fn full(file: &File, at: ExprRef) -> String {
         let members: Vec<String> = list.iter().map(|e| full(file, *e)).collect();
         members.join(sign)
     };
-    match &file.expr(at).kind {
-        ExprKind::Number(text) | ExprKind::Name(text) => text.clone(),
+    match file.expr(at).kind {
+        ExprKind::Number(text) | ExprKind::Name(text) => text.to_owned(),
         ExprKind::Index { base, indices } => {
-            format!("({}[{}])", full(file, *base), all(indices, ", "))
+            format!("({}[{}])", full(file, base), all(indices, ", "))
         }
-        ExprKind::Field { base, field } => format!("({}.{})", full(file, *base), field.text),
-        ExprKind::Prime(inner) => format!("({}')", full(file, *inner)),
-        ExprKind::Negate(inner) => format!("(-{})", full(file, *inner)),
+        ExprKind::Field { base, field } => format!("({}.{})", full(file, base), field.text),
+        ExprKind::Prime(inner) => format!("({}')", full(file, inner)),
+        ExprKind::Negate(inner) => format!("(-{})", full(file, inner)),
         ExprKind::Power { base, exponent } => {
-            format!("({}^{})", full(file, *base), full(file, *exponent))
+            format!("({}^{})", full(file, base), full(file, exponent))
         }
         ExprKind::Product(factors) => {
             let mut out = String::new();
             for (position, factor) in factors.iter().enumerate() {
-                let sign = if factor.divided { "/" } else { "*" };
+                let sign = if factor.divided() { "/" } else { "*" };
                 out += if position == 0 { "" } else { sign };
-                out += &full(file, factor.value);
+                out += &full(file, factor.value());
             }
             format!("({out})")
         }
         ExprKind::Sum(terms) => {
             let mut out = String::new();
             for (position, term) in terms.iter().enumerate() {
-                let sign = if term.subtracted { " - " } else { " + " };
+                let sign = if term.subtracted() { " - " } else { " + " };
                 out += if position == 0 { "" } else { sign };
-                out += &full(file, term.value);
+                out += &full(file, term.value());
             }
             format!("({out})")
         }
@@ -49,20 +49,16 @@ fn full(file: &File, at: ExprRef) -> String {
             arguments,
         } => format!("{}({})", function.text, all(arguments, ", ")),
         ExprKind::SumOver { indices, body } => match indices.filter {
-            Some(filter) => format!("sum(where {}: {})", full(file, filter), full(file, *body)),
-            None => format!("sum({}: {})", indices.entries.len(), full(file, *body)),
+            Some(filter) => format!("sum(where {}: {})", full(file, filter), full(file, body)),
+            None => format!("sum({}: {})", indices.entries.len(), full(file, body)),
         },
         ExprKind::Vector(list) => format!("[{}]", all(list, ", ")),
         ExprKind::Compare {
             operator,
             left,
             right,
-        } => format!(
-            "({} {operator:?} {})",
-            full(file, *left),
-            full(file, *right)
-        ),
-        ExprKind::Not(inner) => format!("(not {})", full(file, *inner)),
+        } => format!("({} {operator:?} {})", full(file, left), full(file, right)),
+        ExprKind::Not(inner) => format!("(not {})", full(file, inner)),
         ExprKind::And(list) => format!("({})", all(list, " and ")),
         ExprKind::Or(list) => format!("({})", all(list, " or ")),
     }
@@ -188,7 +184,7 @@ fn places_are_exact() {
         ]
     );
     assert_eq!(file.comments.len(), 1);
-    assert_eq!(file.comments[0].text, " c");
+    assert_eq!(&*file.comments[0].text, " c");
     assert_eq!(at(file.comments[0].span).trim_end(), "# c");
     assert!(!file.comments[0].trailing);
 }
@@ -211,7 +207,7 @@ fn comments_know_what_stands_before_them() {
     let comments: Vec<(&str, bool)> = file
         .comments
         .iter()
-        .map(|c| (c.text.as_str(), c.trailing))
+        .map(|c| (&*c.text, c.trailing))
         .collect();
     assert_eq!(
         comments,

@@ -192,18 +192,15 @@ struct Planter {
 
 fn named(text: &str) -> Name {
     Name {
-        text: text.to_owned(),
+        text: text.into(),
         span: Span::default(),
     }
 }
 
 impl Planter {
-    fn push(&mut self, kind: ExprKind) -> ExprRef {
-        self.file.expressions.push(Expr {
-            span: Span::default(),
-            kind,
-        });
-        ExprRef(self.file.expressions.len() as u32 - 1)
+    fn push(&mut self, kind: ExprKind<'_>) -> ExprRef {
+        let span = Span::default();
+        self.file.expressions.push(Expr { span, kind })
     }
 
     fn all(&mut self, trees: &[Tree]) -> Vec<ExprRef> {
@@ -211,67 +208,93 @@ impl Planter {
     }
 
     fn tree(&mut self, tree: &Tree) -> ExprRef {
-        let kind = match tree {
-            Tree::Number(text) => ExprKind::Number((*text).to_owned()),
-            Tree::Name(text) => ExprKind::Name((*text).to_owned()),
-            Tree::Index(base, list) => ExprKind::Index {
-                base: self.tree(base),
-                indices: self.all(list),
-            },
-            Tree::Field(base, field) => ExprKind::Field {
-                base: self.tree(base),
-                field: named(field),
-            },
-            Tree::Prime(inner) => ExprKind::Prime(self.tree(inner)),
-            Tree::Negate(inner) => ExprKind::Negate(self.tree(inner)),
-            Tree::Power(base, exponent) => ExprKind::Power {
-                base: self.tree(base),
-                exponent: self.tree(exponent),
-            },
-            Tree::Product(list) => ExprKind::Product(
-                list.iter()
-                    .map(|(divided, tree)| Factor {
-                        divided: *divided,
-                        value: self.tree(tree),
-                    })
-                    .collect(),
-            ),
-            Tree::Sum(list) => ExprKind::Sum(
-                list.iter()
-                    .map(|(subtracted, tree)| Term {
-                        subtracted: *subtracted,
-                        value: self.tree(tree),
-                    })
-                    .collect(),
-            ),
-            Tree::Call(function, list) => ExprKind::Call {
-                function: named(function),
-                arguments: self.all(list),
-            },
-            Tree::SumOver(entries, filter, body) => ExprKind::SumOver {
-                indices: self.indices(entries, filter.as_ref()),
-                body: self.tree(body),
-            },
-            Tree::Vector(list) => ExprKind::Vector(self.all(list)),
-        };
-        self.push(kind)
+        match tree {
+            Tree::Number(text) => self.push(ExprKind::Number(text)),
+            Tree::Name(text) => self.push(ExprKind::Name(text)),
+            Tree::Index(base, list) => {
+                let base = self.tree(base);
+                let indices = &self.all(list);
+                self.push(ExprKind::Index { base, indices })
+            }
+            Tree::Field(base, field) => {
+                let base = self.tree(base);
+                let field = &named(field);
+                self.push(ExprKind::Field { base, field })
+            }
+            Tree::Prime(inner) => {
+                let inner = self.tree(inner);
+                self.push(ExprKind::Prime(inner))
+            }
+            Tree::Negate(inner) => {
+                let inner = self.tree(inner);
+                self.push(ExprKind::Negate(inner))
+            }
+            Tree::Power(base, exponent) => {
+                let base = self.tree(base);
+                let exponent = self.tree(exponent);
+                self.push(ExprKind::Power { base, exponent })
+            }
+            Tree::Product(list) => {
+                let factors: Vec<Factor> = list
+                    .iter()
+                    .map(|(divided, tree)| Factor::new(*divided, self.tree(tree)))
+                    .collect();
+                self.push(ExprKind::Product(&factors))
+            }
+            Tree::Sum(list) => {
+                let terms: Vec<Term> = list
+                    .iter()
+                    .map(|(subtracted, tree)| Term::new(*subtracted, self.tree(tree)))
+                    .collect();
+                self.push(ExprKind::Sum(&terms))
+            }
+            Tree::Call(function, list) => {
+                let function = &named(function);
+                let arguments = &self.all(list);
+                self.push(ExprKind::Call {
+                    function,
+                    arguments,
+                })
+            }
+            Tree::SumOver(entries, filter, body) => {
+                let indices = &self.indices(entries, filter.as_ref());
+                let body = self.tree(body);
+                self.push(ExprKind::SumOver { indices, body })
+            }
+            Tree::Vector(list) => {
+                let members = self.all(list);
+                self.push(ExprKind::Vector(&members))
+            }
+        }
     }
 
     fn condition(&mut self, condition: &Condition) -> ExprRef {
         let all = |this: &mut Self, list: &[Condition]| {
             list.iter().map(|c| this.condition(c)).collect::<Vec<_>>()
         };
-        let kind = match condition {
-            Condition::Compare(operator, left, right) => ExprKind::Compare {
-                operator: *operator,
-                left: self.tree(left),
-                right: self.tree(right),
-            },
-            Condition::Not(inner) => ExprKind::Not(self.condition(inner)),
-            Condition::And(list) => ExprKind::And(all(self, list)),
-            Condition::Or(list) => ExprKind::Or(all(self, list)),
-        };
-        self.push(kind)
+        match condition {
+            Condition::Compare(operator, left, right) => {
+                let left = self.tree(left);
+                let right = self.tree(right);
+                self.push(ExprKind::Compare {
+                    operator: *operator,
+                    left,
+                    right,
+                })
+            }
+            Condition::Not(inner) => {
+                let inner = self.condition(inner);
+                self.push(ExprKind::Not(inner))
+            }
+            Condition::And(list) => {
+                let members = all(self, list);
+                self.push(ExprKind::And(&members))
+            }
+            Condition::Or(list) => {
+                let members = all(self, list);
+                self.push(ExprKind::Or(&members))
+            }
+        }
     }
 
     fn indices(&mut self, entries: &[Entry], filter: Option<&Condition>) -> Indices {
@@ -300,11 +323,13 @@ impl Planter {
     }
 
     fn unit(&mut self, unit: &UnitTree) -> UnitRef {
+        let factors: Vec<(bool, UnitRef)>;
         let kind = match unit {
             UnitTree::One => UnitKind::One,
-            UnitTree::Name(text) => UnitKind::Name((*text).to_owned()),
+            UnitTree::Name(text) => UnitKind::Name(text),
             UnitTree::Product(list) => {
-                UnitKind::Product(list.iter().map(|(d, u)| (*d, self.unit(u))).collect())
+                factors = list.iter().map(|(d, u)| (*d, self.unit(u))).collect();
+                UnitKind::Product(&factors)
             }
             UnitTree::Power(base, numerator, denominator) => UnitKind::Power {
                 base: self.unit(base),
@@ -312,18 +337,15 @@ impl Planter {
                 denominator: *denominator,
             },
         };
-        self.file.units.push(Unit {
-            span: Span::default(),
-            kind,
-        });
-        UnitRef(self.file.units.len() as u32 - 1)
+        let span = Span::default();
+        self.file.units.push(Unit { span, kind })
     }
 
     /// The bound thing as each of the statements it can be.
     fn statements(&mut self, bound: &Bound) {
         for variant in 0..8 {
             let indices = bound.indices.as_ref();
-            let indices = indices.map(|(entries, c)| self.indices(entries, c.as_ref()));
+            let indices = indices.map(|(entries, c)| Box::new(self.indices(entries, c.as_ref())));
             let unit = bound.unit.as_ref().map(|unit| self.unit(unit));
             let mut binding = Binding {
                 name: named(bound.name),

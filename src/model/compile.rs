@@ -154,13 +154,13 @@ impl Compiler<'_> {
                 tasks.push(Task::Visit(*base));
             }
             ExprKind::Product(factors) => {
-                let divided = factors.iter().map(|factor| factor.divided).collect();
-                let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value).collect();
+                let divided = factors.iter().map(|factor| factor.divided()).collect();
+                let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value()).collect();
                 then(tasks, Op::Product(divided), &children);
             }
             ExprKind::Sum(terms) => {
-                let subtracted = terms.iter().map(|term| term.subtracted).collect();
-                let children: Vec<ExprRef> = terms.iter().map(|term| term.value).collect();
+                let subtracted = terms.iter().map(|term| term.subtracted()).collect();
+                let children: Vec<ExprRef> = terms.iter().map(|term| term.value()).collect();
                 then(tasks, Op::Sum(subtracted), &children);
             }
             ExprKind::Call {
@@ -218,7 +218,7 @@ impl Compiler<'_> {
             indices,
         } = &self.file.expr(base).kind
         {
-            groups.push(indices.as_slice());
+            groups.push(*indices);
             base = *inner;
         }
         (base, groups.into_iter().rev().flatten().copied().collect())
@@ -331,7 +331,7 @@ impl Compiler<'_> {
         if column.is_none() {
             let error = ModelError::UnknownColumn {
                 table: known.name.clone(),
-                column: field.text.clone(),
+                column: field.text.to_string(),
                 available: known.columns.join(", "),
                 nearest: nearest(&field.text, known.columns.iter().map(String::as_str))
                     .map(str::to_owned),
@@ -346,7 +346,7 @@ impl Compiler<'_> {
         let quantity =
             self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
         self.fail(ModelError::UnknownFunction {
-            name: function.text.clone(),
+            name: function.text.to_string(),
             span: function.span,
             nearest: nearest(
                 &function.text,
@@ -407,10 +407,14 @@ impl Compiler<'_> {
                 },
             };
             if let Some(name) = name {
-                let declared = self.world.names.get(&name.text).map(|(_, span)| *span);
+                let declared = self
+                    .world
+                    .names
+                    .get(name.text.as_str())
+                    .map(|(_, span)| *span);
                 if declared.is_some() || scope.find(&name.text).is_some() {
                     self.fail(ModelError::IndexReusesName {
-                        name: name.text.clone(),
+                        name: name.text.to_string(),
                         span: name.span,
                         declared,
                     });
@@ -418,7 +422,7 @@ impl Compiler<'_> {
             }
             // Every index has a slot, so that slots and indices count alike.
             scope.variables.push((
-                name.map_or_else(String::new, |name| name.text.clone()),
+                name.map_or_else(String::new, |name| name.text.to_string()),
                 variable,
             ));
             binders.push(Binder {

@@ -78,8 +78,8 @@ impl Compiler<'_> {
                         (IndexOp::Parameter { family, indices: 0 }, vec![])
                     }
                     (None, Some(_)) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
-                    (None, None) if name == "pi" => (IndexOp::Pi, vec![]),
-                    (None, None) if name == "t" => {
+                    (None, None) if *name == "pi" => (IndexOp::Pi, vec![]),
+                    (None, None) if *name == "t" => {
                         (self.not_for_indices("the time".to_owned(), span), vec![])
                     }
                     (None, None) => {
@@ -123,12 +123,12 @@ impl Compiler<'_> {
                 ExprKind::Negate(inner) => (IndexOp::Negate, vec![*inner]),
                 ExprKind::Power { base, exponent } => (IndexOp::Power, vec![*base, *exponent]),
                 ExprKind::Product(factors) => (
-                    IndexOp::Product(factors.iter().map(|factor| factor.divided).collect()),
-                    factors.iter().map(|factor| factor.value).collect(),
+                    IndexOp::Product(factors.iter().map(|factor| factor.divided()).collect()),
+                    factors.iter().map(|factor| factor.value()).collect(),
                 ),
                 ExprKind::Sum(terms) => (
-                    IndexOp::Sum(terms.iter().map(|term| term.subtracted).collect()),
-                    terms.iter().map(|term| term.value).collect(),
+                    IndexOp::Sum(terms.iter().map(|term| term.subtracted()).collect()),
+                    terms.iter().map(|term| term.value()).collect(),
                 ),
                 ExprKind::Call {
                     function,
@@ -148,11 +148,11 @@ impl Compiler<'_> {
                 }
                 ExprKind::And(parts) => {
                     conditions_under = Some(true);
-                    (IndexOp::And(parts.len()), parts.clone())
+                    (IndexOp::And(parts.len()), parts.to_vec())
                 }
                 ExprKind::Or(parts) => {
                     conditions_under = Some(true);
-                    (IndexOp::Or(parts.len()), parts.clone())
+                    (IndexOp::Or(parts.len()), parts.to_vec())
                 }
                 ExprKind::Prime(_) => (
                     self.not_for_indices("a time derivative".to_owned(), span),
@@ -204,7 +204,7 @@ impl Compiler<'_> {
                 if let [only] = arguments
                     && let ExprKind::Vector(parts) = &self.file.expr(*only).kind
                 {
-                    return (IndexOp::Norm(parts.len()), parts.clone());
+                    return (IndexOp::Norm(parts.len()), parts.to_vec());
                 }
                 return (
                     self.not_for_indices("`norm` of this".to_owned(), span),
@@ -247,7 +247,7 @@ impl Compiler<'_> {
         };
         if arguments.len() != expected {
             self.fail(ModelError::ArgumentCount {
-                function: function.text.clone(),
+                function: function.text.to_string(),
                 expected: super::functions::count_words(expected),
                 found: arguments.len(),
                 span,

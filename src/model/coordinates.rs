@@ -36,13 +36,13 @@ impl Elaborator<'_> {
         let factor = declaration
             .unit
             .map(|unit| units::factor(&mut self.world.pool, self.file, unit, &mut self.errors));
-        let members = self.members(declaration.indices.as_ref(), name);
+        let members = self.members(declaration.indices.as_deref(), name);
         let family = self.world.coordinate_families.len();
         if !self.introduce(name, Entity::Coordinate(family)) {
             return;
         }
         let mut own = Family {
-            name: name.text.clone(),
+            name: name.text.to_string(),
             span: name.span,
             grid: Grid::default(),
         };

@@ -105,7 +105,12 @@ impl<'a> Elaborator<'a> {
     fn declare(&mut self, kind: &StatementKind, span: Span, tables: &TableTexts) {
         match kind {
             StatementKind::Model { name } => {
-                self.once(&mut |e| &mut e.model_name, name.text.clone(), span, "model");
+                self.once(
+                    &mut |e| &mut e.model_name,
+                    name.text.to_string(),
+                    span,
+                    "model",
+                );
             }
             StatementKind::Param(binding) => self.parameter(binding),
             StatementKind::Coord { declarations } => {
@@ -179,7 +184,7 @@ impl<'a> Elaborator<'a> {
             | StatementKind::Period(_) => Vec::new(),
         };
         for name in names {
-            if let Some((entity, _)) = self.world.names.get(&name.text) {
+            if let Some((entity, _)) = self.world.names.get(name.text.as_str()) {
                 self.world.broken.insert(*entity);
             }
         }
@@ -205,10 +210,10 @@ impl<'a> Elaborator<'a> {
 
     /// Declares a new name.
     pub(super) fn introduce(&mut self, name: &Name, entity: Entity) -> bool {
-        if let Some((_, first)) = self.world.names.get(&name.text) {
+        if let Some((_, first)) = self.world.names.get(name.text.as_str()) {
             let first = *first;
             self.errors.push(ModelError::GivenTwice {
-                name: name.text.clone(),
+                name: name.text.to_string(),
                 span: name.span,
                 first,
             });
@@ -216,7 +221,7 @@ impl<'a> Elaborator<'a> {
         }
         self.world
             .names
-            .insert(name.text.clone(), (entity, name.span));
+            .insert(name.text.to_string(), (entity, name.span));
         true
     }
 
@@ -318,11 +323,11 @@ impl<'a> Elaborator<'a> {
                     right,
                 } => {
                     let name = Name {
-                        text: "constraint".to_owned(),
+                        text: "constraint".into(),
                         span: statement.span,
                     };
-                    self.check_value(*left, indices.as_ref(), &name);
-                    self.check_value(*right, indices.as_ref(), &name);
+                    self.check_value(*left, indices.as_deref(), &name);
+                    self.check_value(*right, indices.as_deref(), &name);
                     constraints.push(statement.span);
                 }
                 StatementKind::Model { .. }

@@ -95,7 +95,7 @@ impl Builtin {
     pub(super) fn check_count(self, name: &Name, found: usize, span: Span) -> Option<ModelError> {
         let expected = self.arguments();
         (expected != found).then(|| ModelError::ArgumentCount {
-            function: name.text.clone(),
+            function: name.text.to_string(),
             expected: count_words(expected),
             found,
             span,

@@ -20,7 +20,7 @@ impl Elaborator<'_> {
     ) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
-        let Some(&(entity, _)) = self.world.names.get(&name.text) else {
+        let Some(&(entity, _)) = self.world.names.get(name.text.as_str()) else {
             let known: Vec<&str> = self
                 .world
                 .coordinate_families
@@ -29,7 +29,7 @@ impl Elaborator<'_> {
                 .collect();
             let nearest = nearest(&name.text, known).map(str::to_owned);
             self.errors.push(ModelError::NotACoordinate {
-                name: name.text.clone(),
+                name: name.text.to_string(),
                 span: name.span,
                 nearest,
             });
@@ -37,13 +37,13 @@ impl Elaborator<'_> {
         };
         let Entity::Coordinate(family) = entity else {
             self.errors.push(ModelError::NotACoordinate {
-                name: name.text.clone(),
+                name: name.text.to_string(),
                 span: name.span,
                 nearest: None,
             });
             return;
         };
-        let Some(members) = self.members(binding.indices.as_ref(), name) else {
+        let Some(members) = self.members(binding.indices.as_deref(), name) else {
             return;
         };
         let before = self.errors.len();

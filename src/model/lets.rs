@@ -19,7 +19,7 @@ impl Elaborator<'_> {
     pub(super) fn named_expression(&mut self, binding: &Binding) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
-        let known = self.world.names.get(&name.text).copied();
+        let known = self.world.names.get(name.text.as_str()).copied();
         let family = match known {
             Some((Entity::Let(family), _))
                 if binding.indices.is_some() && self.world.lets[family].family.grid.rank > 0 =>
@@ -28,7 +28,7 @@ impl Elaborator<'_> {
             }
             Some((_, first)) => {
                 self.errors.push(ModelError::GivenTwice {
-                    name: name.text.clone(),
+                    name: name.text.to_string(),
                     span: name.span,
                     first,
                 });
@@ -37,7 +37,7 @@ impl Elaborator<'_> {
             None => None,
         };
         let before = self.errors.len();
-        let members = self.members(binding.indices.as_ref(), name);
+        let members = self.members(binding.indices.as_deref(), name);
         let rank = binding
             .indices
             .as_ref()
@@ -46,7 +46,7 @@ impl Elaborator<'_> {
         if family.is_none() {
             self.world.lets.push(LetFamily {
                 family: Family {
-                    name: name.text.clone(),
+                    name: name.text.to_string(),
                     span: name.span,
                     grid: Grid {
                         rank,
@@ -73,7 +73,7 @@ impl Elaborator<'_> {
         compiler.current_let = Some(number);
         if rank == 0 && mentions(compiler.file, root, &name.text) {
             compiler.errors.push(ModelError::RecursiveLet {
-                name: name.text.clone(),
+                name: name.text.to_string(),
                 span: compiler.file.expr(root).span,
             });
         }

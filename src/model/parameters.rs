@@ -51,8 +51,8 @@ impl Elaborator<'_> {
                 (Some(error), _) => error.to_string(),
                 (None, Some(Err(error))) => error.to_string(),
                 (None, Some(Ok(value))) => {
-                    let member = setting.binding.indices.as_ref().map(|_| key(&at));
-                    let name = setting.binding.name.text.clone();
+                    let member = setting.binding.indices.as_deref().map(|_| key(&at));
+                    let name = setting.binding.name.text.to_string();
                     let set = SetValue { value, used: false };
                     self.set.insert((name, member), set);
                     continue;
@@ -102,7 +102,7 @@ impl Elaborator<'_> {
 
     pub(super) fn parameter(&mut self, binding: &Binding) {
         let name = &binding.name;
-        let known = self.world.names.get(&name.text).copied();
+        let known = self.world.names.get(name.text.as_str()).copied();
         let family = match known {
             Some((Entity::Parameter(family), _))
                 if binding.indices.is_some()
@@ -112,7 +112,7 @@ impl Elaborator<'_> {
             }
             Some((_, first)) => {
                 self.errors.push(ModelError::GivenTwice {
-                    name: name.text.clone(),
+                    name: name.text.to_string(),
                     span: name.span,
                     first,
                 });
@@ -121,7 +121,7 @@ impl Elaborator<'_> {
             None => {
                 let family = self.world.parameter_families.len();
                 self.world.parameter_families.push(Family {
-                    name: name.text.clone(),
+                    name: name.text.to_string(),
                     span: name.span,
                     grid: Grid {
                         rank: binding
@@ -134,7 +134,7 @@ impl Elaborator<'_> {
                 family
             }
         };
-        let members = self.members(binding.indices.as_ref(), name);
+        let members = self.members(binding.indices.as_deref(), name);
         let mut scope = members
             .as_ref()
             .map_or_else(Scope::default, |members| members.scope.clone());
@@ -201,7 +201,7 @@ impl Elaborator<'_> {
                         });
                     } else {
                         self.errors.push(ModelError::ListLength {
-                            name: name.text.clone(),
+                            name: name.text.to_string(),
                             expected: keys.len(),
                             found,
                             span,

@@ -9,7 +9,7 @@ use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement
 pub(super) fn declared_names(file: &File) -> HashMap<String, Span> {
     let mut names = HashMap::new();
     let mut add = |name: &Name| {
-        names.entry(name.text.clone()).or_insert(name.span);
+        names.entry(name.text.to_string()).or_insert(name.span);
     };
     for statement in &file.statements {
         match &statement.kind {
@@ -48,11 +48,11 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
     for expr in &file.expressions {
         match &expr.kind {
             ExprKind::SumOver { indices, .. } => add(indices, &mut todo),
-            ExprKind::Index { indices, .. } => todo.extend(indices),
+            ExprKind::Index { indices, .. } => todo.extend(*indices),
             ExprKind::Call {
                 function,
                 arguments,
-            } if matches!(function.text.as_str(), "mod" | "floor") => todo.extend(arguments),
+            } if matches!(function.text.as_str(), "mod" | "floor") => todo.extend(*arguments),
             ExprKind::Number(_)
             | ExprKind::Name(_)
             | ExprKind::Field { .. }
@@ -114,10 +114,10 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
     let mut names = HashSet::new();
     while let Some(at) = todo.pop() {
         if let ExprKind::Name(name) = &file.expr(at).kind
-            && !names.contains(name)
+            && !names.contains(*name)
         {
-            names.insert(name.clone());
-            todo.extend(definitions.get(name.as_str()).into_iter().flatten());
+            names.insert((*name).to_owned());
+            todo.extend(definitions.get(name).into_iter().flatten());
         }
         children(file, at, &mut todo);
     }
@@ -130,14 +130,14 @@ pub(super) fn children(file: &File, at: ExprRef, out: &mut Vec<ExprRef>) {
         ExprKind::Number(_) | ExprKind::Name(_) => {}
         ExprKind::Index { base, indices } => {
             out.push(*base);
-            out.extend(indices);
+            out.extend(*indices);
         }
         ExprKind::Field { base, .. } => out.push(*base),
         ExprKind::Prime(inner) | ExprKind::Negate(inner) | ExprKind::Not(inner) => out.push(*inner),
         ExprKind::Power { base, exponent } => out.extend([*base, *exponent]),
-        ExprKind::Product(factors) => out.extend(factors.iter().map(|factor| factor.value)),
-        ExprKind::Sum(terms) => out.extend(terms.iter().map(|term| term.value)),
-        ExprKind::Call { arguments, .. } => out.extend(arguments),
+        ExprKind::Product(factors) => out.extend(factors.iter().map(|factor| factor.value())),
+        ExprKind::Sum(terms) => out.extend(terms.iter().map(|term| term.value())),
+        ExprKind::Call { arguments, .. } => out.extend(*arguments),
         ExprKind::SumOver { indices, body } => {
             for entry in &indices.entries {
                 match &entry.kind {
@@ -149,7 +149,7 @@ pub(super) fn children(file: &File, at: ExprRef, out: &mut Vec<ExprRef>) {
             out.extend(indices.filter);
             out.push(*body);
         }
-        ExprKind::Vector(parts) | ExprKind::And(parts) | ExprKind::Or(parts) => out.extend(parts),
+        ExprKind::Vector(parts) | ExprKind::And(parts) | ExprKind::Or(parts) => out.extend(*parts),
         ExprKind::Compare { left, right, .. } => out.extend([*left, *right]),
     }
 }
@@ -158,7 +158,7 @@ pub(super) fn children(file: &File, at: ExprRef, out: &mut Vec<ExprRef>) {
 pub(super) fn mentions(file: &File, root: ExprRef, name: &str) -> bool {
     let mut todo = vec![root];
     while let Some(at) = todo.pop() {
-        if matches!(&file.expr(at).kind, ExprKind::Name(own) if own == name) {
+        if matches!(&file.expr(at).kind, ExprKind::Name(own) if *own == name) {
             return true;
         }
         children(file, at, &mut todo);

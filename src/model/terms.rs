@@ -72,16 +72,16 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
     while let Some(at) = todo.pop() {
         match &file.expr(at).kind {
             ExprKind::SumOver { .. } => return true,
-            ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value)),
+            ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value())),
             ExprKind::Negate(inner) => todo.push(*inner),
             ExprKind::Product(factors) => todo.extend(
                 factors
                     .iter()
-                    .filter(|factor| !factor.divided)
-                    .map(|factor| factor.value),
+                    .filter(|factor| !factor.divided())
+                    .map(|factor| factor.value()),
             ),
             ExprKind::Name(name) => {
-                if let Some((Entity::Let(number), _)) = world.names.get(name)
+                if let Some((Entity::Let(number), _)) = world.names.get(*name)
                     && let family = &world.lets[*number]
                     && family.family.grid.rank == 0
                     && family.pieces.first().is_some_and(|piece| piece.additive)
@@ -164,8 +164,8 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             // The last on the stack comes first.
             for term in terms.iter().rev() {
                 parts.push(Part {
-                    at: term.value,
-                    negated: part.negated ^ term.subtracted,
+                    at: term.value(),
+                    negated: part.negated ^ term.subtracted(),
                     prefactors: part.prefactors.clone(),
                     binders: part.binders.clone(),
                     filters: part.filters.clone(),
@@ -182,21 +182,21 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         }
         ExprKind::Product(factors) => {
             let mut inner = None;
-            for factor in factors {
-                if !factor.divided && is_additive(file, compiler.world, factor.value) {
+            for factor in *factors {
+                if !factor.divided() && is_additive(file, compiler.world, factor.value()) {
                     if inner.is_some() {
                         // A product of sums is one term.
                         return Some(part);
                     }
-                    inner = Some(factor.value);
+                    inner = Some(factor.value());
                 }
             }
             let Some(inner) = inner else {
                 return Some(part);
             };
-            for factor in factors.iter().filter(|factor| factor.value != inner) {
-                let program = compiler.value(factor.value, &mut part.scope);
-                part.prefactors.push((factor.divided, program));
+            for factor in factors.iter().filter(|factor| factor.value() != inner) {
+                let program = compiler.value(factor.value(), &mut part.scope);
+                part.prefactors.push((factor.divided(), program));
             }
             part.at = inner;
             parts.push(part);
@@ -212,7 +212,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             None
         }
         ExprKind::Name(name) => {
-            let root = match compiler.world.names.get(name) {
+            let root = match compiler.world.names.get(*name) {
                 Some((Entity::Let(number), _)) => compiler.world.lets[*number]
                     .pieces
                     .first()

@@ -2,7 +2,12 @@
 //!
 //! Expressions live in one arena per file and refer to each other by [`ExprRef`]; a child always
 //! has a smaller index than its parent, so that every pass is a loop, however deep the text nests.
+//! The arena packs them; an [`Expr`] is how one reads, and how it is put in.
 
+use std::fmt::{self, Debug, Formatter};
+
+use super::arena::{Expressions, Units};
+use super::text::Text;
 use crate::span::Span;
 
 /// Index of an expression in its [`File`].
@@ -13,7 +18,7 @@ pub struct ExprRef(pub u32);
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Name {
     /// The letters.
-    pub text: String,
+    pub text: Text,
     /// The place.
     pub span: Span,
 }
@@ -24,24 +29,30 @@ pub struct File {
     /// The statements in the order of the file.
     pub statements: Vec<Statement>,
     /// All expressions; children before parents.
-    pub expressions: Vec<Expr>,
+    pub expressions: Expressions,
     /// All unit expressions; children before parents.
-    pub units: Vec<Unit>,
+    pub units: Units,
     /// All comments in the order of the file, without `#` and line break.
     pub comments: Vec<Comment>,
 }
 
 impl File {
-    /// The expression behind a reference of this file.
+    /// The expression behind a reference of this file; an empty vector behind one of another.
     #[must_use]
-    pub fn expr(&self, at: ExprRef) -> &Expr {
-        &self.expressions[at.0 as usize]
+    pub fn expr(&self, at: ExprRef) -> Expr<'_> {
+        self.expressions.get(at).unwrap_or(Expr {
+            span: Span::default(),
+            kind: ExprKind::Vector(&[]),
+        })
     }
 
-    /// The unit behind a reference of this file.
+    /// The unit behind a reference of this file; a pure number behind one of another.
     #[must_use]
-    pub fn unit(&self, at: UnitRef) -> &Unit {
-        &self.units[at.0 as usize]
+    pub fn unit(&self, at: UnitRef) -> Unit<'_> {
+        self.units.get(at).unwrap_or(Unit {
+            span: Span::default(),
+            kind: UnitKind::One,
+        })
     }
 }
 
@@ -49,7 +60,7 @@ impl File {
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Comment {
     /// The text behind `#`, without the line break.
-    pub text: String,
+    pub text: Box<str>,
     /// From the `#` to the end of the line.
     pub span: Span,
     /// Whether something else stands before it on its line.
@@ -93,7 +104,7 @@ pub enum StatementKind {
     /// `constraint [indices] EXPR = EXPR`
     Constraint {
         /// `[i in 1..n where …]`, if there.
-        indices: Option<Indices>,
+        indices: Option<Box<Indices>>,
         /// Left of `=`.
         left: ExprRef,
         /// Right of `=`.
@@ -127,7 +138,7 @@ pub struct Binding {
     /// The bound name.
     pub name: Name,
     /// The indices in brackets, if there.
-    pub indices: Option<Indices>,
+    pub indices: Option<Box<Indices>>,
     /// The unit behind the colon.
     pub unit: Option<UnitRef>,
     /// The right side; only `param` may go without.
@@ -142,7 +153,7 @@ pub struct Declaration {
     /// The coordinate or family.
     pub name: Name,
     /// The ranges in brackets, if there.
-    pub indices: Option<Indices>,
+    pub indices: Option<Box<Indices>>,
     /// The unit behind the colon.
     pub unit: Option<UnitRef>,
 }
@@ -153,7 +164,7 @@ pub struct Indices {
     /// The place, brackets included where there are any.
     pub span: Span,
     /// One entry an index.
-    pub entries: Vec<IndexEntry>,
+    pub entries: Box<[IndexEntry]>,
     /// The condition behind `where`.
     pub filter: Option<ExprRef>,
 }
@@ -191,34 +202,34 @@ pub enum IndexKind {
 }
 
 /// An expression and its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Expr {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Expr<'f> {
     /// From its first to its last token.
     pub span: Span,
     /// What it is.
-    pub kind: ExprKind,
+    pub kind: ExprKind<'f>,
 }
 
-/// The forms of an expression.
-#[derive(Clone, Debug, PartialEq)]
-pub enum ExprKind {
+/// The forms of an expression. Lists and texts are borrowed from the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ExprKind<'f> {
     /// A literal as written: `2`, `0.5`, `6.02e23`. Exact: its text is its value.
-    Number(String),
+    Number(&'f str),
     /// A name, `pi` and `t` included.
-    Name(String),
+    Name(&'f str),
     /// `base[i, j]`
     Index {
         /// What is indexed.
         base: ExprRef,
         /// One or more indices.
-        indices: Vec<ExprRef>,
+        indices: &'f [ExprRef],
     },
     /// `b.col`, `bonds[3].col`
     Field {
         /// A row.
         base: ExprRef,
         /// The column.
-        field: Name,
+        field: &'f Name,
     },
     /// `x'`
     Prime(ExprRef),
@@ -232,26 +243,26 @@ pub enum ExprKind {
         exponent: ExprRef,
     },
     /// `a*b/c`: two or more factors, the first never a divisor.
-    Product(Vec<Factor>),
+    Product(&'f [Factor]),
     /// `a + b - c`: two or more terms, the first never subtracted (`-a + b` starts with a
     /// [`ExprKind::Negate`]).
-    Sum(Vec<Term>),
+    Sum(&'f [Term]),
     /// `sin(x)`, `atan2(y, x)`, `rows(bonds)`
     Call {
         /// The function's name, not checked here.
-        function: Name,
+        function: &'f Name,
         /// The arguments.
-        arguments: Vec<ExprRef>,
+        arguments: &'f [ExprRef],
     },
     /// `sum(i in a..b, j in c..d where …, body)`
     SumOver {
         /// Indices and filter.
-        indices: Indices,
+        indices: &'f Indices,
         /// What is summed.
         body: ExprRef,
     },
     /// `[a, b, c]`
-    Vector(Vec<ExprRef>),
+    Vector(&'f [ExprRef]),
     /// `a < b`
     Compare {
         /// Which comparison.
@@ -264,27 +275,92 @@ pub enum ExprKind {
     /// `not a`
     Not(ExprRef),
     /// `a and b and c`
-    And(Vec<ExprRef>),
+    And(&'f [ExprRef]),
     /// `a or b or c`
-    Or(Vec<ExprRef>),
+    Or(&'f [ExprRef]),
 }
 
 /// A factor of a product.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Factor {
+pub struct Factor(Member);
+
+impl Factor {
+    /// The factor `value`, with `/` before it if it is `divided`.
+    #[must_use]
+    pub const fn new(divided: bool, value: ExprRef) -> Self {
+        Self(Member::new(divided, value))
+    }
+
     /// Whether `/` stands before it.
-    pub divided: bool,
+    #[must_use]
+    pub const fn divided(self) -> bool {
+        self.0.inverted()
+    }
+
     /// The factor.
-    pub value: ExprRef,
+    #[must_use]
+    pub const fn value(self) -> ExprRef {
+        self.0.value()
+    }
 }
 
 /// A term of a sum.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Term {
+pub struct Term(Member);
+
+impl Term {
+    /// The term `value`, with `-` before it if it is `subtracted`.
+    #[must_use]
+    pub const fn new(subtracted: bool, value: ExprRef) -> Self {
+        Self(Member::new(subtracted, value))
+    }
+
     /// Whether `-` stands before it.
-    pub subtracted: bool,
+    #[must_use]
+    pub const fn subtracted(self) -> bool {
+        self.0.inverted()
+    }
+
     /// The term.
-    pub value: ExprRef,
+    #[must_use]
+    pub const fn value(self) -> ExprRef {
+        self.0.value()
+    }
+}
+
+/// A reference with the sign before it in the highest bit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+struct Member(u32);
+
+impl Member {
+    const INVERTED: u32 = 1 << 31;
+
+    const fn new(inverted: bool, value: ExprRef) -> Self {
+        Self(if inverted {
+            value.0 | Self::INVERTED
+        } else {
+            value.0
+        })
+    }
+
+    const fn inverted(self) -> bool {
+        self.0 & Self::INVERTED != 0
+    }
+
+    const fn value(self) -> ExprRef {
+        ExprRef(self.0 & !Self::INVERTED)
+    }
+}
+
+impl Debug for Member {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}{:?}",
+            if self.inverted() { "inverted " } else { "" },
+            self.value()
+        )
+    }
 }
 
 /// The comparisons of filters.
@@ -309,23 +385,23 @@ pub enum Comparison {
 pub struct UnitRef(pub u32);
 
 /// A unit and its place.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Unit {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit<'f> {
     /// From its first to its last token.
     pub span: Span,
     /// What it is.
-    pub kind: UnitKind,
+    pub kind: UnitKind<'f>,
 }
 
 /// The forms of a unit.
-#[derive(Clone, Debug, PartialEq)]
-pub enum UnitKind {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum UnitKind<'f> {
     /// `1`
     One,
     /// `kg`, `mm`, `deg`: not looked up here.
-    Name(String),
+    Name(&'f str),
     /// `kg*m/s^2`; `true` where `/` stands before the factor.
-    Product(Vec<(bool, UnitRef)>),
+    Product(&'f [(bool, UnitRef)]),
     /// `m^2`, `s^-1`, `m^(1/2)`: the exponent as numerator and denominator.
     Power {
         /// The unit below.

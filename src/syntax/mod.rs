@@ -9,6 +9,7 @@
 //! No input overflows the stack: text that nests deeper than 256 levels is refused by the scan
 //! in front of the grammar, on every machine alike.
 
+mod arena;
 pub mod ast;
 mod build;
 mod error;
@@ -19,14 +20,17 @@ mod lookalike;
 mod print;
 mod report;
 mod split;
+mod text;
 mod words;
 
+pub use arena::{Expressions, Units};
 pub use ast::{
     Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Factor, File, IndexEntry,
     IndexKind, Indices, Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
 };
 pub use error::SyntaxError;
 pub use print::{print_expr, print_file, print_statement, print_unit};
+pub use text::Text;
 pub use words::{FUNCTIONS, STATEMENT_WORDS};
 
 use crate::span::Span;

@@ -85,7 +85,7 @@ pub fn print_file(file: &File) -> String {
     printer.out
 }
 
-fn strength(kind: &ExprKind) -> Strength {
+fn strength(kind: &ExprKind<'_>) -> Strength {
     match kind {
         ExprKind::Or(_) => Strength::Or,
         ExprKind::And(_) => Strength::And,
@@ -176,56 +176,56 @@ impl<'f> Printer<'f> {
 
     fn expr(&mut self, at: ExprRef, least: Strength, tight: bool) {
         let file = self.file;
-        let kind = &file.expr(at).kind;
-        let grouped = strength(kind) < least;
+        let kind = file.expr(at).kind;
+        let grouped = strength(&kind) < least;
         if grouped {
             self.text("(");
         }
         match kind {
             ExprKind::Number(text) | ExprKind::Name(text) => self.text(text),
             ExprKind::Index { base, indices } => {
-                self.child(*base, Strength::Postfix, tight);
+                self.child(base, Strength::Postfix, tight);
                 self.text("[");
                 self.list(indices, true);
                 self.text("]");
             }
             ExprKind::Field { base, field } => {
-                self.child(*base, Strength::Postfix, tight);
+                self.child(base, Strength::Postfix, tight);
                 self.text(".");
                 self.text(&field.text);
             }
             ExprKind::Prime(base) => {
-                self.child(*base, Strength::Postfix, tight);
+                self.child(base, Strength::Postfix, tight);
                 self.text("'");
             }
             ExprKind::Negate(inner) => {
                 self.text("-");
-                self.child(*inner, Strength::Negate, tight);
+                self.child(inner, Strength::Negate, tight);
             }
             ExprKind::Power { base, exponent } => {
-                self.child(*base, Strength::Number, tight);
+                self.child(base, Strength::Number, tight);
                 self.text("^");
-                self.child(*exponent, Strength::Negate, tight);
+                self.child(exponent, Strength::Negate, tight);
             }
             ExprKind::Product(factors) => {
                 for (position, factor) in factors.iter().enumerate() {
                     if position > 0 {
-                        self.text(if factor.divided { "/" } else { "*" });
+                        self.text(if factor.divided() { "/" } else { "*" });
                     }
-                    self.child(factor.value, Strength::Negate, tight);
+                    self.child(factor.value(), Strength::Negate, tight);
                 }
             }
             ExprKind::Sum(terms) => {
                 for (position, term) in terms.iter().enumerate() {
                     if position > 0 {
-                        self.text(match (term.subtracted, tight) {
+                        self.text(match (term.subtracted(), tight) {
                             (false, false) => " + ",
                             (true, false) => " - ",
                             (false, true) => "+",
                             (true, true) => "-",
                         });
                     }
-                    self.child(term.value, Strength::Product, tight);
+                    self.child(term.value(), Strength::Product, tight);
                 }
             }
             ExprKind::Call {
@@ -241,7 +241,7 @@ impl<'f> Printer<'f> {
                 self.text("sum(");
                 self.next.push(Job::Indices(indices, false));
                 self.text(", ");
-                self.child(*body, Strength::Any, false);
+                self.child(body, Strength::Any, false);
                 self.text(")");
             }
             ExprKind::Vector(members) => {
@@ -254,13 +254,13 @@ impl<'f> Printer<'f> {
                 left,
                 right,
             } => {
-                self.child(*left, Strength::Sum, tight);
-                self.text(sign(*operator));
-                self.child(*right, Strength::Sum, tight);
+                self.child(left, Strength::Sum, tight);
+                self.text(sign(operator));
+                self.child(right, Strength::Sum, tight);
             }
             ExprKind::Not(inner) => {
                 self.text("not ");
-                self.child(*inner, Strength::Not, tight);
+                self.child(inner, Strength::Not, tight);
             }
             ExprKind::And(members) => self.joined(members, " and ", Strength::Not, tight),
             ExprKind::Or(members) => self.joined(members, " or ", Strength::And, tight),
@@ -307,7 +307,7 @@ impl<'f> Printer<'f> {
 
     fn unit(&mut self, at: UnitRef, grouped: bool) {
         let file = self.file;
-        match &file.unit(at).kind {
+        match file.unit(at).kind {
             UnitKind::One => self.text("1"),
             UnitKind::Name(name) => self.text(name),
             UnitKind::Product(factors) => {
@@ -330,15 +330,15 @@ impl<'f> Printer<'f> {
                 denominator,
             } => {
                 // Powers of powers need the parentheses, powers in products don't.
-                let power = matches!(file.unit(*base).kind, UnitKind::Power { .. });
+                let power = matches!(file.unit(base).kind, UnitKind::Power { .. });
                 if power {
                     self.text("(");
                 }
-                self.next.push(Job::Unit(*base, true));
+                self.next.push(Job::Unit(base, true));
                 if power {
                     self.text(")");
                 }
-                self.next.push(Job::Exponent(*numerator, *denominator));
+                self.next.push(Job::Exponent(numerator, denominator));
             }
         }
     }
@@ -377,7 +377,7 @@ impl<'f> Printer<'f> {
         self.put(word);
         self.head(
             &binding.name.text,
-            binding.indices.as_ref(),
+            binding.indices.as_deref(),
             rate,
             binding.unit,
         );
@@ -412,7 +412,7 @@ impl<'f> Printer<'f> {
                     }
                     self.head(
                         &declaration.name.text,
-                        declaration.indices.as_ref(),
+                        declaration.indices.as_deref(),
                         false,
                         declaration.unit,
                     );

@@ -126,7 +126,7 @@ impl<'s> Splitter<'s> {
         if token.kind == TokenKind::Comment {
             let text = token.text(self.source).get(1..).unwrap_or("");
             self.found.comments.push(Comment {
-                text: text.strip_suffix('\r').unwrap_or(text).to_owned(),
+                text: text.strip_suffix('\r').unwrap_or(text).into(),
                 span: token.span(),
                 trailing: !token.first_on_line,
             });

@@ -5,16 +5,19 @@ use librate::syntax::*;
 /// The same file with all places at 0, comments dropped, and the arenas in the order in which
 /// the statements use them.
 pub(crate) fn strip_spans(file: &File) -> File {
+    copied(file, false)
+}
+
+fn copied(file: &File, keep: bool) -> File {
     let mut copy = Copy {
         from: file,
         to: File::default(),
+        keep,
     };
     for statement in &file.statements {
         let kind = copy.statement(&statement.kind);
-        copy.to.statements.push(Statement {
-            span: Span::default(),
-            kind,
-        });
+        let span = copy.span(statement.span);
+        copy.to.statements.push(Statement { span, kind });
     }
     copy.to
 }
@@ -22,19 +25,24 @@ pub(crate) fn strip_spans(file: &File) -> File {
 struct Copy<'f> {
     from: &'f File,
     to: File,
-}
-
-fn name(name: &Name) -> Name {
-    Name {
-        text: name.text.clone(),
-        span: Span::default(),
-    }
+    keep: bool,
 }
 
 impl Copy<'_> {
+    fn span(&self, span: Span) -> Span {
+        if self.keep { span } else { Span::default() }
+    }
+
+    fn name(&self, name: &Name) -> Name {
+        Name {
+            text: name.text.clone(),
+            span: self.span(name.span),
+        }
+    }
+
     fn statement(&mut self, kind: &StatementKind) -> StatementKind {
         match kind {
-            StatementKind::Model { name: n } => StatementKind::Model { name: name(n) },
+            StatementKind::Model { name: n } => StatementKind::Model { name: self.name(n) },
             StatementKind::Param(b) => StatementKind::Param(self.binding(b)),
             StatementKind::Let(b) => StatementKind::Let(self.binding(b)),
             StatementKind::Guess(b) => StatementKind::Guess(self.binding(b)),
@@ -46,8 +54,8 @@ impl Copy<'_> {
                 declarations: declarations
                     .iter()
                     .map(|d| Declaration {
-                        name: name(&d.name),
-                        indices: d.indices.as_ref().map(|i| self.indices(i)),
+                        name: self.name(&d.name),
+                        indices: d.indices.as_deref().map(|i| Box::new(self.indices(i))),
                         unit: d.unit.map(|u| self.unit(u)),
                     })
                     .collect(),
@@ -62,22 +70,26 @@ impl Copy<'_> {
                 left,
                 right,
             } => StatementKind::Constraint {
-                indices: indices.as_ref().map(|i| self.indices(i)),
+                indices: indices.as_deref().map(|i| Box::new(self.indices(i))),
                 left: self.expr(*left),
                 right: self.expr(*right),
             },
-            StatementKind::Table { name: n, path, .. } => StatementKind::Table {
-                name: name(n),
+            StatementKind::Table {
+                name: n,
+                path,
+                path_span,
+            } => StatementKind::Table {
+                name: self.name(n),
                 path: path.clone(),
-                path_span: Span::default(),
+                path_span: self.span(*path_span),
             },
         }
     }
 
     fn binding(&mut self, b: &Binding) -> Binding {
         Binding {
-            name: name(&b.name),
-            indices: b.indices.as_ref().map(|i| self.indices(i)),
+            name: self.name(&b.name),
+            indices: b.indices.as_deref().map(|i| Box::new(self.indices(i))),
             unit: b.unit.map(|u| self.unit(u)),
             value: b.value.map(|e| self.expr(e)),
             uncertainty: b.uncertainty.map(|e| self.expr(e)),
@@ -86,22 +98,22 @@ impl Copy<'_> {
 
     fn indices(&mut self, indices: &Indices) -> Indices {
         Indices {
-            span: Span::default(),
+            span: self.span(indices.span),
             entries: indices
                 .entries
                 .iter()
                 .map(|entry| IndexEntry {
-                    span: Span::default(),
+                    span: self.span(entry.span),
                     kind: match &entry.kind {
                         IndexKind::Member(e) => IndexKind::Member(self.expr(*e)),
                         IndexKind::Range { variable, from, to } => IndexKind::Range {
-                            variable: variable.as_ref().map(name),
+                            variable: variable.as_ref().map(|n| self.name(n)),
                             from: self.expr(*from),
                             to: self.expr(*to),
                         },
                         IndexKind::Rows { variable, table } => IndexKind::Rows {
-                            variable: name(variable),
-                            table: name(table),
+                            variable: self.name(variable),
+                            table: self.name(table),
                         },
                     },
                 })
@@ -111,30 +123,28 @@ impl Copy<'_> {
     }
 
     fn unit(&mut self, at: UnitRef) -> UnitRef {
-        let kind = match &self.from.unit(at).kind {
-            UnitKind::One => UnitKind::One,
-            UnitKind::Name(n) => UnitKind::Name(n.clone()),
-            UnitKind::Product(factors) => UnitKind::Product(
-                factors
+        let parts: Vec<(bool, UnitRef)>;
+        let kind = match self.from.unit(at).kind {
+            UnitKind::Product(factors) => {
+                parts = factors
                     .iter()
                     .map(|(divided, unit)| (*divided, self.unit(*unit)))
-                    .collect(),
-            ),
+                    .collect();
+                UnitKind::Product(&parts)
+            }
             UnitKind::Power {
                 base,
                 numerator,
                 denominator,
             } => UnitKind::Power {
-                base: self.unit(*base),
-                numerator: *numerator,
-                denominator: *denominator,
+                base: self.unit(base),
+                numerator,
+                denominator,
             },
+            kind @ (UnitKind::One | UnitKind::Name(_)) => kind,
         };
-        self.to.units.push(Unit {
-            span: Span::default(),
-            kind,
-        });
-        UnitRef(self.to.units.len() as u32 - 1)
+        let span = self.span(self.from.unit(at).span);
+        self.to.units.push(Unit { span, kind })
     }
 
     fn exprs(&mut self, list: &[ExprRef]) -> Vec<ExprRef> {
@@ -142,70 +152,89 @@ impl Copy<'_> {
     }
 
     fn expr(&mut self, at: ExprRef) -> ExprRef {
-        let kind = match &self.from.expr(at).kind {
-            ExprKind::Number(text) => ExprKind::Number(text.clone()),
-            ExprKind::Name(text) => ExprKind::Name(text.clone()),
-            ExprKind::Index { base, indices } => ExprKind::Index {
-                base: self.expr(*base),
-                indices: self.exprs(indices),
-            },
-            ExprKind::Field { base, field } => ExprKind::Field {
-                base: self.expr(*base),
-                field: name(field),
-            },
-            ExprKind::Prime(e) => ExprKind::Prime(self.expr(*e)),
-            ExprKind::Negate(e) => ExprKind::Negate(self.expr(*e)),
+        let list: Vec<ExprRef>;
+        let factors: Vec<Factor>;
+        let terms: Vec<Term>;
+        let indices_of_sum: Indices;
+        let one_name: Name;
+        let from = self.from.expr(at);
+        let kind = match from.kind {
+            ExprKind::Number(_) | ExprKind::Name(_) => from.kind,
+            ExprKind::Index { base, indices } => {
+                let base = self.expr(base);
+                list = self.exprs(indices);
+                let indices = &list;
+                ExprKind::Index { base, indices }
+            }
+            ExprKind::Field { base, field } => {
+                one_name = self.name(field);
+                ExprKind::Field {
+                    base: self.expr(base),
+                    field: &one_name,
+                }
+            }
+            ExprKind::Prime(e) => ExprKind::Prime(self.expr(e)),
+            ExprKind::Negate(e) => ExprKind::Negate(self.expr(e)),
             ExprKind::Power { base, exponent } => ExprKind::Power {
-                base: self.expr(*base),
-                exponent: self.expr(*exponent),
+                base: self.expr(base),
+                exponent: self.expr(exponent),
             },
-            ExprKind::Product(factors) => ExprKind::Product(
-                factors
+            ExprKind::Product(members) => {
+                factors = members
                     .iter()
-                    .map(|f| Factor {
-                        divided: f.divided,
-                        value: self.expr(f.value),
-                    })
-                    .collect(),
-            ),
-            ExprKind::Sum(terms) => ExprKind::Sum(
-                terms
+                    .map(|f| Factor::new(f.divided(), self.expr(f.value())))
+                    .collect();
+                ExprKind::Product(&factors)
+            }
+            ExprKind::Sum(members) => {
+                terms = members
                     .iter()
-                    .map(|t| Term {
-                        subtracted: t.subtracted,
-                        value: self.expr(t.value),
-                    })
-                    .collect(),
-            ),
+                    .map(|t| Term::new(t.subtracted(), self.expr(t.value())))
+                    .collect();
+                ExprKind::Sum(&terms)
+            }
             ExprKind::Call {
                 function,
                 arguments,
-            } => ExprKind::Call {
-                function: name(function),
-                arguments: self.exprs(arguments),
-            },
-            ExprKind::SumOver { indices, body } => ExprKind::SumOver {
-                indices: self.indices(indices),
-                body: self.expr(*body),
-            },
-            ExprKind::Vector(list) => ExprKind::Vector(self.exprs(list)),
+            } => {
+                one_name = self.name(function);
+                list = self.exprs(arguments);
+                ExprKind::Call {
+                    function: &one_name,
+                    arguments: &list,
+                }
+            }
+            ExprKind::SumOver { indices, body } => {
+                indices_of_sum = self.indices(indices);
+                ExprKind::SumOver {
+                    indices: &indices_of_sum,
+                    body: self.expr(body),
+                }
+            }
+            ExprKind::Vector(members) => {
+                list = self.exprs(members);
+                ExprKind::Vector(&list)
+            }
             ExprKind::Compare {
                 operator,
                 left,
                 right,
             } => ExprKind::Compare {
-                operator: *operator,
-                left: self.expr(*left),
-                right: self.expr(*right),
+                operator,
+                left: self.expr(left),
+                right: self.expr(right),
             },
-            ExprKind::Not(e) => ExprKind::Not(self.expr(*e)),
-            ExprKind::And(list) => ExprKind::And(self.exprs(list)),
-            ExprKind::Or(list) => ExprKind::Or(self.exprs(list)),
+            ExprKind::Not(e) => ExprKind::Not(self.expr(e)),
+            ExprKind::And(members) => {
+                list = self.exprs(members);
+                ExprKind::And(&list)
+            }
+            ExprKind::Or(members) => {
+                list = self.exprs(members);
+                ExprKind::Or(&list)
+            }
         };
-        self.to.expressions.push(Expr {
-            span: Span::default(),
-            kind,
-        });
-        ExprRef(self.to.expressions.len() as u32 - 1)
+        let span = self.span(from.span);
+        self.to.expressions.push(Expr { span, kind })
     }
 }

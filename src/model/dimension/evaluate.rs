@@ -6,7 +6,7 @@ use super::solve::Combination;
 use crate::model::survey::children;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, Factor, IndexKind, Indices, Term};
+use crate::syntax::{ExprKind, ExprRef, Factor, IndexKind, Indices};
 
 impl<'a> Inference<'a> {
     /// Brings index variables into scope. What sets ranges is a number.
@@ -43,9 +43,9 @@ impl<'a> Inference<'a> {
         let mut todo = vec![root];
         while let Some(at) = todo.pop() {
             let expr = self.file.expr(at);
-            match &expr.kind {
+            match expr.kind {
                 ExprKind::Name(name) => {
-                    if let Some(Quantity::Of(own)) = self.names.get(name.as_str()) {
+                    if let Some(Quantity::Of(own)) = self.names.get(name) {
                         // One with a unit in a range is told by what becomes of the range.
                         let own = own.clone();
                         self.sheet
@@ -80,16 +80,16 @@ impl<'a> Inference<'a> {
             if scope > 0 {
                 self.within.insert(at, scope);
             }
-            match &self.file.expr(at).kind {
+            match self.file.expr(at).kind {
                 ExprKind::SumOver { indices, body } => {
                     let inner = self.binders(Some(indices), scope);
-                    todo.push((*body, inner));
+                    todo.push((body, inner));
                 }
                 ExprKind::Index { base, indices } => {
                     for index in indices {
                         self.count(*index);
                     }
-                    todo.push((*base, scope));
+                    todo.push((base, scope));
                 }
                 ExprKind::Field { .. } => {}
                 _ => {
@@ -114,7 +114,7 @@ impl<'a> Inference<'a> {
     fn one(&mut self, at: ExprRef) -> Quantity {
         let file = self.file;
         let span = file.expr(at).span;
-        match &file.expr(at).kind {
+        match file.expr(at).kind {
             ExprKind::Number(text) => {
                 let mantissa = text.split(['e', 'E']).next().unwrap_or("");
                 if mantissa.chars().all(|c| matches!(c, '0' | '.')) {
@@ -125,10 +125,10 @@ impl<'a> Inference<'a> {
             }
             ExprKind::Name(name) => self.name(name, at),
             ExprKind::Index { base, indices } => {
-                let whole = self.take(*base);
+                let whole = self.take(base);
                 let mut part = whole;
                 for index in indices {
-                    let literal = match &file.expr(*index).kind {
+                    let literal = match file.expr(*index).kind {
                         ExprKind::Number(text) => Number::parse(text).and_then(|n| n.to_i64()),
                         _ => None,
                     };
@@ -139,15 +139,15 @@ impl<'a> Inference<'a> {
                 }
                 part
             }
-            ExprKind::Field { base, field } => self.column(at, *base, &field.text),
-            ExprKind::Prime(inner) => self.take(*inner).rate(),
-            ExprKind::Negate(inner) => self.take(*inner),
-            ExprKind::Power { base, exponent } => self.raised(*base, *exponent),
+            ExprKind::Field { base, field } => self.column(at, base, &field.text),
+            ExprKind::Prime(inner) => self.take(inner).rate(),
+            ExprKind::Negate(inner) => self.take(inner),
+            ExprKind::Power { base, exponent } => self.raised(base, exponent),
             ExprKind::Product(factors) => self.factors(factors, span),
             ExprKind::Sum(terms) => {
                 let terms: Vec<(Quantity, Span)> = terms
                     .iter()
-                    .map(|Term { value, .. }| (self.take(*value), file.expr(*value).span))
+                    .map(|term| (self.take(term.value()), file.expr(term.value()).span))
                     .collect();
                 self.sheet.alike(&terms, &Context::Sum)
             }
@@ -161,7 +161,7 @@ impl<'a> Inference<'a> {
                     .collect();
                 self.call(&function.text, arguments, span)
             }
-            ExprKind::SumOver { body, .. } => self.take(*body),
+            ExprKind::SumOver { body, .. } => self.take(body),
             ExprKind::Vector(parts) => {
                 Quantity::list(parts.iter().map(|part| self.take(*part)).collect())
             }
@@ -186,10 +186,10 @@ impl<'a> Inference<'a> {
     fn column(&mut self, at: ExprRef, row: ExprRef, field: &'a str) -> Quantity {
         let file = self.file;
         let scope = self.within.get(&at).copied().unwrap_or(0);
-        let table = match &file.expr(row).kind {
+        let table = match file.expr(row).kind {
             ExprKind::Name(name) => self.variable(name, scope).and_then(|own| own.table),
-            ExprKind::Index { base, .. } => match &file.expr(*base).kind {
-                ExprKind::Name(name) if self.tables.contains(name.as_str()) => Some(name.as_str()),
+            ExprKind::Index { base, .. } => match file.expr(base).kind {
+                ExprKind::Name(name) if self.tables.contains(name) => Some(name),
                 _ => None,
             },
             _ => None,
@@ -225,15 +225,15 @@ impl<'a> Inference<'a> {
 
     /// The value of a constant that is written in digits: `2`, `-1/2`, `(3/2)`.
     fn literal(&self, at: ExprRef) -> Option<Number> {
-        let number = |at: ExprRef| match &self.file.expr(at).kind {
+        let number = |at: ExprRef| match self.file.expr(at).kind {
             ExprKind::Number(text) => Number::parse(text),
             _ => None,
         };
-        match &self.file.expr(at).kind {
+        match self.file.expr(at).kind {
             ExprKind::Number(_) => number(at),
-            ExprKind::Negate(inner) => match &self.file.expr(*inner).kind {
+            ExprKind::Negate(inner) => match self.file.expr(inner).kind {
                 ExprKind::Product(factors) => self.ratio(factors, &number).map(|n| n.neg()),
-                _ => number(*inner).map(|n| n.neg()),
+                _ => number(inner).map(|n| n.neg()),
             },
             ExprKind::Product(factors) => self.ratio(factors, &number),
             _ => None,
@@ -246,12 +246,13 @@ impl<'a> Inference<'a> {
         number: &impl Fn(ExprRef) -> Option<Number>,
     ) -> Option<Number> {
         let mut product = Number::from(1);
-        for Factor { divided, value } in factors {
-            let own = match &self.file.expr(*value).kind {
-                ExprKind::Negate(inner) => number(*inner)?.neg(),
-                _ => number(*value)?,
+        for factor in factors {
+            let (divided, value) = (factor.divided(), factor.value());
+            let own = match self.file.expr(value).kind {
+                ExprKind::Negate(inner) => number(inner)?.neg(),
+                _ => number(value)?,
             };
-            product = if *divided {
+            product = if divided {
                 product.div(&own)?
             } else {
                 product.mul(&own)
@@ -262,9 +263,10 @@ impl<'a> Inference<'a> {
 
     fn factors(&mut self, factors: &[Factor], span: Span) -> Quantity {
         let mut product = Quantity::number();
-        for Factor { divided, value } in factors {
-            let own = self.take(*value);
-            product = self.sheet.product(product, own, *divided, span);
+        for factor in factors {
+            let (divided, value) = (factor.divided(), factor.value());
+            let own = self.take(value);
+            product = self.sheet.product(product, own, divided, span);
         }
         product
     }

@@ -72,13 +72,13 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
 fn varied_families(file: &File) -> HashSet<&str> {
     let mut varied = HashSet::new();
     for expr in &file.expressions {
-        if let ExprKind::Index { base, indices } = &expr.kind
-            && let ExprKind::Name(name) = &file.expr(*base).kind
+        if let ExprKind::Index { base, indices } = expr.kind
+            && let ExprKind::Name(name) = file.expr(base).kind
             && !indices
                 .iter()
                 .all(|at| matches!(file.expr(*at).kind, ExprKind::Number(_)))
         {
-            varied.insert(name.as_str());
+            varied.insert(name);
         }
     }
     varied
@@ -130,7 +130,7 @@ impl<'a> Inference<'a> {
                 left,
                 right,
             } => {
-                let scope = self.binders(indices.as_ref(), 0);
+                let scope = self.binders(indices.as_deref(), 0);
                 let sides = [*left, *right]
                     .map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
                 self.sheet
@@ -158,10 +158,10 @@ impl<'a> Inference<'a> {
         let mut done: HashMap<UnitRef, Quantity> = HashMap::new();
         let mut todo = vec![(at, false)];
         while let Some((at, ready)) = todo.pop() {
-            let below: Vec<UnitRef> = match &self.file.unit(at).kind {
+            let below: Vec<UnitRef> = match self.file.unit(at).kind {
                 UnitKind::One | UnitKind::Name(_) => Vec::new(),
                 UnitKind::Product(factors) => factors.iter().map(|(_, factor)| *factor).collect(),
-                UnitKind::Power { base, .. } => vec![*base],
+                UnitKind::Power { base, .. } => vec![base],
             };
             if !ready {
                 todo.push((at, true));
@@ -169,7 +169,7 @@ impl<'a> Inference<'a> {
                 continue;
             }
             let mut part = |at: &UnitRef| done.remove(at).unwrap_or(Quantity::Any);
-            let own = match &self.file.unit(at).kind {
+            let own = match self.file.unit(at).kind {
                 UnitKind::One => Quantity::number(),
                 UnitKind::Name(name) => match units::exponents(name) {
                     Some(exponents) => Quantity::Of(Combination::from_exponents(&exponents)),
@@ -190,8 +190,8 @@ impl<'a> Inference<'a> {
                     base,
                     numerator,
                     denominator,
-                } => match Number::ratio(i64::from(*numerator), i64::from(*denominator)) {
-                    Some(exponent) => part(base).power(&exponent),
+                } => match Number::ratio(i64::from(numerator), i64::from(denominator)) {
+                    Some(exponent) => part(&base).power(&exponent),
                     None => Quantity::Any,
                 },
             };
@@ -203,12 +203,12 @@ impl<'a> Inference<'a> {
     /// A quantity of its own for a name without a unit; one for each member of a small family whose
     /// members are told apart wherever they are used.
     fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
-        let literal = |at: ExprRef| match &self.file.expr(at).kind {
+        let literal = |at: ExprRef| match self.file.expr(at).kind {
             ExprKind::Number(text) => Number::parse(text)?.to_i64(),
             _ => None,
         };
         let members = indices.and_then(|indices| {
-            let [entry] = indices.entries.as_slice() else {
+            let [entry] = &*indices.entries else {
                 return None;
             };
             let IndexKind::Range {
@@ -239,9 +239,9 @@ impl<'a> Inference<'a> {
     fn names_something(&self, root: ExprRef) -> bool {
         let mut todo = vec![root];
         while let Some(at) = todo.pop() {
-            match &self.file.expr(at).kind {
+            match self.file.expr(at).kind {
                 ExprKind::Name(name) => {
-                    if self.names.contains_key(name.as_str()) {
+                    if self.names.contains_key(name) {
                         return true;
                     }
                 }
@@ -256,10 +256,10 @@ impl<'a> Inference<'a> {
     }
 
     fn parameter(&mut self, binding: &'a Binding) {
-        let scope = self.binders(binding.indices.as_ref(), 0);
+        let scope = self.binders(binding.indices.as_deref(), 0);
         let quantity = match binding.unit {
             Some(unit) => self.unit(unit),
-            None => self.fresh(&binding.name, binding.indices.as_ref()),
+            None => self.fresh(&binding.name, binding.indices.as_deref()),
         };
         let value = binding.value.filter(|root| self.names_something(*root));
         let quantity = self.declare(&binding.name.text, quantity);
@@ -270,17 +270,17 @@ impl<'a> Inference<'a> {
     }
 
     fn coordinate(&mut self, declaration: &'a Declaration) {
-        self.binders(declaration.indices.as_ref(), 0);
+        self.binders(declaration.indices.as_deref(), 0);
         let quantity = match declaration.unit {
             Some(unit) => self.unit(unit),
-            None => self.fresh(&declaration.name, declaration.indices.as_ref()),
+            None => self.fresh(&declaration.name, declaration.indices.as_deref()),
         };
         self.declare(&declaration.name.text, quantity);
     }
 
     fn named_expression(&mut self, binding: &'a Binding) {
         let Some(root) = binding.value else { return };
-        let scope = self.binders(binding.indices.as_ref(), 0);
+        let scope = self.binders(binding.indices.as_deref(), 0);
         let names = self.names_something(root);
         if let Some(unit) = binding.unit {
             let unit = self.unit(unit);
@@ -308,7 +308,7 @@ impl<'a> Inference<'a> {
     }
 
     fn given(&mut self, binding: &'a Binding, side: &'static str, rate: bool) {
-        let scope = self.binders(binding.indices.as_ref(), 0);
+        let scope = self.binders(binding.indices.as_deref(), 0);
         let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else {
             return;
         };
@@ -372,7 +372,7 @@ impl<'a> Inference<'a> {
                     {
                         let inferred = self.sheet.inferred([&value, &own]);
                         self.sheet.errors.push(DimensionError::WrongSide {
-                            name: name.text.clone(),
+                            name: name.text.to_string(),
                             declared,
                             declared_span,
                             side,
@@ -396,18 +396,18 @@ impl<'a> Inference<'a> {
     fn energy(&mut self, what: &'static str, root: ExprRef, wanted: &Combination, statement: Span) {
         let mut todo = vec![(root, 0)];
         while let Some((at, scope)) = todo.pop() {
-            match &self.file.expr(at).kind {
+            match self.file.expr(at).kind {
                 ExprKind::Sum(terms) => {
-                    todo.extend(terms.iter().rev().map(|term| (term.value, scope)));
+                    todo.extend(terms.iter().rev().map(|term| (term.value(), scope)));
                     continue;
                 }
                 ExprKind::Negate(inner) => {
-                    todo.push((*inner, scope));
+                    todo.push((inner, scope));
                     continue;
                 }
                 ExprKind::SumOver { indices, body } => {
                     let inner = self.binders(Some(indices), scope);
-                    todo.push((*body, inner));
+                    todo.push((body, inner));
                     continue;
                 }
                 _ => {}
@@ -453,9 +453,9 @@ impl<'a> Inference<'a> {
                         })
                         .collect(),
                 };
-                result.known.insert(one.name.text.clone(), known);
+                result.known.insert(one.name.text.to_string(), known);
                 if one.unit.is_some_and(|unit| self.is_angle(unit)) {
-                    result.angles.insert(one.name.text.clone());
+                    result.angles.insert(one.name.text.to_string());
                 }
             }
         }
@@ -464,7 +464,7 @@ impl<'a> Inference<'a> {
     }
 
     fn is_angle(&self, unit: UnitRef) -> bool {
-        match &self.file.unit(unit).kind {
+        match self.file.unit(unit).kind {
             UnitKind::Name(name) => name.ends_with("rad") || name == "deg",
             UnitKind::One | UnitKind::Product(_) | UnitKind::Power { .. } => false,
         }

@@ -28,10 +28,8 @@ enum Form<'i> {
 }
 
 impl Builder {
-    fn push(&self, span: Span, kind: ExprKind) -> ExprRef {
-        let mut expressions = self.expressions.borrow_mut();
-        expressions.push(Expr { span, kind });
-        ExprRef(expressions.len() as u32 - 1)
+    fn push(&self, span: Span, kind: ExprKind<'_>) -> ExprRef {
+        self.expressions.borrow_mut().push(Expr { span, kind })
     }
 
     pub(super) fn expression(&self, pair: Pair<'_, Rule>) -> ExprRef {
@@ -54,15 +52,15 @@ impl Builder {
 
     /// Makes a node of an operand that takes no more members.
     fn close(&self, operand: Operand<'_>) -> ExprRef {
-        let kind = match operand.form {
-            Form::Done(at) => return at,
-            Form::Name(name) => ExprKind::Name(name.to_owned()),
+        let kind = match &operand.form {
+            Form::Done(at) => return *at,
+            Form::Name(name) => ExprKind::Name(name),
             Form::Sum(terms) => ExprKind::Sum(terms),
             Form::Product(factors) => ExprKind::Product(factors),
             Form::Compare(operator, left, right) => ExprKind::Compare {
-                operator,
-                left,
-                right,
+                operator: *operator,
+                left: *left,
+                right: *right,
             },
             Form::And(members) => ExprKind::And(members),
             Form::Or(members) => ExprKind::Or(members),
@@ -74,10 +72,10 @@ impl Builder {
         let span = self.span(&pair);
         let form = match pair.as_rule() {
             Rule::name => Form::Name(pair.as_str()),
-            Rule::number => Form::Done(self.push(span, ExprKind::Number(pair.as_str().to_owned()))),
+            Rule::number => Form::Done(self.push(span, ExprKind::Number(pair.as_str()))),
             Rule::vector => {
                 let members = self.expressions_in(pair);
-                Form::Done(self.push(span, ExprKind::Vector(members)))
+                Form::Done(self.push(span, ExprKind::Vector(&members)))
             }
             Rule::sum_over => Form::Done(self.sum_over(pair)),
             // A parenthesis closes what is inside and leaves no node of its own.
@@ -111,18 +109,16 @@ impl Builder {
                 _ => {}
             }
         }
-        let kind = match (indices, body) {
-            (Ok(indices), Some(body)) => ExprKind::SumOver { indices, body },
-            (Err(error), _) => {
-                self.object(error);
-                ExprKind::Vector(Vec::new())
+        let missing = match (indices, body) {
+            (Ok(indices), Some(body)) => {
+                let indices = &indices;
+                return self.push(span, ExprKind::SumOver { indices, body });
             }
-            (Ok(_), None) => {
-                self.object(incomplete(span));
-                ExprKind::Vector(Vec::new())
-            }
+            (Err(error), _) => error,
+            (Ok(_), None) => incomplete(span),
         };
-        self.push(span, kind)
+        self.object(missing);
+        self.push(span, ExprKind::Vector(&[]))
     }
 
     fn prefix<'i>(&self, sign: &Pair<'i, Rule>, operand: Operand<'i>) -> Operand<'i> {
@@ -148,31 +144,31 @@ impl Builder {
             return self.call(operand, sign);
         }
         let base = self.close(operand);
-        let kind = match sign.as_rule() {
-            Rule::subscript => ExprKind::Index {
-                base,
-                indices: self.expressions_in(sign),
-            },
+        let node = match sign.as_rule() {
+            Rule::subscript => {
+                let indices = &self.expressions_in(sign);
+                self.push(span, ExprKind::Index { base, indices })
+            }
             Rule::field => {
                 let column = sign
                     .into_inner()
                     .find(|part| part.as_rule() == Rule::column);
                 match column {
-                    Some(column) => ExprKind::Field {
-                        base,
-                        field: self.name(&column),
-                    },
+                    Some(column) => {
+                        let field = &self.name(&column);
+                        self.push(span, ExprKind::Field { base, field })
+                    }
                     None => {
                         self.object(incomplete(at));
-                        ExprKind::Prime(base)
+                        self.push(span, ExprKind::Prime(base))
                     }
                 }
             }
-            _ => ExprKind::Prime(base),
+            _ => self.push(span, ExprKind::Prime(base)),
         };
         Operand {
             span,
-            form: Form::Done(self.push(span, kind)),
+            form: Form::Done(node),
         }
     }
 
@@ -193,13 +189,13 @@ impl Builder {
             });
         }
         let function = Name {
-            text: name.to_owned(),
+            text: name.into(),
             span: operand.span,
         };
         let arguments = self.expressions_in(list);
         let kind = ExprKind::Call {
-            function,
-            arguments,
+            function: &function,
+            arguments: &arguments,
         };
         Operand {
             span,
@@ -256,26 +252,18 @@ impl Builder {
     fn sum<'i>(&self, left: Operand<'i>, subtracted: bool, right: Operand<'i>) -> Form<'i> {
         let mut terms = match left.form {
             Form::Sum(terms) => terms,
-            _ => vec![Term {
-                subtracted: false,
-                value: self.close(left),
-            }],
+            _ => vec![Term::new(false, self.close(left))],
         };
-        let value = self.close(right);
-        terms.push(Term { subtracted, value });
+        terms.push(Term::new(subtracted, self.close(right)));
         Form::Sum(terms)
     }
 
     fn product<'i>(&self, left: Operand<'i>, divided: bool, right: Operand<'i>) -> Form<'i> {
         let mut factors = match left.form {
             Form::Product(factors) => factors,
-            _ => vec![Factor {
-                divided: false,
-                value: self.close(left),
-            }],
+            _ => vec![Factor::new(false, self.close(left))],
         };
-        let value = self.close(right);
-        factors.push(Factor { divided, value });
+        factors.push(Factor::new(divided, self.close(right)));
         Form::Product(factors)
     }
 

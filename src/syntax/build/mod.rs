@@ -12,9 +12,10 @@ use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::{Pair, Pairs};
 use pest::pratt_parser::PrattParser;
 
+use super::arena::{Expressions, Units};
 use super::ast::{
-    Binding, Comment, Declaration, Expr, File, IndexEntry, IndexKind, Indices, Name, Statement,
-    StatementKind, Unit,
+    Binding, Comment, Declaration, File, IndexEntry, IndexKind, Indices, Name, Statement,
+    StatementKind,
 };
 use super::error::SyntaxError;
 use super::explain;
@@ -28,9 +29,9 @@ pub(super) struct Builder {
     precedences: PrattParser<Rule>,
     statements: Vec<Statement>,
     comments: Vec<Comment>,
-    units: Vec<Unit>,
+    units: Units,
     // Shared by the callbacks of the precedence parser.
-    expressions: RefCell<Vec<Expr>>,
+    expressions: RefCell<Expressions>,
     error: RefCell<Option<SyntaxError>>,
     in_filter: Cell<bool>,
     /// Where the statement begins that pest has been given.
@@ -43,18 +44,21 @@ impl Builder {
             precedences: precedences(),
             statements: Vec::with_capacity(statements),
             comments,
-            units: Vec::new(),
-            expressions: RefCell::new(Vec::new()),
+            units: Units::default(),
+            expressions: RefCell::new(Expressions::default()),
             error: RefCell::new(None),
             in_filter: Cell::new(false),
             offset: Cell::new(0),
         }
     }
 
-    pub(super) fn finish(self) -> File {
+    pub(super) fn finish(mut self) -> File {
+        let mut expressions = self.expressions.into_inner();
+        expressions.finish();
+        self.units.finish();
         File {
             statements: self.statements,
-            expressions: self.expressions.into_inner(),
+            expressions,
             units: self.units,
             comments: self.comments,
         }
@@ -167,7 +171,7 @@ impl Builder {
         let mut sides = Vec::with_capacity(2);
         for part in pair.into_inner() {
             match part.as_rule() {
-                Rule::indices => indices = Some(self.indices(part)?),
+                Rule::indices => indices = Some(Box::new(self.indices(part)?)),
                 Rule::expr => sides.push(self.expression(part)),
                 _ => {}
             }
@@ -195,7 +199,7 @@ impl Builder {
         for part in pair.into_inner() {
             match part.as_rule() {
                 Rule::name => name = Some(self.declared(&part)),
-                Rule::indices => indices = Some(self.indices(part)?),
+                Rule::indices => indices = Some(Box::new(self.indices(part)?)),
                 Rule::unit => unit = Some(self.unit(part)?),
                 Rule::expr => value = Some(self.expression(part)),
                 Rule::uncertainty => {
@@ -218,7 +222,7 @@ impl Builder {
 
     fn name(&self, pair: &Pair<'_, Rule>) -> Name {
         Name {
-            text: pair.as_str().to_owned(),
+            text: pair.as_str().into(),
             span: self.span(pair),
         }
     }
@@ -228,7 +232,7 @@ impl Builder {
         let name = self.name(pair);
         if let Some(meaning) = words::reserved_for(&name.text) {
             self.object(SyntaxError::ReservedName {
-                name: name.text.clone(),
+                name: name.text.to_string(),
                 meaning,
                 span: name.span,
             });
@@ -277,7 +281,7 @@ impl Builder {
         }
         Ok(Indices {
             span,
-            entries,
+            entries: entries.into(),
             filter,
         })
     }

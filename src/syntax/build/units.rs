@@ -9,9 +9,8 @@ use super::{Builder, required};
 use crate::span::Span;
 
 impl Builder {
-    fn push_unit(&mut self, span: Span, kind: UnitKind) -> UnitRef {
-        self.units.push(Unit { span, kind });
-        UnitRef(self.units.len() as u32 - 1)
+    fn push_unit(&mut self, span: Span, kind: UnitKind<'_>) -> UnitRef {
+        self.units.push(Unit { span, kind })
     }
 
     pub(super) fn unit(&mut self, pair: Pair<'_, Rule>) -> Result<UnitRef, SyntaxError> {
@@ -28,7 +27,7 @@ impl Builder {
         }
         match factors.as_slice() {
             [(_, only)] => Ok(*only),
-            _ => Ok(self.push_unit(span, UnitKind::Product(factors))),
+            _ => Ok(self.push_unit(span, UnitKind::Product(&factors))),
         }
     }
 
@@ -41,7 +40,7 @@ impl Builder {
             match part.as_rule() {
                 Rule::unit_one => base = Some(self.push_unit(here, UnitKind::One)),
                 Rule::unit_name => {
-                    base = Some(self.push_unit(here, UnitKind::Name(part.as_str().to_owned())));
+                    base = Some(self.push_unit(here, UnitKind::Name(part.as_str())));
                 }
                 Rule::unit => base = Some(self.unit(part)?),
                 Rule::exponent => power = Some(self.unit_exponent(part)?),
