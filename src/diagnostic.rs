@@ -29,6 +29,9 @@ pub struct Label {
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
+    /// The kind of mistake, `E0012`; [`explain`](crate::explain::explain) knows more about it.
+    /// `None` for what is no kind of its own.
+    pub code: Option<&'static str>,
     /// What is wrong, one sentence without a full stop.
     pub message: String,
     /// The place of the mistake; `None` where the whole file is at fault.
@@ -45,6 +48,7 @@ impl Diagnostic {
     pub fn error(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
+            code: None,
             message: message.into(),
             primary: Some(Label {
                 span,
@@ -60,11 +64,28 @@ impl Diagnostic {
     pub fn global(message: impl Into<String>) -> Self {
         Self {
             severity: Severity::Error,
+            code: None,
             message: message.into(),
             primary: None,
             secondary: Vec::new(),
             help: None,
         }
+    }
+
+    /// Something legal, but suspicious, at a place.
+    #[must_use]
+    pub fn warning(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Warning,
+            ..Self::error(message, span, label)
+        }
+    }
+
+    /// The same with the code of its kind.
+    #[must_use]
+    pub fn with_code(mut self, code: &'static str) -> Self {
+        self.code = Some(code);
+        self
     }
 
     /// The same with a second place.

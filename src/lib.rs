@@ -47,6 +47,8 @@ pub mod diagnostic;
 
 pub mod syntax;
 
+pub mod explain;
+
 #[cfg(feature = "engine")]
 pub mod number;
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 
 const ABOUT: &str = "\
 Small oscillations: write T and V as they stand on the blackboard, get normal frequencies in which
@@ -31,6 +31,7 @@ What to type:
     librate derive three_pendulums.lag                M and K in symbols
     librate modes three_pendulums.lag                 frequencies and mode shapes
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
+    librate explain E0201                             more about a mistake, by its code
 
 `librate COMMAND --help` tells more. Exit status: 0 success, 1 the model or the request is at
 fault, 2 wrong usage.";
@@ -52,6 +53,10 @@ Examples:
 
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
+
+const EXPLAIN: &str = "\
+More about a kind of mistake or warning: what is wrong, why it matters, a model with it and one
+without. Without a code, the list of all codes.";
 
 const DERIVE: &str = "\
 The mass matrix M and the stiffness matrix K at the equilibrium, as expressions in the parameters.
@@ -75,6 +80,25 @@ Examples:
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
+    /// How mistakes and warnings are told
+    #[arg(
+        long,
+        global = true,
+        value_enum,
+        value_name = "FORMAT",
+        default_value_t
+    )]
+    pub(crate) message_format: MessageFormat,
+}
+
+/// How mistakes and warnings are told on standard error.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum MessageFormat {
+    /// Drawn into the text, for people
+    #[default]
+    Text,
+    /// One JSON object a line, for programs
+    Json,
 }
 
 #[derive(Debug, Subcommand)]
@@ -88,6 +112,9 @@ pub(crate) enum Command {
     /// The mass and stiffness matrices in symbols
     #[command(long_about = DERIVE, after_help = DERIVE_EXAMPLE)]
     Derive(Derive),
+    /// What the code of a mistake means, with an example
+    #[command(long_about = EXPLAIN)]
+    Explain(Explain),
 }
 
 #[derive(Debug, Args)]
@@ -122,6 +149,13 @@ pub(crate) struct Modes {
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Explain {
+    /// The code, as it stands behind `error` or `warning`: `E0201`; without one, all codes
+    #[arg(value_name = "CODE")]
+    pub(crate) code: Option<String>,
 }
 
 #[derive(Debug, Args)]

@@ -37,7 +37,8 @@ pub(crate) fn diagnostics(
         let drawn = if diagnostic.primary.is_some() {
             renderer.render(&[group(&page, diagnostic)])
         } else {
-            without_place(&renderer, &diagnostic.message, diagnostic.help.as_deref())
+            let (message, help) = (&diagnostic.message, diagnostic.help.as_deref());
+            without_place(&renderer, message, help, diagnostic.code)
         };
         out.push_str(&drawn);
         out.push_str("\n\n");
@@ -69,13 +70,22 @@ pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
     } else {
         Renderer::plain()
     };
-    format!("{}\n", without_place(&renderer, text, help))
+    format!("{}\n", without_place(&renderer, text, help, None))
 }
 
 /// A report that has no excerpt: the fix stands on a line of its own.
-fn without_place(renderer: &Renderer, text: &str, help: Option<&str>) -> String {
+fn without_place(
+    renderer: &Renderer,
+    text: &str,
+    help: Option<&str>,
+    code: Option<&'static str>,
+) -> String {
     let title = |title| renderer.render(&[Group::with_title(title)]);
-    let mut out = title(Level::ERROR.primary_title(text));
+    let head = Level::ERROR.primary_title(text);
+    let mut out = title(match code {
+        Some(code) => head.id(code),
+        None => head,
+    });
     if let Some(help) = help {
         out.push('\n');
         out.push_str(&title(Level::HELP.primary_title(help)));
@@ -151,7 +161,11 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
         Severity::Error => Level::ERROR,
         Severity::Warning => Level::WARNING,
     };
-    let mut group = Group::with_title(level.primary_title(diagnostic.message.as_str()));
+    let mut title = level.primary_title(diagnostic.message.as_str());
+    if let Some(code) = diagnostic.code {
+        title = title.id(code);
+    }
+    let mut group = Group::with_title(title);
     let labels = diagnostic
         .primary
         .iter()

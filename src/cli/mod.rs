@@ -3,6 +3,7 @@
 mod args;
 mod draw;
 mod input;
+mod messages;
 mod progress;
 
 use std::io::{self, IsTerminal, Write};
@@ -13,9 +14,9 @@ use clap::Parser;
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings};
 use librate::report::{self, Style};
-use librate::{Error, linearize, modes, oscillation, syntax};
+use librate::{Error, explain, linearize, modes, oscillation, syntax};
 
-use args::{Cli, Command, ModelArgs};
+use args::{Cli, Command, MessageFormat, ModelArgs};
 use input::Source;
 use progress::Progress;
 
@@ -42,25 +43,79 @@ enum Failure {
     BrokenPipe,
 }
 
+/// What a command has to say: its result, and what was suspicious on the way.
+struct Answer {
+    text: String,
+    /// Warnings, and the text that they are about.
+    remarks: Option<(Source, Vec<Diagnostic>)>,
+}
+
+/// A model on its way through a command.
+struct Loaded {
+    source: Source,
+    model: Model,
+    warnings: Vec<Diagnostic>,
+}
+
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
-    match result(&cli.command).and_then(|text| write_out(&text)) {
+    let format = cli.message_format;
+    let written = result(&cli.command).and_then(|answer| {
+        if let Some((source, warnings)) = answer.remarks
+            && !warnings.is_empty()
+        {
+            tell(&source, &warnings, format);
+        }
+        write_out(&answer.text)
+    });
+    match written {
         Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(complain(failure)),
+        Err(failure) => ExitCode::from(complain(failure, format)),
     }
 }
 
-fn result(command: &Command) -> Result<String, Failure> {
+fn result(command: &Command) -> Result<Answer, Failure> {
     match command {
         Command::Modes(modes) => modes_text(modes),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
+        Command::Explain(explain) => explain_text(explain),
     }
 }
 
-fn modes_text(args: &args::Modes) -> Result<String, Failure> {
-    let (source, model) = load(&args.model)?;
+fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
+    let text = match &args.code {
+        None => explain::codes()
+            .filter_map(|code| explain::explain(code)?.lines().next())
+            .map(|title| format!("{}\n", title.trim_start_matches(['#', ' '])))
+            .collect(),
+        Some(code) => match explain::explain(code) {
+            Some(page) => page.to_owned(),
+            None => {
+                return Err(Failure::Other {
+                    message: format!("there is no code `{code}`"),
+                    help: Some(
+                        "codes stand behind `error` and `warning`, like E0201; `librate explain` lists them"
+                            .to_owned(),
+                    ),
+                    status: USAGE,
+                });
+            }
+        },
+    };
+    Ok(Answer {
+        text,
+        remarks: None,
+    })
+}
+
+fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        mut warnings,
+    } = load(&args.model)?;
     let options = modes::Options {
         vectors: !args.no_vectors,
         lowest: args.lowest,
@@ -72,17 +127,39 @@ fn modes_text(args: &args::Modes) -> Result<String, Failure> {
         Ok((linearized, modes))
     });
     drop(progress);
-    match computed {
-        Ok((linearized, modes)) if args.json => {
-            Ok(report::modes_json(&linearized, &modes, &options))
-        }
-        Ok((linearized, modes)) => Ok(report::modes_text(&linearized, &modes, &options, &style())),
-        Err(error) => Err(Failure::Model(source, Error::from(error).diagnostics())),
-    }
+    let (linearized, modes) = match computed {
+        Ok(computed) => computed,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let suspicious = oscillation::warnings(&linearized, &modes);
+    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    let text = if args.json {
+        report::modes_json(&linearized, &modes, &options)
+    } else {
+        report::modes_text(&linearized, &modes, &options, &style())
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, warnings)),
+    })
 }
 
-fn check_text(args: &args::Check) -> Result<String, Failure> {
-    let (source, model) = load(&args.model)?;
+/// What a later stage says, below what was suspicious already.
+fn failed(
+    source: Source,
+    mut warnings: Vec<Diagnostic>,
+    error: linearize::LinearizeError,
+) -> Failure {
+    warnings.extend(Error::from(error).diagnostics());
+    Failure::Model(source, warnings)
+}
+
+fn check_text(args: &args::Check) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        warnings,
+    } = load(&args.model)?;
     let name = model.name.as_ref().unwrap_or(&source.name);
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };
@@ -93,24 +170,35 @@ fn check_text(args: &args::Check) -> Result<String, Failure> {
     } else {
         "T and V are in order"
     };
-    Ok(format!("{name}: {count} coordinate{plural}, {energies}\n"))
+    Ok(Answer {
+        text: format!("{name}: {count} coordinate{plural}, {energies}\n"),
+        remarks: Some((source, warnings)),
+    })
 }
 
-fn derive_text(args: &args::Derive) -> Result<String, Failure> {
-    let (source, model) = load(&args.model)?;
+fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        warnings,
+    } = load(&args.model)?;
     let name = model.name.clone();
     let progress = Progress::start("deriving M and K");
     let derived = linearize::derive(model);
     drop(progress);
-    match derived {
-        Ok(matrices) if args.json => Ok(report::derive_json(name.as_deref(), &matrices)),
-        Ok(matrices) => Ok(report::derive_text(name.as_deref(), &matrices, &style())),
-        Err(error) => Err(Failure::Model(source, Error::from(error).diagnostics())),
-    }
+    let text = match derived {
+        Ok(matrices) if args.json => report::derive_json(name.as_deref(), &matrices),
+        Ok(matrices) => report::derive_text(name.as_deref(), &matrices, &style()),
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, warnings)),
+    })
 }
 
 /// The checked model, and its text for messages.
-fn load(args: &ModelArgs) -> Result<(Source, Model), Failure> {
+fn load(args: &ModelArgs) -> Result<Loaded, Failure> {
     let mut settings = Settings::new();
     for text in &args.settings {
         settings.add(text).map_err(|error| {
@@ -131,10 +219,16 @@ fn load(args: &ModelArgs) -> Result<(Source, Model), Failure> {
         .map_err(Error::from)
         .and_then(|file| {
             let tables = input::read_tables(&args.file, &file);
-            Ok(model::elaborate(&file, &tables, &settings)?)
+            let model = model::elaborate(&file, &tables, &settings)?;
+            let suspicious = model::warnings(&file, &model);
+            Ok((model, suspicious.iter().map(Diagnostic::from).collect()))
         });
     match checked {
-        Ok(model) => Ok((source, model)),
+        Ok((model, warnings)) => Ok(Loaded {
+            source,
+            model,
+            warnings,
+        }),
         Err(error) => Err(Failure::Model(source, error.diagnostics())),
     }
 }
@@ -167,23 +261,44 @@ fn write_out(text: &str) -> Result<(), Failure> {
     })
 }
 
-/// Writes what went wrong to standard error; gives the exit status.
-fn complain(failure: Failure) -> u8 {
+/// Writes diagnostics to standard error.
+fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
     let stream = io::stderr();
-    let color = AutoStream::choice(&stream) != ColorChoice::Never;
-    let (text, status) = match failure {
-        Failure::Model(source, all) => {
+    let text = match format {
+        MessageFormat::Json => messages::diagnostics(source, all),
+        MessageFormat::Text => {
+            let color = AutoStream::choice(&stream) != ColorChoice::Never;
             let width = terminal_width(&stream).unwrap_or(PLAIN_MESSAGE_WIDTH);
-            (draw::diagnostics(&source, &all, color, width), FAULT)
+            draw::diagnostics(source, all, color, width)
+        }
+    };
+    // Where not even this can be written, the exit status has to do.
+    let _ = stream.lock().write_all(text.as_bytes());
+}
+
+/// Writes what went wrong to standard error; gives the exit status.
+fn complain(failure: Failure, format: MessageFormat) -> u8 {
+    let stream = io::stderr();
+    match failure {
+        Failure::Model(source, all) => {
+            tell(&source, &all, format);
+            FAULT
         }
         Failure::Other {
             message,
             help,
             status,
-        } => (draw::message(&message, help.as_deref(), color), status),
-        Failure::BrokenPipe => return 0,
-    };
-    // Where not even this can be written, the exit status has to do.
-    let _ = stream.lock().write_all(text.as_bytes());
-    status
+        } => {
+            let text = match format {
+                MessageFormat::Json => messages::message(&message, help.as_deref()),
+                MessageFormat::Text => {
+                    let color = AutoStream::choice(&stream) != ColorChoice::Never;
+                    draw::message(&message, help.as_deref(), color)
+                }
+            };
+            let _ = stream.lock().write_all(text.as_bytes());
+            status
+        }
+        Failure::BrokenPipe => 0,
+    }
 }

@@ -168,20 +168,25 @@ fn unsupported_words(feature: Feature) -> &'static str {
 
 impl From<&LinearizeError> for Diagnostic {
     fn from(error: &LinearizeError) -> Self {
-        let message = error.to_string();
-        match error {
+        described(error).with_code(error.code())
+    }
+}
+
+fn described(error: &LinearizeError) -> Diagnostic {
+    let message = error.to_string();
+    match error {
             LinearizeError::MissingValue { name, span } => {
-                Self::error(message, *span, "declared without a value").with_help(format!(
+                Diagnostic::error(message, *span, "declared without a value").with_help(format!(
                     "give it a value in the file, or on the command line: --set {name}=VALUE"
                 ))
             }
             LinearizeError::NotAnEquilibrium { span, .. } => {
-                Self::error(message, *span, "given here").with_help(
+                Diagnostic::error(message, *span, "given here").with_help(
                     "at an equilibrium every generalised force vanishes; a point nearby can be given as `guess`, and the equilibrium is searched for from there",
                 )
             }
             LinearizeError::NoEquilibrium { span, .. } => {
-                Self::error(message, *span, "this coordinate runs away").with_help(
+                Diagnostic::error(message, *span, "this coordinate runs away").with_help(
                     "without an equilibrium there are no small oscillations; is a restoring force missing?",
                 )
             }
@@ -190,26 +195,25 @@ impl From<&LinearizeError> for Diagnostic {
                 force,
                 point,
                 span,
-            } => Self::error(message, *span, format!("the force on {coordinate} is still {force}"))
+            } => Diagnostic::error(message, *span, format!("the force on {coordinate} is still {force}"))
                 .with_help(format!(
                     "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
                 )),
-            LinearizeError::NotFinite { span, .. } => Self::error(message, *span, "in this term")
+            LinearizeError::NotFinite { span, .. } => Diagnostic::error(message, *span, "in this term")
                 .with_help("is something divided by zero, or a root taken of a negative number? If parameters are not to blame, `guess` moves the starting point"),
-            LinearizeError::SingularMass { span, .. } => Self::error(
+            LinearizeError::SingularMass { span, .. } => Diagnostic::error(
                 message,
                 *span,
                 "no velocity of this motion in T",
             )
             .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
             LinearizeError::IndefiniteMass { span, .. } => {
-                Self::error(message, *span, "declared here")
+                Diagnostic::error(message, *span, "declared here")
                     .with_help("a kinetic energy can't be negative; look for a wrong sign in T")
             }
-            LinearizeError::Unsupported { span, .. } => Self::error(message, *span, ""),
-            LinearizeError::TimeDependent { span } => Self::error(message, *span, "contains the time")
+            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),
+            LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
-            LinearizeError::NoModes { .. } | LinearizeError::TooLarge { .. } => Self::global(message),
+            LinearizeError::NoModes { .. } | LinearizeError::TooLarge { .. } => Diagnostic::global(message),
         }
-    }
 }

@@ -7,6 +7,7 @@
 //! expressions. Eigenvalues are not this stage's business.
 
 mod assemble;
+mod codes;
 mod elements;
 mod equilibrium;
 mod error;

@@ -390,159 +390,163 @@ fn meant(nearest: Option<&String>) -> Option<String> {
 
 impl From<&ModelError> for Diagnostic {
     fn from(error: &ModelError) -> Self {
-        let message = error.to_string();
-        let at = |span: Span, label: &str| Diagnostic::error(message.clone(), span, label);
-        let or_help = |diagnostic: Diagnostic, help: Option<String>| match help {
-            Some(help) => diagnostic.with_help(help),
-            None => diagnostic,
-        };
-        match error {
-            ModelError::UndeclaredName {
-                span,
-                nearest,
-                later,
-                name,
-            } => match later {
-                Some(later) => at(*span, "used here")
-                    .with_secondary(*later, "declared only here")
-                    .with_help(format!(
-                        "move the declaration of `{name}` before its first use"
-                    )),
-                None => or_help(
-                    at(*span, "unknown name"),
-                    meant(nearest.as_ref()).or_else(|| {
-                        Some(format!(
-                            "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
-                        ))
-                    }),
-                ),
-            },
-            ModelError::UnknownFunction {
-                span,
-                nearest,
-                quantity,
-                name,
-            } => or_help(
-                at(*span, "not a function"),
-                if *quantity {
-                    Some(format!(
-                        "`{name}` is a quantity; to multiply, write `{name}*(…)`"
-                    ))
-                } else {
-                    function_elsewhere(name)
-                        .map(str::to_owned)
-                        .or_else(|| meant(nearest.as_ref()))
-                },
-            ),
-            ModelError::GivenTwice { span, first, .. } => {
-                at(*span, "given again here").with_secondary(*first, "first given here")
-            }
-            ModelError::SecondStatement { span, first, what } => at(*span, "given again here")
-                .with_secondary(*first, "first given here")
-                .with_help(format!("add the terms into one `{what} = …`")),
-            ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
-                .with_secondary(*energy, "an energy beside it")
-                .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
-            ModelError::Dimension(error) => Diagnostic::from(&**error),
-            ModelError::FollowOn {} => Diagnostic::global(message.clone()),
-            ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
-                .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
-            ModelError::NoCoordinates {} => Diagnostic::global(message.clone())
-                .with_help("declare the generalised coordinates, for example `coord x`"),
-            ModelError::RecursiveLet { span, name } => {
-                at(*span, "uses itself here").with_help(if name.contains('[') {
-                    "a member of a family may use members with a lower index only"
-                } else {
-                    "a `let` may use what is declared before it, and not itself"
-                })
-            }
-            ModelError::IndexOutOfRange {
-                span,
-                available,
-                declared,
-                ..
-            } => {
-                let diagnostic = at(*span, available);
-                match declared {
-                    Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-                    None => diagnostic,
-                }
-            }
-            ModelError::NotAnInteger { span, .. } => {
-                at(*span, "indices and ranges count in whole numbers")
-            }
-            ModelError::TooManyIndices {
-                span, available: 0, ..
-            } => at(*span, "an index here"),
-            ModelError::TooManyIndices { span, .. } => at(*span, "more indices than that"),
-            ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
-            ModelError::ArgumentCount { span, .. } => at(*span, ""),
-            ModelError::ListLength { span, expected, .. } => at(*span, "").with_help(format!(
-                "give {expected} values, or a single one that fills the family"
-            )),
-            ModelError::Acceleration { span, energy } => at(*span, "a second time derivative")
+        described(error).with_code(error.code())
+    }
+}
+
+fn described(error: &ModelError) -> Diagnostic {
+    let message = error.to_string();
+    let at = |span: Span, label: &str| Diagnostic::error(message.clone(), span, label);
+    let or_help = |diagnostic: Diagnostic, help: Option<String>| match help {
+        Some(help) => diagnostic.with_help(help),
+        None => diagnostic,
+    };
+    match error {
+        ModelError::UndeclaredName {
+            span,
+            nearest,
+            later,
+            name,
+        } => match later {
+            Some(later) => at(*span, "used here")
+                .with_secondary(*later, "declared only here")
                 .with_help(format!(
-                    "{energy} may contain coordinates and velocities only; was one `'` too many?"
+                    "move the declaration of `{name}` before its first use"
                 )),
-            ModelError::NotConstant { span, .. } => at(*span, "not constant"),
-            ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
-                format!("give it a value in the file, or `--set {name}=VALUE`"),
+            None => or_help(
+                at(*span, "unknown name"),
+                meant(nearest.as_ref()).or_else(|| {
+                    Some(format!(
+                        "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
+                    ))
+                }),
             ),
-            ModelError::UnknownSetting { nearest, .. } => {
-                or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
-            }
-            ModelError::BadSetting { .. } => Diagnostic::global(message.clone()).with_help(
-                "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
-            ),
-            ModelError::MissingTable { span, .. } => {
-                at(*span, "named here").with_help("the path is taken relative to the model file")
-            }
-            ModelError::BadTable { span, .. } => at(*span, "read here"),
-            ModelError::UnknownColumn {
-                span,
-                nearest,
-                available,
-                ..
-            } => or_help(
-                at(*span, "unknown column"),
-                meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}"))),
-            ),
-            ModelError::TooLarge { span, .. } => at(*span, "this does not fit into memory"),
-            ModelError::UndecidedComparison { span } => {
-                at(*span, "the two sides agree to thirty digits").with_help(
-                    "write the condition without roots or functions, for example with squares",
-                )
-            }
-            ModelError::IndexReusesName { span, declared, .. } => {
-                let diagnostic = at(*span, "an index needs a name of its own");
-                match declared {
-                    Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-                    None => diagnostic.with_help("an index of that name is already running here"),
-                }
-            }
-            ModelError::ConditionOrValue { span, .. } => at(*span, ""),
-            ModelError::NotForIndices { span, .. } => at(*span, "").with_help(
-                "literals, parameters, table fields and outer indices can, with mod and floor",
-            ),
-            ModelError::Undefined { span, .. } => at(*span, "not defined"),
-            ModelError::UnknownUnit {
-                span,
-                nearest,
-                name,
-            } => {
-                let known = || Some(unit_elsewhere(name).to_owned());
-                or_help(
-                    at(*span, "unknown unit"),
-                    meant(nearest.as_ref()).or_else(known),
-                )
-            }
-            ModelError::TableAsValue { span, name } => at(*span, "a table").with_help(format!(
-                "`rows({name})` is its length, `{name}[3].column` one of its fields"
-            )),
-            ModelError::NotACoordinate { span, nearest, .. } => {
-                or_help(at(*span, "not a coordinate"), meant(nearest.as_ref()))
-            }
-            ModelError::BadIndices { span, .. } => at(*span, ""),
+        },
+        ModelError::UnknownFunction {
+            span,
+            nearest,
+            quantity,
+            name,
+        } => or_help(
+            at(*span, "not a function"),
+            if *quantity {
+                Some(format!(
+                    "`{name}` is a quantity; to multiply, write `{name}*(…)`"
+                ))
+            } else {
+                function_elsewhere(name)
+                    .map(str::to_owned)
+                    .or_else(|| meant(nearest.as_ref()))
+            },
+        ),
+        ModelError::GivenTwice { span, first, .. } => {
+            at(*span, "given again here").with_secondary(*first, "first given here")
         }
+        ModelError::SecondStatement { span, first, what } => at(*span, "given again here")
+            .with_secondary(*first, "first given here")
+            .with_help(format!("add the terms into one `{what} = …`")),
+        ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
+            .with_secondary(*energy, "an energy beside it")
+            .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+        ModelError::Dimension(error) => Diagnostic::from(&**error),
+        ModelError::FollowOn {} => Diagnostic::global(message.clone()),
+        ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
+            .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
+        ModelError::NoCoordinates {} => Diagnostic::global(message.clone())
+            .with_help("declare the generalised coordinates, for example `coord x`"),
+        ModelError::RecursiveLet { span, name } => {
+            at(*span, "uses itself here").with_help(if name.contains('[') {
+                "a member of a family may use members with a lower index only"
+            } else {
+                "a `let` may use what is declared before it, and not itself"
+            })
+        }
+        ModelError::IndexOutOfRange {
+            span,
+            available,
+            declared,
+            ..
+        } => {
+            let diagnostic = at(*span, available);
+            match declared {
+                Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+                None => diagnostic,
+            }
+        }
+        ModelError::NotAnInteger { span, .. } => {
+            at(*span, "indices and ranges count in whole numbers")
+        }
+        ModelError::TooManyIndices {
+            span, available: 0, ..
+        } => at(*span, "an index here"),
+        ModelError::TooManyIndices { span, .. } => at(*span, "more indices than that"),
+        ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
+        ModelError::ArgumentCount { span, .. } => at(*span, ""),
+        ModelError::ListLength { span, expected, .. } => at(*span, "").with_help(format!(
+            "give {expected} values, or a single one that fills the family"
+        )),
+        ModelError::Acceleration { span, energy } => at(*span, "a second time derivative")
+            .with_help(format!(
+                "{energy} may contain coordinates and velocities only; was one `'` too many?"
+            )),
+        ModelError::NotConstant { span, .. } => at(*span, "not constant"),
+        ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
+            format!("give it a value in the file, or `--set {name}=VALUE`"),
+        ),
+        ModelError::UnknownSetting { nearest, .. } => {
+            or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
+        }
+        ModelError::BadSetting { .. } => Diagnostic::global(message.clone()).with_help(
+            "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
+        ),
+        ModelError::MissingTable { span, .. } => {
+            at(*span, "named here").with_help("the path is taken relative to the model file")
+        }
+        ModelError::BadTable { span, .. } => at(*span, "read here"),
+        ModelError::UnknownColumn {
+            span,
+            nearest,
+            available,
+            ..
+        } => or_help(
+            at(*span, "unknown column"),
+            meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}"))),
+        ),
+        ModelError::TooLarge { span, .. } => at(*span, "this does not fit into memory"),
+        ModelError::UndecidedComparison { span } => {
+            at(*span, "the two sides agree to thirty digits").with_help(
+                "write the condition without roots or functions, for example with squares",
+            )
+        }
+        ModelError::IndexReusesName { span, declared, .. } => {
+            let diagnostic = at(*span, "an index needs a name of its own");
+            match declared {
+                Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+                None => diagnostic.with_help("an index of that name is already running here"),
+            }
+        }
+        ModelError::ConditionOrValue { span, .. } => at(*span, ""),
+        ModelError::NotForIndices { span, .. } => at(*span, "").with_help(
+            "literals, parameters, table fields and outer indices can, with mod and floor",
+        ),
+        ModelError::Undefined { span, .. } => at(*span, "not defined"),
+        ModelError::UnknownUnit {
+            span,
+            nearest,
+            name,
+        } => {
+            let known = || Some(unit_elsewhere(name).to_owned());
+            or_help(
+                at(*span, "unknown unit"),
+                meant(nearest.as_ref()).or_else(known),
+            )
+        }
+        ModelError::TableAsValue { span, name } => at(*span, "a table").with_help(format!(
+            "`rows({name})` is its length, `{name}[3].column` one of its fields"
+        )),
+        ModelError::NotACoordinate { span, nearest, .. } => {
+            or_help(at(*span, "not a coordinate"), meant(nearest.as_ref()))
+        }
+        ModelError::BadIndices { span, .. } => at(*span, ""),
     }
 }

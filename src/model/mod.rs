@@ -4,6 +4,7 @@
 //! taken apart into families of terms ([`TermFamily`]). Everything stays exact and symbolic: no
 //! energy is differentiated and no coordinate gets a number here.
 
+mod codes;
 mod compile;
 mod compile_index;
 mod coordinates;
@@ -27,6 +28,7 @@ mod table;
 mod terms;
 mod units;
 mod values;
+mod warning;
 
 use std::collections::HashMap;
 
@@ -36,6 +38,7 @@ pub use names::{Coordinate, Parameter, SymbolKind};
 pub use settings::Settings;
 pub use table::TableTexts;
 pub use terms::{Local, TermFamily};
+pub use warning::{Warning, warnings};
 
 use crate::expr::{ExprId, Pool, Symbol};
 use crate::span::Span;

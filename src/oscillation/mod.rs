@@ -5,6 +5,9 @@
 //! itself.
 
 mod symmetry;
+mod warning;
+
+pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
 use crate::modes::{self, Kind, ModesError, Options, Problem, Stability};

@@ -12,6 +12,7 @@
 mod arena;
 pub mod ast;
 mod build;
+mod codes;
 mod error;
 mod explain;
 mod grammar;

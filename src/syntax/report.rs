@@ -20,7 +20,8 @@ impl From<&SyntaxError> for Diagnostic {
         let mut diagnostic = match error {
             SyntaxError::FileTooLarge { .. } => Self::global(message),
             _ => Self::error(message, error.span(), label),
-        };
+        }
+        .with_code(error.code());
         for (span, text) in secondary {
             diagnostic = diagnostic.with_secondary(span, text);
         }

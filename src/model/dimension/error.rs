@@ -122,78 +122,82 @@ fn with_inferred(diagnostic: Diagnostic, inferred: Option<&Inferred>) -> Diagnos
 
 impl From<&DimensionError> for Diagnostic {
     fn from(error: &DimensionError) -> Self {
-        let message = error.to_string();
-        match error {
-            DimensionError::UnlikeTerms {
-                found,
-                span,
-                other,
-                other_span,
-                inferred,
-            } => with_inferred(
-                Diagnostic::error(message, *span, with_unit(found))
-                    .with_secondary(*other_span, with_unit(other)),
-                inferred.as_ref(),
-            )
-            .with_help(names::remedy(found, other)),
-            DimensionError::WrongEnergy {
-                what,
-                found,
-                wanted,
-                span,
-                statement,
-                inferred,
-            } => with_inferred(
-                Diagnostic::error(message, *span, with_unit(found)).with_secondary(
-                    *statement,
-                    if wanted.unit() == wanted.to_string() {
-                        with_unit(wanted)
-                    } else {
-                        format!("`{what}` is {}", with_unit(wanted))
-                    },
-                ),
-                inferred.as_ref(),
-            )
-            .with_help(names::remedy(found, wanted)),
-            DimensionError::NotANumber {
-                found,
-                span,
-                inferred,
-                ..
-            } => with_inferred(
-                Diagnostic::error(message, *span, with_unit(found)),
-                inferred.as_ref(),
-            )
-            .with_help(names::remedy(found, &Dimension::default())),
-            DimensionError::UnlikeArguments {
-                found,
-                span,
-                other,
-                other_span,
-                inferred,
-                ..
-            } => with_inferred(
-                Diagnostic::error(message, *span, with_unit(found))
-                    .with_secondary(*other_span, with_unit(other)),
-                inferred.as_ref(),
-            )
-            .with_help(names::remedy(found, other)),
-            DimensionError::WrongSide {
-                name,
-                declared,
-                declared_span,
-                found,
-                span,
-                inferred,
-                ..
-            } => with_inferred(
-                Diagnostic::error(message, *span, with_unit(found)).with_secondary(
-                    *declared_span,
-                    format!("`{name}` is {}", with_unit(declared)),
-                ),
-                inferred.as_ref(),
-            )
-            .with_help(names::remedy(found, declared)),
-        }
+        described(error).with_code(error.code())
+    }
+}
+
+fn described(error: &DimensionError) -> Diagnostic {
+    let message = error.to_string();
+    match error {
+        DimensionError::UnlikeTerms {
+            found,
+            span,
+            other,
+            other_span,
+            inferred,
+        } => with_inferred(
+            Diagnostic::error(message, *span, with_unit(found))
+                .with_secondary(*other_span, with_unit(other)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, other)),
+        DimensionError::WrongEnergy {
+            what,
+            found,
+            wanted,
+            span,
+            statement,
+            inferred,
+        } => with_inferred(
+            Diagnostic::error(message, *span, with_unit(found)).with_secondary(
+                *statement,
+                if wanted.unit() == wanted.to_string() {
+                    with_unit(wanted)
+                } else {
+                    format!("`{what}` is {}", with_unit(wanted))
+                },
+            ),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, wanted)),
+        DimensionError::NotANumber {
+            found,
+            span,
+            inferred,
+            ..
+        } => with_inferred(
+            Diagnostic::error(message, *span, with_unit(found)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, &Dimension::default())),
+        DimensionError::UnlikeArguments {
+            found,
+            span,
+            other,
+            other_span,
+            inferred,
+            ..
+        } => with_inferred(
+            Diagnostic::error(message, *span, with_unit(found))
+                .with_secondary(*other_span, with_unit(other)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, other)),
+        DimensionError::WrongSide {
+            name,
+            declared,
+            declared_span,
+            found,
+            span,
+            inferred,
+            ..
+        } => with_inferred(
+            Diagnostic::error(message, *span, with_unit(found)).with_secondary(
+                *declared_span,
+                format!("`{name}` is {}", with_unit(declared)),
+            ),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, declared)),
     }
 }

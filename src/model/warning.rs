@@ -1,0 +1,416 @@
+//! What is legal in a model, but suspicious.
+
+use std::collections::{HashMap, HashSet};
+
+use super::names::SymbolKind;
+use super::survey::structural_names;
+use super::{Model, TermFamily};
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
+
+/// Something suspicious that is no mistake.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Warning {
+    /// A parameter that nothing uses.
+    #[error("the parameter `{name}` is never used")]
+    UnusedParameter {
+        /// The parameter.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// A named expression that nothing uses.
+    #[error("`{name}` is never used")]
+    UnusedExpression {
+        /// Its name.
+        name: String,
+        /// Where it is given.
+        span: Span,
+    },
+    /// A table that nothing uses.
+    #[error("the table `{name}` is never used")]
+    UnusedTable {
+        /// The table.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// A coordinate in no energy.
+    #[error("the coordinate `{name}` is never used")]
+    UnusedCoordinate {
+        /// The coordinate or family.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// A coordinate that the energies depend on through its velocity only.
+    #[error("no force acts on `{name}`: nothing brings it back")]
+    NoRestoringForce {
+        /// The coordinate or family.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// A whole number written with a decimal point where only whole numbers will do.
+    #[error("`{text}` sets a range, but is written like a measured value")]
+    DecimalRange {
+        /// As written.
+        text: String,
+        /// Where.
+        span: Span,
+    },
+    /// An index that its sum does not use.
+    #[error("the index `{name}` does not occur in what is summed")]
+    UnusedIndex {
+        /// The index.
+        name: String,
+        /// Where it stands.
+        span: Span,
+    },
+}
+
+impl Warning {
+    /// The code of this kind, `W0001`.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::UnusedParameter { .. } => "W0001",
+            Self::UnusedExpression { .. } => "W0002",
+            Self::UnusedTable { .. } => "W0003",
+            Self::UnusedCoordinate { .. } => "W0004",
+            Self::NoRestoringForce { .. } => "W0005",
+            Self::DecimalRange { .. } => "W0006",
+            Self::UnusedIndex { .. } => "W0007",
+        }
+    }
+
+    fn span(&self) -> Span {
+        match self {
+            Self::UnusedParameter { span, .. }
+            | Self::UnusedExpression { span, .. }
+            | Self::UnusedTable { span, .. }
+            | Self::UnusedCoordinate { span, .. }
+            | Self::NoRestoringForce { span, .. }
+            | Self::DecimalRange { span, .. }
+            | Self::UnusedIndex { span, .. } => *span,
+        }
+    }
+}
+
+impl From<&Warning> for Diagnostic {
+    fn from(warning: &Warning) -> Self {
+        let at = |label: &str| {
+            Self::warning(warning.to_string(), warning.span(), label).with_code(warning.code())
+        };
+        match warning {
+            Warning::UnusedParameter { name, .. } => at("declared here").with_help(format!(
+                "is a term missing? If not, leave the line out or call it `_{name}`"
+            )),
+            Warning::UnusedExpression { name, .. } => at("given here").with_help(format!(
+                "is a term missing? If not, leave the line out or call it `_{name}`"
+            )),
+            Warning::UnusedTable { .. } => at("read here"),
+            Warning::UnusedCoordinate { .. } => {
+                at("declared here").with_help("a coordinate needs a kinetic energy")
+            }
+            Warning::NoRestoringForce { .. } => at("only its velocity occurs in the energies")
+                .with_help(
+                    "it moves freely and gives a mode of frequency zero; is a term of V missing?",
+                ),
+            Warning::DecimalRange { text, .. } => {
+                let whole = text.split('.').next().unwrap_or(text);
+                at("a count").with_help(format!("write `{whole}`"))
+            }
+            Warning::UnusedIndex { .. } => at("every term is the same")
+                .with_help("is an index in brackets missing behind a name?"),
+        }
+    }
+}
+
+/// Everything suspicious in a file and in the model that came of it, in the order of the file.
+///
+/// Names that begin with `_` are unused on purpose.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param k = 2  coord x  T = 1/2*x'^2  V = x^2")?;
+/// let checked = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+/// let warnings = model::warnings(&file, &checked);
+/// assert_eq!(warnings[0].to_string(), "the parameter `k` is never used");
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
+    let mut found = unused_names(file);
+    found.extend(decimal_ranges(file));
+    found.extend(unused_indices(file));
+    let unused: HashSet<String> = found
+        .iter()
+        .filter_map(|warning| match warning {
+            Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
+            _ => None,
+        })
+        .collect();
+    found.extend(
+        free_coordinates(model)
+            .into_iter()
+            .filter(|warning| match warning {
+                Warning::NoRestoringForce { name, .. } => !unused.contains(name),
+                _ => true,
+            }),
+    );
+    found.sort_by_key(Warning::span);
+    found
+}
+
+/// Names that nothing reads; those with `_` in front are so on purpose.
+fn unused_names(file: &File) -> Vec<Warning> {
+    let mut used: HashSet<&str> = HashSet::new();
+    for expr in file.expressions.iter() {
+        if let ExprKind::Name(name) = expr.kind {
+            used.insert(name);
+        }
+        if let ExprKind::SumOver { indices, .. } = expr.kind {
+            used.extend(tables_of(indices));
+        }
+    }
+    let mut found = Vec::new();
+    let mut seen: HashSet<&str> = HashSet::new();
+    for statement in &file.statements {
+        match &statement.kind {
+            StatementKind::Param(binding)
+            | StatementKind::Let(binding)
+            | StatementKind::Guess(binding)
+            | StatementKind::Equilibrium { binding, .. } => {
+                used.extend(binding.indices.as_deref().into_iter().flat_map(tables_of));
+            }
+            StatementKind::Coord { declarations } => {
+                for one in declarations {
+                    used.extend(one.indices.as_deref().into_iter().flat_map(tables_of));
+                }
+            }
+            StatementKind::Constraint { indices, .. } => {
+                used.extend(indices.as_deref().into_iter().flat_map(tables_of));
+            }
+            StatementKind::Model { .. }
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Period(_)
+            | StatementKind::Table { .. } => {}
+        }
+    }
+    for statement in &file.statements {
+        let mut check = |name: &'_ Name, make: fn(String, Span) -> Warning| {
+            if !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
+                found.push(make(name.text.to_string(), name.span));
+            }
+        };
+        match &statement.kind {
+            StatementKind::Param(binding) => {
+                if seen.insert(binding.name.text.as_str()) {
+                    check(&binding.name, |name, span| Warning::UnusedParameter {
+                        name,
+                        span,
+                    });
+                }
+            }
+            StatementKind::Let(binding) => {
+                if seen.insert(binding.name.text.as_str()) {
+                    check(&binding.name, |name, span| Warning::UnusedExpression {
+                        name,
+                        span,
+                    });
+                }
+            }
+            StatementKind::Coord { declarations } => {
+                for one in declarations {
+                    check(&one.name, |name, span| Warning::UnusedCoordinate {
+                        name,
+                        span,
+                    });
+                }
+            }
+            StatementKind::Table { name, .. } => {
+                check(name, |name, span| Warning::UnusedTable { name, span });
+            }
+            StatementKind::Model { .. }
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Constraint { .. }
+            | StatementKind::Guess(_)
+            | StatementKind::Equilibrium { .. }
+            | StatementKind::Period(_) => {}
+        }
+    }
+    found
+}
+
+fn tables_of(indices: &Indices) -> impl Iterator<Item = &str> {
+    indices
+        .entries
+        .iter()
+        .filter_map(|entry| match &entry.kind {
+            IndexKind::Rows { table, .. } => Some(table.text.as_str()),
+            IndexKind::Member(_) | IndexKind::Range { .. } => None,
+        })
+}
+
+/// The bounds of all ranges.
+fn bounds(file: &File) -> Vec<ExprRef> {
+    let mut all: Vec<&Indices> = Vec::new();
+    for expr in file.expressions.iter() {
+        if let ExprKind::SumOver { indices, .. } = expr.kind {
+            all.push(indices);
+        }
+    }
+    for statement in &file.statements {
+        match &statement.kind {
+            StatementKind::Param(binding)
+            | StatementKind::Let(binding)
+            | StatementKind::Guess(binding)
+            | StatementKind::Equilibrium { binding, .. } => all.extend(binding.indices.as_deref()),
+            StatementKind::Coord { declarations } => {
+                all.extend(declarations.iter().filter_map(|one| one.indices.as_deref()));
+            }
+            StatementKind::Constraint { indices, .. } => all.extend(indices.as_deref()),
+            StatementKind::Model { .. }
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Period(_)
+            | StatementKind::Table { .. } => {}
+        }
+    }
+    let entries = all.into_iter().flat_map(|indices| &indices.entries);
+    entries
+        .flat_map(|entry| match &entry.kind {
+            IndexKind::Range { from, to, .. } => vec![*from, *to],
+            IndexKind::Member(at) => vec![*at],
+            IndexKind::Rows { .. } => Vec::new(),
+        })
+        .collect()
+}
+
+/// `1..3.0`, and `param N = 10.0` where N sets a range.
+fn decimal_ranges(file: &File) -> Vec<Warning> {
+    let decimal = |at: ExprRef| match file.expr(at).kind {
+        ExprKind::Number(text) if text.contains('.') => Some(Warning::DecimalRange {
+            text: text.to_owned(),
+            span: file.expr(at).span,
+        }),
+        _ => None,
+    };
+    let mut found: Vec<Warning> = bounds(file).into_iter().filter_map(decimal).collect();
+    let structural = structural_names(file);
+    for statement in &file.statements {
+        if let StatementKind::Param(binding) = &statement.kind
+            && structural.contains(binding.name.text.as_str())
+            && let Some(warning) = binding.value.and_then(decimal)
+        {
+            found.push(warning);
+        }
+    }
+    found
+}
+
+/// Indices of sums that neither the body nor the filter nor a later bound names.
+fn unused_indices(file: &File) -> Vec<Warning> {
+    let mut found = Vec::new();
+    let mut places: HashMap<&str, Vec<ExprRef>> = HashMap::new();
+    let mut sums = Vec::new();
+    for (number, expr) in (0..).zip(file.expressions.iter()) {
+        match expr.kind {
+            ExprKind::Name(name) => places.entry(name).or_default().push(ExprRef(number)),
+            ExprKind::SumOver { indices, .. } => sums.push((expr.span, indices)),
+            _ => {}
+        }
+    }
+    for all in places.values_mut() {
+        all.sort_by_key(|at| file.expr(*at).span);
+    }
+    for (span, indices) in sums {
+        for entry in &indices.entries {
+            let (IndexKind::Range {
+                variable: Some(name),
+                ..
+            }
+            | IndexKind::Rows { variable: name, .. }) = &entry.kind
+            else {
+                continue;
+            };
+            // Everything that a sum contains stands between its brackets.
+            let within = |at: &ExprRef| {
+                let place = file.expr(*at).span;
+                span.start <= place.start && place.end <= span.end
+            };
+            let named = places.get(name.text.as_str());
+            let used = named.is_some_and(|all| {
+                let from = all.partition_point(|at| file.expr(*at).span.start < span.start);
+                all.get(from).is_some_and(within)
+            });
+            if !used && !name.text.starts_with('_') {
+                found.push(Warning::UnusedIndex {
+                    name: name.text.to_string(),
+                    span: name.span,
+                });
+            }
+        }
+    }
+    found
+}
+
+/// Coordinates whose position no energy depends on; a family as one where all of it is free.
+fn free_coordinates(model: &Model) -> Vec<Warning> {
+    let mut bound = vec![false; model.coordinates.len()];
+    let energies = model.kinetic.iter().chain(&model.potential);
+    for family in energies {
+        bind(model, family, &mut bound);
+    }
+    for (bound, rate) in bound.iter_mut().zip(&model.rates) {
+        *bound |= rate.is_some();
+    }
+    let mut found = Vec::new();
+    for family in &model.families {
+        let members = family.first..family.first + family.len();
+        let free: Vec<usize> = members.filter(|at| !bound[*at]).collect();
+        if free.len() == family.len() && !free.is_empty() {
+            found.push(Warning::NoRestoringForce {
+                name: family.name.clone(),
+                span: model.coordinates[family.first].span,
+            });
+            continue;
+        }
+        found.extend(free.into_iter().map(|at| Warning::NoRestoringForce {
+            name: model.coordinates[at].name.clone(),
+            span: model.coordinates[at].span,
+        }));
+    }
+    found
+}
+
+/// Marks the coordinates that a family of terms depends on by position.
+fn bind(model: &Model, family: &TermFamily, bound: &mut [bool]) {
+    let symbols = model.pool.symbols_of(&[family.body]);
+    for symbol in &symbols {
+        if let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) {
+            bound[*number] = true;
+        }
+    }
+    let width = family.locals.len();
+    for (slot, local) in family.locals.iter().enumerate() {
+        if symbols.contains(&local.coordinate) {
+            let numbers = family.coordinates.iter().skip(slot).step_by(width);
+            for number in numbers {
+                if let Some(bound) = bound.get_mut(*number as usize) {
+                    *bound = true;
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,71 @@
+//! The codes of mistakes in the syntax: E0001 and following.
+
+use super::SyntaxError;
+
+impl SyntaxError {
+    /// The code of this kind of mistake, `E0012`: it never changes, and
+    /// [`explain`](crate::explain::explain) tells more about it.
+    #[must_use]
+    pub fn code(&self) -> &'static str {
+        match self {
+            Self::FileTooLarge { .. } => "E0001",
+            Self::UnknownStatement { .. } => "E0002",
+            Self::MissingStatementWord { .. } => "E0003",
+            Self::NoStatement { .. } => "E0004",
+            Self::ReservedName { .. } => "E0005",
+            Self::WordInExpression { .. } => "E0006",
+            Self::MissingMultiplication { .. } => "E0007",
+            Self::TwoNumbers { .. } => "E0008",
+            Self::MissingParentheses { .. } => "E0009",
+            Self::FunctionPower { .. } => "E0010",
+            Self::HalfNumber { .. } => "E0011",
+            Self::DecimalComma { .. } => "E0012",
+            Self::UnaryPlus { .. } => "E0013",
+            Self::DoubleStar { .. } => "E0014",
+            Self::MissingOperand { .. } => "E0015",
+            Self::MissingLeftOperand { .. } => "E0016",
+            Self::MissingValue { .. } => "E0017",
+            Self::MissingRightSide { .. } => "E0018",
+            Self::MissingExpression { .. } => "E0019",
+            Self::MissingName { .. } => "E0020",
+            Self::SeveralValues { .. } => "E0021",
+            Self::MisplacedUnit { .. } => "E0022",
+            Self::IndexWithoutIn { .. } => "E0023",
+            Self::SeveralNames { .. } => "E0024",
+            Self::MissingComma { .. } => "E0025",
+            Self::EqualsForComparison { .. } => "E0026",
+            Self::ComparisonForEquals { .. } => "E0027",
+            Self::MissingUnit { .. } => "E0028",
+            Self::SecondEquals { .. } => "E0029",
+            Self::CoordinateValue { .. } => "E0030",
+            Self::FunctionDefinition { .. } => "E0031",
+            Self::NeedlessEquals { .. } => "E0032",
+            Self::UnclosedBracket { .. } => "E0033",
+            Self::StrayBracket { .. } => "E0034",
+            Self::MismatchedBracket { .. } => "E0035",
+            Self::NestingTooDeep { .. } => "E0036",
+            Self::IllegalCharacter { .. } => "E0037",
+            Self::OpenText { .. } => "E0038",
+            Self::MisplacedText { .. } => "E0039",
+            Self::SemicolonInBrackets { .. } => "E0040",
+            Self::MisplacedUncertainty { .. } => "E0041",
+            Self::ConditionOutsideFilter { .. } => "E0042",
+            Self::ChainedComparison { .. } => "E0043",
+            Self::CommaBeforeWhere { .. } => "E0044",
+            Self::MisplacedNot { .. } => "E0045",
+            Self::MisplacedRange { .. } => "E0046",
+            Self::HalfRange { .. } => "E0047",
+            Self::SumWithoutIndex { .. } => "E0048",
+            Self::SumWithoutBody { .. } => "E0049",
+            Self::PostfixOnNumber { .. } => "E0050",
+            Self::MisplacedRate { .. } => "E0051",
+            Self::UnitBehindValue { .. } => "E0052",
+            Self::BadUnit { .. } => "E0053",
+            Self::UnitExponent { .. } => "E0054",
+            Self::BrokenName { .. } => "E0055",
+            Self::MissingColumn { .. } => "E0056",
+            Self::MissingPath { .. } => "E0057",
+            Self::Unexpected { .. } => "E0058",
+        }
+    }
+}
