@@ -43,11 +43,11 @@
 
 pub mod span;
 
+pub mod explain;
+
 pub mod diagnostic;
 
 pub mod syntax;
-
-pub mod explain;
 
 #[cfg(feature = "engine")]
 pub mod number;

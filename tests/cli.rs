@@ -7,58 +7,13 @@
     reason = "tests stop at the first surprise"
 )]
 
-use std::io::Write;
+mod cli_support;
+
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::process::Stdio;
 
+use cli_support::*;
 use serde_json::Value;
-
-const PENDULUMS: &str = "models/three_pendulums.lag";
-const SPRING: &str = "coord x  T = 1/2*x'^2  V = 2*x^2";
-
-struct Run {
-    status: i32,
-    out: String,
-    err: String,
-}
-
-fn command(arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_librate"));
-    command
-        .args(arguments)
-        .env_remove("CLICOLOR_FORCE")
-        .stdin(Stdio::null())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped());
-    command
-}
-
-fn finish(mut command: Command, input: &[u8]) -> Run {
-    let mut child = command.stdin(Stdio::piped()).spawn().unwrap();
-    // Whoever does not read its input may be gone before it is written.
-    let _ = child.stdin.take().unwrap().write_all(input);
-    let output = child.wait_with_output().unwrap();
-    Run {
-        status: output.status.code().expect("not killed by a signal"),
-        out: String::from_utf8(output.stdout).unwrap(),
-        err: String::from_utf8(output.stderr).unwrap(),
-    }
-}
-
-fn run(arguments: &[&str]) -> Run {
-    finish(command(arguments), b"")
-}
-
-fn with_input(arguments: &[&str], input: &str) -> Run {
-    finish(command(arguments), input.as_bytes())
-}
-
-/// What a successful command prints.
-fn printed(arguments: &[&str]) -> String {
-    let run = run(arguments);
-    assert_eq!((run.status, run.err.as_str()), (0, ""), "{arguments:?}");
-    run.out
-}
 
 fn scratch(name: &str, content: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli");
@@ -98,8 +53,9 @@ fn shapes_stand_below_on_a_narrow_terminal() {
 #[test]
 fn unstable_and_zero_modes_as_text() {
     let saddle = printed(&["modes", "models/egg_box_saddle.lag"]);
-    let cart = printed(&["modes", "models/two_pendulums_on_a_cart.lag"]);
-    insta::assert_snapshot!(format!("{saddle}\n{cart}"));
+    let cart = run(&["modes", "models/two_pendulums_on_a_cart.lag"]);
+    assert!(cart.err.contains("no force acts on `X`"));
+    insta::assert_snapshot!(format!("{saddle}\n{}", cart.out));
 }
 
 #[test]
@@ -221,7 +177,7 @@ fn exit_statuses() {
         } else {
             assert_eq!(run.out, "", "{arguments:?}");
             assert!(
-                run.err.contains("error: ") || arguments.is_empty(),
+                run.err.starts_with("error") || arguments.is_empty(),
                 "{arguments:?}"
             );
         }
