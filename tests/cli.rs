@@ -337,7 +337,14 @@ fn modes_as_json() {
     let json: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(
         keys(&json),
-        ["model", "coordinates", "equilibrium", "stability", "modes"]
+        [
+            "model",
+            "coordinates",
+            "equilibrium",
+            "stability",
+            "modes",
+            "units"
+        ]
     );
     assert_eq!(json["model"], "three_pendulums");
     assert_eq!(

@@ -345,3 +345,50 @@ fn requests_that_make_no_sense_are_errors() {
     };
     assert!(solve(&empty, &Options::default()).unwrap().modes.is_empty());
 }
+
+/// Near neighbours that the start in doubles mixes by a thousandth: the first refinement must not
+/// lose sight of their splittings. K = PᵀΛP, M = PᵀP with Λ = 1 + {0, 1, 3, 7, 12} · 10^-e and one
+/// eigenvalue far away.
+#[test]
+fn splittings_at_the_edge_of_doubles() {
+    let p: Exact = [
+        [3, -1, 2, 0, 1, -2],
+        [1, 4, -1, 2, 0, 1],
+        [-2, 1, 5, 1, -1, 0],
+        [0, 2, 1, 3, 2, -1],
+        [1, 0, -1, 2, 4, 1],
+        [2, -1, 0, 1, -3, 5],
+    ]
+    .iter()
+    .map(|row| integers(row))
+    .collect();
+    for exponent in 8..=20 {
+        let mut values: Vec<_> = [0, 1, 3, 7, 12]
+            .iter()
+            .map(|&i| ratio(1, 1) + ratio(i, 1) * power_of_ten(-exponent))
+            .collect();
+        values.push(ratio(50, 1));
+        let congruent = |d: &[dashu_ratio::RBig]| -> Exact {
+            (0..6)
+                .map(|i| {
+                    (0..6)
+                        .map(|j| (0..6).fold(ratio(0, 1), |s, k| s + &p[k][i] * &p[k][j] * &d[k]))
+                        .collect()
+                })
+                .collect()
+        };
+        let mass = congruent(&integers(&[1; 6]));
+        let stiffness = congruent(&values);
+        let problem = problem(&mass, &stiffness);
+        let spectrum = solve(&problem, &with_digits(24)).unwrap();
+        check_enclosures(&mass, &stiffness, &spectrum);
+        for (mode, value) in spectrum.modes.iter().zip(&values) {
+            let b = mode.omega_squared;
+            assert!(b.radius < 1e-24, "10^-{exponent}: {b:?}");
+            let error = abs(double(b.mid.hi) + double(b.mid.lo) - value);
+            assert!(error <= double(b.radius));
+        }
+        let clusters = spectrum.modes.last().unwrap().cluster;
+        assert_eq!(clusters, 5, "10^-{exponent}: all five are told apart");
+    }
+}

@@ -89,8 +89,14 @@ fn float(x: &RBig) -> f64 {
     x.to_f64().value()
 }
 
+/// `PROPTEST_CASES` asks for more than a quick run draws.
+fn cases() -> u32 {
+    let asked = std::env::var("PROPTEST_CASES").ok();
+    asked.and_then(|text| text.parse().ok()).unwrap_or(400)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, failure_persistence: None, ..Default::default() })]
+    #![proptest_config(ProptestConfig { cases: cases(), max_shrink_iters: 300, failure_persistence: None, ..Default::default() })]
 
     #[test]
     fn eigenvalues_and_vectors_are_where_they_are_said_to_be(case in case(), prove_zeros: bool) {

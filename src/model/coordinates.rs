@@ -84,6 +84,7 @@ impl Elaborator<'_> {
                 span: name.span,
                 symbol,
                 velocity,
+                unit: None,
             });
         }
         self.world.coordinate_families.push(own);

@@ -10,7 +10,7 @@ use super::survey::{children, declared_names, structural_names};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::Value;
-use super::{Given, Model, ModelError};
+use super::{Given, Model, ModelError, dimension};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -361,8 +361,17 @@ impl<'a> Elaborator<'a> {
         let period = energies
             .period
             .and_then(|(root, span)| self.period(root, span));
+        let dimensions = dimension::infer(self.file);
+        self.errors
+            .extend(dimensions.errors.iter().cloned().map(ModelError::from));
         if !self.errors.is_empty() {
             return Err(tidy(self.errors));
+        }
+        for family in &self.world.coordinate_families {
+            let members = family.grid.numbers().enumerate();
+            for (member, number) in members {
+                self.world.coordinates[number].unit = dimensions.unit(&family.name, member);
+            }
         }
         let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian]);
         let is_lagrangian = energies.lagrangian.is_some();

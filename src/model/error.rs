@@ -1,5 +1,6 @@
 //! What can be wrong with a model whose syntax is right: one variant a kind of mistake.
 
+use super::dimension::DimensionError;
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 
@@ -294,6 +295,9 @@ pub enum ModelError {
     /// A mistake that only follows from another one. It is never returned.
     #[error("this follows from another mistake")]
     FollowOn {},
+    /// Quantities of different kinds where they have to be alike.
+    #[error(transparent)]
+    Dimension(Box<DimensionError>),
     /// A coordinate without a range where the family needs one.
     #[error("{what}")]
     BadIndices {
@@ -302,6 +306,12 @@ pub enum ModelError {
         /// Where.
         span: Span,
     },
+}
+
+impl From<DimensionError> for ModelError {
+    fn from(error: DimensionError) -> Self {
+        Self::Dimension(Box::new(error))
+    }
 }
 
 /// A name in the quotes of code; a description in words as it is.
@@ -433,6 +443,7 @@ impl From<&ModelError> for Diagnostic {
             ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
                 .with_secondary(*energy, "an energy beside it")
                 .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+            ModelError::Dimension(error) => Diagnostic::from(&**error),
             ModelError::FollowOn {} => Diagnostic::global(message.clone()),
             ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
                 .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),

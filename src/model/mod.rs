@@ -7,6 +7,7 @@
 mod compile;
 mod compile_index;
 mod coordinates;
+mod dimension;
 mod elaborate;
 mod error;
 mod functions;
@@ -29,6 +30,7 @@ mod values;
 
 use std::collections::HashMap;
 
+pub use dimension::{Dimension, DimensionError, Inferred};
 pub use error::ModelError;
 pub use names::{Coordinate, Parameter, SymbolKind};
 pub use settings::Settings;

@@ -88,6 +88,15 @@ impl Grid {
         Some(block.base + block.offset(at))
     }
 
+    /// The numbers of all members.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = usize> + '_ {
+        let boxes = self
+            .blocks
+            .iter()
+            .flat_map(|block| block.base..block.base + block.len());
+        boxes.chain(self.singles.values().map(|(number, _)| *number))
+    }
+
     /// The number of the box (not of the member) that holds an index.
     pub(super) fn find_block(&self, at: &Key) -> Option<usize> {
         if let Some((number, _)) = self.singles.get(at) {
@@ -258,6 +267,9 @@ pub struct Coordinate {
     pub symbol: Symbol,
     /// Its velocity's symbol, named `x'`.
     pub velocity: Symbol,
+    /// Its SI unit as the language writes it, `m`, `rad`, `kg^(1/2)*m`: where the file has units
+    /// and they tell.
+    pub unit: Option<String>,
 }
 
 /// What a symbol of the pool means to the model.

@@ -1,6 +1,6 @@
-//! Units: names, prefixes, and the factors that lead to SI.
+//! Units: names, prefixes, the factors that lead to SI, and the dimensions.
 //!
-//! Only conversion: what the dimensions say about the energies is not checked here.
+//! What the dimensions say about the energies is the business of [`super::dimension`].
 
 use super::ModelError;
 use crate::diagnostic::nearest;
@@ -16,56 +16,65 @@ struct Known {
     /// The factor is to be multiplied by pi.
     pi: bool,
     prefixes: bool,
+    /// The exponents of kg, m, s, A, K, mol, cd.
+    exponents: [i8; 7],
 }
 
-const fn unit(name: &'static str, factor: &'static str, prefixes: bool) -> Known {
+const fn unit(
+    name: &'static str,
+    factor: &'static str,
+    prefixes: bool,
+    exponents: [i8; 7],
+) -> Known {
     Known {
         name,
         factor,
         pi: false,
         prefixes,
+        exponents,
     }
 }
 
 /// SI base and derived units (the SI Brochure, 9th edition), those accepted beside them, and
 /// atomic ones with CODATA 2022 values.
 const UNITS: &[Known] = &[
-    unit("m", "1", true),
-    unit("g", "1e-3", true),
-    unit("s", "1", true),
-    unit("A", "1", true),
-    unit("K", "1", true),
-    unit("mol", "1", true),
-    unit("cd", "1", true),
-    unit("rad", "1", true),
-    unit("sr", "1", true),
-    unit("Hz", "1", true),
-    unit("N", "1", true),
-    unit("Pa", "1", true),
-    unit("J", "1", true),
-    unit("W", "1", true),
-    unit("C", "1", true),
-    unit("V", "1", true),
-    unit("F", "1", true),
-    unit("ohm", "1", true),
-    unit("Ω", "1", true),
-    unit("S", "1", true),
-    unit("Wb", "1", true),
-    unit("T", "1", true),
-    unit("H", "1", true),
-    unit("L", "1e-3", true),
-    unit("l", "1e-3", true),
-    unit("min", "60", false),
-    unit("h", "3600", false),
-    unit("d", "86400", false),
-    unit("angstrom", "1e-10", false),
-    unit("u", "1.66053906892e-27", false),
-    unit("eV", "1.602176634e-19", true),
+    unit("m", "1", true, [0, 1, 0, 0, 0, 0, 0]),
+    unit("g", "1e-3", true, [1, 0, 0, 0, 0, 0, 0]),
+    unit("s", "1", true, [0, 0, 1, 0, 0, 0, 0]),
+    unit("A", "1", true, [0, 0, 0, 1, 0, 0, 0]),
+    unit("K", "1", true, [0, 0, 0, 0, 1, 0, 0]),
+    unit("mol", "1", true, [0, 0, 0, 0, 0, 1, 0]),
+    unit("cd", "1", true, [0, 0, 0, 0, 0, 0, 1]),
+    unit("rad", "1", true, [0, 0, 0, 0, 0, 0, 0]),
+    unit("sr", "1", true, [0, 0, 0, 0, 0, 0, 0]),
+    unit("Hz", "1", true, [0, 0, -1, 0, 0, 0, 0]),
+    unit("N", "1", true, [1, 1, -2, 0, 0, 0, 0]),
+    unit("Pa", "1", true, [1, -1, -2, 0, 0, 0, 0]),
+    unit("J", "1", true, [1, 2, -2, 0, 0, 0, 0]),
+    unit("W", "1", true, [1, 2, -3, 0, 0, 0, 0]),
+    unit("C", "1", true, [0, 0, 1, 1, 0, 0, 0]),
+    unit("V", "1", true, [1, 2, -3, -1, 0, 0, 0]),
+    unit("F", "1", true, [-1, -2, 4, 2, 0, 0, 0]),
+    unit("ohm", "1", true, [1, 2, -3, -2, 0, 0, 0]),
+    unit("Ω", "1", true, [1, 2, -3, -2, 0, 0, 0]),
+    unit("S", "1", true, [-1, -2, 3, 2, 0, 0, 0]),
+    unit("Wb", "1", true, [1, 2, -2, -1, 0, 0, 0]),
+    unit("T", "1", true, [1, 0, -2, -1, 0, 0, 0]),
+    unit("H", "1", true, [1, 2, -2, -2, 0, 0, 0]),
+    unit("L", "1e-3", true, [0, 3, 0, 0, 0, 0, 0]),
+    unit("l", "1e-3", true, [0, 3, 0, 0, 0, 0, 0]),
+    unit("min", "60", false, [0, 0, 1, 0, 0, 0, 0]),
+    unit("h", "3600", false, [0, 0, 1, 0, 0, 0, 0]),
+    unit("d", "86400", false, [0, 0, 1, 0, 0, 0, 0]),
+    unit("angstrom", "1e-10", false, [0, 1, 0, 0, 0, 0, 0]),
+    unit("u", "1.66053906892e-27", false, [1, 0, 0, 0, 0, 0, 0]),
+    unit("eV", "1.602176634e-19", true, [1, 2, -2, 0, 0, 0, 0]),
     Known {
         name: "deg",
         factor: "1",
         pi: true,
         prefixes: false,
+        exponents: [0; 7],
     },
 ];
 
@@ -111,16 +120,27 @@ fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
         let pi = pool.pi();
         Some(pool.scale(pi, &degree))
     };
+    let (known, exponent) = look_up(name)?;
+    value(pool, known, exponent)
+}
+
+/// The unit that a name means, and the power of ten of its prefix.
+fn look_up(name: &str) -> Option<(&'static Known, i32)> {
     if let Some(known) = UNITS.iter().find(|known| known.name == name) {
-        return value(pool, known, 0);
+        return Some((known, 0));
     }
     PREFIXES.iter().find_map(|(prefix, exponent)| {
         let rest = name.strip_prefix(prefix)?;
         let known = UNITS
             .iter()
             .find(|known| known.name == rest && known.prefixes)?;
-        value(pool, known, *exponent)
+        Some((known, *exponent))
     })
+}
+
+/// The exponents of kg, m, s, A, K, mol and cd in a unit.
+pub(super) fn exponents(name: &str) -> Option<[i8; 7]> {
+    look_up(name).map(|(known, _)| known.exponents)
 }
 
 fn unknown(name: &str, span: Span) -> ModelError {

@@ -3,9 +3,9 @@
 //! From S = XᵀKX = Λ + E and G = XᵀMX = 1 + F, to first order in E and F (Ogita, Aishima, "Iterative
 //! refinement for symmetric eigenvalue decomposition", Japan J. Ind. Appl. Math. 35 (2018), for
 //! pencils): w_ij = (s_ij - μ_j g_ij) / (μ_j - μ_i) between separated columns, and -f_ij / 2 between
-//! columns too close for that, and on the diagonal. Columns that are too close form clusters; each
-//! is then rotated by the eigenvectors V of its own small block (Jacobi's method, which resolves
-//! graded blocks; "Part II: clustered eigenvalues", ibid. 36 (2019)). The error is squared.
+//! columns too close for that, and on the diagonal. Columns that are too close, for how far they are still mixed, form clusters; each is
+//! then rotated by the eigenvectors V of its own small block (Jacobi's method, which resolves graded
+//! blocks; "Part II: clustered eigenvalues", ibid. 36 (2019)). The error is squared.
 //!
 //! The result is approximate, as X itself is: the certificate is computed anew.
 
@@ -16,35 +16,41 @@ use crate::precision::DoubleDouble;
 /// Corrections above this are not small: the two columns form a cluster.
 const SMALL: f64 = 0.03;
 
+/// Neighbours nearer than this, relative to their eigenvalues, form a cluster much earlier: a
+/// correction w leaves X off orthonormal by w², and what follows from that in the next step, w⁴, has
+/// to vanish beside their splitting.
+const NEAR: f64 = 1e-6;
+
+/// What counts as small between near neighbours: w² is below the rounding of doubles.
+const TINY: f64 = 1e-8;
+
 pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
     let m = x.columns;
     let quotient: Vec<DoubleDouble> = (0..m).map(|i| rayleigh(pencil, i).0).collect();
-    let mut w = Plain::zeros(m, m);
     let mut leader: Vec<usize> = (0..m).collect();
     for j in 0..m {
-        let half = DoubleDouble::exact(0.5);
-        w.set(
-            j,
-            j,
-            ((DoubleDouble::ONE - pencil.g.mid.get(j, j)) * half).hi,
-        );
         for i in 0..j {
-            let (s, g) = (pencil.s.mid.get(i, j), pencil.g.mid.get(i, j));
-            let gap = (quotient[j] - quotient[i]).hi;
-            let upper = (s - quotient[j] * g).hi;
-            let lower = (s - quotient[i] * g).hi;
-            let size = quotient[i].hi.abs().max(quotient[j].hi.abs());
-            let noise = pencil.s.radius.get(i, j) + size * pencil.g.radius.get(i, j);
-            let coupling = upper.abs().max(lower.abs());
-            if coupling <= SMALL * gap.abs() && coupling > 0.0 {
-                w.set(i, j, upper / gap);
-                w.set(j, i, -lower / gap);
+            let pair = Pair::new(pencil, &quotient, i, j);
+            if !pair.is_separated() && pair.coupling > pair.noise {
+                join(&mut leader, i, j);
+            }
+        }
+    }
+    let own: Vec<usize> = (0..m).map(|i| root(&mut leader, i)).collect();
+    let mut w = Plain::zeros(m, m);
+    for j in 0..m {
+        let half = DoubleDouble::exact(0.5);
+        let norm = (DoubleDouble::ONE - pencil.g.mid.get(j, j)) * half;
+        w.set(j, j, norm.hi);
+        for i in 0..j {
+            let pair = Pair::new(pencil, &quotient, i, j);
+            // What a rotation is going to mend must not be mended here too.
+            if own[i] != own[j] && pair.is_separated() {
+                w.set(i, j, pair.upper / pair.gap);
+                w.set(j, i, -pair.lower / pair.gap);
             } else {
-                w.set(i, j, -0.5 * g.hi);
-                w.set(j, i, -0.5 * g.hi);
-                if coupling > noise {
-                    join(&mut leader, i, j);
-                }
+                w.set(i, j, -0.5 * pair.g);
+                w.set(j, i, -0.5 * pair.g);
             }
         }
     }
@@ -67,6 +73,48 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
         x_new.scatter(&cluster, &rotated);
     }
     x_new
+}
+
+/// How two columns are still mixed with one another.
+struct Pair {
+    /// Their entry of G.
+    g: f64,
+    /// s_ij - μ_j g_ij and s_ij - μ_i g_ij.
+    upper: f64,
+    lower: f64,
+    /// μ_j - μ_i
+    gap: f64,
+    /// The larger of |μ_i| and |μ_j|.
+    size: f64,
+    /// The larger of the two residuals.
+    coupling: f64,
+    /// What the residuals are uncertain by.
+    noise: f64,
+}
+
+impl Pair {
+    fn new(pencil: &Pencil, quotient: &[DoubleDouble], i: usize, j: usize) -> Self {
+        let (s, g) = (pencil.s.mid.get(i, j), pencil.g.mid.get(i, j));
+        let upper = (s - quotient[j] * g).hi;
+        let lower = (s - quotient[i] * g).hi;
+        let size = quotient[i].hi.abs().max(quotient[j].hi.abs());
+        Self {
+            g: g.hi,
+            upper,
+            lower,
+            gap: (quotient[j] - quotient[i]).hi,
+            size,
+            coupling: upper.abs().max(lower.abs()),
+            noise: pencil.s.radius.get(i, j) + size * pencil.g.radius.get(i, j),
+        }
+    }
+
+    /// Whether a correction to first order will do.
+    fn is_separated(&self) -> bool {
+        let gap = self.gap.abs();
+        let small = if gap < NEAR * self.size { TINY } else { SMALL };
+        self.coupling > 0.0 && self.coupling <= small * gap
+    }
 }
 
 fn root(leader: &mut [usize], mut i: usize) -> usize {

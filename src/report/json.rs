@@ -17,7 +17,9 @@ use crate::precision::one_digit_up;
 /// `options` are those that the modes were computed with. Frequencies are in rad/s where the model
 /// has units; `error_bound` bounds the errors of `omega` and `growth` as they stand here, their
 /// rounding to doubles included. What is not finite is `null`. Where zero modes are known by name,
-/// `zero_motions` lists what they are together; their vectors are some basis of these motions.
+/// `zero_motions` lists what they are together; their vectors are some basis of these motions. A
+/// file with units adds `units`: SI units of the coordinates (`null` where the file doesn't tell),
+/// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m².
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
     let model = linearized.model();
@@ -50,6 +52,17 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
             out,
             ",\n \"zero_motions\": {}",
             array(motions.into_iter().map(string))
+        );
+    }
+    if model.has_units {
+        let units = model
+            .coordinates
+            .iter()
+            .map(|coordinate| coordinate.unit.as_deref().map_or_else(null, string));
+        let _ = write!(
+            out,
+            ",\n \"units\": {{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}",
+            array(units)
         );
     }
     out.push_str("}\n");

@@ -3,6 +3,7 @@
 use super::table::{Column, GAP, draw};
 use super::{Style, Tone, Written, counted, headline, listed, zero_motions};
 use crate::linearize::{Linearized, Origin};
+use crate::model::Coordinate;
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::{Ball, one_digit_up_text};
@@ -47,11 +48,9 @@ pub fn modes_text(
         .iter()
         .map(|mode| Row::new(mode, options, model.has_units))
         .collect();
-    let names: Vec<&str> = model
-        .coordinates
-        .iter()
-        .map(|coordinate| coordinate.name.as_str())
-        .collect();
+    let common = common_unit(&model.coordinates);
+    let heading = |coordinate| Heading::new(coordinate, common.is_none());
+    let names: Vec<Heading> = model.coordinates.iter().map(heading).collect();
     let motions = zero_motions(modes, count);
     let motion = match motions.as_slice() {
         [only] => Some(*only),
@@ -65,7 +64,14 @@ pub fn modes_text(
         model.has_units,
         style,
     ));
-    out.push_str(&remarks(modes, &rows, &motions, options, style));
+    let remarks = remarks(modes, &rows, &motions, options, style);
+    if let Some(unit) = common
+        && options.vectors
+        && !modes.modes.is_empty()
+    {
+        out.push_str(&format!("\nshapes in {unit}, x^T M x = 1 kg*m^2\n"));
+    }
+    out.push_str(&remarks);
     out
 }
 
@@ -109,9 +115,9 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
         };
         return format!("equilibrium: {all}{how}\n");
     }
-    let mut items: Vec<String> = linearized
-        .model()
-        .coordinates
+    let coordinates = &linearized.model().coordinates;
+    let common = common_unit(coordinates);
+    let mut items: Vec<String> = coordinates
         .iter()
         .zip(&equilibrium.values)
         .zip(origins)
@@ -121,18 +127,56 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            format!(
-                "{} = {}{remark}",
-                coordinate.name,
-                Written::new(value, options.digits).text()
-            )
+            let written = Written::new(value, options.digits).text();
+            let unit = match shown_unit(coordinate) {
+                Some(unit) if common.is_none() => format!(" {unit}"),
+                Some(_) | None => String::new(),
+            };
+            format!("{} = {written}{unit}{remark}", coordinate.name)
         })
         .collect();
     let count = equilibrium.values.len();
     if count > MOST_LISTED {
         items.push(format!("… ({} more)", count - MOST_LISTED));
     }
-    listed(&format!("equilibrium{how}"), &items, style.width)
+    let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
+    listed(&format!("equilibrium{unit}{how}"), &items, style.width)
+}
+
+/// The unit behind a coordinate's number; none where there is nothing to say.
+fn shown_unit(coordinate: &Coordinate) -> Option<&str> {
+    coordinate.unit.as_deref().filter(|unit| *unit != "1")
+}
+
+/// The unit that all coordinates share.
+fn common_unit(coordinates: &[Coordinate]) -> Option<&str> {
+    let (first, rest) = coordinates.split_first()?;
+    let unit = shown_unit(first)?;
+    rest.iter()
+        .all(|other| shown_unit(other) == Some(unit))
+        .then_some(unit)
+}
+
+/// A coordinate at the head of its column.
+struct Heading<'a> {
+    name: &'a str,
+    unit: Option<&'a str>,
+}
+
+impl<'a> Heading<'a> {
+    fn new(coordinate: &'a Coordinate, with_unit: bool) -> Self {
+        Self {
+            name: &coordinate.name,
+            unit: shown_unit(coordinate).filter(|_| with_unit),
+        }
+    }
+
+    fn with_unit(&self) -> String {
+        match self.unit {
+            Some(unit) => format!("{} ({unit})", self.name),
+            None => self.name.to_owned(),
+        }
+    }
 }
 
 /// The numbers of a mode in writing.
@@ -168,7 +212,7 @@ impl Row {
 fn table(
     modes: &[NormalMode],
     rows: &[Row],
-    names: &[&str],
+    names: &[Heading<'_>],
     motion: Option<&str>,
     has_units: bool,
     style: &Style,
@@ -254,20 +298,20 @@ fn counting(modes: &[NormalMode]) -> Column {
 
 /// The shapes: a column a coordinate where there are few, else the largest components by name;
 /// `None` where there is not enough room.
-fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Option<Vec<Column>> {
+fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec<Column>> {
     if names.len() > MOST_COMPONENTS {
         return (room >= LEAST_SHAPE).then(|| vec![by_name(modes, names, room)]);
     }
     let columns: Vec<Column> = names
         .iter()
         .enumerate()
-        .map(|(at, name)| {
+        .map(|(at, heading)| {
             let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
             let power = common_power(sizes);
             let cells = modes
                 .iter()
                 .map(|mode| component(mode, at, power, SHAPE_DIGITS));
-            Column::numbers(&over_power(name, power), cells.collect())
+            Column::numbers(&over_power(&heading.with_unit(), power), cells.collect())
         })
         .collect();
     let width: usize = columns.iter().map(Column::width).sum();
@@ -275,7 +319,7 @@ fn shape(modes: &[NormalMode], names: &[&str], room: usize) -> Option<Vec<Column
     (width <= room + GAP).then_some(columns)
 }
 
-fn by_name(modes: &[NormalMode], names: &[&str], room: usize) -> Column {
+fn by_name(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Column {
     let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
     let cells = modes
         .iter()
@@ -314,7 +358,7 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
-fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String {
+fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
     let mut order: Vec<(f64, usize)> = mode
         .vector
@@ -339,7 +383,7 @@ fn largest(mode: &NormalMode, names: &[&str], power: i32, room: usize) -> String
     let mut used = 0;
     let count = texts.len();
     for (rank, (_, at, text)) in texts.into_iter().enumerate() {
-        let name = names.get(at).copied().unwrap_or("");
+        let name = names.get(at).map_or("", |heading| heading.name);
         let separator = if rank == 0 { "" } else { ", " };
         let item = format!("{separator}{name} {text}");
         let size = item.chars().count();
@@ -472,7 +516,7 @@ mod tests {
 
     #[test]
     fn shapes_name_their_largest_components() {
-        let names = ["a", "b", "c", "d"];
+        let names = ["a", "b", "c", "d"].map(|name| Heading { name, unit: None });
         let shape = mode(vec![0.1, -0.7, 0.699_999_999_999_999_9, 1e-17]);
         assert_eq!(largest(&shape, &names, 0, 80), "b -0.70, c 0.70, a 0.10");
         assert_eq!(largest(&shape, &names, 0, 18), "b -0.70, c 0.70, …");

@@ -1,0 +1,346 @@
+//! What expressions do to dimensions: those below first, each once.
+
+use super::infer::{Inference, Scope};
+use super::operations::{Context, Quantity, base};
+use super::solve::Combination;
+use crate::model::survey::children;
+use crate::number::Number;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, Factor, IndexKind, Indices};
+
+impl<'a> Inference<'a> {
+    /// Brings index variables into scope. What sets ranges is a number.
+    pub(super) fn binders(&mut self, indices: Option<&'a Indices>, mut scope: usize) -> usize {
+        let Some(indices) = indices else { return scope };
+        for entry in &indices.entries {
+            let (name, table) = match &entry.kind {
+                IndexKind::Member(at) => {
+                    self.count(*at);
+                    continue;
+                }
+                IndexKind::Range { variable, from, to } => {
+                    self.count(*from);
+                    self.count(*to);
+                    match variable {
+                        Some(name) => (name, None),
+                        None => continue,
+                    }
+                }
+                IndexKind::Rows { variable, table } => (variable, Some(table.text.as_str())),
+            };
+            self.scopes.push(Scope {
+                outer: scope,
+                name: &name.text,
+                table,
+            });
+            scope = self.scopes.len() - 1;
+        }
+        scope
+    }
+
+    /// Names that set an index or a range are pure numbers.
+    fn count(&mut self, root: ExprRef) {
+        let mut todo = vec![root];
+        while let Some(at) = todo.pop() {
+            let expr = self.file.expr(at);
+            match expr.kind {
+                ExprKind::Name(name) => {
+                    if let Some(Quantity::Of(own)) = self.names.get(name) {
+                        // One with a unit in a range is told by what becomes of the range.
+                        let own = own.clone();
+                        self.sheet
+                            .solver
+                            .equate(&own, &Combination::default(), expr.span);
+                    }
+                }
+                ExprKind::Field { .. } => {}
+                _ => children(self.file, at, &mut todo),
+            }
+        }
+    }
+
+    fn variable(&self, name: &str, mut scope: usize) -> Option<&Scope<'a>> {
+        while scope > 0 {
+            let own = &self.scopes[scope];
+            if own.name == name {
+                return Some(own);
+            }
+            scope = own.outer;
+        }
+        None
+    }
+
+    /// The dimension of an expression: those below it first, which stand before it.
+    pub(super) fn evaluate(&mut self, root: ExprRef, scope: usize) -> Quantity {
+        let mut order = Vec::new();
+        let mut todo = vec![(root, scope)];
+        let mut below = Vec::new();
+        while let Some((at, scope)) = todo.pop() {
+            order.push(at);
+            if scope > 0 {
+                self.within.insert(at, scope);
+            }
+            match self.file.expr(at).kind {
+                ExprKind::SumOver { indices, body } => {
+                    let inner = self.binders(Some(indices), scope);
+                    todo.push((body, inner));
+                }
+                ExprKind::Index { base, indices } => {
+                    for index in indices {
+                        self.count(*index);
+                    }
+                    todo.push((base, scope));
+                }
+                ExprKind::Field { .. } => {}
+                _ => {
+                    children(self.file, at, &mut below);
+                    todo.extend(below.drain(..).map(|child| (child, scope)));
+                }
+            }
+        }
+        order.sort_unstable();
+        for at in order {
+            let own = self.one(at);
+            self.memo[at.0 as usize] = own;
+        }
+        self.take(root)
+    }
+
+    fn take(&mut self, at: ExprRef) -> Quantity {
+        std::mem::replace(&mut self.memo[at.0 as usize], Quantity::Any)
+    }
+
+    /// One expression, those below it done.
+    fn one(&mut self, at: ExprRef) -> Quantity {
+        let file = self.file;
+        let span = file.expr(at).span;
+        match file.expr(at).kind {
+            ExprKind::Number(text) => {
+                let mantissa = text.split(['e', 'E']).next().unwrap_or("");
+                if mantissa.chars().all(|c| matches!(c, '0' | '.')) {
+                    Quantity::Any
+                } else {
+                    Quantity::number()
+                }
+            }
+            ExprKind::Name(name) => self.name(name, at),
+            ExprKind::Index { base, indices } => {
+                let whole = self.take(base);
+                let mut part = whole;
+                for index in indices {
+                    let literal = match file.expr(*index).kind {
+                        ExprKind::Number(text) => Number::parse(text).and_then(|n| n.to_i64()),
+                        _ => None,
+                    };
+                    part = match literal.and_then(|at| usize::try_from(at - 1).ok()) {
+                        Some(at) => part.element(at).unwrap_or(Quantity::Any),
+                        None => self.sheet.uniform(part, "the elements of a list", span),
+                    };
+                }
+                part
+            }
+            ExprKind::Field { base, field } => self.column(at, base, &field.text),
+            ExprKind::Prime(inner) => self.take(inner).rate(),
+            ExprKind::Negate(inner) => self.take(inner),
+            ExprKind::Power { base, exponent } => self.raised(base, exponent),
+            ExprKind::Product(factors) => self.factors(factors, span),
+            ExprKind::Sum(terms) => {
+                let terms: Vec<(Quantity, Span)> = terms
+                    .iter()
+                    .map(|term| (self.take(term.value()), file.expr(term.value()).span))
+                    .collect();
+                self.sheet.alike(&terms, &Context::Sum)
+            }
+            ExprKind::Call {
+                function,
+                arguments,
+            } => {
+                let arguments: Vec<(Quantity, Span)> = arguments
+                    .iter()
+                    .map(|own| (self.take(*own), file.expr(*own).span))
+                    .collect();
+                self.call(&function.text, arguments, span)
+            }
+            ExprKind::SumOver { body, .. } => self.take(body),
+            ExprKind::Vector(parts) => {
+                Quantity::list(parts.iter().map(|part| self.take(*part)).collect())
+            }
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
+                Quantity::Any
+            }
+        }
+    }
+
+    fn name(&self, name: &str, at: ExprRef) -> Quantity {
+        let scope = self.within.get(&at).copied().unwrap_or(0);
+        if self.variable(name, scope).is_some() || name == "pi" {
+            return Quantity::number();
+        }
+        if name == "t" {
+            return Quantity::Of(base("s"));
+        }
+        self.names.get(name).cloned().unwrap_or(Quantity::Any)
+    }
+
+    /// `b.col` and `bonds[3].col`: every column has a dimension of its own.
+    fn column(&mut self, at: ExprRef, row: ExprRef, field: &'a str) -> Quantity {
+        let file = self.file;
+        let scope = self.within.get(&at).copied().unwrap_or(0);
+        let table = match file.expr(row).kind {
+            ExprKind::Name(name) => self.variable(name, scope).and_then(|own| own.table),
+            ExprKind::Index { base, .. } => match file.expr(base).kind {
+                ExprKind::Name(name) if self.tables.contains(name) => Some(name),
+                _ => None,
+            },
+            _ => None,
+        };
+        let Some(table) = table else {
+            return Quantity::Any;
+        };
+        let solver = &mut self.sheet.solver;
+        let own = self
+            .columns
+            .entry((table, field))
+            .or_insert_with(|| solver.unknown(&format!("{table}.{field}")));
+        Quantity::Of(own.clone())
+    }
+
+    fn raised(&mut self, under: ExprRef, exponent: ExprRef) -> Quantity {
+        let below = self.take(under);
+        let above = self.take(exponent);
+        let span = self.file.expr(exponent).span;
+        self.sheet.number(&above, "an exponent", span);
+        if let Some(exponent) = self.literal(exponent) {
+            return below.power(&exponent);
+        }
+        // A power with an exponent that may vary is a number if its base is one.
+        match below {
+            Quantity::Of(own) => match self.sheet.known(&own) {
+                Some(dimension) if dimension.is_number() => Quantity::number(),
+                _ => Quantity::Any,
+            },
+            Quantity::Any | Quantity::List(_) => Quantity::Any,
+        }
+    }
+
+    /// The value of a constant that is written in digits: `2`, `-1/2`, `(3/2)`.
+    fn literal(&self, at: ExprRef) -> Option<Number> {
+        let number = |at: ExprRef| match self.file.expr(at).kind {
+            ExprKind::Number(text) => Number::parse(text),
+            _ => None,
+        };
+        match self.file.expr(at).kind {
+            ExprKind::Number(_) => number(at),
+            ExprKind::Negate(inner) => match self.file.expr(inner).kind {
+                ExprKind::Product(factors) => self.ratio(factors, &number).map(|n| n.neg()),
+                _ => number(inner).map(|n| n.neg()),
+            },
+            ExprKind::Product(factors) => self.ratio(factors, &number),
+            _ => None,
+        }
+    }
+
+    fn ratio(
+        &self,
+        factors: &[Factor],
+        number: &impl Fn(ExprRef) -> Option<Number>,
+    ) -> Option<Number> {
+        let mut product = Number::from(1);
+        for factor in factors {
+            let (divided, value) = (factor.divided(), factor.value());
+            let own = match self.file.expr(value).kind {
+                ExprKind::Negate(inner) => number(inner)?.neg(),
+                _ => number(value)?,
+            };
+            product = if divided {
+                product.div(&own)?
+            } else {
+                product.mul(&own)
+            };
+        }
+        Some(product)
+    }
+
+    fn factors(&mut self, factors: &[Factor], span: Span) -> Quantity {
+        let mut product = Quantity::number();
+        for factor in factors {
+            let (divided, value) = (factor.divided(), factor.value());
+            let own = self.take(value);
+            product = self.sheet.product(product, own, divided, span);
+        }
+        product
+    }
+
+    fn call(&mut self, function: &str, arguments: Vec<(Quantity, Span)>, span: Span) -> Quantity {
+        let argument = |at: usize| arguments.get(at).map_or(Quantity::Any, |own| own.0.clone());
+        let half = Number::half();
+        let two = Number::from(2);
+        match function {
+            "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "exp"
+            | "ln" | "rot_x" | "rot_y" | "rot_z" => {
+                let what = format!("the argument of `{function}`");
+                for (own, span) in &arguments {
+                    self.sheet.number(own, &what, *span);
+                }
+                Quantity::number()
+            }
+            "atan2" => {
+                let what = "the arguments of `atan2`";
+                self.sheet.alike(&arguments, &Context::Arguments(what));
+                Quantity::number()
+            }
+            "sqrt" => argument(0).power(&half),
+            "abs" | "floor" | "transpose" => argument(0),
+            "norm" => {
+                let (value, span) = (argument(0), arguments.first().map_or(span, |own| own.1));
+                self.sheet
+                    .uniform(value, "the components of a vector", span)
+            }
+            "dot" => self.sheet.dot(&argument(0), &argument(1), span),
+            "cross" => {
+                let what = "the components of a vector";
+                let u = self.sheet.uniform(argument(0), what, span);
+                let v = self.sheet.uniform(argument(1), what, span);
+                self.sheet.product(u, v, false, span)
+            }
+            "mod" => self
+                .sheet
+                .alike(&arguments, &Context::Arguments("the arguments of `mod`")),
+            "angular_velocity" => argument(0).rate(),
+            "inertia_sphere" | "inertia_shell" | "inertia_rod" | "inertia_cylinder"
+            | "inertia_box" => {
+                let what = format!("the lengths of `{function}`");
+                let lengths = arguments.get(1..).unwrap_or_default();
+                let length = self.sheet.alike(lengths, &Context::Arguments(&what));
+                let square = length.power(&two);
+                self.sheet.product(argument(0), square, false, span)
+            }
+            "inertia_point" => {
+                let what = "the components of a vector";
+                let place = self.sheet.uniform(argument(1), what, span);
+                self.sheet
+                    .product(argument(0), place.power(&two), false, span)
+            }
+            "steiner" => {
+                let what = "the components of a vector";
+                let shift = self.sheet.uniform(argument(2), what, span);
+                let moved = self
+                    .sheet
+                    .product(argument(1), shift.power(&two), false, span);
+                self.sheet
+                    .alike(&[(argument(0), span), (moved, span)], &Context::Sum)
+            }
+            "about" => {
+                let axis = self
+                    .sheet
+                    .uniform(argument(1), "the components of a vector", span);
+                let axis_span = arguments.get(1).map_or(span, |own| own.1);
+                self.sheet.number(&axis, "the axis of `about`", axis_span);
+                argument(0)
+            }
+            "rows" => Quantity::number(),
+            // Told as unknown elsewhere.
+            _ => Quantity::Any,
+        }
+    }
+}

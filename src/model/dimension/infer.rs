@@ -1,0 +1,472 @@
+//! The equations that a file sets up, statement by statement.
+
+use std::collections::{HashMap, HashSet};
+
+use super::operations::{Context, Quantity, Sheet, base, energy, power};
+use super::solve::Combination;
+use super::{Dimension, DimensionError};
+use crate::model::survey::children;
+use crate::model::units;
+use crate::number::Number;
+use crate::span::Span;
+use crate::syntax::{
+    Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement,
+    StatementKind, UnitKind, UnitRef,
+};
+
+/// Families of up to so many members may have a dimension for each.
+const MOST_OWN_DIMENSIONS: i64 = 16;
+
+/// What was found out.
+#[derive(Debug, Default)]
+pub(in crate::model) struct Dimensions {
+    pub(in crate::model) errors: Vec<DimensionError>,
+    /// By name: what is known of it, for each member where they may differ.
+    known: HashMap<String, Vec<Option<Dimension>>>,
+    /// Names whose unit says that they are angles.
+    angles: HashSet<String>,
+}
+
+impl Dimensions {
+    /// The SI unit of a coordinate or one of its members (from 0), where it is known.
+    pub(in crate::model) fn unit(&self, name: &str, member: usize) -> Option<String> {
+        if self.angles.contains(name) {
+            return Some("rad".to_owned());
+        }
+        let members = self.known.get(name)?;
+        let own = members.get(member).or(match members.as_slice() {
+            [only] => Some(only),
+            _ => None,
+        })?;
+        own.as_ref().map(Dimension::unit)
+    }
+}
+
+/// Solves for the dimensions of all names, in a file with units; without, nothing is known.
+pub(in crate::model) fn infer(file: &File) -> Dimensions {
+    if file.units.is_empty() {
+        return Dimensions::default();
+    }
+    let mut inference = Inference {
+        file,
+        sheet: Sheet::default(),
+        names: HashMap::new(),
+        tables: HashSet::new(),
+        columns: HashMap::new(),
+        scopes: vec![Scope {
+            outer: 0,
+            name: "",
+            table: None,
+        }],
+        varied: varied_families(file),
+        memo: vec![Quantity::Any; file.expressions.len()],
+        within: HashMap::new(),
+    };
+    for statement in &file.statements {
+        inference.statement(statement);
+    }
+    inference.finish()
+}
+
+/// The families that are indexed by more than literals somewhere: their members are alike.
+fn varied_families(file: &File) -> HashSet<&str> {
+    let mut varied = HashSet::new();
+    for expr in &file.expressions {
+        if let ExprKind::Index { base, indices } = expr.kind
+            && let ExprKind::Name(name) = file.expr(base).kind
+            && !indices
+                .iter()
+                .all(|at| matches!(file.expr(*at).kind, ExprKind::Number(_)))
+        {
+            varied.insert(name);
+        }
+    }
+    varied
+}
+
+/// An index variable and those around it; number 0 is the empty scope.
+pub(super) struct Scope<'a> {
+    pub(super) outer: usize,
+    pub(super) name: &'a str,
+    /// The table whose rows it runs over.
+    pub(super) table: Option<&'a str>,
+}
+
+pub(super) struct Inference<'a> {
+    pub(super) file: &'a File,
+    pub(super) sheet: Sheet,
+    pub(super) names: HashMap<&'a str, Quantity>,
+    pub(super) tables: HashSet<&'a str>,
+    pub(super) columns: HashMap<(&'a str, &'a str), Combination>,
+    pub(super) scopes: Vec<Scope<'a>>,
+    pub(super) varied: HashSet<&'a str>,
+    /// By expression: its dimension, taken out by the one that contains it.
+    pub(super) memo: Vec<Quantity>,
+    /// The scope of the names, rows and sums that stand within one.
+    pub(super) within: HashMap<ExprRef, usize>,
+}
+
+impl<'a> Inference<'a> {
+    fn statement(&mut self, statement: &'a Statement) {
+        let word = |length: u32| Span::new(statement.span.start, statement.span.start + length);
+        match &statement.kind {
+            StatementKind::Param(binding) => self.parameter(binding),
+            StatementKind::Coord { declarations } => {
+                for one in declarations {
+                    self.coordinate(one);
+                }
+            }
+            StatementKind::Let(binding) => self.named_expression(binding),
+            StatementKind::Kinetic(root) => self.energy("T", *root, &energy(), word(1)),
+            StatementKind::Potential(root) => self.energy("V", *root, &energy(), word(1)),
+            StatementKind::Lagrangian(root) => {
+                self.energy("lagrangian", *root, &energy(), word(10));
+            }
+            StatementKind::Dissipation(root) => {
+                self.energy("dissipation", *root, &power(), word(11));
+            }
+            StatementKind::Constraint {
+                indices,
+                left,
+                right,
+            } => {
+                let scope = self.binders(indices.as_deref(), 0);
+                let sides = [*left, *right]
+                    .map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
+                self.sheet
+                    .alike(&sides, &Context::Arguments("the sides of a constraint"));
+            }
+            StatementKind::Guess(binding) => self.given(binding, "guess", false),
+            StatementKind::Equilibrium { binding, rate } => {
+                let side = if *rate { "rate" } else { "equilibrium" };
+                self.given(binding, side, *rate);
+            }
+            StatementKind::Period(root) => {
+                if self.names_something(*root) {
+                    self.energy("period", *root, &base("s"), word(6));
+                }
+            }
+            StatementKind::Table { name, .. } => {
+                self.tables.insert(&name.text);
+            }
+            StatementKind::Model { .. } => {}
+        }
+    }
+
+    /// The dimension of a unit; what is not known as one fits everything.
+    fn unit(&self, at: UnitRef) -> Quantity {
+        let mut done: HashMap<UnitRef, Quantity> = HashMap::new();
+        let mut todo = vec![(at, false)];
+        while let Some((at, ready)) = todo.pop() {
+            let below: Vec<UnitRef> = match self.file.unit(at).kind {
+                UnitKind::One | UnitKind::Name(_) => Vec::new(),
+                UnitKind::Product(factors) => factors.iter().map(|(_, factor)| *factor).collect(),
+                UnitKind::Power { base, .. } => vec![base],
+            };
+            if !ready {
+                todo.push((at, true));
+                todo.extend(below.into_iter().map(|part| (part, false)));
+                continue;
+            }
+            let mut part = |at: &UnitRef| done.remove(at).unwrap_or(Quantity::Any);
+            let own = match self.file.unit(at).kind {
+                UnitKind::One => Quantity::number(),
+                UnitKind::Name(name) => match units::exponents(name) {
+                    Some(exponents) => Quantity::Of(Combination::from_exponents(&exponents)),
+                    None => Quantity::Any,
+                },
+                UnitKind::Product(factors) => {
+                    let mut product = Some(Combination::default());
+                    for (under, factor) in factors {
+                        product = match (product, part(factor)) {
+                            (Some(own), Quantity::Of(other)) if *under => Some(own.over(&other)),
+                            (Some(own), Quantity::Of(other)) => Some(own.times(&other)),
+                            _ => None,
+                        };
+                    }
+                    product.map_or(Quantity::Any, Quantity::Of)
+                }
+                UnitKind::Power {
+                    base,
+                    numerator,
+                    denominator,
+                } => match Number::ratio(i64::from(numerator), i64::from(denominator)) {
+                    Some(exponent) => part(&base).power(&exponent),
+                    None => Quantity::Any,
+                },
+            };
+            done.insert(at, own);
+        }
+        done.remove(&at).unwrap_or(Quantity::Any)
+    }
+
+    /// A quantity of its own for a name without a unit; one for each member of a small family whose
+    /// members are told apart wherever they are used.
+    fn fresh(&mut self, name: &'a Name, indices: Option<&Indices>) -> Quantity {
+        let literal = |at: ExprRef| match self.file.expr(at).kind {
+            ExprKind::Number(text) => Number::parse(text)?.to_i64(),
+            _ => None,
+        };
+        let members = indices.and_then(|indices| {
+            let [entry] = &*indices.entries else {
+                return None;
+            };
+            let IndexKind::Range {
+                variable: None,
+                from,
+                to,
+            } = &entry.kind
+            else {
+                return None;
+            };
+            let (from, to) = (literal(*from)?, literal(*to)?);
+            (from == 1 && (2..=MOST_OWN_DIMENSIONS).contains(&to)).then_some(to)
+        });
+        match members {
+            Some(count) if !self.varied.contains(name.text.as_str()) => Quantity::list(
+                (1..=count)
+                    .map(|at| {
+                        let member = format!("{}[{at}]", name.text);
+                        Quantity::Of(self.sheet.solver.unknown(&member))
+                    })
+                    .collect(),
+            ),
+            _ => Quantity::Of(self.sheet.solver.unknown(&name.text)),
+        }
+    }
+
+    /// Whether an expression names a quantity of the file, so that units do not convert it.
+    fn names_something(&self, root: ExprRef) -> bool {
+        let mut todo = vec![root];
+        while let Some(at) = todo.pop() {
+            match self.file.expr(at).kind {
+                ExprKind::Name(name) => {
+                    if self.names.contains_key(name) {
+                        return true;
+                    }
+                }
+                _ => children(self.file, at, &mut todo),
+            }
+        }
+        false
+    }
+
+    fn declare(&mut self, name: &'a str, quantity: Quantity) -> Quantity {
+        self.names.entry(name).or_insert(quantity).clone()
+    }
+
+    fn parameter(&mut self, binding: &'a Binding) {
+        let scope = self.binders(binding.indices.as_deref(), 0);
+        let quantity = match binding.unit {
+            Some(unit) => self.unit(unit),
+            None => self.fresh(&binding.name, binding.indices.as_deref()),
+        };
+        let value = binding.value.filter(|root| self.names_something(*root));
+        let quantity = self.declare(&binding.name.text, quantity);
+        if let Some(root) = value {
+            let side = self.evaluate(root, scope);
+            self.same(binding, &quantity, "right side", side, root);
+        }
+    }
+
+    fn coordinate(&mut self, declaration: &'a Declaration) {
+        self.binders(declaration.indices.as_deref(), 0);
+        let quantity = match declaration.unit {
+            Some(unit) => self.unit(unit),
+            None => self.fresh(&declaration.name, declaration.indices.as_deref()),
+        };
+        self.declare(&declaration.name.text, quantity);
+    }
+
+    fn named_expression(&mut self, binding: &'a Binding) {
+        let Some(root) = binding.value else { return };
+        let scope = self.binders(binding.indices.as_deref(), 0);
+        let names = self.names_something(root);
+        if let Some(unit) = binding.unit {
+            let unit = self.unit(unit);
+            let quantity = self.declare(&binding.name.text, unit);
+            if names {
+                let side = self.evaluate(root, scope);
+                self.same(binding, &quantity, "right side", side, root);
+            }
+        } else if binding.indices.is_some() {
+            // A member may use lower ones, so the family has its dimension first.
+            let fresh = Quantity::Of(self.sheet.solver.unknown(&binding.name.text));
+            let quantity = self.declare(&binding.name.text, fresh);
+            if names {
+                let side = self.evaluate(root, scope);
+                self.same(binding, &quantity, "right side", side, root);
+            }
+        } else {
+            let quantity = if names {
+                self.evaluate(root, scope)
+            } else {
+                Quantity::Of(self.sheet.solver.unknown(&binding.name.text))
+            };
+            self.declare(&binding.name.text, quantity);
+        }
+    }
+
+    fn given(&mut self, binding: &'a Binding, side: &'static str, rate: bool) {
+        let scope = self.binders(binding.indices.as_deref(), 0);
+        let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else {
+            return;
+        };
+        if rate {
+            quantity = quantity.rate();
+        }
+        if let Some(unit) = binding.unit {
+            let own = self.unit(unit);
+            let span = self.file.unit(unit).span;
+            self.same_at(&binding.name, binding.name.span, &quantity, side, own, span);
+        }
+        if let Some(root) = binding.value.filter(|root| self.names_something(*root)) {
+            let own = self.evaluate(root, scope);
+            self.same(binding, &quantity, side, own, root);
+        }
+    }
+
+    fn same(
+        &mut self,
+        binding: &Binding,
+        quantity: &Quantity,
+        side: &'static str,
+        value: Quantity,
+        root: ExprRef,
+    ) {
+        let declared = binding
+            .unit
+            .map_or(binding.name.span, |unit| self.file.unit(unit).span);
+        let span = self.file.expr(root).span;
+        self.same_at(&binding.name, declared, quantity, side, value, span);
+    }
+
+    /// Requires a right side to be what its name is.
+    fn same_at(
+        &mut self,
+        name: &Name,
+        declared_span: Span,
+        quantity: &Quantity,
+        side: &'static str,
+        value: Quantity,
+        span: Span,
+    ) {
+        let wanted = match (quantity, &value) {
+            (Quantity::Any, _) | (_, Quantity::Any) => return,
+            (Quantity::Of(_), Quantity::Of(_)) => vec![(quantity.clone(), value)],
+            (Quantity::List(own), Quantity::List(parts)) if own.len() != parts.len() => return,
+            (Quantity::List(own), _) => (0..own.len())
+                .filter_map(|at| Some((own.get(at)?.clone(), value.element(at)?)))
+                .collect(),
+            (Quantity::Of(_), Quantity::List(parts)) => parts
+                .iter()
+                .map(|part| (quantity.clone(), part.clone()))
+                .collect(),
+        };
+        for (quantity, value) in wanted {
+            match (quantity, value) {
+                (Quantity::Of(own), Quantity::Of(value)) => {
+                    if !self.sheet.solver.equate(&own, &value, span)
+                        && let (Some(declared), Some(found)) =
+                            (self.sheet.known(&own), self.sheet.known(&value))
+                    {
+                        let inferred = self.sheet.inferred([&value, &own]);
+                        self.sheet.errors.push(DimensionError::WrongSide {
+                            name: name.text.to_string(),
+                            declared,
+                            declared_span,
+                            side,
+                            found,
+                            span,
+                            inferred,
+                        });
+                        return;
+                    }
+                }
+                (Quantity::Any, _) | (_, Quantity::Any) => {}
+                (quantity, value) => {
+                    let value = self.sheet.uniform(value, "the elements of a list", span);
+                    self.same_at(name, declared_span, &quantity, side, value, span);
+                }
+            }
+        }
+    }
+
+    /// Requires every term of an energy, those within sums included, to be one.
+    fn energy(&mut self, what: &'static str, root: ExprRef, wanted: &Combination, statement: Span) {
+        let mut todo = vec![(root, 0)];
+        while let Some((at, scope)) = todo.pop() {
+            match self.file.expr(at).kind {
+                ExprKind::Sum(terms) => {
+                    todo.extend(terms.iter().rev().map(|term| (term.value(), scope)));
+                    continue;
+                }
+                ExprKind::Negate(inner) => {
+                    todo.push((inner, scope));
+                    continue;
+                }
+                ExprKind::SumOver { indices, body } => {
+                    let inner = self.binders(Some(indices), scope);
+                    todo.push((body, inner));
+                    continue;
+                }
+                _ => {}
+            }
+            let span = self.file.expr(at).span;
+            let value = self.evaluate(at, scope);
+            if let Quantity::Of(own) = self.sheet.uniform(value, "the terms", span)
+                && !self.sheet.solver.equate(&own, wanted, span)
+                && let (Some(found), Some(wanted)) =
+                    (self.sheet.known(&own), self.sheet.known(wanted))
+            {
+                let inferred = self.sheet.inferred([&own, &own]);
+                self.sheet.errors.push(DimensionError::WrongEnergy {
+                    what,
+                    found,
+                    wanted,
+                    span,
+                    statement,
+                    inferred,
+                });
+            }
+        }
+    }
+
+    fn finish(mut self) -> Dimensions {
+        let mut result = Dimensions::default();
+        for statement in &self.file.statements {
+            let StatementKind::Coord { declarations } = &statement.kind else {
+                continue;
+            };
+            for one in declarations {
+                let Some(quantity) = self.names.get(one.name.text.as_str()).cloned() else {
+                    continue;
+                };
+                let known = match quantity {
+                    Quantity::Any => vec![None],
+                    Quantity::Of(own) => vec![self.sheet.known(&own)],
+                    Quantity::List(parts) => parts
+                        .iter()
+                        .map(|part| match part {
+                            Quantity::Of(own) => self.sheet.known(own),
+                            Quantity::Any | Quantity::List(_) => None,
+                        })
+                        .collect(),
+                };
+                result.known.insert(one.name.text.to_string(), known);
+                if one.unit.is_some_and(|unit| self.is_angle(unit)) {
+                    result.angles.insert(one.name.text.to_string());
+                }
+            }
+        }
+        result.errors = std::mem::take(&mut self.sheet.errors);
+        result
+    }
+
+    fn is_angle(&self, unit: UnitRef) -> bool {
+        match self.file.unit(unit).kind {
+            UnitKind::Name(name) => name.ends_with("rad") || name == "deg",
+            UnitKind::One | UnitKind::Product(_) | UnitKind::Power { .. } => false,
+        }
+    }
+}

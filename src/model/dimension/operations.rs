@@ -1,0 +1,294 @@
+//! What operations do to dimensions.
+
+use super::DimensionError;
+use super::error::Inferred;
+use super::solve::{Combination, Solver};
+use super::{BASE, Dimension};
+use crate::number::Number;
+use crate::span::Span;
+
+/// The dimension of a value.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Quantity {
+    /// Fits everything: zero, and what has a mistake already.
+    Any,
+    /// A number, or a list or family all of whose elements are alike.
+    Of(Combination),
+    /// A list of things that are not alike, or not known to be.
+    List(Vec<Quantity>),
+}
+
+impl Quantity {
+    pub(super) fn number() -> Self {
+        Self::Of(Combination::default())
+    }
+
+    /// A list; one whose elements are alike is as good as one of them.
+    pub(super) fn list(parts: Vec<Quantity>) -> Self {
+        match parts.split_first() {
+            // A zero among others says nothing about its place.
+            Some((first @ (Self::Any | Self::Of(_)), rest))
+                if rest.iter().all(|part| part == first) =>
+            {
+                first.clone()
+            }
+            _ => Self::List(parts),
+        }
+    }
+
+    fn map(self, f: &impl Fn(Combination) -> Combination) -> Self {
+        match self {
+            Self::Any => Self::Any,
+            Self::Of(own) => Self::Of(f(own)),
+            Self::List(parts) => Self::list(parts.into_iter().map(|part| part.map(f)).collect()),
+        }
+    }
+
+    pub(super) fn power(self, exponent: &Number) -> Self {
+        self.map(&|own| own.power(exponent))
+    }
+
+    /// The time derivative.
+    pub(super) fn rate(self) -> Self {
+        let time = Combination::base(2);
+        self.map(&|own| own.over(&time))
+    }
+
+    /// The element of a list, from 0.
+    pub(super) fn element(&self, at: usize) -> Option<Self> {
+        match self {
+            Self::List(parts) => parts.get(at).cloned(),
+            Self::Any | Self::Of(_) => Some(self.clone()),
+        }
+    }
+}
+
+/// What a contradiction is called.
+pub(super) enum Context<'a> {
+    Sum,
+    Arguments(&'a str),
+}
+
+/// The work sheet: the equations and the mistakes so far.
+#[derive(Debug, Default)]
+pub(super) struct Sheet {
+    pub(super) solver: Solver,
+    pub(super) errors: Vec<DimensionError>,
+}
+
+impl Sheet {
+    /// The dimension as far as it is to be told; unknown ones count as numbers.
+    pub(super) fn known(&self, own: &Combination) -> Option<Dimension> {
+        self.solver.resolve(own)?.dimension()
+    }
+
+    /// The name that makes one of two sides what it is.
+    pub(super) fn inferred(&self, sides: [&Combination; 2]) -> Option<Inferred> {
+        sides
+            .iter()
+            .find_map(|side| self.solver.last_found(side))
+            .map(|found| Inferred {
+                name: found.name,
+                dimension: found.dimension,
+                span: found.span,
+            })
+    }
+
+    /// Requires terms, or arguments, to be alike; what they are.
+    pub(super) fn alike(&mut self, terms: &[(Quantity, Span)], context: &Context<'_>) -> Quantity {
+        let longest = terms.iter().find_map(|(term, _)| match term {
+            Quantity::List(parts) => Some(parts.len()),
+            Quantity::Any | Quantity::Of(_) => None,
+        });
+        if let Some(length) = longest {
+            let fits = |term: &Quantity| match term {
+                Quantity::List(parts) => parts.len() == length,
+                Quantity::Any | Quantity::Of(_) => true,
+            };
+            // Shapes that don't fit are told elsewhere.
+            if !terms.iter().all(|(term, _)| fits(term)) {
+                return Quantity::Any;
+            }
+            let parts = (0..length).map(|at| {
+                let own: Vec<(Quantity, Span)> = terms
+                    .iter()
+                    .filter_map(|(term, span)| Some((term.element(at)?, *span)))
+                    .collect();
+                self.alike(&own, context)
+            });
+            return Quantity::list(parts.collect());
+        }
+        let own: Vec<(&Combination, Span)> = terms
+            .iter()
+            .filter_map(|(term, span)| match term {
+                Quantity::Of(own) => Some((own, *span)),
+                Quantity::Any | Quantity::List(_) => None,
+            })
+            .collect();
+        let Some((reference, at)) = self.commonest(&own) else {
+            return Quantity::Any;
+        };
+        let mut contradiction = false;
+        for (term, span) in &own {
+            if !self.solver.equate(term, reference, *span) && !contradiction {
+                contradiction = true;
+                self.unlike((term, *span), (reference, at), context);
+            }
+        }
+        if contradiction {
+            return Quantity::Any;
+        }
+        Quantity::Of(reference.clone())
+    }
+
+    fn unlike(
+        &mut self,
+        one: (&Combination, Span),
+        other: (&Combination, Span),
+        context: &Context<'_>,
+    ) {
+        let (Some(found), Some(expected)) = (self.known(one.0), self.known(other.0)) else {
+            return;
+        };
+        let inferred = self.inferred([one.0, other.0]);
+        self.errors.push(match context {
+            Context::Sum => DimensionError::UnlikeTerms {
+                found,
+                span: one.1,
+                other: expected,
+                other_span: other.1,
+                inferred,
+            },
+            Context::Arguments(what) => DimensionError::UnlikeArguments {
+                what: (*what).to_owned(),
+                found,
+                span: one.1,
+                other: expected,
+                other_span: other.1,
+                inferred,
+            },
+        });
+    }
+
+    /// The term that the others are held against: of those fully known the commonest kind, lest one
+    /// slip be told of all the others.
+    fn commonest<'a>(&self, terms: &[(&'a Combination, Span)]) -> Option<(&'a Combination, Span)> {
+        let mut kinds: Vec<(Dimension, usize, usize)> = Vec::new();
+        for (position, (term, _)) in terms.iter().enumerate() {
+            if let Some(dimension) = self.known(term) {
+                match kinds.iter().position(|(kind, ..)| *kind == dimension) {
+                    Some(at) => kinds[at].2 += 1,
+                    // More kinds than this are past sorting out.
+                    None if kinds.len() < 8 => kinds.push((dimension, position, 1)),
+                    None => {}
+                }
+            }
+        }
+        let most = kinds.iter().map(|(_, _, count)| *count).max().unwrap_or(0);
+        let best = kinds.iter().find(|(_, _, count)| *count == most);
+        let position = best.map_or(0, |(_, position, _)| *position);
+        terms.get(position).copied()
+    }
+
+    /// Requires a pure number.
+    pub(super) fn number(&mut self, value: &Quantity, what: &str, span: Span) {
+        match value {
+            Quantity::Any => {}
+            Quantity::Of(own) => {
+                if !self.solver.equate(own, &Combination::default(), span)
+                    && let Some(found) = self.known(own)
+                {
+                    let inferred = self.inferred([own, own]);
+                    self.errors.push(DimensionError::NotANumber {
+                        what: what.to_owned(),
+                        found,
+                        span,
+                        inferred,
+                    });
+                }
+            }
+            Quantity::List(parts) => {
+                for part in parts {
+                    self.number(part, what, span);
+                }
+            }
+        }
+    }
+
+    /// One dimension for all elements.
+    pub(super) fn uniform(&mut self, value: Quantity, what: &str, span: Span) -> Quantity {
+        match value {
+            Quantity::Any | Quantity::Of(_) => value,
+            Quantity::List(parts) => {
+                let parts: Vec<(Quantity, Span)> = parts
+                    .into_iter()
+                    .map(|part| (self.uniform(part, what, span), span))
+                    .collect();
+                self.alike(&parts, &Context::Arguments(what))
+            }
+        }
+    }
+
+    /// `left * right` or `left / right`; lists as vectors and matrices.
+    pub(super) fn product(
+        &mut self,
+        left: Quantity,
+        right: Quantity,
+        divided: bool,
+        span: Span,
+    ) -> Quantity {
+        match (left, right) {
+            (Quantity::Any, _) | (_, Quantity::Any) => Quantity::Any,
+            (Quantity::Of(a), Quantity::Of(b)) if divided => Quantity::Of(a.over(&b)),
+            (Quantity::Of(a), Quantity::Of(b)) => Quantity::Of(a.times(&b)),
+            (list, Quantity::Of(b)) if divided => list.map(&|own| own.over(&b)),
+            (list, Quantity::Of(b)) => list.map(&|own| own.times(&b)),
+            (Quantity::Of(a), list) if !divided => list.map(&|own| own.times(&a)),
+            (Quantity::List(rows), Quantity::List(column)) if !divided => {
+                let parts = rows.into_iter().map(|row| match row {
+                    Quantity::List(_) => self.dot(&row, &Quantity::List(column.clone()), span),
+                    Quantity::Of(_) => {
+                        let column = Quantity::List(column.clone());
+                        let terms = self.product(row, column, false, span);
+                        self.uniform(terms, "the terms of a product of matrices", span)
+                    }
+                    Quantity::Any => Quantity::Any,
+                });
+                Quantity::list(parts.collect())
+            }
+            (Quantity::Of(_) | Quantity::List(_), Quantity::List(_)) => Quantity::Any,
+        }
+    }
+
+    /// The product of a row with a vector, or with the rows of a matrix.
+    pub(super) fn dot(&mut self, u: &Quantity, v: &Quantity, span: Span) -> Quantity {
+        let length = match (u, v) {
+            (Quantity::List(parts), _) | (_, Quantity::List(parts)) => parts.len(),
+            _ => return self.product(u.clone(), v.clone(), false, span),
+        };
+        let terms: Vec<(Quantity, Span)> = (0..length)
+            .filter_map(|at| {
+                let (a, b) = (u.element(at)?, v.element(at)?);
+                Some((self.product(a, b, false, span), span))
+            })
+            .collect();
+        self.alike(&terms, &Context::Sum)
+    }
+}
+
+/// The generators of an energy.
+pub(super) fn energy() -> Combination {
+    Combination::from_exponents(&[1, 2, -2, 0, 0, 0, 0])
+}
+
+/// The generators of a power.
+pub(super) fn power() -> Combination {
+    Combination::from_exponents(&[1, 2, -3, 0, 0, 0, 0])
+}
+
+/// The generator of a base unit.
+pub(super) fn base(symbol: &str) -> Combination {
+    BASE.iter()
+        .position(|own| *own == symbol)
+        .map_or_else(Combination::default, Combination::base)
+}
