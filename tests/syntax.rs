@@ -464,3 +464,11 @@ fn too_much_is_refused() {
     let source = format!("param b = 1\n{}", "a = 1\n".repeat(100_000));
     assert_eq!(parse(&source).unwrap_err().len(), 1000);
 }
+
+#[test]
+fn a_mistake_stays_in_its_statement() {
+    assert_eq!(
+        messages("param sin : m^(1/0) = 1\nV = 1"),
+        ["`sin` can't be used as a name"]
+    );
+}

@@ -60,6 +60,16 @@ impl Texts {
         number
     }
 
+    fn back_to(&mut self, count: usize) {
+        let end = match count.checked_sub(1) {
+            Some(last) => self.ends.get(last).copied().unwrap_or_default(),
+            None => 0,
+        };
+        self.ends.truncate(count);
+        self.letters.truncate(end as usize);
+        self.recent.fill(u32::MAX);
+    }
+
     fn finish(&mut self) {
         self.letters.shrink_to_fit();
         self.ends.shrink_to_fit();
@@ -187,6 +197,18 @@ fn push_list<T: Copy>(pool: &mut Vec<T>, members: &[T], number: fn(ExprRef) -> T
     }
     pool.extend(members);
     if short { members.len() } else { 0 }
+}
+
+/// How much there was at some time.
+#[derive(Clone, Copy)]
+pub(super) struct Mark {
+    nodes: usize,
+    texts: usize,
+    children: usize,
+    terms: usize,
+    factors: usize,
+    names: usize,
+    indices: usize,
 }
 
 impl Expressions {
@@ -364,6 +386,30 @@ impl Expressions {
         ExprRef(self.nodes.len() as u32 - 1)
     }
 
+    /// How much there is now, for [`back_to`](Self::back_to).
+    pub(super) fn mark(&self) -> Mark {
+        Mark {
+            nodes: self.nodes.len(),
+            texts: self.texts.ends.len(),
+            children: self.children.len(),
+            terms: self.terms.len(),
+            factors: self.factors.len(),
+            names: self.names.len(),
+            indices: self.indices.len(),
+        }
+    }
+
+    /// Forgets what has been added since.
+    pub(super) fn back_to(&mut self, mark: Mark) {
+        self.nodes.truncate(mark.nodes);
+        self.texts.back_to(mark.texts);
+        self.children.truncate(mark.children);
+        self.terms.truncate(mark.terms);
+        self.factors.truncate(mark.factors);
+        self.names.truncate(mark.names);
+        self.indices.truncate(mark.indices);
+    }
+
     fn push_name(&mut self, name: &Name) -> ExprRef {
         self.names.push(name.clone());
         ExprRef(self.names.len() as u32 - 1)
@@ -453,6 +499,11 @@ impl Units {
             },
         };
         Unit { span, kind }
+    }
+
+    /// Forgets all but the first.
+    pub(super) fn back_to(&mut self, count: usize) {
+        self.nodes.truncate(count);
     }
 
     /// Adds a unit, whose parts are there already.

@@ -91,6 +91,7 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         Rule::EOI
         | Rule::file
         | Rule::single
+        | Rule::alone
         | Rule::statement
         | Rule::model
         | Rule::param

@@ -13,6 +13,7 @@ mod arena;
 pub mod ast;
 mod build;
 mod codes;
+mod cut;
 mod error;
 mod explain;
 mod grammar;
@@ -21,6 +22,8 @@ mod lookalike;
 mod print;
 mod report;
 mod split;
+#[cfg(test)]
+mod tests;
 mod text;
 mod words;
 
@@ -59,6 +62,13 @@ pub const MOST_BYTES: usize = 32 << 20;
 /// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
 /// ```
 pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
+    parse_in_pieces(source, PIECE)
+}
+
+/// Longer sums are given to pest in pieces of about this many bytes.
+const PIECE: u32 = 1 << 14;
+
+fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
     if source.len() > MOST_BYTES {
         return Err(vec![SyntaxError::FileTooLarge {
             bytes: source.len(),
@@ -73,7 +83,7 @@ pub fn parse(source: &str) -> Result<File, Vec<SyntaxError>> {
     };
     let pieces = split::split(source, start);
     let mut errors = pieces.errors;
-    let mut builder = Builder::new(pieces.comments, pieces.statements.len());
+    let mut builder = Builder::new(pieces.comments, pieces.statements.len(), piece);
     for piece in pieces.statements {
         if piece.broken {
             continue;

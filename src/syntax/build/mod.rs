@@ -3,6 +3,7 @@
 //! The depth of its calls is bounded by the nesting that the scan in `split` lets through.
 
 mod expressions;
+mod pieces;
 mod units;
 
 use std::cell::{Cell, RefCell};
@@ -12,6 +13,7 @@ use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::{Pair, Pairs};
 use pest::pratt_parser::PrattParser;
 
+use self::pieces::Places;
 use super::arena::{Expressions, Units};
 use super::ast::{
     Binding, Comment, Declaration, File, IndexEntry, IndexKind, Indices, Name, Statement,
@@ -34,12 +36,14 @@ pub(super) struct Builder {
     expressions: RefCell<Expressions>,
     error: RefCell<Option<SyntaxError>>,
     in_filter: Cell<bool>,
-    /// Where the statement begins that pest has been given.
-    offset: Cell<u32>,
+    /// Where the text stands that pest has been given.
+    places: Places,
+    /// Longer statements are read in pieces, as far as they are sums.
+    piece: u32,
 }
 
 impl Builder {
-    pub(super) fn new(comments: Vec<Comment>, statements: usize) -> Self {
+    pub(super) fn new(comments: Vec<Comment>, statements: usize, piece: u32) -> Self {
         Self {
             precedences: precedences(),
             statements: Vec::with_capacity(statements),
@@ -48,7 +52,8 @@ impl Builder {
             expressions: RefCell::new(Expressions::default()),
             error: RefCell::new(None),
             in_filter: Cell::new(false),
-            offset: Cell::new(0),
+            places: Places::default(),
+            piece,
         }
     }
 
@@ -66,8 +71,12 @@ impl Builder {
 
     /// Reads the statement at `span` of `source` and keeps its tree.
     pub(super) fn statement(&mut self, source: &str, span: Span) -> Result<(), SyntaxError> {
+        if let Some(kind) = self.in_pieces(source, span) {
+            self.statements.push(Statement { span, kind });
+            return Ok(());
+        }
         let text = source.get(span.range()).unwrap_or("");
-        self.offset.set(span.start);
+        self.places.plain(span.start);
         let pairs = Grammar::parse(Rule::single, text).map_err(|error| match error.variant {
             ErrorVariant::ParsingError { positives, .. } => {
                 let at = match error.location {
@@ -81,22 +90,22 @@ impl Builder {
                 span,
             },
         })?;
-        let single = pairs.into_iter().next();
-        let statement = single.and_then(|single| single.into_inner().next());
-        let kind = self.kind(required(statement, span)?)?;
-        match self.error.take() {
+        let kind = required(statement_in(pairs), span).and_then(|pair| self.kind(pair));
+        // What the tree objects to stands before the place where building it ended.
+        let kind = match self.error.take() {
             Some(error) => Err(error),
-            None => {
-                self.statements.push(Statement { span, kind });
-                Ok(())
-            }
-        }
+            None => kind,
+        }?;
+        self.statements.push(Statement { span, kind });
+        Ok(())
     }
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
-        let offset = self.offset.get();
-        Span::new(offset + span.start() as u32, offset + span.end() as u32)
+        Span::new(
+            self.places.of(span.start() as u32),
+            self.places.of(span.end() as u32),
+        )
     }
 
     /// Keeps the first error that pest had no objection to.
@@ -305,6 +314,11 @@ impl Builder {
             None => IndexKind::Member(from),
         })
     }
+}
+
+/// The statement that pest has read.
+fn statement_in(mut pairs: Pairs<'_, Rule>) -> Option<Pair<'_, Rule>> {
+    pairs.next().and_then(|single| single.into_inner().next())
 }
 
 /// A part that the grammar makes sure of; its absence is an error like any other.

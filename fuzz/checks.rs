@@ -1,0 +1,136 @@
+//! What must hold for any text, for the fuzzers and for the replay of what they have found.
+#![allow(dead_code, reason = "every fuzz target uses one of the checks")]
+
+#[path = "../tests/syntax_common/mod.rs"]
+mod syntax_common;
+
+use librate::diagnostic::Diagnostic;
+use librate::model::{Settings, TableTexts};
+use librate::modes::Options;
+use librate::precision::Ball;
+use librate::span::Span;
+use librate::syntax::{self, File};
+use librate::{Error, linearize, model, oscillation};
+use syntax_common::strip_spans;
+
+/// The longest text that [`trip`] takes, in bytes.
+const MOST_BYTES: usize = 4096;
+
+/// The most coordinates that [`trip`] takes.
+const MOST_COORDINATES: usize = 12;
+
+/// Parsing answers with a tree that prints to itself, or with mistakes that have a place.
+pub fn parse(text: &str) {
+    match syntax::parse(text) {
+        Ok(file) => {
+            places(text, &file);
+            let printed = syntax::print_file(&file);
+            match syntax::parse(&printed) {
+                Ok(again) => assert_eq!(strip_spans(&again), strip_spans(&file), "{printed}"),
+                Err(errors) => panic!("{printed}\n{errors:#?}"),
+            }
+        }
+        Err(errors) => {
+            assert!(!errors.is_empty());
+            for error in &errors {
+                answered(text, &Diagnostic::from(error));
+            }
+        }
+    }
+}
+
+/// The layout of a layout is itself, and its tree is the tree of the text.
+pub fn format(text: &str) {
+    // The laws of `librate::syntax::format` belong here.
+    parse(text);
+}
+
+/// A small model is answered with finite modes, or with mistakes that have a place.
+pub fn trip(text: &str) {
+    // A model may ask for as much work as it likes: with four digits for a million instances.
+    let long_number = text
+        .as_bytes()
+        .windows(4)
+        .any(|bytes| bytes.iter().all(u8::is_ascii_digit));
+    if text.len() > MOST_BYTES || long_number {
+        return;
+    }
+    if let Err(error) = modes(text) {
+        let diagnostics = error.diagnostics();
+        assert!(!diagnostics.is_empty(), "{error:?}");
+        for diagnostic in &diagnostics {
+            answered(text, diagnostic);
+        }
+    }
+}
+
+fn modes(text: &str) -> Result<(), Error> {
+    let file = syntax::parse(text)?;
+    let mut tables = TableTexts::new();
+    for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
+        tables = tables.with(
+            name,
+            "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n",
+        );
+    }
+    let model = model::elaborate(&file, &tables, &Settings::new())?;
+    if model.coordinates.len() > MOST_COORDINATES {
+        return Ok(());
+    }
+    let derived = linearize::derive(model.clone());
+    if let Ok(matrices) = &derived {
+        for entry in matrices.mass.iter().chain(&matrices.stiffness).flatten() {
+            assert!(!matrices.pool.display(*entry).is_empty());
+        }
+    }
+    let linearized = linearize::linearize(model)?;
+    let normal = oscillation::normal_modes(&linearized, &Options::default())?;
+    derived?;
+    for mode in &normal.modes {
+        for ball in [&mode.omega_squared, &mode.omega, &mode.growth] {
+            finite(ball);
+        }
+        assert!(mode.omega.upper() >= 0.0 && mode.growth.upper() >= 0.0);
+        assert!(mode.vector.iter().all(|component| component.is_finite()));
+        assert!(mode.vector_error_bound.is_finite() && mode.vector_error_bound >= 0.0);
+    }
+    Ok(())
+}
+
+fn finite(ball: &Ball) {
+    assert!(ball.is_finite(), "{ball:?}");
+    assert!(ball.lower() <= ball.upper(), "{ball:?}");
+    assert!(ball.mid_f64_error() >= 0.0, "{ball:?}");
+}
+
+fn within(text: &str, span: Span) -> bool {
+    text.get(span.range()).is_some()
+}
+
+fn places(text: &str, file: &File) {
+    for statement in &file.statements {
+        assert!(within(text, statement.span), "{statement:?}");
+    }
+    for expr in file.expressions.iter() {
+        assert!(
+            within(text, expr.span) && expr.span.start < expr.span.end,
+            "{expr:?}"
+        );
+    }
+    for unit in file.units.iter() {
+        assert!(
+            within(text, unit.span) && unit.span.start < unit.span.end,
+            "{unit:?}"
+        );
+    }
+    for comment in &file.comments {
+        assert!(within(text, comment.span), "{comment:?}");
+    }
+}
+
+fn answered(text: &str, diagnostic: &Diagnostic) {
+    assert!(!diagnostic.message.is_empty(), "{diagnostic:?}");
+    for label in diagnostic.primary.iter().chain(&diagnostic.secondary) {
+        assert!(within(text, label.span), "{diagnostic:?}");
+    }
+}

@@ -1,0 +1,49 @@
+//! What fuzzing has found stays found.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+#[path = "../fuzz/checks.rs"]
+mod checks;
+
+use librate::syntax::{FUNCTIONS, STATEMENT_WORDS};
+
+/// Runs a check on all files that once broke it.
+fn replay(target: &str, check: fn(&str)) {
+    let folder = format!("fuzz/crashers/{target}");
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return;
+    };
+    for entry in entries {
+        let path = entry.unwrap().path();
+        println!("{}", path.display());
+        check(&std::fs::read_to_string(path).unwrap());
+    }
+}
+
+#[test]
+fn parsing_holds() {
+    replay("parse", checks::parse);
+}
+
+#[test]
+fn layout_holds() {
+    replay("format", checks::format);
+}
+
+#[test]
+fn the_trip_holds() {
+    replay("trip", checks::trip);
+}
+
+#[test]
+fn the_dictionary_has_every_word() {
+    let dictionary = std::fs::read_to_string("fuzz/librate.dict").unwrap();
+    for word in STATEMENT_WORDS.iter().chain(&FUNCTIONS) {
+        let line = format!("\"{word}\"");
+        assert!(dictionary.lines().any(|own| own == line), "{line}");
+    }
+}
