@@ -13,6 +13,8 @@ pub mod ast;
 mod build;
 mod error;
 mod explain;
+#[cfg(feature = "format")]
+mod format;
 mod grammar;
 mod lexer;
 mod lookalike;
@@ -26,6 +28,8 @@ pub use ast::{
     IndexKind, Indices, Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
 };
 pub use error::SyntaxError;
+#[cfg(feature = "format")]
+pub use format::format;
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use words::{FUNCTIONS, STATEMENT_WORDS};
 

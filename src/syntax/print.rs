@@ -15,10 +15,12 @@ use expressions::Strength;
 /// Where a line may be broken.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Break {
-    /// Between terms or the entries of a list: at all such places of a group or at none.
+    /// Between terms, the entries of a list, conditions: at all such places of a group or at none.
     Member,
-    /// Between factors, conditions, indices: where the line is full.
+    /// Between indices and around comparisons: where the line is full.
     Fill,
+    /// Between factors: where the line is full, if a good part of it is.
+    Factor,
     /// Where only what doesn't fit otherwise is broken.
     Weak,
     /// As weak, and no place for a comment either.
@@ -168,6 +170,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
     }
 
     /// What has been written to.
+    #[cfg(feature = "format")]
     pub(super) fn out(&mut self) -> &mut S {
         &mut self.out
     }

@@ -141,7 +141,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.open(Group::Other);
         for (position, member) in members.iter().enumerate() {
             if position > 0 {
-                self.place(Break::Fill, " ");
+                self.place(Break::Member, " ");
                 self.token(word);
                 self.blank();
             }
@@ -154,7 +154,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.open(Group::Other);
         for (position, factor) in factors.iter().enumerate() {
             if position > 0 {
-                self.place(Break::Fill, "");
+                self.place(Break::Factor, "");
                 self.token(if factor.divided { "/" } else { "*" });
             }
             self.child(factor.value, Strength::Negate, manner);
