@@ -2,6 +2,7 @@
 
 mod args;
 mod draw;
+mod fmt;
 mod input;
 mod progress;
 
@@ -45,17 +46,16 @@ enum Failure {
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
-    match result(&cli.command).and_then(|text| write_out(&text)) {
-        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
-        Err(failure) => ExitCode::from(complain(failure)),
-    }
-}
-
-fn result(command: &Command) -> Result<String, Failure> {
-    match command {
+    let result = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
+        // Has several files, each with a result of its own.
+        Command::Fmt(fmt) => return fmt::run(fmt),
+    };
+    match result.and_then(|text| write_out(&text)) {
+        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(failure) => ExitCode::from(complain(failure)),
     }
 }
 
