@@ -79,12 +79,16 @@ fn check(grammar: &Grammar, source: &str) {
     let name = |name: &Name| colours.is(name.span, "entity.name.variable");
     let unit = |unit: &Option<UnitRef>| {
         if let Some(unit) = unit {
-            colours.is(file.unit(*unit).span, "support.type.unit");
+            let Span { start, .. } = file.unit(*unit).span;
+            let text = source[file.unit(*unit).span.range()].trim_end();
+            colours.is(word(start, text), "support.type.unit");
         }
     };
     for comment in &file.comments {
-        colours.is(comment.span, "comment.line");
-        let inside = comment.span.range();
+        let text = source[comment.span.range()].trim_end_matches('\r');
+        let span = word(comment.span.start, text);
+        colours.is(span, "comment.line");
+        let inside = span.range();
         for scoped in &colours.scopes {
             let meets = scoped.start < inside.end && scoped.end > inside.start;
             let kind = scoped.scope.split('.').next().unwrap();

@@ -148,7 +148,7 @@ impl Grammar {
         loop {
             let inside = stack.last().copied();
             let rules = &self.rules[inside.map_or(0, |context| context + 1)];
-            let mut best: Option<(Captures<'_>, Option<&Rule>)> = None;
+            let mut best: Option<(Captures<'_, str>, Option<&Rule>)> = None;
             let end = inside.map(|context| (&self.contexts[context].end, None));
             let candidates = rules.iter().map(|rule| (&rule.regex, Some(rule)));
             for (regex, rule) in end.into_iter().chain(candidates) {
