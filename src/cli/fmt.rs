@@ -4,15 +4,19 @@ use std::fs;
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use librate::Error;
 use librate::syntax;
-use similar::{Algorithm, TextDiff};
+use similar::TextDiff;
 
 use super::args::Fmt;
 use super::input::{self, Source};
 use super::{FAULT, Failure, complain, write_out};
 
+/// The least difference is looked for so long; only huge files with changes everywhere need more,
+/// and are shown as replaced in larger pieces then.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// Lines around a change.
 const CONTEXT: usize = 3;
 
@@ -72,9 +76,8 @@ fn fault(message: String) -> Failure {
 
 /// A unified diff from the file to its canonical layout.
 fn difference(source: &Source, formatted: &str) -> String {
-    // Near-linear for files that have little in common, too.
     let diff = TextDiff::configure()
-        .algorithm(Algorithm::Patience)
+        .timeout(PATIENCE)
         .diff_lines(source.text.as_str(), formatted);
     let mut unified = diff.unified_diff();
     unified

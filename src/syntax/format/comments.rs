@@ -3,8 +3,8 @@
 //! The formatted statement has the tokens of the source in their order, save parentheses that
 //! nobody needs, so each comment has its place between two tokens. Lines are broken only at some
 //! of these places. A comment at the end of a line goes on to the next place where a line may
-//! end, one on a line of its own goes back to the place in front of what it speaks of; neither
-//! leaves its statement or passes another comment.
+//! end, or back behind the operand if an operator ended the line; one on a line of its own goes
+//! back to the place in front of what it speaks of. None leaves its statement or passes another.
 
 use super::super::ast::Comment;
 use super::super::lexer::{Lexer, TokenKind};

@@ -33,13 +33,13 @@ const SHORT_ENTRY: usize = 12;
 /// What is known of each piece before anything is written.
 struct Measures {
     /// The end of the group that begins here.
-    close: Vec<usize>,
+    close: Vec<u32>,
     /// The next place of this level or of one around it, weak ones apart.
-    same: Vec<usize>,
+    same: Vec<u32>,
     /// The next place that isn't weak.
-    strong: Vec<usize>,
+    strong: Vec<u32>,
     /// The next place of any kind.
-    any: Vec<usize>,
+    any: Vec<u32>,
     /// Whether a comment inside the group needs a line's end.
     forced: Vec<bool>,
     /// Whether all members of the group are short.
@@ -50,10 +50,10 @@ impl Measures {
     fn new(pieces: &Pieces<'_>, placed: &Placed) -> Self {
         let count = pieces.list.len();
         let mut measures = Self {
-            close: vec![count; count],
-            same: vec![count; count],
-            strong: vec![count; count],
-            any: vec![count; count],
+            close: vec![0; count],
+            same: vec![0; count],
+            strong: vec![0; count],
+            any: vec![0; count],
             forced: vec![false; count],
             short: vec![false; count],
         };
@@ -63,7 +63,8 @@ impl Measures {
     }
 
     fn backwards(&mut self, pieces: &Pieces<'_>) {
-        let count = pieces.list.len();
+        // Statements have at most 32 MB, and no piece is empty but places and groups.
+        let count = pieces.list.len() as u32;
         let mut levels = vec![(count, count)];
         let (mut strong, mut any) = (count, count);
         for (at, piece) in pieces.list.iter().enumerate().rev() {
@@ -71,19 +72,20 @@ impl Measures {
             self.same[at] = next;
             self.strong[at] = strong;
             self.any[at] = any;
+            let here = at as u32;
             match piece {
-                Piece::Close => levels.push((at, next)),
+                Piece::Close => levels.push((here, next)),
                 Piece::Open(_) => {
                     self.close[at] = close;
                     levels.pop();
                 }
                 Piece::Place(Break::Member | Break::Fill | Break::Factor, _) => {
                     if let Some(level) = levels.last_mut() {
-                        level.1 = at;
+                        level.1 = here;
                     }
-                    (strong, any) = (at, at);
+                    (strong, any) = (here, here);
                 }
-                Piece::Place(Break::Weak | Break::Hidden, _) => any = at,
+                Piece::Place(Break::Weak | Break::Hidden, _) => any = here,
                 Piece::Token(_) | Piece::Blank => {}
             }
         }
@@ -185,7 +187,7 @@ pub(super) fn lay<'s>(
             Piece::Token(_) | Piece::Blank => writer.flat(at),
             Piece::Open(group) => {
                 if writer.fits(at, *group, split) {
-                    let close = writer.measures.close[at];
+                    let close = writer.measures.close[at] as usize;
                     (at..close).for_each(|inner| writer.flat(inner));
                     at = close;
                 } else {
@@ -221,8 +223,12 @@ impl Writer<'_, '_, '_> {
     }
 
     fn in_one_line(&self, at: usize) -> bool {
-        let close = self.measures.close[at];
-        let end = self.measures.same.get(close).copied().unwrap_or(close);
+        let close = self.measures.close[at] as usize;
+        let end = self
+            .measures
+            .same
+            .get(close)
+            .map_or(close, |end| *end as usize);
         self.column + self.pieces.between(at, end) <= WIDTH
     }
 
@@ -271,14 +277,14 @@ impl Writer<'_, '_, '_> {
 
     /// Where the line that begins at a place begins: further left where it wouldn't fit.
     fn indent_at(&self, at: usize) -> usize {
-        let reach = self.pieces.between(at + 1, self.measures.any[at]);
+        let reach = self.pieces.between(at + 1, self.measures.any[at] as usize);
         self.indent().min(WIDTH.saturating_sub(reach)).max(SIGN)
     }
 
     fn place(&mut self, at: usize, kind: Break) {
         let blank = self.pieces.between(at, at + 1);
         let rest = WIDTH.saturating_sub(self.column + blank);
-        let to = |next: &[usize]| self.pieces.between(at + 1, next[at]);
+        let to = |next: &[u32]| self.pieces.between(at + 1, next[at] as usize);
         let item = to(&self.measures.same);
         let stays = match kind {
             Break::Member => {

@@ -21,7 +21,7 @@ pub(super) enum Piece<'f> {
 pub(super) struct Pieces<'f> {
     pub(super) list: Vec<Piece<'f>>,
     /// How wide all before a piece is in one line, and at the end the whole.
-    pub(super) before: Vec<usize>,
+    before: Vec<u32>,
 }
 
 /// Columns that a text takes.
@@ -42,13 +42,13 @@ impl<'f> Pieces<'f> {
 
     /// The width of the whole in one line.
     pub(super) fn total(&self) -> usize {
-        self.before.last().copied().unwrap_or(0)
+        self.before.last().map_or(0, |end| *end as usize)
     }
 
     /// The width of the pieces from one up to, not including, another.
     pub(super) fn between(&self, from: usize, to: usize) -> usize {
         match (self.before.get(from), self.before.get(to)) {
-            (Some(start), Some(end)) => end.saturating_sub(*start),
+            (Some(start), Some(end)) => end.saturating_sub(*start) as usize,
             (Some(_), None) | (None, Some(_)) | (None, None) => 0,
         }
     }
@@ -77,7 +77,8 @@ impl<'f> Pieces<'f> {
             self.before.push(0);
         }
         let end = self.total() + width(self.flat(at));
-        self.before.push(end);
+        // A statement has at most 32 MB.
+        self.before.push(end as u32);
     }
 }
 
