@@ -36,7 +36,8 @@
 //! ```
 //!
 //! Tools that only read model files build with `default-features = false`: the parser, the syntax
-//! tree and the diagnostics stand on pest and thiserror alone. Results as text and JSON come with
+//! tree and the diagnostics stand on pest and thiserror alone; the feature `format` adds the
+//! canonical layout of model files. Results as text and JSON come with
 //! the feature `cli`.
 //!
 //! The modules stand in reading order: a stage uses only what stands above it.

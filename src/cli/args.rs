@@ -16,7 +16,7 @@ A model file, three_pendulums.lag:
     param g : m/s^2 = 9.81
     param L : m     = 0.3
     param m[1..3] : kg = [1, 2, 1]
-    param l[1..3] : m  = 1              # one value fills the family
+    param l[1..3] : m  = 1  # one value fills the family
     param k : N/m = 4
 
     coord phi[1..3] : rad
@@ -32,6 +32,7 @@ What to type:
     librate modes three_pendulums.lag                 frequencies and mode shapes
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
     librate explain E0201                             more about a mistake, by its code
+    librate fmt three_pendulums.lag                   put the file in canonical layout
 
 `librate COMMAND --help` tells more. Exit status: 0 success, 1 the model or the request is at
 fault, 2 wrong usage.";
@@ -63,6 +64,17 @@ The mass matrix M and the stiffness matrix K at the equilibrium, as expressions 
 
 M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
 equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
+
+const FMT: &str = "\
+Puts model files in canonical layout: one statement a line, lines of at most 100 columns, even
+spacing, no parentheses that aren't needed. Comments, blank lines and statements that share a line are
+kept, what the file means never changes. A file with mistakes in its syntax is left alone.";
+
+const FMT_EXAMPLE: &str = "\
+Examples:
+    librate fmt models/*.lag
+    librate fmt --check model.lag
+    librate fmt - < model.lag";
 
 const DERIVE_EXAMPLE: &str = "\
 Examples:
@@ -115,6 +127,9 @@ pub(crate) enum Command {
     /// What the code of a mistake means, with an example
     #[command(long_about = EXPLAIN)]
     Explain(Explain),
+    /// Put model files in canonical layout, comments kept
+    #[command(long_about = FMT, after_help = FMT_EXAMPLE)]
+    Fmt(Fmt),
 }
 
 #[derive(Debug, Args)]
@@ -165,6 +180,16 @@ pub(crate) struct Derive {
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Fmt {
+    /// Model files, rewritten where they stand; `-` reads standard input and prints
+    #[arg(value_name = "FILE", required = true)]
+    pub(crate) files: Vec<PathBuf>,
+    /// Write nothing; show what would change and exit with 1 if anything would
+    #[arg(long)]
+    pub(crate) check: bool,
 }
 
 /// Nobody reads more digits than this.

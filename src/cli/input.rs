@@ -73,7 +73,7 @@ fn read_table(place: &Path) -> Result<String, String> {
     Ok(text)
 }
 
-fn is_standard_input(file: &Path) -> bool {
+pub(crate) fn is_standard_input(file: &Path) -> bool {
     file.as_os_str() == "-"
 }
 
@@ -109,7 +109,7 @@ fn read_text(source: impl Read, most: u64) -> Result<String, String> {
     })
 }
 
-fn in_words(error: &io::Error) -> String {
+pub(crate) fn in_words(error: &io::Error) -> String {
     match error.kind() {
         io::ErrorKind::NotFound => "there is no such file".to_owned(),
         io::ErrorKind::PermissionDenied => "reading it is not permitted".to_owned(),

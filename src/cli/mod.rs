@@ -2,6 +2,7 @@
 
 mod args;
 mod draw;
+mod fmt;
 mod input;
 mod messages;
 mod progress;
@@ -61,7 +62,15 @@ struct Loaded {
 pub(crate) fn run() -> ExitCode {
     let cli = Cli::parse();
     let format = cli.message_format;
-    let written = result(&cli.command).and_then(|answer| {
+    let answer = match &cli.command {
+        Command::Modes(modes) => modes_text(modes),
+        Command::Check(check) => check_text(check),
+        Command::Derive(derive) => derive_text(derive),
+        Command::Explain(explain) => explain_text(explain),
+        // Has several files, each with a result of its own.
+        Command::Fmt(fmt) => return fmt::run(fmt, format),
+    };
+    let written = answer.and_then(|answer| {
         if let Some((source, warnings)) = answer.remarks
             && !warnings.is_empty()
         {
@@ -72,15 +81,6 @@ pub(crate) fn run() -> ExitCode {
     match written {
         Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
         Err(failure) => ExitCode::from(complain(failure, format)),
-    }
-}
-
-fn result(command: &Command) -> Result<Answer, Failure> {
-    match command {
-        Command::Modes(modes) => modes_text(modes),
-        Command::Check(check) => check_text(check),
-        Command::Derive(derive) => derive_text(derive),
-        Command::Explain(explain) => explain_text(explain),
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! [`parse`] cuts the text into statements, reads each by the grammar in `grammar/librate.pest`,
 //! and puts their trees into one [`File`]; what is wrong in one statement doesn't hide what is
-//! wrong in the next. [`print_file`] writes a tree back. This stage never asks what a name means:
-//! whether it is declared, is a function, or has the right indices is the model's affair. Only
-//! this module knows pest.
+//! wrong in the next. [`print_file`] writes a tree back, and with the feature `format` the function
+//! of that name puts a text in canonical layout, comments kept. This stage never asks what a name
+//! means: whether it is declared, is a function, or has the right indices is the model's affair.
+//! Only this module knows pest.
 //!
 //! No input overflows the stack: text that nests deeper than 256 levels is refused by the scan
 //! in front of the grammar, on every machine alike.
@@ -16,6 +17,8 @@ mod codes;
 mod cut;
 mod error;
 mod explain;
+#[cfg(feature = "format")]
+mod format;
 mod grammar;
 mod lexer;
 mod lookalike;
@@ -33,6 +36,8 @@ pub use ast::{
     IndexKind, Indices, Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
 };
 pub use error::SyntaxError;
+#[cfg(feature = "format")]
+pub use format::format;
 pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
 pub use words::{FUNCTIONS, STATEMENT_WORDS};

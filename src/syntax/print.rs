@@ -1,44 +1,118 @@
 //! Writes trees as text that parses to the same trees, with no more parentheses than needed.
 //!
-//! Comments and blank lines are not kept here. Works from an explicit stack: the depth of a tree
+//! Comments and blank lines are not kept here; where lines may be broken is told to a [`Sink`],
+//! which may or may not care. Works from an explicit stack: the depth of a tree
 //! costs no depth of calls.
 
-use super::ast::{
-    Binding, Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Statement, StatementKind,
-    UnitKind, UnitRef,
-};
+mod expressions;
+mod statements;
 
-/// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Strength {
-    Any,
-    Or,
-    And,
-    Not,
-    Compare,
+use std::borrow::Cow;
+
+use super::ast::{ExprRef, File, Indices, Statement, UnitRef};
+use expressions::Strength;
+
+/// Where a line may be broken.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Break {
+    /// Between terms, the entries of a list, conditions: at all such places of a group or at none.
+    Member,
+    /// Between indices and around comparisons: where the line is full.
+    Fill,
+    /// Between factors: where the line is full, if a good part of it is.
+    Factor,
+    /// Where only what doesn't fit otherwise is broken.
+    Weak,
+    /// As weak, and no place for a comment either.
+    Hidden,
+}
+
+/// What belongs together in layout.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Group {
+    /// Terms; signs that begin a line stand left of them.
     Sum,
-    Product,
-    Negate,
-    Power,
-    Number,
-    Postfix,
+    /// Entries with commas.
+    List,
+    /// A sum that is the whole right side of a statement.
+    WholeSum,
+    /// A vector that is the whole right side of a statement.
+    WholeList,
+    /// Anything else.
+    Other,
+}
+
+/// What a text is written to, token by token.
+pub(super) trait Sink<'f> {
+    /// One token.
+    fn token(&mut self, text: Cow<'f, str>);
+    /// A blank that ends no line.
+    fn blank(&mut self);
+    /// A place to break the line; written as `flat` where it isn't.
+    fn place(&mut self, kind: Break, flat: &'static str);
+    /// A group begins.
+    fn open(&mut self, group: Group);
+    /// The group that began last ends.
+    fn close(&mut self);
+}
+
+/// Everything in one line.
+impl<'f> Sink<'f> for String {
+    fn token(&mut self, text: Cow<'f, str>) {
+        self.push_str(&text);
+    }
+
+    fn blank(&mut self) {
+        self.push(' ');
+    }
+
+    fn place(&mut self, _: Break, flat: &'static str) {
+        self.push_str(flat);
+    }
+
+    fn open(&mut self, _: Group) {}
+
+    fn close(&mut self) {}
+}
+
+/// How an expression is written, its parentheses aside.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Manner {
+    /// The whole right side of a statement.
+    Whole,
+    /// With blanks around the signs of sums.
+    Wide,
+    /// Without, as simple indices and bounds are written.
+    Tight,
+}
+
+impl Manner {
+    fn inner(self) -> Self {
+        match self {
+            Self::Whole | Self::Wide => Self::Wide,
+            Self::Tight => Self::Tight,
+        }
+    }
 }
 
 /// What is still to be written.
 enum Job<'f> {
-    Text(&'f str),
-    /// An expression, in parentheses if it binds less than the strength; `tight` sums have no
-    /// blanks around their signs, as indices are written.
-    Expr(ExprRef, Strength, bool),
+    Token(&'f str),
+    Blank,
+    Place(Break, &'static str),
+    Open(Group),
+    Close,
+    /// An expression, in parentheses if it binds less than the strength.
+    Expr(ExprRef, Strength, Manner),
     Unit(UnitRef, bool),
     Exponent(i32, i32),
     Indices(&'f Indices, bool),
 }
 
 /// Jobs in the order of the text, from which the stack is filled backwards.
-struct Printer<'f> {
+pub(super) struct Printer<'f, S> {
     file: &'f File,
-    out: String,
+    out: S,
     stack: Vec<Job<'f>>,
     next: Vec<Job<'f>>,
 }
@@ -46,15 +120,15 @@ struct Printer<'f> {
 /// The expression in the language's own syntax.
 #[must_use]
 pub fn print_expr(file: &File, at: ExprRef) -> String {
-    let mut printer = Printer::new(file);
-    printer.run(Job::Expr(at, Strength::Any, false));
+    let mut printer = Printer::new(file, String::new());
+    printer.run(Job::Expr(at, Strength::Any, Manner::Wide));
     printer.out
 }
 
 /// The unit in the language's own syntax.
 #[must_use]
 pub fn print_unit(file: &File, at: UnitRef) -> String {
-    let mut printer = Printer::new(file);
+    let mut printer = Printer::new(file, String::new());
     printer.run(Job::Unit(at, false));
     printer.out
 }
@@ -62,7 +136,7 @@ pub fn print_unit(file: &File, at: UnitRef) -> String {
 /// The statement in one line, without a line break.
 #[must_use]
 pub fn print_statement(file: &File, statement: &Statement) -> String {
-    let mut printer = Printer::new(file);
+    let mut printer = Printer::new(file, String::new());
     printer.statement(statement);
     printer.out
 }
@@ -77,7 +151,7 @@ pub fn print_statement(file: &File, statement: &Statement) -> String {
 /// ```
 #[must_use]
 pub fn print_file(file: &File) -> String {
-    let mut printer = Printer::new(file);
+    let mut printer = Printer::new(file, String::new());
     for statement in &file.statements {
         printer.statement(statement);
         printer.out.push('\n');
@@ -85,373 +159,61 @@ pub fn print_file(file: &File) -> String {
     printer.out
 }
 
-fn strength(kind: &ExprKind<'_>) -> Strength {
-    match kind {
-        ExprKind::Or(_) => Strength::Or,
-        ExprKind::And(_) => Strength::And,
-        ExprKind::Not(_) => Strength::Not,
-        ExprKind::Compare { .. } => Strength::Compare,
-        ExprKind::Sum(_) => Strength::Sum,
-        ExprKind::Product(_) => Strength::Product,
-        ExprKind::Negate(_) => Strength::Negate,
-        ExprKind::Power { .. } => Strength::Power,
-        // A number can't be primed or indexed.
-        ExprKind::Number(_) => Strength::Number,
-        ExprKind::Name(_)
-        | ExprKind::Index { .. }
-        | ExprKind::Field { .. }
-        | ExprKind::Prime(_)
-        | ExprKind::Call { .. }
-        | ExprKind::SumOver { .. }
-        | ExprKind::Vector(_) => Strength::Postfix,
-    }
-}
-
-const fn sign(operator: Comparison) -> &'static str {
-    match operator {
-        Comparison::Equal => " == ",
-        Comparison::NotEqual => " != ",
-        Comparison::Less => " < ",
-        Comparison::LessEqual => " <= ",
-        Comparison::Greater => " > ",
-        Comparison::GreaterEqual => " >= ",
-    }
-}
-
-impl<'f> Printer<'f> {
-    fn new(file: &'f File) -> Self {
+impl<'f, S: Sink<'f>> Printer<'f, S> {
+    pub(super) fn new(file: &'f File, out: S) -> Self {
         Self {
             file,
-            out: String::new(),
+            out,
             stack: Vec::new(),
             next: Vec::new(),
         }
+    }
+
+    /// What has been written to.
+    #[cfg(feature = "format")]
+    pub(super) fn out(&mut self) -> &mut S {
+        &mut self.out
     }
 
     fn run(&mut self, job: Job<'f>) {
         self.stack.push(job);
         while let Some(job) = self.stack.pop() {
             match job {
-                Job::Text(text) => self.out.push_str(text),
-                Job::Expr(at, least, tight) => self.expr(at, least, tight),
+                Job::Token(text) => self.out.token(Cow::Borrowed(text)),
+                Job::Blank => self.out.blank(),
+                Job::Place(kind, flat) => self.out.place(kind, flat),
+                Job::Open(group) => self.out.open(group),
+                Job::Close => self.out.close(),
+                Job::Expr(at, least, manner) => self.expr(at, least, manner),
                 Job::Unit(at, grouped) => self.unit(at, grouped),
-                Job::Exponent(numerator, denominator) => {
-                    self.out.push_str(&if denominator == 1 {
-                        format!("^{numerator}")
-                    } else {
-                        format!("^({numerator}/{denominator})")
-                    });
-                }
+                Job::Exponent(numerator, denominator) => self.exponent(numerator, denominator),
                 Job::Indices(indices, brackets) => self.indices(indices, brackets),
             }
             self.stack.extend(self.next.drain(..).rev());
         }
     }
 
-    fn text(&mut self, text: &'f str) {
-        self.next.push(Job::Text(text));
+    fn token(&mut self, text: &'f str) {
+        self.next.push(Job::Token(text));
     }
 
-    fn child(&mut self, at: ExprRef, least: Strength, tight: bool) {
-        self.next.push(Job::Expr(at, least, tight));
+    fn blank(&mut self) {
+        self.next.push(Job::Blank);
     }
 
-    fn list(&mut self, members: &[ExprRef], tight: bool) {
-        for (position, member) in members.iter().enumerate() {
-            if position > 0 {
-                self.text(", ");
-            }
-            self.child(*member, Strength::Any, tight);
-        }
+    fn place(&mut self, kind: Break, flat: &'static str) {
+        self.next.push(Job::Place(kind, flat));
     }
 
-    fn joined(&mut self, members: &[ExprRef], word: &'static str, least: Strength, tight: bool) {
-        for (position, member) in members.iter().enumerate() {
-            if position > 0 {
-                self.text(word);
-            }
-            self.child(*member, least, tight);
-        }
+    fn open(&mut self, group: Group) {
+        self.next.push(Job::Open(group));
     }
 
-    fn expr(&mut self, at: ExprRef, least: Strength, tight: bool) {
-        let file = self.file;
-        let kind = file.expr(at).kind;
-        let grouped = strength(&kind) < least;
-        if grouped {
-            self.text("(");
-        }
-        match kind {
-            ExprKind::Number(text) | ExprKind::Name(text) => self.text(text),
-            ExprKind::Index { base, indices } => {
-                self.child(base, Strength::Postfix, tight);
-                self.text("[");
-                self.list(indices, true);
-                self.text("]");
-            }
-            ExprKind::Field { base, field } => {
-                self.child(base, Strength::Postfix, tight);
-                self.text(".");
-                self.text(&field.text);
-            }
-            ExprKind::Prime(base) => {
-                self.child(base, Strength::Postfix, tight);
-                self.text("'");
-            }
-            ExprKind::Negate(inner) => {
-                self.text("-");
-                self.child(inner, Strength::Negate, tight);
-            }
-            ExprKind::Power { base, exponent } => {
-                self.child(base, Strength::Number, tight);
-                self.text("^");
-                self.child(exponent, Strength::Negate, tight);
-            }
-            ExprKind::Product(factors) => {
-                for (position, factor) in factors.iter().enumerate() {
-                    if position > 0 {
-                        self.text(if factor.divided() { "/" } else { "*" });
-                    }
-                    self.child(factor.value(), Strength::Negate, tight);
-                }
-            }
-            ExprKind::Sum(terms) => {
-                for (position, term) in terms.iter().enumerate() {
-                    if position > 0 {
-                        self.text(match (term.subtracted(), tight) {
-                            (false, false) => " + ",
-                            (true, false) => " - ",
-                            (false, true) => "+",
-                            (true, true) => "-",
-                        });
-                    }
-                    self.child(term.value(), Strength::Product, tight);
-                }
-            }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
-                self.text(&function.text);
-                self.text("(");
-                self.list(arguments, false);
-                self.text(")");
-            }
-            ExprKind::SumOver { indices, body } => {
-                self.text("sum(");
-                self.next.push(Job::Indices(indices, false));
-                self.text(", ");
-                self.child(body, Strength::Any, false);
-                self.text(")");
-            }
-            ExprKind::Vector(members) => {
-                self.text("[");
-                self.list(members, false);
-                self.text("]");
-            }
-            ExprKind::Compare {
-                operator,
-                left,
-                right,
-            } => {
-                self.child(left, Strength::Sum, tight);
-                self.text(sign(operator));
-                self.child(right, Strength::Sum, tight);
-            }
-            ExprKind::Not(inner) => {
-                self.text("not ");
-                self.child(inner, Strength::Not, tight);
-            }
-            ExprKind::And(members) => self.joined(members, " and ", Strength::Not, tight),
-            ExprKind::Or(members) => self.joined(members, " or ", Strength::And, tight),
-        }
-        if grouped {
-            self.text(")");
-        }
+    fn close(&mut self) {
+        self.next.push(Job::Close);
     }
 
-    fn indices(&mut self, indices: &'f Indices, brackets: bool) {
-        if brackets {
-            self.text("[");
-        }
-        for (position, entry) in indices.entries.iter().enumerate() {
-            if position > 0 {
-                self.text(", ");
-            }
-            match &entry.kind {
-                IndexKind::Member(at) => self.child(*at, Strength::Any, true),
-                IndexKind::Range { variable, from, to } => {
-                    if let Some(variable) = variable {
-                        self.text(&variable.text);
-                        self.text(" in ");
-                    }
-                    self.child(*from, Strength::Any, true);
-                    self.text("..");
-                    self.child(*to, Strength::Any, true);
-                }
-                IndexKind::Rows { variable, table } => {
-                    self.text(&variable.text);
-                    self.text(" in ");
-                    self.text(&table.text);
-                }
-            }
-        }
-        if let Some(filter) = indices.filter {
-            self.text(" where ");
-            self.child(filter, Strength::Any, true);
-        }
-        if brackets {
-            self.text("]");
-        }
-    }
-
-    fn unit(&mut self, at: UnitRef, grouped: bool) {
-        let file = self.file;
-        match file.unit(at).kind {
-            UnitKind::One => self.text("1"),
-            UnitKind::Name(name) => self.text(name),
-            UnitKind::Product(factors) => {
-                if grouped {
-                    self.text("(");
-                }
-                for (position, (divided, factor)) in factors.iter().enumerate() {
-                    if position > 0 {
-                        self.text(if *divided { "/" } else { "*" });
-                    }
-                    self.next.push(Job::Unit(*factor, true));
-                }
-                if grouped {
-                    self.text(")");
-                }
-            }
-            UnitKind::Power {
-                base,
-                numerator,
-                denominator,
-            } => {
-                // Powers of powers need the parentheses, powers in products don't.
-                let power = matches!(file.unit(base).kind, UnitKind::Power { .. });
-                if power {
-                    self.text("(");
-                }
-                self.next.push(Job::Unit(base, true));
-                if power {
-                    self.text(")");
-                }
-                self.next.push(Job::Exponent(numerator, denominator));
-            }
-        }
-    }
-
-    // ---- statements ---------------------------------------------------------------------------
-
-    fn put(&mut self, text: &str) {
-        self.out.push_str(text);
-    }
-
-    fn put_expr(&mut self, at: ExprRef) {
-        self.run(Job::Expr(at, Strength::Any, false));
-    }
-
-    fn head(
-        &mut self,
-        name: &str,
-        indices: Option<&'f Indices>,
-        rate: bool,
-        unit: Option<UnitRef>,
-    ) {
-        self.put(name);
-        if let Some(indices) = indices {
-            self.run(Job::Indices(indices, true));
-        }
-        if rate {
-            self.put("'");
-        }
-        if let Some(unit) = unit {
-            self.put(" : ");
-            self.run(Job::Unit(unit, false));
-        }
-    }
-
-    fn binding(&mut self, word: &str, binding: &'f Binding, rate: bool) {
-        self.put(word);
-        self.head(
-            &binding.name.text,
-            binding.indices.as_deref(),
-            rate,
-            binding.unit,
-        );
-        if let Some(value) = binding.value {
-            self.put(" = ");
-            self.put_expr(value);
-        }
-        if let Some(uncertainty) = binding.uncertainty {
-            self.put(" ± ");
-            self.put_expr(uncertainty);
-        }
-    }
-
-    fn equation(&mut self, word: &str, value: ExprRef) {
-        self.put(word);
-        self.put(" = ");
-        self.put_expr(value);
-    }
-
-    fn statement(&mut self, statement: &'f Statement) {
-        match &statement.kind {
-            StatementKind::Model { name } => {
-                self.put("model ");
-                self.put(&name.text);
-            }
-            StatementKind::Param(binding) => self.binding("param ", binding, false),
-            StatementKind::Coord { declarations } => {
-                self.put("coord ");
-                for (position, declaration) in declarations.iter().enumerate() {
-                    if position > 0 {
-                        self.put(", ");
-                    }
-                    self.head(
-                        &declaration.name.text,
-                        declaration.indices.as_deref(),
-                        false,
-                        declaration.unit,
-                    );
-                }
-            }
-            StatementKind::Let(binding) => self.binding("let ", binding, false),
-            StatementKind::Kinetic(value) => self.equation("T", *value),
-            StatementKind::Potential(value) => self.equation("V", *value),
-            StatementKind::Lagrangian(value) => self.equation("lagrangian", *value),
-            StatementKind::Dissipation(value) => self.equation("dissipation", *value),
-            StatementKind::Constraint {
-                indices,
-                left,
-                right,
-            } => {
-                self.put("constraint ");
-                if let Some(indices) = indices {
-                    self.run(Job::Indices(indices, true));
-                    self.put(" ");
-                }
-                self.put_expr(*left);
-                self.put(" = ");
-                self.put_expr(*right);
-            }
-            StatementKind::Guess(binding) => self.binding("guess ", binding, false),
-            StatementKind::Equilibrium { binding, rate } => {
-                self.binding("equilibrium ", binding, *rate);
-            }
-            StatementKind::Period(value) => {
-                self.put("period ");
-                self.put_expr(*value);
-            }
-            StatementKind::Table { name, path, .. } => {
-                self.put("table ");
-                self.put(&name.text);
-                self.put(" = \"");
-                self.put(path);
-                self.put("\"");
-            }
-        }
+    fn child(&mut self, at: ExprRef, least: Strength, manner: Manner) {
+        self.next.push(Job::Expr(at, least, manner));
     }
 }

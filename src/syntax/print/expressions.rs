@@ -1,0 +1,384 @@
+//! Expressions, indices and units; here alone is decided where parentheses stand.
+
+use std::borrow::Cow;
+
+use super::super::ast::{
+    Comparison, ExprKind, ExprRef, Factor, IndexKind, Indices, Term, UnitKind, UnitRef,
+};
+use super::{Break, Group, Job, Manner, Printer, Sink};
+
+/// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Strength {
+    Any,
+    Or,
+    And,
+    Not,
+    Compare,
+    Sum,
+    Product,
+    Negate,
+    Power,
+    Number,
+    Postfix,
+}
+
+fn strength(kind: &ExprKind) -> Strength {
+    match kind {
+        ExprKind::Or(_) => Strength::Or,
+        ExprKind::And(_) => Strength::And,
+        ExprKind::Not(_) => Strength::Not,
+        ExprKind::Compare { .. } => Strength::Compare,
+        ExprKind::Sum(_) => Strength::Sum,
+        ExprKind::Product(_) => Strength::Product,
+        ExprKind::Negate(_) => Strength::Negate,
+        ExprKind::Power { .. } => Strength::Power,
+        // A number can't be primed or indexed.
+        ExprKind::Number(_) => Strength::Number,
+        ExprKind::Name(_)
+        | ExprKind::Index { .. }
+        | ExprKind::Field { .. }
+        | ExprKind::Prime(_)
+        | ExprKind::Call { .. }
+        | ExprKind::SumOver { .. }
+        | ExprKind::Vector(_) => Strength::Postfix,
+    }
+}
+
+const fn sign(operator: Comparison) -> &'static str {
+    match operator {
+        Comparison::Equal => "==",
+        Comparison::NotEqual => "!=",
+        Comparison::Less => "<",
+        Comparison::LessEqual => "<=",
+        Comparison::Greater => ">",
+        Comparison::GreaterEqual => ">=",
+    }
+}
+
+impl<'f, S: Sink<'f>> Printer<'f, S> {
+    /// A list with its brackets.
+    fn list(&mut self, brackets: [&'static str; 2], members: &[ExprRef], group: Group) {
+        self.token(brackets[0]);
+        self.open(group);
+        for (position, member) in members.iter().enumerate() {
+            if position == 0 {
+                self.place(Break::Weak, "");
+            } else {
+                self.token(",");
+                self.place(Break::Member, " ");
+            }
+            self.child(*member, Strength::Any, Manner::Wide);
+        }
+        self.close();
+        self.token(brackets[1]);
+    }
+
+    fn subscript(&mut self, members: &[ExprRef]) {
+        let simple = members.iter().all(|member| self.is_simple(*member));
+        let (manner, blank) = if simple {
+            (Manner::Tight, "")
+        } else {
+            (Manner::Wide, " ")
+        };
+        self.token("[");
+        self.open(Group::List);
+        for (position, member) in members.iter().enumerate() {
+            if position == 0 {
+                self.place(Break::Hidden, "");
+            } else {
+                self.token(",");
+                self.place(Break::Member, blank);
+            }
+            self.child(*member, Strength::Any, manner);
+        }
+        self.close();
+        self.token("]");
+    }
+
+    /// Whether an index is a sum of literals, names, fields, and products of these: `2*i-1`.
+    fn is_simple(&self, at: ExprRef) -> bool {
+        if let ExprKind::Sum(terms) = &self.file.expr(at).kind {
+            return terms.iter().all(|term| self.is_simple_term(term.value()));
+        }
+        self.is_simple_term(at)
+    }
+
+    fn is_simple_term(&self, at: ExprRef) -> bool {
+        if let ExprKind::Product(factors) = &self.file.expr(at).kind {
+            return factors.iter().all(|factor| self.is_leaf(factor.value()));
+        }
+        if let ExprKind::Negate(inner) = &self.file.expr(at).kind {
+            return self.is_leaf(*inner);
+        }
+        self.is_leaf(at)
+    }
+
+    fn is_leaf(&self, at: ExprRef) -> bool {
+        match &self.file.expr(at).kind {
+            ExprKind::Number(_) | ExprKind::Name(_) => true,
+            ExprKind::Field { base, .. } => {
+                matches!(self.file.expr(*base).kind, ExprKind::Name(_))
+            }
+            ExprKind::Index { .. }
+            | ExprKind::Prime(_)
+            | ExprKind::Negate(_)
+            | ExprKind::Power { .. }
+            | ExprKind::Product(_)
+            | ExprKind::Sum(_)
+            | ExprKind::Call { .. }
+            | ExprKind::SumOver { .. }
+            | ExprKind::Vector(_)
+            | ExprKind::Compare { .. }
+            | ExprKind::Not(_)
+            | ExprKind::And(_)
+            | ExprKind::Or(_) => false,
+        }
+    }
+
+    /// Conditions with a word between them.
+    fn joined(&mut self, members: &[ExprRef], word: &'static str, least: Strength, manner: Manner) {
+        self.open(Group::Other);
+        for (position, member) in members.iter().enumerate() {
+            if position > 0 {
+                self.place(Break::Member, " ");
+                self.token(word);
+                self.blank();
+            }
+            self.child(*member, least, manner);
+        }
+        self.close();
+    }
+
+    fn product(&mut self, factors: &[Factor], manner: Manner) {
+        self.open(Group::Other);
+        for (position, factor) in factors.iter().enumerate() {
+            if position > 0 {
+                self.place(Break::Factor, "");
+                self.token(if factor.divided() { "/" } else { "*" });
+            }
+            self.child(factor.value(), Strength::Negate, manner);
+        }
+        self.close();
+    }
+
+    fn sum(&mut self, terms: &[Term], whole: bool, manner: Manner) {
+        let tight = manner == Manner::Tight;
+        self.open(match (tight, whole) {
+            (true, _) => Group::Other,
+            (false, true) => Group::WholeSum,
+            (false, false) => Group::Sum,
+        });
+        for (position, term) in terms.iter().enumerate() {
+            if position > 0 {
+                let (kind, blank) = if tight {
+                    (Break::Hidden, "")
+                } else {
+                    (Break::Member, " ")
+                };
+                self.place(kind, blank);
+                self.token(if term.subtracted() { "-" } else { "+" });
+                if !tight {
+                    self.blank();
+                }
+            }
+            self.child(term.value(), Strength::Product, manner);
+        }
+        self.close();
+    }
+
+    pub(super) fn expr(&mut self, at: ExprRef, least: Strength, manner: Manner) {
+        let file = self.file;
+        let kind = &file.expr(at).kind;
+        let grouped = strength(kind) < least;
+        if grouped {
+            self.token("(");
+            self.open(Group::Other);
+            self.place(Break::Weak, "");
+        }
+        let inner_manner = manner.inner();
+        match kind {
+            ExprKind::Number(text) | ExprKind::Name(text) => self.token(text),
+            ExprKind::Index { base, indices } => {
+                self.child(*base, Strength::Postfix, inner_manner);
+                self.subscript(indices);
+            }
+            ExprKind::Field { base, field } => {
+                self.child(*base, Strength::Postfix, inner_manner);
+                self.token(".");
+                self.token(&field.text);
+            }
+            ExprKind::Prime(base) => {
+                self.child(*base, Strength::Postfix, inner_manner);
+                self.token("'");
+            }
+            ExprKind::Negate(inner) => {
+                self.token("-");
+                self.place(Break::Hidden, "");
+                self.child(*inner, Strength::Negate, inner_manner);
+            }
+            ExprKind::Power { base, exponent } => {
+                self.child(*base, Strength::Number, inner_manner);
+                self.place(Break::Hidden, "");
+                self.token("^");
+                self.child(*exponent, Strength::Negate, inner_manner);
+            }
+            ExprKind::Product(factors) => self.product(factors, inner_manner),
+            ExprKind::Sum(terms) => self.sum(terms, manner == Manner::Whole, inner_manner),
+            ExprKind::Call {
+                function,
+                arguments,
+            } => {
+                self.token(&function.text);
+                self.list(["(", ")"], arguments, Group::List);
+            }
+            ExprKind::SumOver { indices, body } => {
+                self.token("sum");
+                self.token("(");
+                self.open(Group::Other);
+                self.place(Break::Weak, "");
+                self.next.push(Job::Indices(indices, false));
+                self.token(",");
+                self.place(Break::Member, " ");
+                self.child(*body, Strength::Any, Manner::Wide);
+                self.close();
+                self.token(")");
+            }
+            ExprKind::Vector(members) => {
+                let group = if manner == Manner::Whole {
+                    Group::WholeList
+                } else {
+                    Group::List
+                };
+                self.list(["[", "]"], members, group);
+            }
+            ExprKind::Compare {
+                operator,
+                left,
+                right,
+            } => {
+                self.open(Group::Other);
+                self.child(*left, Strength::Sum, inner_manner);
+                self.place(Break::Fill, " ");
+                self.token(sign(*operator));
+                self.blank();
+                self.child(*right, Strength::Sum, inner_manner);
+                self.close();
+            }
+            ExprKind::Not(inner) => {
+                self.token("not");
+                self.place(Break::Hidden, " ");
+                self.child(*inner, Strength::Not, inner_manner);
+            }
+            ExprKind::And(members) => self.joined(members, "and", Strength::Not, inner_manner),
+            ExprKind::Or(members) => self.joined(members, "or", Strength::And, inner_manner),
+        }
+        if grouped {
+            self.close();
+            self.token(")");
+        }
+    }
+
+    pub(super) fn indices(&mut self, indices: &'f Indices, brackets: bool) {
+        if brackets {
+            self.token("[");
+            self.open(Group::Other);
+            self.place(Break::Weak, "");
+        }
+        for (position, entry) in indices.entries.iter().enumerate() {
+            if position > 0 {
+                self.token(",");
+                self.place(Break::Fill, " ");
+            }
+            match &entry.kind {
+                IndexKind::Member(at) => self.child(*at, Strength::Any, Manner::Tight),
+                IndexKind::Range { variable, from, to } => {
+                    if let Some(variable) = variable {
+                        self.token(&variable.text);
+                        self.blank();
+                        self.token("in");
+                        self.place(Break::Hidden, " ");
+                    }
+                    self.child(*from, Strength::Any, Manner::Tight);
+                    self.place(Break::Hidden, "");
+                    self.token("..");
+                    self.child(*to, Strength::Any, Manner::Tight);
+                }
+                IndexKind::Rows { variable, table } => {
+                    self.token(&variable.text);
+                    self.blank();
+                    self.token("in");
+                    self.place(Break::Hidden, " ");
+                    self.token(&table.text);
+                }
+            }
+        }
+        if let Some(filter) = indices.filter {
+            self.place(Break::Fill, " ");
+            self.token("where");
+            self.blank();
+            self.child(filter, Strength::Any, Manner::Wide);
+        }
+        if brackets {
+            self.close();
+            self.token("]");
+        }
+    }
+
+    pub(super) fn unit(&mut self, at: UnitRef, grouped: bool) {
+        let file = self.file;
+        match &file.unit(at).kind {
+            UnitKind::One => self.token("1"),
+            UnitKind::Name(name) => self.token(name),
+            UnitKind::Product(factors) => {
+                if grouped {
+                    self.token("(");
+                }
+                for (position, (divided, factor)) in factors.iter().enumerate() {
+                    if position > 0 {
+                        self.place(Break::Hidden, "");
+                        self.token(if *divided { "/" } else { "*" });
+                    }
+                    self.next.push(Job::Unit(*factor, true));
+                }
+                if grouped {
+                    self.token(")");
+                }
+            }
+            UnitKind::Power {
+                base,
+                numerator,
+                denominator,
+            } => {
+                // Powers of powers need the parentheses, powers in products don't.
+                let power = matches!(file.unit(*base).kind, UnitKind::Power { .. });
+                if power {
+                    self.token("(");
+                }
+                self.next.push(Job::Unit(*base, true));
+                if power {
+                    self.token(")");
+                }
+                self.next.push(Job::Exponent(*numerator, *denominator));
+            }
+        }
+    }
+
+    /// Written at once, not as jobs.
+    pub(super) fn exponent(&mut self, numerator: i32, denominator: i32) {
+        self.put("^");
+        if denominator != 1 {
+            self.put("(");
+        }
+        if numerator < 0 {
+            self.put("-");
+        }
+        self.out
+            .token(Cow::Owned(numerator.unsigned_abs().to_string()));
+        if denominator != 1 {
+            self.put("/");
+            self.out.token(Cow::Owned(denominator.to_string()));
+            self.put(")");
+        }
+    }
+}

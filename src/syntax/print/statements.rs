@@ -1,0 +1,143 @@
+//! Statements, token by token.
+
+use std::borrow::Cow;
+
+use super::super::ast::{Binding, ExprRef, Indices, Statement, StatementKind, UnitRef};
+use super::expressions::Strength;
+use super::{Break, Group, Job, Manner, Printer, Sink};
+
+impl<'f, S: Sink<'f>> Printer<'f, S> {
+    pub(super) fn put(&mut self, text: &'f str) {
+        self.out.token(Cow::Borrowed(text));
+    }
+
+    /// The word and the blank behind it.
+    fn word(&mut self, word: &'static str) {
+        self.put(word);
+        self.out.place(Break::Weak, " ");
+    }
+
+    fn put_expr(&mut self, at: ExprRef) {
+        self.run(Job::Expr(at, Strength::Any, Manner::Wide));
+    }
+
+    /// `= EXPR`
+    fn value(&mut self, at: ExprRef) {
+        self.out.blank();
+        self.put("=");
+        self.out.place(Break::Weak, " ");
+        self.run(Job::Expr(at, Strength::Any, Manner::Whole));
+    }
+
+    fn head(
+        &mut self,
+        name: &'f str,
+        indices: Option<&'f Indices>,
+        rate: bool,
+        unit: Option<UnitRef>,
+    ) {
+        self.put(name);
+        if let Some(indices) = indices {
+            self.run(Job::Indices(indices, true));
+        }
+        if rate {
+            self.put("'");
+        }
+        if let Some(unit) = unit {
+            self.out.place(Break::Hidden, " ");
+            self.put(":");
+            self.out.blank();
+            self.run(Job::Unit(unit, false));
+        }
+    }
+
+    fn binding(&mut self, word: &'static str, binding: &'f Binding, rate: bool) {
+        self.word(word);
+        self.head(
+            &binding.name.text,
+            binding.indices.as_deref(),
+            rate,
+            binding.unit,
+        );
+        if let Some(value) = binding.value {
+            self.value(value);
+        }
+        if let Some(uncertainty) = binding.uncertainty {
+            self.out.place(Break::Fill, " ");
+            self.put("±");
+            self.out.blank();
+            self.put_expr(uncertainty);
+        }
+    }
+
+    fn equation(&mut self, word: &'static str, value: ExprRef) {
+        self.put(word);
+        self.value(value);
+    }
+
+    pub(in super::super) fn statement(&mut self, statement: &'f Statement) {
+        match &statement.kind {
+            StatementKind::Model { name } => {
+                self.word("model");
+                self.put(&name.text);
+            }
+            StatementKind::Param(binding) => self.binding("param", binding, false),
+            StatementKind::Coord { declarations } => {
+                self.word("coord");
+                self.out.open(Group::Other);
+                for (position, declaration) in declarations.iter().enumerate() {
+                    if position > 0 {
+                        self.put(",");
+                        self.out.place(Break::Fill, " ");
+                    }
+                    self.head(
+                        &declaration.name.text,
+                        declaration.indices.as_deref(),
+                        false,
+                        declaration.unit,
+                    );
+                }
+                self.out.close();
+            }
+            StatementKind::Let(binding) => self.binding("let", binding, false),
+            StatementKind::Kinetic(value) => self.equation("T", *value),
+            StatementKind::Potential(value) => self.equation("V", *value),
+            StatementKind::Lagrangian(value) => self.equation("lagrangian", *value),
+            StatementKind::Dissipation(value) => self.equation("dissipation", *value),
+            StatementKind::Constraint {
+                indices,
+                left,
+                right,
+            } => {
+                self.word("constraint");
+                if let Some(indices) = indices {
+                    self.run(Job::Indices(indices, true));
+                    self.out.place(Break::Weak, " ");
+                }
+                self.put_expr(*left);
+                self.out.place(Break::Fill, " ");
+                self.put("=");
+                self.out.blank();
+                self.put_expr(*right);
+            }
+            StatementKind::Guess(binding) => self.binding("guess", binding, false),
+            StatementKind::Equilibrium { binding, rate } => {
+                self.binding("equilibrium", binding, *rate);
+            }
+            StatementKind::Period(value) => {
+                self.word("period");
+                self.put_expr(*value);
+            }
+            StatementKind::Table { name, path, .. } => {
+                self.word("table");
+                self.put(&name.text);
+                self.out.blank();
+                self.put("=");
+                self.out.place(Break::Weak, " ");
+                self.put("\"");
+                self.put(path);
+                self.put("\"");
+            }
+        }
+    }
+}
