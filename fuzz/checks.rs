@@ -20,7 +20,7 @@ const MOST_BYTES: usize = 4096;
 const MOST_COORDINATES: usize = 12;
 
 /// Parsing answers with a tree that prints to itself, or with mistakes that have a place.
-pub fn parse(text: &str) {
+pub(crate) fn parse(text: &str) {
     match syntax::parse(text) {
         Ok(file) => {
             places(text, &file);
@@ -40,13 +40,13 @@ pub fn parse(text: &str) {
 }
 
 /// The layout of a layout is itself, and its tree is the tree of the text.
-pub fn format(text: &str) {
+pub(crate) fn format(text: &str) {
     // The laws of `librate::syntax::format` belong here.
     parse(text);
 }
 
 /// A small model is answered with finite modes, or with mistakes that have a place.
-pub fn trip(text: &str) {
+pub(crate) fn trip(text: &str) {
     // A model may ask for as much work as it likes: with four digits for a million instances.
     let long_number = text
         .as_bytes()
