@@ -41,8 +41,19 @@ pub(crate) fn parse(text: &str) {
 
 /// The layout of a layout is itself, and its tree is the tree of the text.
 pub(crate) fn format(text: &str) {
-    // The laws of `librate::syntax::format` belong here.
-    parse(text);
+    let Ok(file) = syntax::parse(text) else {
+        assert!(syntax::format(text).is_err());
+        return;
+    };
+    let formatted = match syntax::format(text) {
+        Ok(formatted) => formatted,
+        Err(errors) => panic!("{errors:#?}"),
+    };
+    match syntax::parse(&formatted) {
+        Ok(again) => assert_eq!(strip_spans(&again), strip_spans(&file), "{formatted}"),
+        Err(errors) => panic!("{formatted}\n{errors:#?}"),
+    }
+    assert_eq!(syntax::format(&formatted).as_ref(), Ok(&formatted));
 }
 
 /// A small model is answered with finite modes, or with mistakes that have a place.

@@ -1,5 +1,5 @@
 //! What fuzzing has found stays found.
-#![cfg(feature = "engine")]
+#![cfg(all(feature = "engine", feature = "format"))]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
