@@ -86,10 +86,7 @@ fn rings(bencher: Bencher<'_, '_>, n: usize) {
 #[divan::bench(args = [3, 50, 228])]
 fn frequencies_only(bencher: Bencher<'_, '_>, n: usize) {
     let problem = pendulum(n);
-    let options = Options {
-        vectors: false,
-        ..Options::default()
-    };
+    let options = Options::default().without_vectors();
     bencher.bench(|| solve(&problem, &options));
 }
 

@@ -229,10 +229,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let path = request.points.ok_or("problem E needs --points FILE")?;
         tables = tables.with("points.csv".to_owned(), std::fs::read_to_string(path)?);
     }
-    let options = Options {
-        lowest,
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    options.lowest = lowest;
 
     if let Some(stage) = request.only {
         let linear = linearized(&text, &tables, |_| {})?;

@@ -44,10 +44,7 @@ fn main() -> Result<(), Error> {
 
     // The same in numbers with bounds, and the modes.
     let linearized = linearize::linearize(model)?;
-    let options = modes::Options {
-        digits: 20,
-        ..modes::Options::default()
-    };
+    let options = modes::Options::default().digits(20);
     let normal = oscillation::normal_modes(&linearized, &options)?;
     for mode in &normal.modes {
         let omega = decimal(&mode.omega, options.digits);

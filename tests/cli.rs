@@ -37,10 +37,7 @@ fn shapes_stand_below_on_a_narrow_terminal() {
     let options = modes::Options::default();
     let normal = oscillation::normal_modes(&linearized, &options).unwrap();
     let written = |width| {
-        let style = report::Style {
-            color: false,
-            width,
-        };
+        let style = report::Style::default().width(width);
         report::modes_text(&linearized, &normal, &options, &style)
     };
     insta::assert_snapshot!(written(72));

@@ -26,7 +26,6 @@ mod language_support;
 use std::path::{Path, PathBuf};
 
 use language_support::{Case, Fault, run};
-use librate::modes::{Kind, Stability};
 use librate::number::Number;
 use librate::precision::{Ball, Scalar};
 
@@ -134,12 +133,7 @@ fn faults(path: &Path) -> Vec<String> {
             growth,
             &mut faults,
         );
-        let kind = match mode.kind {
-            Kind::Oscillation => "oscillation",
-            Kind::Zero => "zero",
-            Kind::Unstable => "unstable",
-            Kind::Undecided => "undecided",
-        };
+        let kind = mode.kind.as_str();
         if case.kinds.get(i).is_some_and(|want| want != kind) {
             faults.push(format!("mode {} is {kind}", i + 1));
         }
@@ -150,12 +144,7 @@ fn faults(path: &Path) -> Vec<String> {
             }
         }
     }
-    let stability = match done.normal.stability {
-        Stability::Stable => "stable",
-        Stability::Neutral => "neutral",
-        Stability::Unstable => "unstable",
-        Stability::Undecided => "undecided",
-    };
+    let stability = done.normal.stability.as_str();
     if case
         .stability
         .as_ref()

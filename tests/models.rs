@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use librate::linearize::linearize;
 use librate::model::{Model, Settings, TableTexts, elaborate};
-use librate::modes::{Kind, Options, Stability};
+use librate::modes::Options;
 use librate::number::Number;
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::{Ball, Scalar};
@@ -82,22 +82,12 @@ fn check(name: &str, normal: &NormalModes, equilibrium: &[Ball], want: &Value) {
     {
         assert_holds("the equilibrium", own, &ball(want), name);
     }
-    let stability = match normal.stability {
-        Stability::Stable => "stable",
-        Stability::Neutral => "neutral",
-        Stability::Unstable => "unstable",
-        Stability::Undecided => "undecided",
-    };
+    let stability = normal.stability.as_str();
     assert_eq!(stability, want["stability"].as_str().unwrap(), "{name}");
     let modes = want["modes"].as_array().unwrap();
     assert_eq!(normal.modes.len(), modes.len(), "{name}");
     for (i, (own, want)) in normal.modes.iter().zip(modes).enumerate() {
-        let kind = match own.kind {
-            Kind::Oscillation => "oscillation",
-            Kind::Zero => "zero",
-            Kind::Unstable => "unstable",
-            Kind::Undecided => "undecided",
-        };
+        let kind = own.kind.as_str();
         assert_eq!(kind, want["kind"].as_str().unwrap(), "{name} mode {i}");
         for (what, own, want) in [
             ("omega", &own.omega, &want["omega"]),
@@ -148,10 +138,7 @@ fn ubiquitin_agrees_with_the_published_eigenvalues() {
     let path = Path::new("models/ubiquitin.lag");
     let want = reference(path);
     let linearized = linearize(load(path)).unwrap();
-    let options = Options {
-        lowest: Some(36),
-        ..Options::default()
-    };
+    let options = Options::default().lowest(36);
     let normal = normal_modes(&linearized, &options).unwrap();
     let published = want["published_eigenvalues"].as_array().unwrap();
     assert_eq!(published.len(), 36);

@@ -243,15 +243,9 @@ fn unstable_first_then_zero_then_rising() {
     assert!(spectrum.modes[0].omega.is_zero() && spectrum.modes[4].growth.is_zero());
     assert_eq!(spectrum.modes[0].vector, [0.0, 0.0, 0.0, 0.0, 1.0]);
     assert_eq!(spectrum.stability, Stability::Unstable);
-    let two = Options {
-        lowest: Some(2),
-        ..Options::default()
-    };
+    let two = Options::default().lowest(2);
     assert_eq!(solve(&problem, &two).unwrap().modes.len(), 2);
-    let none = Options {
-        vectors: false,
-        ..Options::default()
-    };
+    let none = Options::default().without_vectors();
     assert!(solve(&problem, &none).unwrap().modes[0].vector.is_empty());
 }
 

@@ -50,10 +50,8 @@ fn printed(path: &Path) -> String {
         }
     };
     let count = linearized.dimension();
-    let options = Options {
-        lowest: (count > 20).then_some(20),
-        ..Options::default()
-    };
+    let mut options = Options::default();
+    options.lowest = (count > 20).then_some(20);
     let modes = normal_modes(&linearized, &options).unwrap();
     let mut out = modes_text(&linearized, &modes, &options, &style);
     check_digits(path, &modes_json(&linearized, &modes, &options));

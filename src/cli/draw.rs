@@ -157,9 +157,10 @@ struct Mark<'a> {
 }
 
 fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
-    let level = match diagnostic.severity {
-        Severity::Error => Level::ERROR,
-        Severity::Warning => Level::WARNING,
+    let level = if diagnostic.severity == Severity::Warning {
+        Level::WARNING
+    } else {
+        Level::ERROR
     };
     let mut title = level.primary_title(diagnostic.message.as_str());
     if let Some(code) = diagnostic.code {

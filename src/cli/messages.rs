@@ -55,13 +55,9 @@ fn object(
     file: Option<&str>,
     places: (Value, Vec<Value>),
 ) -> String {
-    let severity = match severity {
-        Severity::Error => "error",
-        Severity::Warning => "warning",
-    };
     let (primary, secondary) = places;
     let value = json!({
-        "severity": severity,
+        "severity": severity.as_str(),
         "code": code,
         "message": message,
         "file": file,

@@ -116,11 +116,9 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
         model,
         mut warnings,
     } = load(&args.model)?;
-    let options = modes::Options {
-        vectors: !args.no_vectors,
-        lowest: args.lowest,
-        digits: args.digits,
-    };
+    let mut options = modes::Options::default().digits(args.digits);
+    options.lowest = args.lowest;
+    options.vectors = !args.no_vectors;
     let progress = Progress::start("computing the modes");
     let computed = linearize::linearize(model).and_then(|linearized| {
         let modes = oscillation::normal_modes(&linearized, &options)?;
@@ -234,10 +232,9 @@ fn load(args: &ModelArgs) -> Result<Loaded, Failure> {
 }
 
 fn style() -> Style {
-    Style {
-        color: AutoStream::choice(&io::stdout()) != ColorChoice::Never,
-        width: terminal_width(&io::stdout()).unwrap_or(PLAIN_WIDTH),
-    }
+    Style::default()
+        .color(AutoStream::choice(&io::stdout()) != ColorChoice::Never)
+        .width(terminal_width(&io::stdout()).unwrap_or(PLAIN_WIDTH))
 }
 
 fn terminal_width(stream: &impl IsTerminal) -> Option<usize> {

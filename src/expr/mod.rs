@@ -99,6 +99,7 @@ pub type Substitution = BTreeMap<Symbol, ExprId>;
 
 /// What an expression is made of.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Node {
     /// An exact number.
     Number(Number),

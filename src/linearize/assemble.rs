@@ -15,6 +15,7 @@ use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ElementFamily {
     /// Where the term stands.
     pub span: Span,

@@ -15,6 +15,7 @@ use crate::precision::Function;
 
 /// One element, with respect to the variables of its term (by their place in a list).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Element {
     /// w·phi'(s): the tension; zero where the element is at rest.
     pub first: ExprId,

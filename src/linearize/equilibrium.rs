@@ -18,6 +18,7 @@ use crate::precision::{Ball, DoubleDouble, Scalar};
 
 /// Where a coordinate of the equilibrium comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Origin {
     /// The model gives it.
     Given,
@@ -29,6 +30,7 @@ pub enum Origin {
 
 /// The point that is linearized about.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Equilibrium {
     /// The coordinates in SI, each with the radius that it is known to.
     pub values: Vec<Ball>,

@@ -17,6 +17,7 @@ const MOST_FOR_MESSAGES: usize = 10_000;
 
 /// M and K at the equilibrium, as expressions in the parameters.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct SymbolicMatrices {
     /// Where the expressions live.
     pub pool: Pool,

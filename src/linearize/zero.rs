@@ -23,6 +23,7 @@ use crate::precision::{Ball, Scalar};
 
 /// A motion that is proved to cost no energy to second order.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct ZeroMode {
     /// A vector of the kernel of K, one component a coordinate.
     pub vector: Vec<Ball>,

@@ -46,6 +46,7 @@ use crate::syntax::File;
 
 /// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Given {
     /// In the model's parameters, as derivations show it.
     pub symbolic: ExprId,
@@ -57,6 +58,7 @@ pub struct Given {
 
 /// Coordinates declared under one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct CoordinateFamily {
     /// The name.
     pub name: String,
@@ -82,6 +84,7 @@ impl CoordinateFamily {
 
 /// A checked model.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Model {
     /// From the `model` statement.
     pub name: Option<String>,

@@ -240,6 +240,7 @@ pub(super) struct LetPiece {
 
 /// A declared parameter, one member of a family or a single one.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Parameter {
     /// `g`, `m[2]`.
     pub name: String,
@@ -258,6 +259,7 @@ pub struct Parameter {
 
 /// A generalised coordinate.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Coordinate {
     /// `theta`, `phi[1]`, `r[1,3]`.
     pub name: String,
@@ -274,6 +276,7 @@ pub struct Coordinate {
 
 /// What a symbol of the pool means to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum SymbolKind {
     /// A coordinate, by its number.
     Coordinate(usize),

@@ -20,6 +20,7 @@ use crate::syntax::{ExprKind, ExprRef, File};
 
 /// A coordinate as it appears in the body of a [`TermFamily`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Local {
     /// The symbol that stands for the coordinate.
     pub coordinate: Symbol,
@@ -29,6 +30,7 @@ pub struct Local {
 
 /// Terms of one form: a body with slots, and what each instance fills them with.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct TermFamily {
     /// Where the term stands.
     pub span: Span,

@@ -42,8 +42,15 @@ pub struct Problem {
     pub zero_vectors: Vec<Vec<Ball>>,
 }
 
-/// What is asked for.
+/// What is asked for: all modes with their shapes to ten digits, unless told otherwise.
+///
+/// ```
+/// use librate::modes::Options;
+/// let options = Options::default().lowest(5).digits(15);
+/// assert!(options.vectors);
+/// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Options {
     /// Whether mode shapes are wanted.
     pub vectors: bool,
@@ -63,8 +70,32 @@ impl Default for Options {
     }
 }
 
+impl Options {
+    /// Frequencies only: shapes cost as much again.
+    #[must_use]
+    pub fn without_vectors(mut self) -> Self {
+        self.vectors = false;
+        self
+    }
+
+    /// Only the so many first modes in the order of [`Spectrum::modes`].
+    #[must_use]
+    pub fn lowest(mut self, count: usize) -> Self {
+        self.lowest = Some(count);
+        self
+    }
+
+    /// So many correctly rounded significant digits of every frequency.
+    #[must_use]
+    pub fn digits(mut self, count: usize) -> Self {
+        self.digits = count;
+        self
+    }
+}
+
 /// All modes that were asked for.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Spectrum {
     /// Unstable modes by falling growth, then proved zeros, then by rising ω².
     pub modes: Vec<Mode>,
@@ -74,6 +105,7 @@ pub struct Spectrum {
 
 /// One normal mode.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Mode {
     /// What kind of motion it is.
     pub kind: Kind,
@@ -94,6 +126,7 @@ pub struct Mode {
 
 /// The kind of a mode.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Kind {
     /// ω² > 0.
     Oscillation,
@@ -107,6 +140,7 @@ pub enum Kind {
 
 /// Stability of the equilibrium in linear order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Stability {
     /// All modes oscillate.
     Stable,
@@ -116,6 +150,32 @@ pub enum Stability {
     Unstable,
     /// The bounds do not tell.
     Undecided,
+}
+
+impl Kind {
+    /// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `undecided`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Oscillation => "oscillation",
+            Self::Zero => "zero",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+impl Stability {
+    /// The word for it in tables and JSON: `stable`, `neutral`, `unstable`, `undecided`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Neutral => "neutral",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        }
+    }
 }
 
 /// One of the two matrices.

@@ -15,6 +15,7 @@ use crate::precision::Ball;
 
 /// All modes of a model that were asked for.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct NormalModes {
     /// What the modes together say about the equilibrium.
     pub stability: Stability,
@@ -24,6 +25,7 @@ pub struct NormalModes {
 
 /// One normal mode of a model.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct NormalMode {
     /// What kind of motion it is.
     pub kind: Kind,

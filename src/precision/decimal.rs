@@ -25,6 +25,7 @@ pub enum Rounding {
 
 /// A number in decimal.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Decimal {
     /// The digits, zeros kept: `3.132091953`, `0.000120`, `1.234567890e-12`.
     pub text: String,

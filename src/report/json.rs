@@ -8,7 +8,7 @@ use std::fmt::Write;
 use super::{Written, zero_motions};
 use crate::expr::ExprId;
 use crate::linearize::{Linearized, SymbolicMatrices};
-use crate::modes::{Kind, Options, Stability};
+use crate::modes::Options;
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::one_digit_up;
 
@@ -39,7 +39,7 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
         model.name.as_deref().map_or_else(null, string),
         array(names),
         array(values),
-        stability_word(modes.stability),
+        modes.stability.as_str(),
     );
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
@@ -84,7 +84,7 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
         digits(&growth),
         number(one_digit_up(error)),
         number(omega.bound.max(growth.bound)),
-        kind_word(mode.kind),
+        mode.kind.as_str(),
     );
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
@@ -121,24 +121,6 @@ pub fn derive_json(name: Option<&str>, matrices: &SymbolicMatrices) -> String {
         matrix(&matrices.mass),
         matrix(&matrices.stiffness),
     )
-}
-
-fn stability_word(stability: Stability) -> &'static str {
-    match stability {
-        Stability::Stable => "stable",
-        Stability::Neutral => "neutral",
-        Stability::Unstable => "unstable",
-        Stability::Undecided => "undecided",
-    }
-}
-
-fn kind_word(kind: Kind) -> &'static str {
-    match kind {
-        Kind::Oscillation => "oscillation",
-        Kind::Zero => "zero",
-        Kind::Unstable => "unstable",
-        Kind::Undecided => "undecided",
-    }
 }
 
 fn null() -> String {

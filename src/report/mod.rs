@@ -21,6 +21,7 @@ use crate::precision::{Ball, Rounding, decimal, one_digit_up};
 
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Style {
     /// Whether escape sequences for colours are wanted.
     pub color: bool,
@@ -36,6 +37,22 @@ impl Default for Style {
             color: false,
             width: 100,
         }
+    }
+}
+
+impl Style {
+    /// With escape sequences for colours, or without.
+    #[must_use]
+    pub fn color(mut self, color: bool) -> Self {
+        self.color = color;
+        self
+    }
+
+    /// For lines of so many columns.
+    #[must_use]
+    pub fn width(mut self, columns: usize) -> Self {
+        self.width = columns;
+        self
     }
 }
 

@@ -36,7 +36,7 @@ pub fn modes_text(
     let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
     out.push('\n');
     out.push_str(&equilibrium_text(linearized, options, style));
-    let (tone, word) = stability_word(modes.stability);
+    let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     match modes.modes.len() {
         some if some >= count => {}
@@ -75,21 +75,19 @@ pub fn modes_text(
     out
 }
 
-fn stability_word(stability: Stability) -> (Tone, &'static str) {
+fn stability_tone(stability: Stability) -> Tone {
     match stability {
-        Stability::Stable => (Tone::Good, "stable"),
-        Stability::Neutral => (Tone::Careful, "neutral"),
-        Stability::Unstable => (Tone::Bad, "unstable"),
-        Stability::Undecided => (Tone::Careful, "undecided"),
+        Stability::Stable => Tone::Good,
+        Stability::Neutral | Stability::Undecided => Tone::Careful,
+        Stability::Unstable => Tone::Bad,
     }
 }
 
-fn kind_word(kind: Kind) -> (Option<Tone>, &'static str) {
+fn kind_tone(kind: Kind) -> Option<Tone> {
     match kind {
-        Kind::Oscillation => (None, "oscillation"),
-        Kind::Zero => (Some(Tone::Careful), "zero"),
-        Kind::Unstable => (Some(Tone::Bad), "unstable"),
-        Kind::Undecided => (Some(Tone::Careful), "undecided"),
+        Kind::Oscillation => None,
+        Kind::Zero | Kind::Undecided => Some(Tone::Careful),
+        Kind::Unstable => Some(Tone::Bad),
     }
 }
 
@@ -241,7 +239,7 @@ fn table(
     }
     let kinds = modes
         .iter()
-        .map(|mode| kind_word(mode.kind).1.to_owned())
+        .map(|mode| mode.kind.as_str().to_owned())
         .collect();
     columns.push(Column::words("kind", kinds));
     let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
@@ -270,8 +268,8 @@ fn table(
         Some(Vec::new())
     };
     let painted = |at: usize| {
-        let (tone, word) = kind_word(modes.get(at)?.kind);
-        Some((tone?, word))
+        let kind = modes.get(at)?.kind;
+        Some((kind_tone(kind)?, kind.as_str()))
     };
     if let Some(beside) = beside {
         columns.extend(beside);

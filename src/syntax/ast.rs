@@ -2,6 +2,8 @@
 //!
 //! Expressions live in one arena per file and refer to each other by [`ExprRef`]; a child always
 //! has a smaller index than its parent, so that every pass is a loop, however deep the text nests.
+//! The kinds can be matched exhaustively on purpose: a tool that walks the tree wants its compiler
+//! to tell it of a new form, so a new form of the language is a new major version of the crate.
 //! The arena packs them; an [`Expr`] is how one reads, and how it is put in.
 
 use std::fmt::{self, Debug, Formatter};

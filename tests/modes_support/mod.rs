@@ -63,10 +63,7 @@ pub fn problem(mass: &Exact, stiffness: &Exact) -> Problem {
 }
 
 pub fn with_digits(digits: usize) -> Options {
-    Options {
-        digits,
-        ..Options::default()
-    }
+    Options::default().digits(digits)
 }
 
 pub fn diagonal(entries: &[RBig]) -> Exact {

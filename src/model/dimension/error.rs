@@ -6,6 +6,7 @@ use crate::span::Span;
 
 /// A name without a unit, and what the file says elsewhere that it must be.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Inferred {
     /// The name.
     pub name: String,
