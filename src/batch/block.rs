@@ -53,8 +53,6 @@ pub(super) struct Workspace {
     /// Memory for the search.
     pub(super) search: Option<Search>,
     order: Vec<usize>,
-    /// How far each eigenvalue may be above the exact one.
-    below: Vec<f64>,
 }
 
 /// A program run with the vector instructions that the machine has.
@@ -96,10 +94,8 @@ impl WithSimd for Bound<'_> {
     fn with_simd<S: Simd>(self, _: S) {
         self.bounder.bound(
             self.solver,
-            &self.compiled.mass,
-            &self.compiled.stiffness,
-            &self.registers.value,
-            &self.registers.error,
+            (&self.compiled.mass, &self.compiled.stiffness),
+            (&self.registers.value, &self.registers.error),
         );
     }
 }
@@ -118,7 +114,6 @@ impl Workspace {
                 .as_ref()
                 .map(|start| Search::new(start, n, diagonal)),
             order: Vec::with_capacity(n),
-            below: Vec::with_capacity(n),
         }
     }
 
@@ -314,9 +309,13 @@ impl Workspace {
         }
         bounds.fill(f64::INFINITY);
         if rigorous {
-            for radii in &self.bounder.radii {
-                let radius = |k: usize| radii[order[k]].0[lane];
-                counted(omega_squared, bounds, &mut self.below, radius);
+            for (to, from) in bounds.iter_mut().zip(&*order) {
+                let radius = self.bounder.radii[*from].0[lane];
+                *to = if radius.is_nan() {
+                    f64::INFINITY
+                } else {
+                    radius
+                };
             }
         }
         if options.vectors && n > 0 {
@@ -329,34 +328,6 @@ impl Workspace {
                 orient(to);
             }
         }
-    }
-}
-
-/// The bounds of sorted eigenvalues from the intervals about them: the k-th lies between the k-th
-/// smallest left end, which is at least the least of those from k on, and the k-th smallest right end, at
-/// most the largest of those up to k (see [`super::bound`]). Bounds that are better already stay.
-fn counted(
-    values: &[f64],
-    bounds: &mut [f64],
-    below: &mut Vec<f64>,
-    radius: impl Fn(usize) -> f64,
-) {
-    // Infinity spreads as it should; what is no number is taken for it.
-    let known = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
-    let n = values.len();
-    below.resize(n, 0.0);
-    let mut lowest = f64::INFINITY;
-    for k in (0..n).rev() {
-        lowest = lowest.min(values[k] - known(radius(k)));
-        below[k] = values[k] - lowest;
-    }
-    let mut highest = f64::NEG_INFINITY;
-    for k in 0..n {
-        highest = highest.max(values[k] + known(radius(k)));
-        let reach = below[k].max(highest - values[k]);
-        // The ends and the differences were rounded, by at most u of value plus reach each.
-        let slack = f64::EPSILON * (values[k].abs() + reach);
-        bounds[k] = bounds[k].min((reach + slack) * (1.0 + 2.0 * f64::EPSILON));
     }
 }
 

@@ -63,7 +63,7 @@
 //!
 //! # One core, or several
 //!
-//! Everything here works in the calling thread and allocates nothing per set. A [`Study`] is `Sync`, and a set's results do
+//! Everything here works in the calling thread and, up to 40 coordinates, allocates nothing per set. A [`Study`] is `Sync`, and a set's results do
 //! not depend on the sets beside it (to the bit), so that splitting the sets is all it takes:
 //!
 //! ```

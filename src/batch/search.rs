@@ -247,19 +247,20 @@ impl Workspace {
         }
         let m = start.free.len();
         let mut radius = Lane::splat(f64::MIN_POSITIVE);
-        let mut reach = vec![Lane::ZERO; m];
+        search.step.fill(Lane::ZERO);
         for i in 0..m {
             let vector = &search.solver.vectors[i * m..(i + 1) * m];
             let left = modal_force(vector, &start.free, &search.rest);
             let held = search.held(i);
             let step = left / search.solver.values[i].abs();
             radius = step.choose(held, Lane::ZERO).max(radius);
-            for (a, reach) in reach.iter_mut().enumerate() {
-                *reach += (vector[a].abs()).choose(held, Lane::ZERO);
+            // The step is not needed any more: its memory holds z of these modes.
+            for (reach, x) in search.step.iter_mut().zip(vector) {
+                *reach += x.abs().choose(held, Lane::ZERO);
             }
         }
         search.radius = Lane::ZERO.choose(search.stays, radius + radius);
-        for (k, reach) in reach.iter().enumerate() {
+        for (k, reach) in search.step.iter().enumerate() {
             // Somewhat more, because X is not the same at the end.
             self.registers.error[Self::place(compiled, k)] =
                 *reach * search.radius * Lane::splat(1.001);
@@ -290,8 +291,8 @@ impl Workspace {
         for i in 0..n {
             let vector = &self.solver.vectors[i * n..(i + 1) * n];
             let left = modal_force(vector, &start.free, &search.rest);
-            let needed = (left + self.bounder.rows[0][i] * r) * grow;
-            proved = proved * (self.bounder.diagonal[i].abs() * r).above(needed);
+            let needed = (left + self.bounder.row(i) * r) * grow;
+            proved = proved * (self.bounder.diagonal(i).abs() * r).above(needed);
         }
         for (a, reach) in self.bounder.reach.iter().enumerate() {
             let room = self.registers.error[Self::place(compiled, a)];
