@@ -8,8 +8,8 @@
 //! parameters; `B`, a pendulum of n links, every mass, every length and g. Every parameter is the
 //! nominal value times 0.5 to 1.5. All times are CPU seconds of one core, medians of repeats, for
 //! all sets together; `sets` is M, K, ω² and mode shapes with rigorous bounds, `plain` the same
-//! without bounds, `frequencies` ω² with bounds alone. `--python` (with numpy) adds
-//! what the same takes there: M and K from closed forms written by hand for arrays of sets, batched Cholesky and
+//! without bounds, `frequencies` ω² with bounds alone. `--python` (with numpy) adds what the same
+//! takes there: M and K from closed forms written by hand for arrays of sets, batched Cholesky and
 //! eigenvalues (`numpy_values`), with vectors (`numpy_vectors`), and how far the two are apart.
 
 use std::error::Error;

@@ -10,25 +10,25 @@
 //! 2nd ed., §3.5: γ_2n = 2nu/(1 - 2nu)). Let e be that bound with |ĥ_ij| added beside the diagonal,
 //! and f the same of G.
 //!
-//! Take any weights w > 0, and let ρ_i and φ_i be the sums of e_ij w_j/w_i and f_ij w_j/w_i over j. For
-//! every real μ the matrix H - μG differs from the diagonal matrix of ĥ_ii - μ ĝ_ii by a symmetric one
-//! whose absolute values are at most e + |μ| f, hence (a symmetric matrix whose diagonal dominates
-//! its rows, scaled by the weights or not, is positive semidefinite)
+//! Take any weights w > 0, and let ρ_i and φ_i be the sums of e_ij w_j/w_i and f_ij w_j/w_i over j.
+//! For every real μ the matrix H - μG differs from the diagonal matrix of ĥ_ii - μ ĝ_ii by a
+//! symmetric one whose absolute values are at most e + |μ| f, hence (a symmetric matrix whose
+//! diagonal dominates its rows, scaled by the weights or not, is positive semidefinite)
 //!
 //! H - μG >= diag(ĥ_ii - ρ_i - (μ ĝ_ii + |μ| φ_i)).
 //!
 //! Where ĝ_ii > φ_i for all i, G is positive definite for the same reason, so X is regular, M is
 //! positive definite, and the number of eigenvalues of K x = λ M x below μ is the number of
-//! negative eigenvalues of H - μG (Sylvester). That is at most the number of negative entries on the
-//! right: of those i with ℓ_i < μ, where ℓ_i solves μ ĝ_ii + |μ| φ_i = ĥ_ii - ρ_i. So the k-th
-//! eigenvalue is at least the k-th smallest ℓ_i, and that at least the least ℓ_i of all i with
-//! λ_i >= λ_k, where λ_i = ĥ_ii/ĝ_ii; from above likewise. And
+//! negative eigenvalues of H - μG (Sylvester). That is at most the number of negative entries on
+//! the right: of those i with ℓ_i < μ, where ℓ_i solves μ ĝ_ii + |μ| φ_i = ĥ_ii - ρ_i. So the k-th
+//! eigenvalue is at least the k-th smallest ℓ_i, and that at least the least ℓ_i of all i with λ_i
+//! >= λ_k, where λ_i = ĥ_ii/ĝ_ii; from above likewise. And
 //!
 //! |ℓ_i - λ_i| <= (ρ_i + |λ_i| φ_i)/(ĝ_ii - φ_i).
 //!
-//! Every eigenvalue is counted once, and nothing has to be separated. For each k the weights are chosen
-//! anew, 1 but for w_k = t >= 1: what couples k to the others counts 1/t in row k and t in the
-//! others, which do no harm while they don't reach λ_k. So separated eigenvalues are bounded by
+//! Every eigenvalue is counted once, and nothing has to be separated. For each k the weights are
+//! chosen anew, 1 but for w_k = t >= 1: what couples k to the others counts 1/t in row k and t in
+//! the others, which do no harm while they don't reach λ_k. So separated eigenvalues are bounded by
 //! e_kk + |λ_k| f_kk, in effect; in clusters t = 1.
 
 use super::lane::Lane;

@@ -48,9 +48,9 @@ impl Study {
     }
 
     /// The normal modes of one set with every digit certified, as
-    /// [`oscillation::normal_modes`](crate::oscillation::normal_modes) gives them. About a thousand times as slow as a set of
-    /// [`Study::solve`]. An equilibrium that has to be searched for is searched for from the one
-    /// that `solve` finds, so that both speak of the same.
+    /// [`oscillation::normal_modes`](crate::oscillation::normal_modes) gives them. About a thousand
+    /// times as slow as a set of [`Study::solve`]. An equilibrium that has to be searched for is
+    /// searched for from the one that `solve` finds, so that both speak of the same.
     ///
     /// # Errors
     /// [`StudyError::Length`] where the values are not one set, and [`StudyError::Linearize`] where

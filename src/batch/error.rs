@@ -71,7 +71,8 @@ impl From<&StudyError> for Diagnostic {
                 ..
             } => message.with_help(format!("did you mean `{nearest}`?")),
             StudyError::Dependent { name, .. } => message.with_help(format!(
-                "vary those instead, or set `{name}` to a number when the model is elaborated: it is a parameter of its own then"
+                "vary those instead, or set `{name}` to a number when the model is elaborated: then \
+                 it is a parameter of its own"
             )),
             StudyError::SetsRange { .. } => {
                 message.with_help("make a study for each of its values")

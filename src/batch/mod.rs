@@ -46,25 +46,26 @@
 //!
 //! Doubles, not the digits that the rest of the crate certifies. M and K are evaluated in doubles,
 //! and so is the eigenvalue problem; soft modes beside stiff ones lose digits as in any such code.
-//! But with [`Bounds::Rigorous`], which is the default, each ω² has a bound that holds for the exact
-//! M and K of the parameters as given (a double counts as the number that it is, a parameter that does
-//! not vary as the exact value of the model): the errors of evaluating M and K, of the eigenvalue problem, and
-//! of the bound itself are all in it. About an equilibrium that is searched for, K is
-//! enclosed for all points near the one found, and that one of them is an equilibrium is proved as well
-//! where the outcome is [`Outcome::Solved`]; [`Outcome::Estimated`] says that it is not. The bound
-//! of well-conditioned problems is some 1e-14 of the largest ω². It is for ω²; mode shapes have
-//! none. Zero modes of free bodies come out as small numbers with a bound around zero and are
-//! not proved to be zero; within a degenerate cluster the vectors are M-orthonormal to rounding, but which
-//! basis they are is not fixed. For digits to be quoted, proved zeros and vectors with bounds there
-//! is [`Study::certified`], one set at a time.
+//! But with [`Bounds::Rigorous`], which is the default, each ω² has a bound that holds for the
+//! exact M and K of the parameters as given (a double counts as the number that it is, a parameter
+//! that does not vary as the exact value of the model): the errors of evaluating M and K, of the
+//! eigenvalue problem, and of the bound itself are all in it. About an equilibrium that is searched
+//! for, K is enclosed for all points near the one found, and that one of them is an equilibrium is
+//! proved as well where the outcome is [`Outcome::Solved`]; [`Outcome::Estimated`] says that it is
+//! not. The bound of well-conditioned problems is some 1e-14 of the largest ω². It is for ω²; mode
+//! shapes have none. Zero modes of free bodies come out as small numbers with a bound around zero
+//! and are not proved to be zero; within a degenerate cluster the vectors are M-orthonormal to
+//! rounding, but which basis they are is not fixed. For digits to be quoted, proved zeros and
+//! vectors with bounds there is [`Study::certified`], one set at a time.
 //!
 //! With the model's equilibrium searched for, each set starts from the one at the model's own
 //! parameter values, which may lead to another equilibrium than a search from the guess.
 //!
 //! # One core, or several
 //!
-//! Everything here works in the calling thread and, up to 40 coordinates, allocates nothing per set. A [`Study`] is `Sync`, and a set's results do
-//! not depend on the sets beside it (to the bit), so that splitting the sets is all it takes:
+//! Everything here works in the calling thread and, up to 40 coordinates, allocates nothing per
+//! set. A [`Study`] is `Sync`, and a set's results do not depend on the sets beside it (to the
+//! bit), so that splitting the sets is all it takes:
 //!
 //! ```
 //! # use librate::batch::{Solutions, Study, StudyError};
@@ -150,9 +151,9 @@ impl Study {
     /// parameters that vary are only used to find out where an equilibrium may be searched for.
     ///
     /// # Errors
-    /// [`StudyError`]: where a name is no parameter, or one that can't vary by itself, and where the
-    /// model can't be linearized as [`crate::linearize::derive`] would (but forces that
-    /// don't vanish are each set's own [`Outcome`]).
+    /// [`StudyError`]: where a name is no parameter, or one that can't vary by itself, and where
+    /// the model can't be linearized as [`crate::linearize::derive`] would (but forces that don't
+    /// vanish are each set's own [`Outcome`]).
     pub fn new(model: Model, names: &[&str]) -> Result<Self, StudyError> {
         Self::with_options(model, names, Options::default())
     }

@@ -120,8 +120,8 @@ impl Solutions {
         &self.bounds
     }
 
-    /// The mode shapes: n·n a set, mode after mode (column by column), M-normalised, in the order of
-    /// [`Solutions::omega_squared`]; empty if not asked for.
+    /// The mode shapes: n·n a set, mode after mode (column by column), M-normalised, in the order
+    /// of [`Solutions::omega_squared`]; empty if not asked for.
     #[must_use]
     pub fn vectors(&self) -> &[f64] {
         &self.vectors
