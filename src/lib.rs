@@ -72,6 +72,9 @@ pub mod modes;
 pub mod oscillation;
 
 #[cfg(feature = "engine")]
+pub mod batch;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]

@@ -88,3 +88,13 @@ fn modes_know_no_names_and_expressions() {
         }
     }
 }
+
+#[test]
+fn no_stage_of_the_trip_knows_of_batches() {
+    for module in modules().iter().filter(|module| *module != "batch") {
+        for path in sources(module) {
+            let text = std::fs::read_to_string(&path).unwrap();
+            assert!(!text.contains("crate::batch"), "{}", path.display());
+        }
+    }
+}

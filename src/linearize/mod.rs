@@ -15,6 +15,7 @@ mod exact;
 mod facts;
 mod gyroscopic;
 mod mechanism;
+mod parametric;
 mod symbolic;
 mod zero;
 
@@ -22,6 +23,7 @@ pub use assemble::ElementFamily;
 pub use elements::Element;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
+pub(crate) use parametric::{Parametric, parametric};
 pub use symbolic::SymbolicMatrices;
 pub use zero::ZeroMode;
 

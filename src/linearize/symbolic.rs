@@ -32,7 +32,7 @@ pub struct SymbolicMatrices {
 }
 
 /// The replacement that turns a family's body into the term of one instance.
-fn instance(
+pub(crate) fn instance(
     model: &Model,
     pool: &mut Pool,
     terms: &TermFamily,
