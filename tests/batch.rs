@@ -12,7 +12,7 @@ mod batch_support;
 use std::path::{Path, PathBuf};
 
 use batch_support::{check_vectors, model, model_of, random};
-use librate::batch::{Bounds, Options, Outcome, Solution, Study, StudyError};
+use librate::batch::{Options, Outcome, Solution, Study, StudyError};
 use librate::linearize::linearize;
 use librate::model::{Model, TableTexts};
 use librate::modes::Kind;
