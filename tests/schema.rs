@@ -1,0 +1,114 @@
+//! What is printed as JSON is what the published schemas say, for every model and every mistake.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+mod cli_support;
+
+use boon::{Compiler, SchemaIndex, Schemas};
+use cli_support::*;
+use serde_json::Value;
+
+struct Schema {
+    all: Schemas,
+    index: SchemaIndex,
+}
+
+impl Schema {
+    fn read(name: &str) -> Self {
+        let mut all = Schemas::new();
+        let mut compiler = Compiler::new();
+        let index = compiler
+            .compile(&format!("schema/{name}.schema.json"), &mut all)
+            .unwrap();
+        Self { all, index }
+    }
+
+    fn check(&self, what: &str, value: &Value) {
+        if let Err(error) = self.all.validate(value, self.index) {
+            panic!("{what}: {error}");
+        }
+    }
+
+    fn refuses(&self, value: &Value) -> bool {
+        self.all.validate(value, self.index).is_err()
+    }
+}
+
+fn files(folder: &str) -> Vec<String> {
+    let mut files: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().display().to_string())
+        .filter(|path| path.ends_with(".lag"))
+        .collect();
+    files.sort();
+    assert!(files.len() > 5);
+    files
+}
+
+#[test]
+fn modes_and_derivations_of_all_models() {
+    let modes = Schema::read("modes");
+    let derive = Schema::read("derive");
+    let mut checked = 0;
+    for file in files("models") {
+        let run_modes = run(&["modes", &file, "--json", "--lowest", "20"]);
+        if run_modes.status != 0 {
+            continue;
+        }
+        checked += 1;
+        let value: Value = serde_json::from_str(&run_modes.out).unwrap();
+        modes.check(&file, &value);
+        let count = value["coordinates"].as_array().unwrap().len();
+        assert_eq!(value["equilibrium"].as_array().unwrap().len(), count);
+        for mode in value["modes"].as_array().unwrap() {
+            assert_eq!(mode["vector"].as_array().unwrap().len(), count, "{file}");
+        }
+        if count <= 12 {
+            let run = run(&["derive", &file, "--json"]);
+            assert_eq!(run.status, 0, "{file}: {}", run.err);
+            let value: Value = serde_json::from_str(&run.out).unwrap();
+            derive.check(&file, &value);
+            assert_eq!(value["mass"].as_array().unwrap().len(), count);
+        }
+    }
+    assert!(checked > 40);
+}
+
+#[test]
+fn messages_about_all_mistakes() {
+    let schema = Schema::read("diagnostic");
+    let mut checked = 0;
+    for file in files("tests/errors").into_iter().chain(files("tests/syntax_errors")) {
+        let run = run(&["modes", &file, "--message-format", "json"]);
+        for line in run.err.lines() {
+            let value: Value = serde_json::from_str(line).unwrap();
+            schema.check(&file, &value);
+            assert_eq!(value["file"], file);
+            checked += 1;
+        }
+    }
+    assert!(checked > 100);
+}
+
+/// The schemas can fail.
+#[test]
+fn what_is_not_promised_is_refused() {
+    let text = printed(&["modes", PENDULUMS, "--json"]);
+    let good: Value = serde_json::from_str(&text).unwrap();
+    let schema = Schema::read("modes");
+    assert!(!schema.refuses(&good));
+    let mut bad = good.clone();
+    bad["stability"] = "perhaps".into();
+    assert!(schema.refuses(&bad));
+    let mut bad = good.clone();
+    bad["modes"][0]["error_bound"] = (-1.0).into();
+    assert!(schema.refuses(&bad));
+    let mut bad = good;
+    bad["modes"][0]["omega_digits"] = "3,13".into();
+    assert!(schema.refuses(&bad));
+}
