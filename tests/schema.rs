@@ -83,7 +83,10 @@ fn modes_and_derivations_of_all_models() {
 fn messages_about_all_mistakes() {
     let schema = Schema::read("diagnostic");
     let mut checked = 0;
-    for file in files("tests/errors").into_iter().chain(files("tests/syntax_errors")) {
+    for file in files("tests/errors")
+        .into_iter()
+        .chain(files("tests/syntax_errors"))
+    {
         let run = run(&["modes", &file, "--message-format", "json"]);
         for line in run.err.lines() {
             let value: Value = serde_json::from_str(line).unwrap();

@@ -195,16 +195,16 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 force,
                 point,
                 span,
-            } => Diagnostic::error(message, *span, format!("the force on {coordinate} is still {force}"))
+            } => Diagnostic::error(message, *span, format!("the force on `{coordinate}` is still {force}"))
                 .with_help(format!(
                     "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
                 )),
             LinearizeError::NotFinite { span, .. } => Diagnostic::error(message, *span, "in this term")
-                .with_help("is something divided by zero, or a root taken of a negative number? If parameters are not to blame, `guess` moves the starting point"),
+                .with_help("is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point"),
             LinearizeError::SingularMass { span, .. } => Diagnostic::error(
                 message,
                 *span,
-                "no velocity of this motion in T",
+                "its velocity does not occur squared in T",
             )
             .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
             LinearizeError::IndefiniteMass { span, .. } => {
@@ -214,6 +214,8 @@ fn described(error: &LinearizeError) -> Diagnostic {
             LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
-            LinearizeError::NoModes { .. } | LinearizeError::TooLarge { .. } => Diagnostic::global(message),
+            LinearizeError::NoModes { .. } => Diagnostic::global(message),
+        LinearizeError::TooLarge { .. } => Diagnostic::global(message)
+            .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),
         }
 }

@@ -10,7 +10,7 @@ use crate::span::Span;
 use crate::syntax::{self, ExprKind, ExprRef, File, IndexKind, Indices, Name};
 
 /// Mistakes beyond this number are not reported.
-const MOST_ERRORS: usize = 1000;
+pub(super) const MOST_ERRORS: usize = 1000;
 
 /// What an index variable in scope holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

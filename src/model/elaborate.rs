@@ -442,7 +442,14 @@ fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     };
     errors.sort_by_key(place);
     let mut seen: Vec<ModelError> = Vec::new();
+    let mut without_value: HashSet<String> = HashSet::new();
     for error in errors {
+        // A parameter without a value lacks it wherever it is used.
+        if let ModelError::MissingValue { name, .. } = &error
+            && !without_value.insert(name.clone())
+        {
+            continue;
+        }
         if !seen.contains(&error) {
             seen.push(error);
         }

@@ -323,6 +323,15 @@ fn quoted(name: &str) -> String {
     }
 }
 
+/// `one index`, `3 indices`
+pub(super) fn counted_indices(count: usize) -> String {
+    match count {
+        0 => "no index".to_owned(),
+        1 => "one index".to_owned(),
+        more => format!("{more} indices"),
+    }
+}
+
 fn index_words(available: usize) -> String {
     match available {
         0 => "has no indices".to_owned(),
@@ -444,7 +453,10 @@ fn described(error: &ModelError) -> Diagnostic {
         }
         ModelError::SecondStatement { span, first, what } => at(*span, "given again here")
             .with_secondary(*first, "first given here")
-            .with_help(format!("add the terms into one `{what} = …`")),
+            .with_help(match *what {
+                "model" | "period" => "leave one of them out".to_owned(),
+                energy => format!("add the terms into one `{energy} = …`"),
+            }),
         ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
             .with_secondary(*energy, "an energy beside it")
             .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
@@ -547,6 +559,9 @@ fn described(error: &ModelError) -> Diagnostic {
         ModelError::NotACoordinate { span, nearest, .. } => {
             or_help(at(*span, "not a coordinate"), meant(nearest.as_ref()))
         }
-        ModelError::BadIndices { span, .. } => at(*span, ""),
+        ModelError::BadIndices { span, .. } => at(
+            *span,
+            "all members of a family have as many indices, three at most",
+        ),
     }
 }

@@ -268,7 +268,8 @@ impl World {
                 IndexOp::Product(divided) => {
                     let mut factors: Vec<Quantity> = divided.iter().map(|_| pop()).collect();
                     factors.reverse();
-                    product(&factors, divided).ok_or_else(|| undefined("a division by zero"))?
+                    product(&factors, divided)
+                        .ok_or_else(|| undefined("a quotient with divisor 0"))?
                 }
                 IndexOp::Sum(subtracted) => {
                     let mut terms: Vec<Quantity> = subtracted.iter().map(|_| pop()).collect();

@@ -147,7 +147,11 @@ impl Elaborator<'_> {
         // Members written out before this piece came may be followed by lower ones now.
         own.progress = None;
         if own.family.grid.rank != members.rank {
-            let what = format!("`{}` has {} indices", name.text, own.family.grid.rank);
+            let what = format!(
+                "`{}` was given with {} before",
+                name.text,
+                super::error::counted_indices(own.family.grid.rank)
+            );
             self.errors.push(ModelError::BadIndices {
                 what,
                 span: members.span,

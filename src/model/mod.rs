@@ -16,6 +16,7 @@ mod given;
 mod index;
 mod lets;
 mod members;
+mod mistakes;
 mod names;
 mod parameters;
 mod program;

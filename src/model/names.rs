@@ -224,6 +224,8 @@ pub(super) struct Progress {
     pub(super) done: usize,
     /// The member that is being written out.
     pub(super) current: Option<Key>,
+    /// A member had a mistake, which is told: those after it are not to be had.
+    pub(super) failed: bool,
 }
 
 #[derive(Clone, Debug)]

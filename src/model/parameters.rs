@@ -303,7 +303,11 @@ impl Elaborator<'_> {
         let base = self.world.parameters.len();
         let own = &mut self.world.parameter_families[family];
         if own.grid.rank != members.rank {
-            let what = format!("`{}` has {} indices", name.text, own.grid.rank);
+            let what = format!(
+                "`{}` was given with {} before",
+                name.text,
+                super::error::counted_indices(own.grid.rank)
+            );
             self.errors.push(ModelError::BadIndices {
                 what,
                 span: members.span,

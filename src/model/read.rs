@@ -279,6 +279,7 @@ impl World {
                 order,
                 done: 0,
                 current: None,
+                failed: false,
             });
         }
         loop {
@@ -303,6 +304,9 @@ impl World {
             if next > at {
                 return Ok(());
             }
+            if progress.failed {
+                return Err(Stop::from(ModelError::FollowOn {}));
+            }
             progress.done += 1;
             if self.lets[family].members.contains_key(&next) {
                 continue;
@@ -313,6 +317,7 @@ impl World {
             let written = self.write_out_member(family, next, span);
             if let Some(progress) = self.lets[family].progress.as_mut() {
                 progress.current = None;
+                progress.failed = written.is_err();
             }
             written?;
         }

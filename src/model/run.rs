@@ -110,109 +110,103 @@ impl World {
     ) -> Result<Value, Stop> {
         let mut stack: Vec<Value> = Vec::new();
         for (op, span) in &program.ops {
-            let span = *span;
-            let count = match op {
-                Op::Prime | Op::Negate | Op::Component(_) => 1,
-                Op::Power => 2,
-                Op::Product(parts) | Op::Sum(parts) => parts.len(),
-                Op::Vector(count) | Op::Call(_, count) => *count,
-                Op::Literal(_)
-                | Op::Broken
-                | Op::Time
-                | Op::Number(_)
-                | Op::Field { .. }
-                | Op::Read { .. }
-                | Op::BeginExponent
-                | Op::EndExponent
-                | Op::SumOver(_) => 0,
-            };
-            let operands = stack.split_off(stack.len().saturating_sub(count));
-            let value = match op {
-                Op::Literal(e) => Value::Scalar(*e),
-                Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
-                Op::Time => {
-                    let time = self.time_symbol();
-                    Value::Scalar(self.pool.symbol_expr(time))
-                }
-                Op::Number(number) => {
-                    let number = self.exact(number, slots)?;
-                    Value::Scalar(self.number_value(number, instance.as_deref_mut()))
-                }
-                Op::Field { table, row, column } => {
-                    let row = self.integer(row, slots)?;
-                    let number = self.field(*table, row, *column, span)?.clone();
-                    let e = match instance.as_deref_mut() {
-                        Some(instance) if instance.in_exponent == 0 => {
-                            let slot = instance.slot(Leaf::Field {
-                                table: *table,
-                                row,
-                                column: *column,
-                            });
-                            let symbol = self.value_slot(slot);
-                            self.pool.symbol_expr(symbol)
-                        }
-                        instance => self.number_value(number, instance),
-                    };
-                    Value::Scalar(e)
-                }
-                Op::Read { entity, indices } => {
-                    let at = self.integers(indices, slots)?;
-                    self.read(*entity, &at, span, instance.as_deref_mut())?
-                }
-                Op::BeginExponent => {
-                    if let Some(instance) = instance.as_deref_mut() {
-                        instance.in_exponent += 1;
-                    }
-                    continue;
-                }
-                Op::EndExponent => {
-                    if let Some(instance) = instance.as_deref_mut() {
-                        instance.in_exponent -= 1;
-                    }
-                    continue;
-                }
-                Op::Prime => self.prime(&operands),
-                Op::Negate => match operands.first() {
-                    Some(value) => value.map(&mut |e| self.pool.neg(e)),
-                    None => Value::Vector(Vec::new()),
-                },
-                Op::Power => self.power(&operands, span)?,
-                Op::Product(divided) => {
-                    let factors: Vec<(bool, Value)> =
-                        divided.iter().copied().zip(operands).collect();
-                    values::product(&mut self.pool, &factors).map_err(|e| shape(e, span))?
-                }
-                Op::Sum(subtracted) => {
-                    let terms: Vec<(bool, Value)> =
-                        subtracted.iter().copied().zip(operands).collect();
-                    values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))?
-                }
-                Op::Vector(_) => Value::Vector(operands),
-                Op::Component(indices) => {
-                    let at = self.integers(indices, slots)?;
-                    let base = operands.into_iter().next();
-                    let base = base.unwrap_or(Value::Vector(Vec::new()));
-                    component(base, &at, span, instance.as_deref_mut())?
-                }
-                Op::Call(builtin, _) => self.call(*builtin, &operands, span)?,
-                Op::SumOver(sum) => self.sum_over(sum, slots, instance.as_deref_mut(), span)?,
-            };
-            if let Value::Scalar(e) = value
-                && matches!(self.pool.node(e), Node::Undefined)
-            {
-                let what = match op {
-                    Op::Product(_) => "a division by zero",
-                    Op::Power => "this power",
-                    _ => "this function value",
-                };
-                return Err(Stop::from(ModelError::Undefined {
-                    what: what.to_owned(),
-                    span,
-                }));
-            }
-            stack.push(value);
+            let operands = stack.split_off(stack.len().saturating_sub(operand_count(op)));
+            stack.extend(self.step(op, *span, operands, slots, instance.as_deref_mut())?);
         }
         Ok(stack.pop().unwrap_or(Value::Vector(Vec::new())))
+    }
+
+    /// One operation; `None` where it leaves no value.
+    pub(super) fn step(
+        &mut self,
+        op: &Op,
+        span: Span,
+        operands: Vec<Value>,
+        slots: &mut Vec<i64>,
+        mut instance: Option<&mut Instance>,
+    ) -> Result<Option<Value>, Stop> {
+        let value = match op {
+            Op::Literal(e) => Value::Scalar(*e),
+            Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
+            Op::Time => {
+                let time = self.time_symbol();
+                Value::Scalar(self.pool.symbol_expr(time))
+            }
+            Op::Number(number) => {
+                let number = self.exact(number, slots)?;
+                Value::Scalar(self.number_value(number, instance.as_deref_mut()))
+            }
+            Op::Field { table, row, column } => {
+                let row = self.integer(row, slots)?;
+                let number = self.field(*table, row, *column, span)?.clone();
+                let e = match instance.as_deref_mut() {
+                    Some(instance) if instance.in_exponent == 0 => {
+                        let slot = instance.slot(Leaf::Field {
+                            table: *table,
+                            row,
+                            column: *column,
+                        });
+                        let symbol = self.value_slot(slot);
+                        self.pool.symbol_expr(symbol)
+                    }
+                    instance => self.number_value(number, instance),
+                };
+                Value::Scalar(e)
+            }
+            Op::Read { entity, indices } => {
+                let at = self.integers(indices, slots)?;
+                self.read(*entity, &at, span, instance.as_deref_mut())?
+            }
+            Op::BeginExponent => {
+                if let Some(instance) = instance.as_deref_mut() {
+                    instance.in_exponent += 1;
+                }
+                return Ok(None);
+            }
+            Op::EndExponent => {
+                if let Some(instance) = instance.as_deref_mut() {
+                    instance.in_exponent -= 1;
+                }
+                return Ok(None);
+            }
+            Op::Prime => self.prime(&operands),
+            Op::Negate => match operands.first() {
+                Some(value) => value.map(&mut |e| self.pool.neg(e)),
+                None => Value::Vector(Vec::new()),
+            },
+            Op::Power => self.power(&operands, span)?,
+            Op::Product(divided) => {
+                let factors: Vec<(bool, Value)> = divided.iter().copied().zip(operands).collect();
+                values::product(&mut self.pool, &factors).map_err(|e| shape(e, span))?
+            }
+            Op::Sum(subtracted) => {
+                let terms: Vec<(bool, Value)> = subtracted.iter().copied().zip(operands).collect();
+                values::sum(&mut self.pool, &terms).map_err(|e| shape(e, span))?
+            }
+            Op::Vector(_) => Value::Vector(operands),
+            Op::Component(indices) => {
+                let at = self.integers(indices, slots)?;
+                let base = operands.into_iter().next();
+                let base = base.unwrap_or(Value::Vector(Vec::new()));
+                component(base, &at, span, instance.as_deref_mut())?
+            }
+            Op::Call(builtin, _) => self.call(*builtin, &operands, span)?,
+            Op::SumOver(sum) => self.sum_over(sum, slots, instance, span)?,
+        };
+        if let Value::Scalar(e) = value
+            && matches!(self.pool.node(e), Node::Undefined)
+        {
+            let what = match op {
+                Op::Product(_) => "a quotient with divisor 0",
+                Op::Power => "this power",
+                _ => "this function value",
+            };
+            return Err(Stop::from(ModelError::Undefined {
+                what: what.to_owned(),
+                span,
+            }));
+        }
+        Ok(Some(value))
     }
 
     /// Runs a program without slots; everything is written out.
@@ -535,6 +529,25 @@ impl World {
     }
 }
 
+/// How many values an operation takes from the stack.
+pub(super) fn operand_count(op: &Op) -> usize {
+    match op {
+        Op::Prime | Op::Negate | Op::Component(_) => 1,
+        Op::Power => 2,
+        Op::Product(parts) | Op::Sum(parts) => parts.len(),
+        Op::Vector(count) | Op::Call(_, count) => *count,
+        Op::Literal(_)
+        | Op::Broken
+        | Op::Time
+        | Op::Number(_)
+        | Op::Field { .. }
+        | Op::Read { .. }
+        | Op::BeginExponent
+        | Op::EndExponent
+        | Op::SumOver(_) => 0,
+    }
+}
+
 fn too_many_terms(span: Span) -> ModelError {
     ModelError::TooLarge {
         count: format!("more than {MOST_INSTANCES} terms"),
@@ -542,7 +555,7 @@ fn too_many_terms(span: Span) -> ModelError {
     }
 }
 
-fn filters(sum: &SumProgram) -> Vec<(usize, &IndexProgram)> {
+pub(super) fn filters(sum: &SumProgram) -> Vec<(usize, &IndexProgram)> {
     let after = sum.binders.len();
     sum.filter.iter().map(|filter| (after, filter)).collect()
 }

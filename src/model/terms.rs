@@ -116,15 +116,17 @@ struct Part {
     binders: Vec<Binder>,
     filters: Vec<(usize, IndexProgram)>,
     scope: Scope,
+    /// It has a mistake that is told already.
+    broken: bool,
 }
 
-/// The terms of an energy.
+/// The terms of an energy. Every part is worked on, whatever is wrong with those before it.
 pub(super) fn families(
     compiler: &mut Compiler<'_>,
     root: ExprRef,
 ) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
-    let before = compiler.errors.len();
+    let mut mistakes = Vec::new();
     let mut result = Vec::new();
     let mut written_out: Vec<ExprId> = Vec::new();
     let mut parts = vec![Part {
@@ -134,16 +136,43 @@ pub(super) fn families(
         binders: Vec::new(),
         filters: Vec::new(),
         scope: Scope::default(),
+        broken: false,
     }];
     while let Some(part) = parts.pop() {
-        let Some(part) = take_apart(compiler, part, &mut parts) else {
-            continue;
-        };
-        let program = assemble(compiler, &part);
-        if compiler.errors.len() == before {
-            let world = &mut *compiler.world;
-            instantiate(world, &part, &program, &mut result, &mut written_out)?;
+        let (broken, before) = (part.broken, compiler.errors.len());
+        let others = parts.len();
+        let part = take_apart(compiler, part, &mut parts);
+        let broken = broken || compiler.errors.len() > before;
+        for part in parts.iter_mut().skip(others) {
+            part.broken = broken;
         }
+        let Some(part) = part else { continue };
+        let program = assemble(compiler, &part);
+        if !broken && compiler.errors.len() == before {
+            let world = &mut *compiler.world;
+            let before = mistakes.len();
+            let worked_out = instantiate(
+                world,
+                &part,
+                &program,
+                &mut result,
+                &mut written_out,
+                &mut mistakes,
+            );
+            if let Err(error) = worked_out
+                && mistakes.len() == before
+            {
+                mistakes.push(error);
+            }
+        }
+    }
+    if !mistakes.is_empty() {
+        for mistake in mistakes {
+            if mistake != (ModelError::FollowOn {}) {
+                compiler.fail(mistake);
+            }
+        }
+        return Err(ModelError::FollowOn {});
     }
     if !written_out.is_empty() {
         let body = compiler.world.pool.sum(&written_out);
@@ -172,6 +201,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
                     binders: part.binders.clone(),
                     filters: part.filters.clone(),
                     scope: part.scope.clone(),
+                    broken: part.broken,
                 });
             }
             None
@@ -279,16 +309,24 @@ fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
         })
 }
 
-/// Runs a part for all its instances.
+/// Runs a part for all its instances; where one has mistakes, all of these are told.
 fn instantiate(
     world: &mut World,
     part: &Part,
     program: &Program,
     result: &mut Vec<TermFamily>,
     written_out: &mut Vec<ExprId>,
+    mistakes: &mut Vec<ModelError>,
 ) -> Result<(), ModelError> {
     if part.binders.is_empty() {
-        let value = world.run_written_out(program, &mut Vec::new())?;
+        let value = match world.run_written_out(program, &mut Vec::new()) {
+            Ok(value) => value,
+            Err(error) => {
+                mistakes.push(error.clone());
+                world.find_mistakes(program, &mut Vec::new(), mistakes);
+                return Err(error);
+            }
+        };
         written_out.push(scalar(&value, program.span)?);
         return Ok(());
     }
@@ -310,7 +348,11 @@ fn instantiate(
             instance.clear();
             match world.run_light(program, slots, &mut instance) {
                 Ok(()) => {}
-                Err(Stop::Error(error)) => return Err(*error),
+                Err(Stop::Error(error)) => {
+                    mistakes.push((*error).clone());
+                    world.find_mistakes(program, slots, mistakes);
+                    return Err(*error);
+                }
                 Err(Stop::WriteOut) => {
                     let value = world.run_written_out(program, slots)?;
                     written_out.push(scalar(&value, program.span)?);
@@ -324,7 +366,11 @@ fn instantiate(
                 instance.clear();
                 let value = match world.run(program, slots, Some(&mut instance)) {
                     Ok(value) => value,
-                    Err(Stop::Error(error)) => return Err(*error),
+                    Err(Stop::Error(error)) => {
+                        mistakes.push((*error).clone());
+                        world.find_mistakes(program, slots, mistakes);
+                        return Err(*error);
+                    }
                     Err(Stop::WriteOut) => {
                         let value = world.run_written_out(program, slots)?;
                         written_out.push(scalar(&value, program.span)?);

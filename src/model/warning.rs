@@ -372,6 +372,10 @@ fn free_coordinates(model: &Model) -> Vec<Warning> {
     for family in energies {
         bind(model, family, &mut bound);
     }
+    if !model.constraints.is_empty() {
+        // A constraint is a force as well.
+        return Vec::new();
+    }
     for (bound, rate) in bound.iter_mut().zip(&model.rates) {
         *bound |= rate.is_some();
     }

@@ -1,0 +1,228 @@
+//! The pages behind `librate explain`: every code has one, and every example on them does what the
+//! page says.
+//!
+//! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
+//! `set=NAME=VALUE` is a setting, `check` stops before the modes. A block `csv NAME` is the file of
+//! that name for the models below it.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write;
+use std::path::Path;
+
+use librate::diagnostic::Diagnostic;
+use librate::explain::{codes, explain};
+use librate::linearize::linearize;
+use librate::model::{self, Settings, TableTexts, elaborate};
+use librate::modes::Options;
+use librate::oscillation::{self, normal_modes};
+use librate::syntax::{self, format};
+
+/// Mistakes of files too large for a page, and one that no text is known to make.
+const WITHOUT_A_MODEL: [&str; 3] = ["E0001", "E0036", "E0310"];
+
+/// Longest line of a page, for terminals.
+const WIDTH: usize = 100;
+
+/// The codes in quotes in a source text: a letter and four digits.
+fn codes_in(source: &str) -> impl Iterator<Item = &str> {
+    source.split('"').filter(|text| {
+        text.strip_prefix(['E', 'W'])
+            .is_some_and(|number| number.len() == 4 && number.bytes().all(|b| b.is_ascii_digit()))
+    })
+}
+
+/// Every code that an error or a warning can have, from the sources that give them.
+fn codes_of_the_sources() -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![Path::new("src").to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.ends_with("codes.rs") || path.ends_with("warning.rs") {
+                let source = std::fs::read_to_string(&path).unwrap();
+                for code in codes_in(&source) {
+                    assert!(found.insert(code.to_owned()), "{code} is given twice");
+                }
+            }
+        }
+    }
+    // A mistake that only follows from another one is never told.
+    assert!(found.remove("E0100"));
+    found
+}
+
+#[test]
+fn every_code_has_a_page_and_every_page_a_code() {
+    let pages: Vec<&str> = codes().collect();
+    assert!(pages.is_sorted(), "the pages are found by bisection");
+    let pages: BTreeSet<String> = pages.into_iter().map(str::to_owned).collect();
+    assert_eq!(pages, codes_of_the_sources());
+    let files: BTreeSet<String> = std::fs::read_dir("docs/errors")
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .map(|name| name.strip_suffix(".md").unwrap().to_owned())
+        .collect();
+    assert_eq!(pages, files);
+}
+
+#[test]
+fn pages_are_found_by_code() {
+    let page = explain("E0007").unwrap();
+    assert!(page.starts_with("# E0007: the multiplication sign is missing\n"));
+    assert_eq!(explain(" e0007\n"), Some(page));
+    for unknown in ["", "E", "E0100", "E9999", "7", "E00070"] {
+        assert_eq!(explain(unknown), None);
+    }
+}
+
+/// `# E0012: what is wrong`, each only once, and lines that fit a terminal.
+#[test]
+fn pages_have_one_form() {
+    let mut titles = BTreeMap::new();
+    for code in codes() {
+        let page = explain(code).unwrap();
+        let mut lines = page.lines();
+        let title = lines.next().unwrap();
+        let title = title.strip_prefix(&format!("# {code}: ")).unwrap();
+        assert!(!title.starts_with(char::is_uppercase), "{code}: {title}");
+        assert!(!title.ends_with(['.', ' ']), "{code}: {title}");
+        if let Some(other) = titles.insert(title, code) {
+            panic!("{other} and {code} have the same title");
+        }
+        assert_eq!(lines.next(), Some(""), "{code}");
+        assert!(!lines.next().unwrap().is_empty(), "{code}");
+        assert!(page.ends_with('\n') && !page.ends_with("\n\n"), "{code}");
+        for line in page.lines() {
+            assert!(line.chars().count() <= WIDTH, "{code}: {line}");
+            assert_eq!(line, line.trim_end(), "{code}");
+        }
+    }
+}
+
+/// A block between fences: the words behind the first one, and the text.
+struct Block<'a> {
+    words: Vec<&'a str>,
+    text: &'a str,
+}
+
+fn blocks(page: &str) -> Vec<Block<'_>> {
+    let parts: Vec<&str> = page.split("```").collect();
+    assert_eq!(parts.len() % 2, 1, "a fence is open");
+    let inside = parts.iter().skip(1).step_by(2);
+    inside
+        .map(|part| {
+            let (words, text) = part.split_once('\n').unwrap();
+            Block {
+                words: words.split_whitespace().collect(),
+                text,
+            }
+        })
+        .collect()
+}
+
+/// The codes of everything that is told about a model, from reading to its modes.
+///
+/// Modes that are neither proved to oscillate nor told about are a surprise.
+fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
+    let code = |diagnostic: Diagnostic| diagnostic.code.unwrap();
+    let mut settings = Settings::new();
+    for setting in block
+        .words
+        .iter()
+        .filter_map(|word| word.strip_prefix("set="))
+    {
+        if let Err(error) = settings.add(setting) {
+            return vec![error.code()];
+        }
+    }
+    let file = match syntax::parse(block.text) {
+        Ok(file) => file,
+        Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
+    };
+    let tables = files
+        .iter()
+        .fold(TableTexts::new(), |tables, (name, text)| {
+            tables.with((*name).to_owned(), *text)
+        });
+    let checked = match elaborate(&file, &tables, &settings) {
+        Ok(checked) => checked,
+        Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
+    };
+    let mut told: Vec<&str> = model::warnings(&file, &checked)
+        .iter()
+        .map(|warning| code(warning.into()))
+        .collect();
+    if block.words.contains(&"check") {
+        return told;
+    }
+    let linearized = match linearize(checked) {
+        Ok(linearized) => linearized,
+        Err(error) => {
+            told.push(error.code());
+            return told;
+        }
+    };
+    match normal_modes(&linearized, &Options::default()) {
+        Ok(normal) => {
+            let warnings = oscillation::warnings(&linearized, &normal);
+            told.extend(warnings.iter().map(|warning| code(warning.into())));
+            assert!(
+                !told.is_empty() || normal.modes.iter().all(|mode| mode.omega.mid_f64() > 0.0),
+                "{}",
+                block.text
+            );
+        }
+        Err(error) => told.push(error.code()),
+    }
+    told
+}
+
+#[test]
+fn models_on_the_pages_do_what_the_pages_say() {
+    let mut surprises = String::new();
+    for code in codes() {
+        let (mut wrong, mut right) = (0, 0);
+        let mut files = BTreeMap::new();
+        for block in blocks(explain(code).unwrap()) {
+            match block.words.as_slice() {
+                ["csv", name] => {
+                    files.insert(*name, block.text);
+                }
+                ["lag", "wrong", ..] => {
+                    wrong += 1;
+                    let told = told(&block, &files);
+                    if told != [code] {
+                        writeln!(surprises, "{code}: {told:?} from\n{}", block.text).unwrap();
+                    }
+                }
+                ["lag", ..] => {
+                    right += 1;
+                    let told = told(&block, &files);
+                    if !told.is_empty() {
+                        writeln!(surprises, "{code}: {told:?} from\n{}", block.text).unwrap();
+                    }
+                    if format(block.text).unwrap() != block.text {
+                        writeln!(surprises, "{code}: `fmt` changes\n{}", block.text).unwrap();
+                    }
+                }
+                ["text"] => {}
+                words => panic!("{code}: a block of {words:?}"),
+            }
+        }
+        let shown = wrong > 0 && right > 0;
+        let excepted = WITHOUT_A_MODEL.contains(&code) && wrong == 0;
+        if !shown && !excepted {
+            writeln!(surprises, "{code}: {wrong} wrong and {right} right models").unwrap();
+        }
+    }
+    assert_eq!(surprises, "");
+}
