@@ -1,4 +1,5 @@
-//! Every stage of the way from text to normal modes, on models of growing size.
+//! Every stage of the way from text to normal modes, on models of growing size, each beside its floor:
+//! what the same result costs at the very least, without places, symbols or bounds.
 //!
 //! `cargo bench --bench stages --no-default-features --features engine`
 
@@ -9,6 +10,7 @@ use librate::linearize::{Linearized, linearize};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
+use librate::precision::Ball;
 use librate::syntax::{File, parse};
 
 fn main() {
@@ -90,6 +92,21 @@ fn a_parse(bencher: Bencher<'_, '_>, case: Case) {
     bencher.bench(|| parsed(&source));
 }
 
+/// The floor of parsing: looking at every byte.
+#[divan::bench(args = ALL)]
+fn a_parse_floor(bencher: Bencher<'_, '_>, case: Case) {
+    let source = source(case);
+    let kind = |byte: u8| u32::from(byte.is_ascii_alphanumeric());
+    bencher.bench(|| divan::black_box(source.text).bytes().map(kind).sum::<u32>());
+}
+
+/// The floor of elaboration: the tree walked once.
+#[divan::bench(args = ALL)]
+fn b_elaborate_floor(bencher: Bencher<'_, '_>, case: Case) {
+    let file = parsed(&source(case));
+    bencher.bench(|| file.expressions.iter().map(|e| e.span.start).max());
+}
+
 #[divan::bench(args = ALL)]
 fn b_elaborate(bencher: Bencher<'_, '_>, case: Case) {
     let source = source(case);
@@ -111,6 +128,32 @@ fn d_evaluate(bencher: Bencher<'_, '_>, case: Case) {
     bencher.bench(|| (linear.mass(), linear.stiffness()));
 }
 
+/// The floor of evaluation: two matrices of enclosures filled with zeros.
+#[divan::bench(args = ALL)]
+fn d_evaluate_floor(bencher: Bencher<'_, '_>, case: Case) {
+    let source = source(case);
+    let n = linear(elaborated(&source, &parsed(&source))).dimension();
+    bencher.bench(|| (vec![Ball::ZERO; n * n], vec![Ball::ZERO; n * n]));
+}
+
+/// The floor of the modes: the bare decomposition in doubles, without bounds.
+#[divan::bench(args = SMALLER)]
+fn e_modes_floor(bencher: Bencher<'_, '_>, case: Case) {
+    let source = source(case);
+    let linear = linear(elaborated(&source, &parsed(&source)));
+    let n = linear.dimension();
+    let matrix = |entries: &[Ball]| {
+        nalgebra::DMatrix::from_iterator(n, n, entries.iter().map(Ball::mid_f64))
+    };
+    let (mass, stiffness) = (matrix(&linear.mass()), matrix(&linear.stiffness()));
+    bencher.bench(|| {
+        let factor = mass.clone().cholesky()?;
+        let left = factor.l().solve_lower_triangular(&stiffness)?;
+        let both = factor.l().solve_lower_triangular(&left.transpose())?;
+        Some(both.symmetric_eigen().eigenvalues.sum())
+    });
+}
+
 #[divan::bench(args = SMALLER)]
 fn e_modes(bencher: Bencher<'_, '_>, case: Case) {
     let source = source(case);
@@ -125,4 +168,19 @@ fn f_whole_trip(bencher: Bencher<'_, '_>, case: Case) {
         let linear = linear(elaborated(&source, &parsed(&source)));
         normal_modes(&linear, &Options::default())
     });
+}
+
+#[cfg(feature = "format")]
+#[divan::bench(args = ALL)]
+fn g_format(bencher: Bencher<'_, '_>, case: Case) {
+    let source = source(case);
+    bencher.bench(|| librate::syntax::format(source.text));
+}
+
+/// The floor of layout: the tree parsed and printed.
+#[cfg(feature = "format")]
+#[divan::bench(args = ALL)]
+fn g_format_floor(bencher: Bencher<'_, '_>, case: Case) {
+    let source = source(case);
+    bencher.bench(|| librate::syntax::print_file(&parsed(&source)));
 }

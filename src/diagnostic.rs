@@ -63,10 +63,10 @@ impl Diagnostic {
         Self {
             severity: Severity::Error,
             code: None,
-            message: message.into(),
+            message: readable(message.into()),
             primary: Some(Label {
                 span,
-                text: label.into(),
+                text: readable(label.into()),
             }),
             secondary: Vec::new(),
             help: None,
@@ -79,7 +79,7 @@ impl Diagnostic {
         Self {
             severity: Severity::Error,
             code: None,
-            message: message.into(),
+            message: readable(message.into()),
             primary: None,
             secondary: Vec::new(),
             help: None,
@@ -107,7 +107,7 @@ impl Diagnostic {
     pub fn with_secondary(mut self, span: Span, text: impl Into<String>) -> Self {
         self.secondary.push(Label {
             span,
-            text: text.into(),
+            text: readable(text.into()),
         });
         self
     }
@@ -115,9 +115,33 @@ impl Diagnostic {
     /// The same with a fix.
     #[must_use]
     pub fn with_help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(readable(help.into()));
         self
     }
+}
+
+/// Longer words than this are shortened in messages: they are no names that a person has written.
+const LONGEST_WORD: usize = 100;
+
+/// The text with the middle of overlong words left out.
+fn readable(text: String) -> String {
+    if text.len() <= LONGEST_WORD {
+        return text;
+    }
+    let mut out = String::new();
+    for piece in text.split_inclusive(char::is_whitespace) {
+        match piece.char_indices().nth(LONGEST_WORD) {
+            None => out.push_str(piece),
+            Some(_) => {
+                let start = piece.char_indices().nth(LONGEST_WORD / 2);
+                let end = piece.char_indices().rev().nth(LONGEST_WORD / 4);
+                out.push_str(&piece[..start.map_or(0, |(at, _)| at)]);
+                out.push('…');
+                out.push_str(&piece[end.map_or(piece.len(), |(at, _)| at)..]);
+            }
+        }
+    }
+    out
 }
 
 /// The name among `candidates` that `name` was probably meant to be, if one is near enough.
@@ -169,4 +193,19 @@ fn alignment_distance(a: &str, b: &str) -> usize {
         rows.push(row);
     }
     rows[a.len()][b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlong_words_are_shortened() {
+        let text = format!("`{}` is not declared", "ü".repeat(100_000));
+        let short = Diagnostic::global(text).message;
+        assert!(short.chars().count() < 120, "{short}");
+        assert!(short.starts_with("`üü") && short.ends_with("ü` is not declared"));
+        let long = "a sentence of many short words ".repeat(10);
+        assert_eq!(Diagnostic::global(long.clone()).message, long);
+    }
 }

@@ -123,3 +123,20 @@ fn second_places_are_told() {
     assert_eq!(twice["secondary"][0]["line"], 1);
     assert_eq!(twice["secondary"][0]["label"], "first given here");
 }
+
+#[test]
+fn endless_names_do_not_flood_the_terminal() {
+    let name = "x".repeat(1_000_000);
+    for model in [
+        name.clone(),
+        format!("coord y  T = 1/2*y'^2 + {name}"),
+        format!("coord y  T = 1/2*y'^2  V = {name}(y)"),
+        format!("coord {name}  coord {name}"),
+    ] {
+        for format in ["text", "json"] {
+            let run = with_input(&["check", "-", "--message-format", format], &model);
+            assert_eq!(run.status, 1);
+            assert!(run.err.len() < 3000, "{} bytes", run.err.len());
+        }
+    }
+}
