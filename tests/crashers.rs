@@ -12,8 +12,16 @@ mod checks;
 
 use librate::syntax::{FUNCTIONS, STATEMENT_WORDS};
 
-/// Runs a check on all files that once broke it.
+/// Runs a check on all texts that are kept because they go ways of their own, and on all files that
+/// once broke it.
 fn replay(target: &str, check: fn(&str)) {
+    let kept = std::fs::read_to_string(format!("fuzz/corpus/{target}.txt")).unwrap();
+    let texts: Vec<&str> = kept.split("\u{1e}\n").collect();
+    assert!(texts.len() > 300);
+    for text in texts {
+        let held = std::panic::catch_unwind(|| check(text));
+        assert!(held.is_ok(), "{text:?}");
+    }
     let folder = format!("fuzz/crashers/{target}");
     let Ok(entries) = std::fs::read_dir(folder) else {
         return;
