@@ -68,11 +68,7 @@ impl Dimension {
     }
 
     fn inverse(&self) -> Self {
-        Self::default().missing_from(self)
-    }
-
-    fn missing_from(&self, divisor: &Self) -> Self {
-        divisor.missing(self)
+        self.missing(&Self::default())
     }
 
     /// The SI unit in the language's syntax: `N`, `kg*m^2`, `m^(1/2)`, `1`.
