@@ -25,16 +25,19 @@
 //!   r g_cc >= |s_cc - μ_c g_cc| + Σ_{c'∈C} |h_cc'| + Σ_{i∉C} |h_ci| τ_i .
 //! ```
 //!
+//! All of this takes magnitudes and differences of quotients only ([`Couplings`]): doubles, whatever
+//! the precision in which they were found.
+//!
 //! The same τ bounds eigenvectors: for an eigenvalue in the interval the rows outside C read
 //! |h_ii| |y_i| <= Σ |h_ic| |y_c| + Σ |h_ij| |y_j|, and since the comparison matrix of the rows
 //! outside is a nonsingular M-matrix (its inverse is not negative), |y_i| <= τ_i max_c |y_c|.
 
-use super::pencil::{Pencil, rayleigh};
-use crate::precision::{Ball, DoubleDouble, U2, up};
+use super::dense::Plain;
+use crate::precision::up;
 
 /// Neighbouring eigenvalues that the bounds do not separate, or a single one.
 pub(super) struct Cluster {
-    /// Positions in [`Certificate::order`], from `start` up to but not including `end`.
+    /// Positions in [`Couplings::order`], from `start` up to but not including `end`.
     pub(super) start: usize,
     pub(super) end: usize,
     /// τ by column: how far eigenvectors of the cluster may reach out to other columns.
@@ -47,24 +50,38 @@ impl Cluster {
     }
 }
 
-/// What is proved about the pencil.
-pub(super) struct Certificate {
-    /// The columns by rising quotient.
-    pub(super) order: Vec<usize>,
-    /// The eigenvalues by rising position: the k-th ball holds the k-th eigenvalue.
-    pub(super) eigenvalues: Vec<Ball>,
+/// What is proved about a pencil.
+pub(super) struct Enclosures {
+    /// By rising position: the k-th eigenvalue is no further than this from the k-th quotient.
+    pub(super) radii: Vec<f64>,
     /// The clusters by rising position; together they hold every position once.
     pub(super) clusters: Vec<Cluster>,
 }
 
+/// How the columns of a nearly diagonal pencil are coupled: its entries as bounds in doubles.
+/// μ_i stands for a number close to s_ii / g_ii, the quotient of column i.
+pub(super) struct Couplings {
+    /// The columns by rising quotient.
+    pub(super) order: Vec<usize>,
+    /// The distances between neighbouring quotients in this order, one less than there are columns,
+    /// each within a factor 1 ± 2^-50.
+    pub(super) steps: Vec<f64>,
+    /// Upper bounds of |μ_i|.
+    pub(super) size: Vec<f64>,
+    /// Upper bounds of |s_ii - μ_i g_ii|.
+    pub(super) defect: Vec<f64>,
+    /// Bounds of g_ii from below and above.
+    pub(super) least: Vec<f64>,
+    pub(super) most: Vec<f64>,
+    /// Upper bounds of |s_ij - μ_j g_ij| off the diagonal, 0 on it.
+    pub(super) h: Plain,
+    /// Upper bounds of |g_ij| off the diagonal, 0 on it.
+    pub(super) g: Plain,
+}
+
 /// What the rows of the pencil contribute to every cluster's bound.
 struct Rows<'a> {
-    pencil: &'a Pencil,
-    quotient: Vec<DoubleDouble>,
-    /// |s_ii - μ_i g_ii|
-    defect: Vec<f64>,
-    /// A lower bound of g_ii.
-    least: Vec<f64>,
+    couplings: &'a Couplings,
     /// Scaling in which off-diagonal sums are taken: about |μ|^(-1/2), so that graded problems
     /// are judged grade by grade.
     weight: Vec<f64>,
@@ -73,31 +90,39 @@ struct Rows<'a> {
     g_sum: Vec<f64>,
 }
 
+/// A bound of the relative error of a sum of `terms` nonnegative doubles that are themselves within
+/// a factor 1 ± 2^-50.
+fn slack(terms: usize) -> f64 {
+    4.0 * (terms as f64 + 16.0) * f64::EPSILON
+}
+
 /// Encloses all eigenvalues. `None` if G is not shown to be within 1/2 of the unit matrix: then
 /// neither is M shown to be positive definite.
-pub(super) fn certify(pencil: &Pencil) -> Option<Certificate> {
-    let rows = Rows::new(pencil)?;
-    let m = rows.quotient.len();
-    let mut order: Vec<usize> = (0..m).collect();
-    order.sort_by(|&i, &j| {
-        rows.quotient[i]
-            .partial_cmp(&rows.quotient[j])
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
-    let mut eigenvalues = vec![Ball::ZERO; m];
+pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
+    let rows = Rows::new(couplings)?;
+    let m = couplings.order.len();
+    let mut radii = vec![0.0; m];
     // Accepted clusters below, ranges still to be shown above; a range that fails is joined with
     // the neighbour that it could not be told from.
     let mut clusters: Vec<Cluster> = Vec::with_capacity(m);
+    let mut gaps = vec![0.0; m];
     let mut start = 0;
     let mut end = 1;
     while start < m {
-        match rows.enclose(&order, start, end) {
+        match rows.enclose(start, end, &mut gaps) {
             Ok((radius, reach)) => {
+                let mut below = 0.0;
+                let factor = 1.0 + slack(m);
                 for position in start..end {
-                    let mid = rows.quotient[order[position]];
-                    let below = (mid - rows.quotient[order[start]]).hi;
-                    let above = (rows.quotient[order[end - 1]] - mid).hi;
-                    eigenvalues[position] = Ball::new(mid, up(below.max(above) + radius));
+                    radii[position] = below;
+                    below += couplings.steps.get(position).copied().unwrap_or(0.0) * factor;
+                }
+                let mut above: f64 = 0.0;
+                for position in (start..end).rev() {
+                    radii[position] = up(radii[position].max(above) * factor + radius);
+                    if position > start {
+                        above += couplings.steps[position - 1] * factor;
+                    }
                 }
                 clusters.push(Cluster { start, end, reach });
                 start = end;
@@ -115,73 +140,51 @@ pub(super) fn certify(pencil: &Pencil) -> Option<Certificate> {
             }
         }
     }
-    Some(Certificate {
-        order,
-        eigenvalues,
-        clusters,
-    })
+    Some(Enclosures { radii, clusters })
 }
 
 impl<'a> Rows<'a> {
-    fn new(pencil: &'a Pencil) -> Option<Self> {
-        let m = pencil.s.mid.columns;
-        let (mut quotient, mut defect) = (Vec::with_capacity(m), Vec::with_capacity(m));
-        for i in 0..m {
-            let (mu, error) = rayleigh(pencil, i);
-            if !mu.is_finite() || !error.is_finite() {
-                return None;
-            }
-            quotient.push(mu);
-            defect.push(error);
+    fn new(couplings: &'a Couplings) -> Option<Self> {
+        let m = couplings.order.len();
+        let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
+        if !finite(&couplings.size) || !finite(&couplings.defect) || !finite(&couplings.steps) {
+            return None;
         }
-        let largest = quotient.iter().fold(0.0_f64, |x, mu| x.max(mu.hi.abs()));
+        let largest = couplings.size.iter().fold(0.0_f64, |x, &mu| x.max(mu));
         let floor = largest * 1e-30 + 1e-290;
-        let weight: Vec<f64> = quotient
+        let weight: Vec<f64> = couplings
+            .size
             .iter()
-            .map(|mu| 1.0 / (mu.hi.abs() + floor).sqrt())
+            .map(|mu| 1.0 / (mu + floor).sqrt())
             .collect();
-        let mut least = Vec::with_capacity(m);
-        let (mut s_sum, mut g_sum) = (vec![0.0; m], vec![0.0; m]);
-        for i in 0..m {
-            // The matrices are symmetric: column i is row i.
-            let (mut s, mut g, mut plain) = (0.0, 0.0, 0.0);
-            let columns = pencil
-                .s
-                .mid
-                .column_hi(i)
-                .iter()
-                .zip(pencil.s.radius.column(i));
-            let others = pencil
-                .g
-                .mid
-                .column_hi(i)
-                .iter()
-                .zip(pencil.g.radius.column(i));
-            for (j, ((sij, rs), (gij, rg))) in columns.zip(others).enumerate() {
-                if i != j {
-                    s += (sij.abs() + rs) * weight[j];
-                    let size = gij.abs() + rg;
-                    g += size * weight[j];
-                    plain += size;
-                }
+        // |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
+        let sizes: Vec<f64> = couplings
+            .size
+            .iter()
+            .zip(&weight)
+            .map(|(s, w)| s * w)
+            .collect();
+        let (mut s_sum, mut g_sum, mut plain) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
+        for j in 0..m {
+            let (h, g) = (couplings.h.column(j), couplings.g.column(j));
+            let (w, v) = (weight[j], sizes[j]);
+            for i in 0..m {
+                s_sum[i] += h[i] * w + g[i] * v;
+                g_sum[i] += g[i] * w;
+                plain[i] += g[i];
             }
-            // Sums of up to m terms in doubles, and lo parts below u |hi|.
-            let factor = 1.0 + 4.0 * (m as f64 + 4.0) * f64::EPSILON;
-            s_sum[i] = s * factor;
-            g_sum[i] = g * factor;
-            let diagonal = pencil.g.ball(i, i);
-            let low = diagonal.lower() * (1.0 - 1e-15);
-            let close = low - plain * factor >= 0.5 && diagonal.upper() <= 1.5;
-            if !close {
+        }
+        let factor = 1.0 + slack(2 * m);
+        for i in 0..m {
+            s_sum[i] *= factor;
+            g_sum[i] *= factor;
+            let close = couplings.least[i] - plain[i] * factor >= 0.5 && couplings.most[i] <= 1.5;
+            if !close || !s_sum[i].is_finite() {
                 return None;
             }
-            least.push(low);
         }
         Some(Self {
-            pencil,
-            quotient,
-            defect,
-            least,
+            couplings,
             weight,
             s_sum,
             g_sum,
@@ -189,60 +192,62 @@ impl<'a> Rows<'a> {
     }
 
     /// The radius r and the reach τ of the positions `start..end`, or the position of a
-    /// row that they cannot be separated from.
-    fn enclose(&self, order: &[usize], start: usize, end: usize) -> Result<(f64, Vec<f64>), usize> {
+    /// row that they cannot be separated from. `gaps` is memory to work in.
+    fn enclose(
+        &self,
+        start: usize,
+        end: usize,
+        gaps: &mut [f64],
+    ) -> Result<(f64, Vec<f64>), usize> {
+        let Couplings {
+            order,
+            steps,
+            size,
+            defect,
+            least,
+            h,
+            g,
+            ..
+        } = self.couplings;
         let m = order.len();
-        let size = end - start;
-        let (low, high) = (self.quotient[order[start]], self.quotient[order[end - 1]]);
-        let width = up((high - low).hi);
-        let sigma = up(low.hi.abs().max(high.hi.abs()));
-        // |h_ij(σ)| <= |s_ij - μ_a g_ij| + |σ - μ_a| |g_ij| + radii for rows c of the cluster.
-        let mut h = vec![0.0; size * m];
-        let mut g = vec![0.0; size * m];
-        for (h, (g, &c)) in h
-            .chunks_exact_mut(m)
-            .zip(g.chunks_exact_mut(m).zip(&order[start..end]))
-        {
-            for j in 0..m {
-                let (s, b) = (self.pencil.s.mid.get(j, c), self.pencil.g.mid.get(j, c));
-                let (rs, rb) = (
-                    self.pencil.s.radius.get(j, c),
-                    self.pencil.g.radius.get(j, c),
-                );
-                let residual = (s - low * b).hi.abs() * (1.0 + f64::EPSILON);
-                let rounding = 16.0 * U2 * (s.hi.abs() + sigma * b.hi.abs());
-                h[j] = up(residual + rounding + rs + sigma * rb);
-                g[j] = up(b.hi.abs() + rb);
-            }
+        let factor = 1.0 + slack(m);
+        let width = up(steps[start..end - 1].iter().sum::<f64>() * factor);
+        let sigma = order[start..end]
+            .iter()
+            .fold(0.0_f64, |x, &c| x.max(size[c]));
+        // Gaps between rows outside and the cluster, from below: sums of nonnegative numbers.
+        let lower = 1.0 - slack(m);
+        let mut sum = 0.0;
+        for position in (0..start).rev() {
+            sum += steps[position];
+            gaps[position] = sum * lower;
         }
-        // Gaps between rows outside and the cluster.
-        let gap = |position: usize| -> f64 {
-            let mu = self.quotient[order[position]];
-            let distance = if position < start {
-                low - mu
-            } else {
-                mu - high
-            };
-            distance.hi * (1.0 - 1e-15)
-        };
+        sum = 0.0;
+        for position in end..m {
+            sum += steps[position - 1];
+            gaps[position] = sum * lower;
+        }
         let outside = || (0..start).chain(end..m);
         let mut tau = vec![0.0; m];
-        let factor = 1.0 + 4.0 * (m as f64 + 8.0) * f64::EPSILON;
         let mut radius = 0.0;
         for attempt in 0..10 {
             let reach = width + radius;
+            // |s_ic - σ g_ic| <= |s_ic - μ_c g_ic| + |σ - μ_c| |g_ic| for columns c of the cluster.
+            tau.fill(0.0);
+            for &c in &order[start..end] {
+                for ((tau, h), g) in tau.iter_mut().zip(h.column(c)).zip(g.column(c)) {
+                    *tau += h + reach * g;
+                }
+            }
             let (mut most, mut culprit): (f64, Option<(f64, usize)>) = (0.0, None);
             for position in outside() {
                 let i = order[position];
-                let direct: f64 = (0..size).map(|c| h[c * m + i] + reach * g[c * m + i]).sum();
-                let distance = gap(position);
-                let diagonal = (distance - radius) * self.least[i] * (1.0 - 1e-14) - self.defect[i];
+                let distance = gaps[position];
+                let diagonal = (distance - radius) * least[i] * (1.0 - 1e-14) - defect[i];
                 let rest = self.s_sum[i] + (sigma + radius) * self.g_sum[i];
                 let margin = diagonal * self.weight[i] * (1.0 - 1e-14) - rest * factor;
                 if margin > 0.0 {
-                    most = most.max(direct * factor / margin);
-                    // Kept for the next loop.
-                    tau[i] = direct;
+                    most = most.max(tau[i] * factor / margin);
                 } else if culprit.is_none_or(|(nearest, _)| distance < nearest) {
                     culprit = Some((distance, position));
                 }
@@ -253,24 +258,24 @@ impl<'a> Rows<'a> {
             let most = up(most);
             for position in outside() {
                 let i = order[position];
-                let diagonal =
-                    (gap(position) - radius) * self.least[i] * (1.0 - 1e-14) - self.defect[i];
+                let diagonal = (gaps[position] - radius) * least[i] * (1.0 - 1e-14) - defect[i];
                 let rest = (self.s_sum[i] + (sigma + radius) * self.g_sum[i]) * most;
                 tau[i] = up((tau[i] + rest) * factor / (diagonal * (1.0 - 1e-14)));
             }
+            for &c in &order[start..end] {
+                tau[c] = 0.0;
+            }
             let mut needed: f64 = 0.0;
-            for (c, &column) in order[start..end].iter().enumerate() {
-                let mut sum = self.defect[column];
-                for position in outside() {
-                    let i = order[position];
-                    sum += (h[c * m + i] + reach * g[c * m + i]) * tau[i];
+            for &c in &order[start..end] {
+                let (h, g) = (h.column(c), g.column(c));
+                let mut sum = defect[c];
+                for ((tau, h), g) in tau.iter().zip(h).zip(g) {
+                    sum += (h + reach * g) * tau;
                 }
-                for (other, &i) in order[start..end].iter().enumerate() {
-                    if other != c {
-                        sum += h[c * m + i] + reach * g[c * m + i];
-                    }
+                for &i in &order[start..end] {
+                    sum += h[i] + reach * g[i];
                 }
-                needed = needed.max(sum * factor / self.least[column]);
+                needed = needed.max(sum * factor / least[c]);
             }
             // With a smaller radius every condition is easier: the needed one will do.
             let needed = if needed == 0.0 {
@@ -285,11 +290,7 @@ impl<'a> Rows<'a> {
         }
         // The radius runs away: join the nearest.
         outside()
-            .min_by(|&p, &q| {
-                gap(p)
-                    .partial_cmp(&gap(q))
-                    .unwrap_or(std::cmp::Ordering::Equal)
-            })
+            .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
             .map_or(Ok((f64::INFINITY, tau)), Err)
     }
 }

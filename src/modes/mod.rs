@@ -20,9 +20,9 @@ mod start;
 use thiserror::Error;
 
 use crate::precision::{Ball, Rounding, decimal};
-use certify::{Certificate, certify};
+use certify::{Cluster, certify};
 use dense::Matrix;
-use pencil::{Pencil, Scaled, ZeroSpace, pencil};
+use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
 use start::Failure;
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -280,6 +280,34 @@ struct Solution {
     certificate: Certificate,
 }
 
+/// What is proved about the columns.
+struct Certificate {
+    /// The columns by rising eigenvalue.
+    order: Vec<usize>,
+    /// The eigenvalues by rising position: the k-th ball holds the k-th eigenvalue.
+    eigenvalues: Vec<Ball>,
+    /// The clusters by rising position; together they hold every position once.
+    clusters: Vec<Cluster>,
+}
+
+impl Certificate {
+    fn new(pencil: &Pencil) -> Option<Self> {
+        let (quotients, couplings) = couplings(pencil)?;
+        let enclosures = certify(&couplings)?;
+        let order = couplings.order;
+        let eigenvalues = order
+            .iter()
+            .zip(&enclosures.radii)
+            .map(|(&column, &radius)| Ball::new(quotients[column], radius))
+            .collect();
+        Some(Self {
+            order,
+            eigenvalues,
+            clusters: enclosures.clusters,
+        })
+    }
+}
+
 /// The first approximation, in doubles if they will do.
 fn first(scaled: &Scaled, zero: &Matrix) -> Result<(Matrix, bool), ModesError> {
     match start::in_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
@@ -331,7 +359,7 @@ fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solutio
     let mut best: Option<(f64, Solution)> = None;
     for round in 0..=ROUNDS {
         let pencil = pencil(scaled, zero, &x);
-        let Some(certificate) = certify(&pencil) else {
+        let Some(certificate) = Certificate::new(&pencil) else {
             if best.is_some() {
                 break;
             }
@@ -413,7 +441,7 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     let wanted = options.lowest.unwrap_or(usize::MAX);
     // Columns that are not separated in doubles may well be in double-double, and whether they are
     // in doubles depends on rounding errors: one round decides alike on every machine.
-    let separated = |cluster: &certify::Cluster| {
+    let separated = |cluster: &Cluster| {
         cluster.start >= wanted
             || if cluster.len() == 1 {
                 shape::rough_error(cluster) < 1e-12

@@ -1,7 +1,8 @@
 //! Mode shapes from certified columns: normalisation, a reproducible basis in clusters, signs, and
 //! a bound of the error of every component.
 
-use super::certify::{Certificate, Cluster};
+use super::Certificate;
+use super::certify::Cluster;
 use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
 use super::pencil::{Pencil, Scaled, ZeroSpace};
 use crate::precision::{Ball, DoubleDouble, U2, up};
