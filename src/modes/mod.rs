@@ -12,17 +12,20 @@
 
 mod certify;
 mod dense;
+mod image;
 mod pencil;
+mod quick;
 mod refine;
 mod shape;
 mod start;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Rounding, decimal};
-use certify::{Cluster, certify};
+use crate::precision::{Ball, DoubleDouble, Rounding, decimal};
+use certify::{Cluster, Couplings, certify};
 use dense::Matrix;
 use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
+use quick::{Quick, Round};
 use start::Failure;
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -273,11 +276,54 @@ pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesErro
     Ok(spectrum(&scaled, &zero, &solution, options))
 }
 
+/// From this dimension on most of the work is left to doubles (`quick`): benches/modes.rs, `rungs`.
+const QUICK: usize = 24;
+
+/// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
+/// digits of eigenvalues a millionth of the largest, or all of a double-double.
+const SLICES: [usize; 2] = [4, 6];
+
+/// How accurate shapes have to be.
+const SHAPES: f64 = 1e-12;
+
 /// Certified columns.
 struct Solution {
     x: Matrix,
-    pencil: Pencil,
+    gram: Gram,
+    /// A bound, for each column, of the M-length of its part along the zero vectors.
+    leak: Vec<f64>,
     certificate: Certificate,
+}
+
+/// XᵀMX, in the form in which a rung leaves it.
+enum Gram {
+    Entries(pencil::Bounded),
+    Factors(Box<Round>),
+}
+
+impl Gram {
+    fn diagonal(&self, k: usize) -> Ball {
+        match self {
+            Self::Entries(g) => g.ball(k, k),
+            Self::Factors(round) => round.norm(k),
+        }
+    }
+
+    /// The entries of some columns, without bounds.
+    fn block(&self, columns: &[usize]) -> Matrix {
+        match self {
+            Self::Factors(round) => round.gram(columns),
+            Self::Entries(g) => {
+                let mut block = Matrix::zeros(columns.len(), columns.len());
+                for (q, &j) in columns.iter().enumerate() {
+                    for (p, &i) in columns.iter().enumerate() {
+                        block.set(p, q, g.mid.get(i, j));
+                    }
+                }
+                block
+            }
+        }
+    }
 }
 
 /// What is proved about the columns.
@@ -291,8 +337,7 @@ struct Certificate {
 }
 
 impl Certificate {
-    fn new(pencil: &Pencil) -> Option<Self> {
-        let (quotients, couplings) = couplings(pencil)?;
+    fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
         let enclosures = certify(&couplings)?;
         let order = couplings.order;
         let eigenvalues = order
@@ -357,9 +402,17 @@ fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
 fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solution, ModesError> {
     let (mut x, mut tried_careful) = first(scaled, &zero.mid)?;
     let mut best: Option<(f64, Solution)> = None;
+    if scaled.n >= QUICK && !tried_careful {
+        match quick(scaled, zero, options, &x) {
+            Tried::Satisfied(solution) => return Ok(*solution),
+            Tried::Improved(better) => x = better,
+        }
+    }
     for round in 0..=ROUNDS {
         let pencil = pencil(scaled, zero, &x);
-        let Some(certificate) = Certificate::new(&pencil) else {
+        let certificate = couplings(&pencil)
+            .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+        let Some(certificate) = certificate else {
             if best.is_some() {
                 break;
             }
@@ -386,7 +439,8 @@ fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solutio
                 score,
                 Solution {
                     x,
-                    pencil,
+                    gram: Gram::Entries(pencil.g),
+                    leak: pencil.leak,
                     certificate,
                 },
             ));
@@ -398,6 +452,54 @@ fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solutio
     }
     best.map(|(_, solution)| solution)
         .ok_or(ModesError::NoConvergence)
+}
+
+/// What the rung in doubles comes to.
+enum Tried {
+    Satisfied(Box<Solution>),
+    /// Not everything that is wanted is covered; better columns than before.
+    Improved(Matrix),
+}
+
+/// The rung in doubles: as long as refinement gains something.
+fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
+    let quick = Quick::new(scaled, zero);
+    let mut xt = x.transposed();
+    let mut before = f64::INFINITY;
+    for number in 0..=ROUNDS {
+        let few = number == 0 || number == 1 && options.digits <= 12;
+        let round = quick.round(xt, SLICES[usize::from(!few)]);
+        // What doubles come to may be known to be too little for the shapes before it is certified.
+        let step = (number == 0 && options.vectors)
+            .then(|| refine::Step::new(&round, round.columns().rows))
+            .filter(|step| step.size() > SHAPES);
+        if let Some(step) = step {
+            xt = refine::refine_rows(&quick, &round, &step);
+            continue;
+        }
+        let certificate = round
+            .couplings()
+            .and_then(|couplings| Certificate::new(round.quotients(), couplings));
+        let Some(certificate) = certificate else {
+            return Tried::Improved(round.columns().transposed());
+        };
+        if satisfied(&certificate, options, number) {
+            return Tried::Satisfied(Box::new(Solution {
+                x: round.columns().transposed(),
+                leak: round.leak().to_vec(),
+                gram: Gram::Factors(Box::new(round)),
+                certificate,
+            }));
+        }
+        let score = score(&certificate, options);
+        if score > before - 4.0 {
+            return Tried::Improved(round.columns().transposed());
+        }
+        before = score;
+        let step = refine::Step::new(&round, round.columns().rows);
+        xt = refine::refine_rows(&quick, &round, &step);
+    }
+    Tried::Improved(xt.transposed())
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
@@ -444,7 +546,7 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     let separated = |cluster: &Cluster| {
         cluster.start >= wanted
             || if cluster.len() == 1 {
-                shape::rough_error(cluster) < 1e-12
+                shape::rough_error(cluster) < SHAPES
             } else {
                 round > 0
             }
@@ -485,8 +587,9 @@ fn covers(x: &Ball, digits: usize) -> bool {
 fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
     let Solution {
         x,
-        pencil,
+        leak,
         certificate,
+        ..
     } = solution;
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
@@ -519,7 +622,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     .into_iter();
     let errors = options
         .vectors
-        .then(|| shape::Errors::new(pencil, certificate, x));
+        .then(|| shape::Errors::new(leak, certificate, x));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
@@ -540,7 +643,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
         let columns = &certificate.order[cluster.start..cluster.end];
         let mut shapes = errors
             .as_ref()
-            .map(|errors| shape::cluster_shapes(scaled, zero, pencil, x, columns, errors, index))
+            .map(|errors| shape::cluster_shapes(scaled, zero, solution, columns, errors, index))
             .unwrap_or_default()
             .into_iter();
         for position in cluster.start..cluster.end {

@@ -10,7 +10,7 @@ pub(super) struct Enclosed {
     pub(super) mid: Matrix,
     /// radius + c u² |mid|, entry by entry: what a product with the matrix is off by, per unit of
     /// the other factor.
-    weight: Plain,
+    pub(super) weight: Plain,
     diagonal: bool,
 }
 
@@ -92,14 +92,17 @@ impl Enclosed {
         let unit = product_bound(n);
         for column in 0..n {
             for row in column..n {
-                let entry = entries[column * n + row].scale(shift[row] + shift[column] - power);
+                let entry = entries[column * n + row];
+                if entry.is_zero() {
+                    continue;
+                }
+                let entry = entry.scale(shift[row] + shift[column] - power);
                 mid.set(row, column, entry.mid);
                 mid.set(column, row, entry.mid);
                 let bound = up(entry.radius + unit * entry.mid.hi.abs());
-                let bound = if entry.is_zero() { 0.0 } else { bound };
                 weight.set(row, column, bound);
                 weight.set(column, row, bound);
-                diagonal &= row == column || entry.is_zero();
+                diagonal &= row == column;
             }
         }
         Self {
@@ -211,6 +214,25 @@ pub(super) struct ZeroSpace {
 }
 
 impl ZeroSpace {
+    /// (M Z)ᵀ, z by n, and for each zero vector a bound of what products with its row are off by, per
+    /// unit of the other factor's length.
+    pub(super) fn image(&self) -> (&Matrix, Vec<f64>) {
+        let errors = (0..self.image.rows)
+            .map(|p| {
+                let squares: f64 = (0..self.image.columns)
+                    .map(|i| self.image_radius.get(p, i) * self.image_radius.get(p, i))
+                    .sum();
+                squares.sqrt() * (1.0 + 1e-6) + 1e-150
+            })
+            .collect();
+        (&self.image, errors)
+    }
+
+    /// A bound of ‖ZᵀMZ - 1‖ below 1.
+    pub(super) fn defect(&self) -> f64 {
+        self.defect
+    }
+
     /// From linearly independent vectors of the kernel of K; `Err` with an index if a vector is
     /// certainly not in it or they are not independent.
     pub(super) fn new(problem: &Scaled, vectors: &[Vec<Ball>]) -> Result<Self, usize> {
