@@ -12,6 +12,7 @@
 
 mod certify;
 mod dense;
+mod factored;
 mod image;
 mod pencil;
 mod quick;
@@ -24,6 +25,8 @@ use thiserror::Error;
 use crate::precision::{Ball, DoubleDouble, Rounding, decimal};
 use certify::{Cluster, Couplings, certify};
 use dense::Matrix;
+use factored::Factored;
+pub use factored::Factors;
 use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
 use quick::{Quick, Round};
 use start::Failure;
@@ -246,12 +249,39 @@ pub enum ModesError {
     NoConvergence,
 }
 
+/// Where a problem comes from: what it can be asked for when its matrices do not tell enough.
+///
+/// Everything must describe the same exact matrices as [`Problem`] does. Nothing is asked for that is
+/// not needed.
+pub trait Source {
+    /// The stiffness matrix as a sum of squares, if it is known as one.
+    fn factors(&self) -> Option<Factors> {
+        None
+    }
+}
+
+/// No source: the matrices are all there is.
+impl Source for () {}
+
 /// All modes of a problem.
 ///
 /// # Errors
 ///
 /// See [`ModesError`]; M must be positive definite, provably so.
 pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesError> {
+    solve_from(problem, &(), options)
+}
+
+/// All modes of a problem whose source can be asked for more where the matrices do not do.
+///
+/// # Errors
+///
+/// As [`solve`].
+pub fn solve_from(
+    problem: &Problem,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Spectrum, ModesError> {
     let scaled = Scaled::new(problem)?;
     let n = scaled.n;
     if n == 0 {
@@ -272,7 +302,7 @@ pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesErro
             return Err(ModesError::ZeroVector { index });
         }
     };
-    let solution = climb(&scaled, &zero, options)?;
+    let solution = climb(&scaled, &zero, source, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }
 
@@ -399,59 +429,111 @@ fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
 }
 
 /// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
-fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solution, ModesError> {
-    let (mut x, mut tried_careful) = first(scaled, &zero.mid)?;
-    let mut best: Option<(f64, Solution)> = None;
-    if scaled.n >= QUICK && !tried_careful {
+fn climb(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Solution, ModesError> {
+    let mut climb = Climb {
+        scaled,
+        zero,
+        options,
+        best: None,
+    };
+    let (mut x, careful) = first(scaled, &zero.mid)?;
+    if scaled.n >= QUICK && !careful {
         match quick(scaled, zero, options, &x) {
             Tried::Satisfied(solution) => return Ok(*solution),
             Tried::Improved(better) => x = better,
         }
     }
-    for round in 0..=ROUNDS {
-        let pencil = pencil(scaled, zero, &x);
-        let certificate = couplings(&pencil)
-            .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
-        let Some(certificate) = certificate else {
-            if best.is_some() {
-                break;
-            }
-            if round == ROUNDS {
-                return Err(unproved(scaled, &pencil, &x));
-            }
-            if tried_careful {
-                x = refine::refine(&pencil, zero, &x);
-            } else {
-                tried_careful = true;
-                x = careful(scaled, &zero.mid)?;
-            }
-            continue;
+    let failed = match climb.rounds(None, x, careful) {
+        Ok(true) => None,
+        Ok(false) => Some(ModesError::NoConvergence),
+        Err(error) => Some(error),
+    };
+    // The same once more with energies in place of entries.
+    if failed.is_some()
+        && let Some(factors) = source.factors()
+    {
+        let factored = Factored::new(scaled, &factors)?;
+        let columns = scaled.n - zero.mid.columns;
+        let start = factored.singular_vectors(scaled, columns);
+        let x = match (start, &climb.best) {
+            (Some(x), _) => x,
+            (None, Some((_, solution))) => solution.x.clone(),
+            (None, None) => self::careful(scaled, &zero.mid)?,
         };
-        let satisfied = satisfied(&certificate, options, round);
-        let score = score(&certificate, options);
-        let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
-        // Less than a few bits gained in all: double-double has nothing more to give.
-        let stuck = best
-            .as_ref()
-            .is_some_and(|(before, _)| score > before - 4.0);
-        if best.as_ref().is_none_or(|(before, _)| score <= *before) {
-            best = Some((
-                score,
-                Solution {
+        // What has been found so far still stands if this finds nothing.
+        let _ = climb.rounds(Some(&factored), x, true);
+    }
+    match (climb.best, failed) {
+        (Some((_, solution)), _) => Ok(solution),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(ModesError::NoConvergence),
+    }
+}
+
+/// The best columns so far, with their score.
+struct Climb<'a> {
+    scaled: &'a Scaled,
+    zero: &'a ZeroSpace,
+    options: &'a Options,
+    best: Option<(f64, Solution)>,
+}
+
+impl Climb<'_> {
+    /// Refines from x on, in double-double; whether everything that is wanted is covered.
+    fn rounds(
+        &mut self,
+        factored: Option<&Factored>,
+        mut x: Matrix,
+        mut tried_careful: bool,
+    ) -> Result<bool, ModesError> {
+        let (scaled, zero, options) = (self.scaled, self.zero, self.options);
+        let mut before = f64::INFINITY;
+        for round in 0..=ROUNDS {
+            let pencil = pencil(scaled, factored, zero, &x);
+            let certificate = couplings(&pencil)
+                .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+            let Some(certificate) = certificate else {
+                if before.is_finite() {
+                    break;
+                }
+                if round == ROUNDS {
+                    return Err(unproved(scaled, &pencil, &x));
+                }
+                if tried_careful {
+                    x = refine::refine(&pencil, zero, &x);
+                } else {
+                    tried_careful = true;
+                    x = careful(scaled, &zero.mid)?;
+                }
+                continue;
+            };
+            let satisfied = satisfied(&certificate, options, round);
+            let score = score(&certificate, options);
+            let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
+            // Less than a few bits gained in all: double-double has nothing more to give.
+            let stuck = score > before - 4.0;
+            before = before.min(score);
+            if satisfied || self.best.as_ref().is_none_or(|(best, _)| score <= *best) {
+                let solution = Solution {
                     x,
                     gram: Gram::Entries(pencil.g),
                     leak: pencil.leak,
                     certificate,
-                },
-            ));
+                };
+                self.best = Some((score, solution));
+            }
+            match next {
+                Some(next) if !stuck => x = next,
+                _ => return Ok(satisfied),
+            }
         }
-        match next {
-            Some(next) if !stuck => x = next,
-            _ => break,
-        }
+        Ok(false)
     }
-    best.map(|(_, solution)| solution)
-        .ok_or(ModesError::NoConvergence)
 }
 
 /// What the rung in doubles comes to.

@@ -2,6 +2,7 @@
 
 use super::certify::Couplings;
 use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use super::factored::Factored;
 use super::{ModesError, Problem, Which};
 use crate::precision::{Ball, DoubleDouble, U2, exponent_of, up};
 
@@ -49,7 +50,8 @@ impl Scaled {
                 }
             }
         }
-        let power = if power == i32::MIN { 0 } else { power };
+        // Even, so that factors of K can be scaled by its root.
+        let power = if power == i32::MIN { 0 } else { power & !1 };
         Ok(Self {
             n,
             mass: Enclosed::new(n, &problem.mass, &shift, 0),
@@ -85,7 +87,7 @@ fn check(problem: &Problem, matrix: Which) -> Result<(), ModesError> {
 
 impl Enclosed {
     /// From the lower triangle of `entries`.
-    fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
+    pub(super) fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
         let mut mid = Matrix::zeros(n, n);
         let mut weight = Plain::zeros(n, n);
         let mut diagonal = true;
@@ -142,6 +144,33 @@ impl Enclosed {
             }
         }
         y
+    }
+
+    /// XᵀAX.
+    ///
+    /// With w = radius + c u² |A| (c from [`product_bound`]), the computed image Y of A X is off by at
+    /// most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+    pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
+        let sizes = x.magnitudes();
+        let image = self.times(x);
+        let mut error = self.weigh(&sizes);
+        let unit = product_bound(x.rows);
+        for column in 0..x.columns {
+            let bounds = error.column_mut(column).iter_mut();
+            for (e, y) in bounds.zip(image.column_hi(column)) {
+                *e = up(*e + unit * y.abs());
+            }
+        }
+        Bounded {
+            mid: product(xt, &image, Part::Lower),
+            radius: bound_product(&sizes.transposed(), &error, Part::Lower),
+        }
+    }
+
+    /// Whether nothing is left of the matrix but uncertainty.
+    pub(super) fn is_negligible(&self) -> bool {
+        let n = self.mid.rows;
+        (0..n).all(|column| self.mid.column_hi(column).iter().all(|x| x.abs() < 1e-25))
     }
 
     /// The matrix times a vector of balls, as balls.
@@ -317,44 +346,31 @@ impl ZeroSpace {
 
 /// The pencil of the problem in the columns of x, with the zero vectors taken out.
 ///
-/// Errors: with w = radius + c u² |A| for a matrix A (c from [`product_bound`]), the computed
-/// image Y of A X is off by at most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+/// The stiffness is taken from its factors where these are given.
 ///
 /// Zero vectors: for Z in the kernel of K and X' = X - Z (ZᵀMZ)⁻¹ ZᵀMX, which is M-orthogonal to Z,
 /// X'ᵀKX' = XᵀKX exactly, and X'ᵀMX' = XᵀMX - R with R = (ZᵀMX)ᵀ (ZᵀMZ)⁻¹ (ZᵀMX). With r_i the length of
 /// column i of ZᵀMX and ‖ZᵀMZ - 1‖ <= f < 1, |R_ij| <= r_i r_j / (1 - f). So the pencil of X with R
 /// added to the radii is the exact pencil of the M-orthogonal complement of the zero vectors.
-pub(super) fn pencil(problem: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Pencil {
-    let (n, m) = (problem.n, x.columns);
+pub(super) fn pencil(
+    problem: &Scaled,
+    factored: Option<&Factored>,
+    zero: &ZeroSpace,
+    x: &Matrix,
+) -> Pencil {
+    let m = x.columns;
     let xt = x.transposed();
-    let sizes = x.magnitudes();
-    let sizes_t = sizes.transposed();
-    let unit = product_bound(n);
-    let form = |matrix: &Enclosed| {
-        let image = matrix.times(x);
-        let mut error = matrix.weigh(&sizes);
-        for column in 0..m {
-            for (e, y) in error
-                .column_mut(column)
-                .iter_mut()
-                .zip(image.column_hi(column))
-            {
-                *e = up(*e + unit * y.abs());
-            }
-        }
-        Bounded {
-            mid: product(&xt, &image, Part::Lower),
-            radius: bound_product(&sizes_t, &error, Part::Lower),
-        }
+    let s = match factored {
+        Some(factored) => factored.form(x),
+        None => problem.stiffness.congruent(x, &xt),
     };
-    let s = form(&problem.stiffness);
-    let mut g = form(&problem.mass);
+    let mut g = problem.mass.congruent(x, &xt);
     let z = zero.mid.columns;
     let mut leak = vec![0.0; m];
     let mut overlap = Matrix::zeros(z, m);
     if z > 0 {
         overlap = product(&zero.image, x, Part::All);
-        let error = bound_product(&zero.image_radius, &sizes, Part::All);
+        let error = bound_product(&zero.image_radius, &x.magnitudes(), Part::All);
         for (column, leak) in leak.iter_mut().enumerate() {
             let square: f64 = (0..z)
                 .map(|p| {
