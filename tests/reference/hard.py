@@ -223,6 +223,28 @@ def nearly_massless_bead():
     return chain_model([1, ten(-30), 2], [1, 2, 3, 1])
 
 
+def gears(ratios, closed=None):
+    n, a = len(ratios) + 1, [Fraction(r) for r in ratios]
+    M = [[Fraction(i == j) for j in range(n)] for i in range(n)]
+    K = [[Fraction(0)] * n for _ in range(n)]
+    for i in range(n - 1):
+        K[i][i] += 1
+        K[i + 1][i + 1] += a[i] ** 2
+        K[i][i + 1] = K[i + 1][i] = -a[i]
+    return family("theta", n), [0] * n, dict(values=eigenvalues(M, K, 1, closed))
+
+
+@hard("gear_train", "formula at 200 digits; agrees to 50 digits of each with eigenvalues at 150 and 220 digits")
+def gear_train():
+    n, a = 24, mpf("1.9")
+    return gears(["1.9"] * 23, [0] + [1 + a**2 - 2 * a * cos(j * pi / n) for j in range(1, n)])
+
+
+@hard("gear_train_uneven", TWICE)
+def gear_train_uneven():
+    return gears(["1.9", "3.1", "2.3", "0.37", "0.7", "1.3", "1.7", "2.9", "0.53", "0.59"])
+
+
 # Degeneracies
 
 @hard("pendulums_barely_coupled", CLOSED)
@@ -511,6 +533,15 @@ def stiff_beside_soft_14():
 @hard("stiff_beside_soft_extreme", CLOSED)
 def stiff_beside_soft_25():
     return stiff_beside_soft(mpf("1e25"))
+
+
+@hard("hidden_force", CLOSED)
+def hidden_force():
+    T = lambda q, v: v[0] ** 2 / 2
+    V = lambda q: q[0] ** 2 / 2 + q[0] ** 3 / 3 - mpf("1e-8") * q[0]
+    root = sqrt(1 + 4 * mpf("1e-8"))
+    q0 = [(root - 1) / 2]
+    return family("x"), q0, dict(values=eigenvalues(*differences(T, V, q0), closed=[root]))
 
 
 # Free bodies.  Unstressed bonds: K is the sum of k*e*e^T over their unit vectors e.
