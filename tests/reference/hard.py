@@ -236,8 +236,8 @@ def gears(ratios, closed=None):
 
 @hard("gear_train", "formula at 200 digits; agrees to 50 digits of each with eigenvalues at 150 and 220 digits")
 def gear_train():
-    n, a = 24, mpf("1.9")
-    return gears(["1.9"] * 23, [0] + [1 + a**2 - 2 * a * cos(j * pi / n) for j in range(1, n)])
+    n, a = 40, mpf("1.9")
+    return gears(["1.9"] * (n - 1), [0] + [1 + a**2 - 2 * a * cos(j * pi / n) for j in range(1, n)])
 
 
 @hard("gear_train_uneven", TWICE)
