@@ -1,7 +1,7 @@
 """Hard cases (models/hard): scales far apart, near and exact degeneracies, almost-zero and zero modes together.
 
 Here 80 digits are not always enough, and "small beside the largest" says nothing: the eigenvalues of one model range
-over fifty powers of ten.  So the eigenvalues are found twice, with 150 and with 220 digits, and must agree to 60
+over forty powers of ten.  So the eigenvalues are found twice, with 150 and with 220 digits, and must agree to 60
 digits *each*.  Where M and K are rational numbers they are also counted in exact arithmetic: K - s*M must have k
 negative pivots just below the k-th eigenvalue and one more just above it (Sylvester's law of inertia), "just" being
 1e-42 of the eigenvalue.
@@ -570,6 +570,17 @@ def free_body_weak_pair():
     m = [1, 2, 1, 3, 1, 2]
     M = [[m[i // 2] * (i == j) for j in range(12)] for i in range(12)]
     return family("r", 6, 2), sum(place, []), dict(values=eigenvalues(M, network(place, bonds), 3))
+
+
+@hard("body_off_origin", "K summed as k*e*e^T over the unit vectors e of the bonds, in exact numbers; eigenvalues with "
+                         "mpmath at 150 and 220 digits, counted by Sylvester's law in exact arithmetic")
+def body_off_origin():
+    d = Fraction(1, 10**9)
+    place = [[1 + d * a, 1 + d * b] for a, b in ((0, 0), (1, 0), (0, 2), (3, 5))]
+    K = network(place, [(i, j, 1) for j in range(4) for i in range(j)])
+    M = [[int(i == j) for j in range(8)] for i in range(8)]
+    q0 = [mpf(c.numerator) / c.denominator for c in sum(place, [])]
+    return family("r", 4, 2), q0, dict(values=eigenvalues(M, K, 3))
 
 
 @hard("free_body_100", "K summed as k*e*e^T over the unit vectors e of the bonds; eigenvalues with mpmath at 80 and 100 digits")
