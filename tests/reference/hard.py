@@ -517,11 +517,11 @@ def irrational_equilibrium_stiff():
     return stiff_rod(mpf("1e14"))
 
 
-def stiff_beside_soft(K):
-    T = lambda q, v: (v[0] ** 2 + v[1] ** 2) / 2
+def stiff_beside_soft(K, light=1):
+    T = lambda q, v: (light * v[0] ** 2 + v[1] ** 2) / 2
     V = lambda q: K * (cosh(q[0]) - 2 * q[0]) - cos(q[1]) - mpf("0.3") * q[1]
     q0 = [mp.asinh(2), mp.asin(mpf("0.3"))]
-    closed = [K * cosh(q0[0]), cos(q0[1])]
+    closed = [K / light * cosh(q0[0]), cos(q0[1])]
     return family("x", "y"), q0, dict(values=eigenvalues(*differences(T, V, q0), closed=closed))
 
 
@@ -533,6 +533,11 @@ def stiff_beside_soft_14():
 @hard("stiff_beside_soft_extreme", CLOSED)
 def stiff_beside_soft_25():
     return stiff_beside_soft(mpf("1e25"))
+
+
+@hard("light_beside_heavy", CLOSED)
+def light_beside_heavy():
+    return stiff_beside_soft(mpf(1), mpf("1e-30"))
 
 
 @hard("hidden_force", CLOSED)
