@@ -540,6 +540,15 @@ def light_beside_heavy():
     return stiff_beside_soft(mpf(1), mpf("1e-30"))
 
 
+@hard("molecule_in_si", CLOSED)
+def molecule_in_si():
+    D, a, r0, mu = mpf("7.4e-19"), mpf("1.87e10"), mpf("1.275e-10"), mpf("1.62e-27")
+    T = lambda q, v: mu * v[0] ** 2 / 2
+    V = lambda q: D * (1 - exp(-a * (q[0] - r0))) ** 2
+    values = eigenvalues(*differences(T, V, [r0], scale=r0), closed=[2 * D * a**2 / mu])
+    return family("r"), [r0], dict(values=values)
+
+
 @hard("hidden_force", CLOSED)
 def hidden_force():
     T = lambda q, v: v[0] ** 2 / 2
