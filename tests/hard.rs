@@ -61,9 +61,9 @@ const FAILS: &[(&str, &str)] = &[
 ];
 
 /// Right, but fewer digits than asked for, or undecided, from this number of digits on: double-double
-/// has no more. In `gear_train` nothing sets off the search for the zero mode, and in
-/// `molecule_in_si` the search stops at once, and in
-/// `body_off_origin` the rotation that is found is taken for one of the translations.
+/// has no more. But for three: in `gear_train` nothing sets off the search for the zero mode, in
+/// `body_off_origin` the rotation is found and dropped as if it were one of the translations, and in
+/// `molecule_in_si` the search for the equilibrium stops at its first step.
 const FEWER: &[(&str, usize)] = &[
     ("body_off_origin", 10),
     ("cancelling_energies", 10),
