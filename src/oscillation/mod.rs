@@ -226,6 +226,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
         ModesError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
             what: format!("the {matrix} matrix"),
             point: "the equilibrium".to_owned(),
+            cause: None,
             span: first_term,
         },
         ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {
