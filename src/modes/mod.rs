@@ -306,8 +306,9 @@ pub fn solve_from(
     Ok(spectrum(&scaled, &zero, &solution, options))
 }
 
-/// From this dimension on most of the work is left to doubles (`quick`): benches/modes.rs, `rungs`.
-const QUICK: usize = 24;
+/// From this dimension on most of the work is left to doubles (`quick`): as fast at 60, three times as fast
+/// at 228 (benches/modes.rs, `chains`).
+const QUICK: usize = 60;
 
 /// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
 /// digits of eigenvalues a millionth of the largest, or all of a double-double.
