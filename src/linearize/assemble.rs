@@ -44,9 +44,10 @@ pub(crate) struct Assembly {
 
 /// Parameter values and constants as numbers of one type.
 #[derive(Clone, Debug)]
-pub(crate) struct Values<S> {
+pub(crate) struct Values<S: Scalar> {
     parameters: Vec<Option<S>>,
     constants: Vec<S>,
+    precision: S::Precision,
 }
 
 /// The parameter that would have to have a value.
@@ -302,7 +303,11 @@ fn compile(
 
 impl Assembly {
     /// The values of parameters and constants.
-    pub(crate) fn values<S: Scalar>(&self, model: &Model) -> Result<Values<S>, NoValue> {
+    pub(crate) fn values<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+    ) -> Result<Values<S>, NoValue> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
         needed.extend(self.families.iter().flat_map(|family| &family.parameters));
         needed.sort_unstable();
@@ -310,20 +315,20 @@ impl Assembly {
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
         for number in needed {
             let value = model.parameters[number].value.ok_or(NoValue(number))?;
-            parameters[number] = evaluate_closed(&model.pool, value);
+            parameters[number] = evaluate_closed(&model.pool, value, precision);
         }
         let inputs: Vec<S> = self
             .constants_parameters
             .iter()
             .filter_map(|number| parameters[*number].clone())
             .collect();
-        let constants = self
-            .constants_tape
-            .as_ref()
-            .map_or_else(Vec::new, |tape| tape.evaluate(&inputs, &mut Vec::new()));
+        let constants = self.constants_tape.as_ref().map_or_else(Vec::new, |tape| {
+            tape.prepare(precision).evaluate(&inputs, &mut Vec::new())
+        });
         Ok(Values {
             parameters,
             constants,
+            precision,
         })
     }
 
@@ -336,7 +341,7 @@ impl Assembly {
         values: &Values<S>,
         mut scatter: impl FnMut(&ElementFamily, &[u32], &[S]),
     ) {
-        let zero = S::from_number(&Number::from(0));
+        let zero = S::from_number(&Number::from(0), values.precision);
         let mut scratch = Vec::new();
         let mut inputs: Vec<S> = Vec::new();
         let mut out: Vec<S> = Vec::new();
@@ -349,7 +354,7 @@ impl Assembly {
             if !used {
                 continue;
             }
-            let prepared = tape.prepare::<S>();
+            let prepared = tape.prepare::<S>(values.precision);
             let width = family.terms.values.len();
             out.clear();
             out.resize(tape.outputs(), zero.clone());
@@ -381,7 +386,7 @@ impl Assembly {
 
     /// The gradient of the effective potential, one entry a coordinate.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
-        let mut gradient = vec![S::from_number(&Number::from(0)); self.dimension];
+        let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
         self.run(Part::Force, at, values, |family, coordinates, numbers| {
             let mut rest = numbers;
             for element in &family.potential {
@@ -439,7 +444,7 @@ impl Assembly {
 
     fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
         let n = self.dimension;
-        let mut matrix = vec![S::from_number(&Number::from(0)); n * n];
+        let mut matrix = vec![S::from_number(&Number::from(0), values.precision); n * n];
         self.run(part, at, values, |family, coordinates, numbers| {
             let elements = if part == Part::Inertia {
                 &family.inertia
@@ -513,10 +518,17 @@ fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&'a [S], &'a
 }
 
 /// The number that an expression without symbols comes to.
-pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId) -> Option<S> {
+pub(crate) fn evaluate_closed<S: Scalar>(
+    pool: &Pool,
+    value: ExprId,
+    precision: S::Precision,
+) -> Option<S> {
     if let Node::Number(number) = pool.node(value) {
-        return Some(S::from_number(number));
+        return Some(S::from_number(number, precision));
     }
     let tape = Tape::compile(pool, &[value], &[]).ok()?;
-    tape.evaluate::<S>(&[], &mut Vec::new()).into_iter().next()
+    tape.prepare::<S>(precision)
+        .evaluate(&[], &mut Vec::new())
+        .into_iter()
+        .next()
 }

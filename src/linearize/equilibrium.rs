@@ -67,7 +67,11 @@ pub(crate) fn find(
                 .find(|number| model.parameters[*number].value.is_none());
             return Err(super::missing_value(model, number.unwrap_or(0)));
         };
-        Ok(super::assemble::evaluate_closed::<Ball>(&model.pool, value))
+        Ok(super::assemble::evaluate_closed::<Ball>(
+            &model.pool,
+            value,
+            (),
+        ))
     };
     let mut point = vec![Ball::ZERO; count];
     let mut origins = vec![Origin::Zero; count];

@@ -61,7 +61,7 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
     assemble::put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
-        .values::<Ball>(&model)
+        .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
     let equilibrium = equilibrium::find(&model, &assembly, &values)?;
     gyroscopic::check(&mut model, &linear, &equilibrium)?;
@@ -90,7 +90,7 @@ pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
         return Ok(symbolic::matrices(&model, &assembly, None));
     }
     let values = assembly
-        .values::<Ball>(&model)
+        .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
     let equilibrium = equilibrium::find(&model, &assembly, &values)?;
     gyroscopic::check(&mut model, &linear, &equilibrium)?;

@@ -60,7 +60,10 @@ pub(crate) fn zero_modes(
         let rest = exact
             .into_iter()
             .map(|vector| ZeroMode {
-                vector: vector.iter().map(Ball::from_number).collect(),
+                vector: vector
+                    .iter()
+                    .map(|number| Ball::from_number(number, ()))
+                    .collect(),
                 meaning: "no restoring force".to_owned(),
             })
             .collect();
@@ -149,7 +152,10 @@ fn constant_generators(
             let exact = exact?;
             Some(ZeroMode {
                 meaning: constant_meaning(model, &exact),
-                vector: exact.iter().map(Ball::from_number).collect(),
+                vector: exact
+                    .iter()
+                    .map(|number| Ball::from_number(number, ()))
+                    .collect(),
             })
         })
         .collect()
