@@ -60,6 +60,7 @@ pub(super) struct Enclosures {
 
 /// How the columns of a nearly diagonal pencil are coupled: its entries as bounds in doubles.
 /// μ_i stands for a number close to s_ii / g_ii, the quotient of column i.
+#[derive(Clone)]
 pub(super) struct Couplings {
     /// The columns by rising quotient.
     pub(super) order: Vec<usize>,
@@ -77,6 +78,22 @@ pub(super) struct Couplings {
     pub(super) h: Plain,
     /// Upper bounds of |g_ij| off the diagonal, 0 on it.
     pub(super) g: Plain,
+}
+
+impl Couplings {
+    /// Columns that are not coupled at all, in no order yet.
+    pub(super) fn zeros(columns: usize) -> Self {
+        Self {
+            order: Vec::new(),
+            steps: Vec::new(),
+            size: vec![0.0; columns],
+            defect: vec![0.0; columns],
+            least: vec![0.0; columns],
+            most: vec![0.0; columns],
+            h: Plain::zeros(columns, columns),
+            g: Plain::zeros(columns, columns),
+        }
+    }
 }
 
 /// What the rows of the pencil contribute to every cluster's bound.

@@ -5,7 +5,8 @@
 //! enclosures. The ladder: eigenvectors in doubles (`start`), both forms in their basis computed
 //! in double-double with error bounds (`pencil`), enclosures of all eigenvalues (`certify`); where
 //! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
-//! (`refine`) and again. The next rung, arbitrary precision, would continue the same loop.
+//! (`refine`) and again. Where double-double has no more to give, the same loop goes on with matrices
+//! and columns of as many bits as it takes (`precise`, [`solve_with`]).
 //!
 //! It never sees a name or an expression, and never takes something small for zero: a zero mode
 //! comes from a vector that the caller has proved to lie in the kernel of K.
@@ -13,16 +14,18 @@
 mod certify;
 mod dense;
 mod pencil;
+mod precise;
 mod refine;
 mod shape;
 mod start;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Rounding, decimal};
+use crate::precision::{Ball, Big, Rounding, decimal};
 use certify::{Cluster, certify};
 use dense::Matrix;
 use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
+pub use precise::{Evaluate, Precise, PreciseProblem, solve_with};
 use start::Failure;
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -115,6 +118,8 @@ pub struct Mode {
     pub omega: Ball,
     /// The rate of growth √(-ω²) of an unstable mode; 0 for any other.
     pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
     /// The mode shape x with xᵀMx = 1, empty if not asked for.
     pub vector: Vec<f64>,
     /// A bound of the error of each component of the vector. In a cluster: of the distance of the
@@ -249,28 +254,7 @@ pub enum ModesError {
 ///
 /// See [`ModesError`]; M must be positive definite, provably so.
 pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesError> {
-    let scaled = Scaled::new(problem)?;
-    let n = scaled.n;
-    if n == 0 {
-        return Ok(Spectrum {
-            modes: Vec::new(),
-            stability: Stability::Stable,
-        });
-    }
-    if problem.zero_vectors.len() > n {
-        return Err(ModesError::ZeroVector { index: n });
-    }
-    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
-        Ok(zero) => zero,
-        Err(index) => {
-            // A bad mass matrix shows here too; it is the better message.
-            let plain = Matrix::zeros(n, 0);
-            first(&scaled, &plain)?;
-            return Err(ModesError::ZeroVector { index });
-        }
-    };
-    let solution = climb(&scaled, &zero, options)?;
-    Ok(spectrum(&scaled, &zero, &solution, options))
+    solve_with(problem, &|_| None, options)
 }
 
 /// Certified columns.
@@ -278,6 +262,8 @@ struct Solution {
     x: Matrix,
     pencil: Pencil,
     certificate: Certificate,
+    /// Eigenvalues beyond double-double, by position; may end early.
+    precise: Vec<Option<Big>>,
 }
 
 /// What is proved about the columns.
@@ -388,6 +374,7 @@ fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solutio
                     x,
                     pencil,
                     certificate,
+                    precise: Vec::new(),
                 },
             ));
         }
@@ -452,6 +439,11 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     if options.vectors && !certificate.clusters.iter().all(separated) {
         return false;
     }
+    covered(certificate, options)
+}
+
+fn covered(certificate: &Certificate, options: &Options) -> bool {
+    let wanted = options.lowest.unwrap_or(usize::MAX);
     certificate
         .eigenvalues
         .iter()
@@ -487,6 +479,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
         x,
         pencil,
         certificate,
+        precise,
     } = solution;
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
@@ -524,7 +517,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
             let shape = zero_shapes.next();
-            modes.push(mode(Ball::ZERO, Kind::Zero, shape, *number));
+            modes.push(mode(Ball::ZERO, None, Kind::Zero, shape, *number));
         }
         *number += u32::from(zeros > 0);
     };
@@ -555,7 +548,9 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
             } else {
                 Kind::Undecided
             };
-            modes.push(mode(value, kind, shapes.next(), own_number));
+            let precise = precise.get(position).and_then(Option::as_ref);
+            let precise = precise.map(|x| x.scale(scaled.power.into()));
+            modes.push(mode(value, precise, kind, shapes.next(), own_number));
         }
     }
     if unstable == certificate.eigenvalues.len() {
@@ -565,7 +560,14 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     Spectrum { modes, stability }
 }
 
-fn mode(omega_squared: Ball, kind: Kind, shape: Option<shape::Shape>, cluster: u32) -> Mode {
+fn mode(
+    omega_squared: Ball,
+    precise: Option<Big>,
+    kind: Kind,
+    shape: Option<shape::Shape>,
+    cluster: u32,
+) -> Mode {
+    let precise = precise.map(|x| Box::new(Precise::new(x, kind)));
     let (omega, growth) = match kind {
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
@@ -579,6 +581,7 @@ fn mode(omega_squared: Ball, kind: Kind, shape: Option<shape::Shape>, cluster: u
         omega_squared,
         omega,
         growth,
+        precise,
         vector,
         vector_error_bound,
         cluster,

@@ -10,7 +10,7 @@ mod warning;
 pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
-use crate::modes::{self, Kind, ModesError, Options, Problem, Stability};
+use crate::modes::{self, Kind, ModesError, Options, Precise, Problem, Stability};
 use crate::precision::Ball;
 
 /// All modes of a model that were asked for.
@@ -35,6 +35,8 @@ pub struct NormalMode {
     pub omega: Ball,
     /// The rate of growth in 1/s; 0 unless the mode is unstable.
     pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
     /// The shape x with xᵀMx = 1, one component a coordinate; empty if not asked for.
     pub vector: Vec<f64>,
     /// A bound of the error of each component; in a cluster, of the distance from its space.
@@ -100,6 +102,7 @@ pub fn normal_modes(
                 omega_squared: mode.omega_squared,
                 omega: mode.omega,
                 growth: mode.growth,
+                precise: mode.precise,
                 vector: if options.vectors {
                     mode.vector
                 } else {
