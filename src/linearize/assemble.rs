@@ -39,7 +39,7 @@ pub(crate) struct Assembly {
     /// The distinct constants that fill value slots.
     constants_tape: Option<Tape>,
     constants_parameters: Vec<usize>,
-    dimension: usize,
+    pub(super) dimension: usize,
 }
 
 /// Parameter values and constants as numbers of one type.
@@ -55,7 +55,7 @@ pub(crate) struct NoValue(pub(crate) usize);
 
 /// What an evaluation is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Part {
+pub(super) enum Part {
     Inertia,
     Force,
     Stiffness,
@@ -334,7 +334,7 @@ impl Assembly {
 
     /// Runs one kind of tape for all instances: `scatter` gets the family, the coordinates of the
     /// instance, and the numbers in the order of the elements.
-    fn run<S: Scalar>(
+    pub(super) fn run<S: Scalar>(
         &self,
         part: Part,
         at: &[S],
@@ -510,7 +510,7 @@ impl Assembly {
 }
 
 /// Splits the next numbers off.
-fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&'a [S], &'a [S]) {
+pub(super) fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&'a [S], &'a [S]) {
     let (a, tail) = rest.split_at(first.min(rest.len()));
     let (b, tail) = tail.split_at(second.min(tail.len()));
     *rest = tail;

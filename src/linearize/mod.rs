@@ -12,6 +12,7 @@ mod elements;
 mod equilibrium;
 mod error;
 mod exact;
+mod factors;
 mod facts;
 mod gyroscopic;
 mod mechanism;
@@ -23,6 +24,7 @@ pub use assemble::ElementFamily;
 pub use elements::Element;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
+pub use factors::Factors;
 pub(crate) use parametric::{Parametric, parametric};
 pub use symbolic::SymbolicMatrices;
 pub use zero::ZeroMode;
@@ -159,6 +161,13 @@ impl Linearized {
     pub fn stiffness(&self) -> Vec<Ball> {
         self.assembly
             .stiffness(&self.equilibrium.values, &self.values)
+    }
+
+    /// The stiffness matrix as a sum of squares, as far as it is one.
+    #[must_use]
+    pub fn factors(&self) -> Factors {
+        self.assembly
+            .factors(&self.equilibrium.values, &self.values)
     }
 
     /// M and K as expressions.

@@ -130,9 +130,10 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
             Ok((radius, reach)) => {
                 let mut below = 0.0;
                 let factor = 1.0 + slack(m);
-                for position in start..end {
-                    radii[position] = below;
-                    below += couplings.steps.get(position).copied().unwrap_or(0.0) * factor;
+                for (position, radius) in radii[start..end].iter_mut().enumerate() {
+                    *radius = below;
+                    let step = couplings.steps.get(start + position);
+                    below += step.copied().unwrap_or(0.0) * factor;
                 }
                 let mut above: f64 = 0.0;
                 for position in (start..end).rev() {

@@ -3,8 +3,13 @@
 //! Stored column by column, high and low parts apart, columns padded with zeros to a multiple of
 //! four rows, so that the compiler can turn the inner loops into vector instructions.
 
-use crate::precision::{DoubleDouble, two_sum};
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
 
+use crate::precision::{DoubleDouble, fast_two_sum, two_sum};
+
+/// From so many terms on, products of doubles are left to faer.
+const LARGE: usize = 32;
 /// Terms summed before the result is carried over into a double-double total.
 const BLOCK: usize = 8;
 
@@ -63,6 +68,22 @@ impl Matrix {
         &self.hi[column * self.stride..column * self.stride + self.rows]
     }
 
+    /// The high parts, to be multiplied.
+    pub(super) fn hi(&self) -> View<'_> {
+        View::new(&self.hi, self.rows, self.columns, self.stride)
+    }
+
+    /// The low parts of a column.
+    pub(super) fn column_lo(&self, column: usize) -> &[f64] {
+        &self.lo[column * self.stride..column * self.stride + self.rows]
+    }
+
+    /// High and low parts of a column, to be written.
+    pub(super) fn column_mut(&mut self, column: usize) -> (&mut [f64], &mut [f64]) {
+        let range = column * self.stride..column * self.stride + self.rows;
+        (&mut self.hi[range.clone()], &mut self.lo[range])
+    }
+
     pub(super) fn transposed(&self) -> Self {
         let mut result = Self::zeros(self.columns, self.rows);
         // In squares that fit the cache.
@@ -105,6 +126,12 @@ impl Matrix {
         }
     }
 
+    /// Changes the sign of every entry.
+    pub(super) fn negate(&mut self) {
+        self.hi.iter_mut().for_each(|x| *x = -*x);
+        self.lo.iter_mut().for_each(|x| *x = -*x);
+    }
+
     /// The given columns, in the given order.
     pub(super) fn gather(&self, columns: &[usize]) -> Self {
         let mut result = Self::zeros(self.rows, columns.len());
@@ -112,6 +139,17 @@ impl Matrix {
             let (to, from) = (to * self.stride, from * self.stride);
             result.hi[to..to + self.stride].copy_from_slice(&self.hi[from..from + self.stride]);
             result.lo[to..to + self.stride].copy_from_slice(&self.lo[from..from + self.stride]);
+        }
+        result
+    }
+
+    /// The given rows, in the given order.
+    pub(super) fn gather_rows(&self, rows: &[usize]) -> Self {
+        let mut result = Self::zeros(rows.len(), self.columns);
+        for column in 0..self.columns {
+            for (to, &from) in rows.iter().enumerate() {
+                result.set(to, column, self.get(from, column));
+            }
         }
         result
     }
@@ -163,6 +201,11 @@ impl Plain {
         result
     }
 
+    /// To be multiplied.
+    pub(super) fn view(&self) -> View<'_> {
+        View::new(&self.data, self.rows, self.columns, self.stride)
+    }
+
     /// As a matrix of double-doubles.
     pub(super) fn widened(&self) -> Matrix {
         let lo = vec![0.0; self.data.len()];
@@ -176,6 +219,80 @@ impl Plain {
         }
     }
 }
+
+/// Rounding of a product of doubles with `inner` terms, whatever the order of summation, fused or not:
+/// |computed - exact| <= γ Σ |a| |b| (Higham, Accuracy and Stability of Numerical Algorithms, 3.1).
+/// 2^-1000 more than covers underflow.
+pub(super) fn gamma(inner: usize) -> f64 {
+    let nu = (inner as f64 + 2.0) * 0.5 * f64::EPSILON;
+    nu / (1.0 - nu)
+}
+
+/// a b in doubles, by faer; see [`gamma`].
+pub(super) fn multiply(a: View<'_>, b: View<'_>) -> Plain {
+    let mut c = Plain::zeros(a.0.nrows(), b.0.ncols());
+    multiply_onto(&mut c, Accum::Replace, a, b);
+    c
+}
+
+/// a b in doubles, put in the place of what `c` holds, or added to it.
+pub(super) fn multiply_onto(c: &mut Plain, accumulate: Accum, a: View<'_>, b: View<'_>) {
+    let (rows, columns, stride) = (c.rows, c.columns, c.stride);
+    if rows == 0 || columns == 0 {
+        return;
+    }
+    let to = MatMut::from_column_major_slice_with_stride_mut(&mut c.data, rows, columns, stride);
+    matmul(to, accumulate, a.0, b.0, 1.0, Par::Seq);
+}
+
+/// A matrix of doubles to be multiplied.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a>(MatRef<'a, f64>);
+
+impl<'a> View<'a> {
+    fn new(data: &'a [f64], rows: usize, columns: usize, stride: usize) -> Self {
+        if rows == 0 || columns == 0 {
+            return Self(MatRef::from_column_major_slice(&[], rows, columns));
+        }
+        Self(MatRef::from_column_major_slice_with_stride(
+            data, rows, columns, stride,
+        ))
+    }
+
+    pub(super) fn transposed(self) -> Self {
+        Self(self.0.transpose())
+    }
+}
+
+/// Wraps loops in a function that runs them compiled for fused multiply-add and four lanes where the
+/// machine has these: without them they cost five times as much. The results are the same.
+macro_rules! kernel {
+    ($name:ident, $loops:ident, ($($argument:ident: $type:ty),*)) => {
+        fn $name($($argument: $type),*) {
+            #[cfg(target_arch = "x86_64")]
+            if std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma")
+            {
+                #[target_feature(enable = "avx2,fma")]
+                fn fused($($argument: $type),*) {
+                    $loops::<true>($($argument),*);
+                }
+                #[allow(unsafe_code)]
+                // SAFETY: the features that the function is compiled for were detected just above.
+                unsafe {
+                    fused($($argument),*);
+                }
+                return;
+            }
+            $loops::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>($($argument),*);
+        }
+    };
+}
+
+kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part));
+kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
+kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
+kernel!(run_bound, bound_loops, (a: &Plain, b: &Plain, c: &mut Plain, part: Part));
 
 /// Which part of a product is computed.
 #[derive(Clone, Copy, PartialEq)]
@@ -207,26 +324,8 @@ pub(super) fn product_bound(inner: usize) -> f64 {
 /// The matrix product a b; see [`product_bound`].
 pub(super) fn product(a: &Matrix, b: &Matrix, part: Part) -> Matrix {
     let mut c = Matrix::zeros(a.rows, b.columns);
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        // Without fused multiply-add and four lanes this costs five times as much.
-        #[allow(unsafe_code)]
-        // SAFETY: the features that the function is compiled for were detected just above.
-        unsafe {
-            product_avx2(a, b, &mut c, part);
-        }
-        return mirrored(c, part);
-    }
-    product_loops::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>(
-        a, b, &mut c, part,
-    );
+    run_product(a, b, &mut c, part);
     mirrored(c, part)
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn product_avx2(a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part) {
-    product_loops::<true>(a, b, c, part);
 }
 
 fn mirrored(mut c: Matrix, part: Part) -> Matrix {
@@ -250,59 +349,141 @@ fn product_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, part
         let to = column * c.stride;
         let mut row = if part == Part::Lower { column & !3 } else { 0 };
         while row + 8 <= stride {
-            tile::<FUSED, 8>(a, row, b_hi, b_lo, c, to + row);
+            tile::<FUSED, 8>(a, row, |k| k, (b_hi, b_lo), c, to + row);
             row += 8;
         }
         if row < stride {
-            tile::<FUSED, 4>(a, row, b_hi, b_lo, c, to + row);
+            tile::<FUSED, 4>(a, row, |k| k, (b_hi, b_lo), c, to + row);
         }
     }
 }
 
-/// N rows of one column of the product.
+/// N rows of one column of the product: the columns of `a` at `places` times the numbers of `b`.
 #[inline(always)]
 fn tile<const FUSED: bool, const N: usize>(
     a: &Matrix,
     row: usize,
-    b_hi: &[f64],
-    b_lo: &[f64],
+    places: impl Fn(usize) -> usize,
+    (b_hi, b_lo): (&[f64], &[f64]),
     c: &mut Matrix,
     to: usize,
 ) {
-    let mut total_hi = [0.0; N];
-    let mut total_lo = [0.0; N];
-    let mut start = row;
+    let mut total = [DoubleDouble::ZERO; N];
+    let mut at = 0;
     for (block_hi, block_lo) in b_hi.chunks(BLOCK).zip(b_lo.chunks(BLOCK)) {
         let mut s = [0.0; N];
         let mut t = [0.0; N];
         for (&bh, &bl) in block_hi.iter().zip(block_lo) {
+            let start = places(at) * a.stride + row;
             let ah = &a.hi[start..start + N];
             let al = &a.lo[start..start + N];
             for l in 0..N {
-                let p = ah[l] * bh;
-                let e = if FUSED {
-                    ah[l].mul_add(bl, al[l].mul_add(bh, ah[l].mul_add(bh, -p)))
-                } else {
-                    crate::precision::product_error(ah[l], bh, p) + (ah[l] * bl + al[l] * bh)
-                };
-                let (sum, r) = two_sum(s[l], p);
-                s[l] = sum;
-                t[l] += r + e;
+                add_product::<FUSED>((ah[l], al[l]), (bh, bl), &mut s[l], &mut t[l]);
             }
-            start += a.stride;
+            at += 1;
         }
-        for l in 0..N {
-            let (hi, lo) = two_sum(s[l], t[l]);
-            let sum = DoubleDouble {
-                hi: total_hi[l],
-                lo: total_lo[l],
-            } + DoubleDouble { hi, lo };
-            total_hi[l] = sum.hi;
-            total_lo[l] = sum.lo;
+        carry_over(&mut total, &s, &t);
+    }
+    for l in 0..N {
+        c.hi[to + l] = total[l].hi;
+        c.lo[to + l] = total[l].lo;
+    }
+}
+
+/// s + t <- s + t + a b, s rounded and t collecting what that leaves over.
+#[inline(always)]
+fn add_product<const FUSED: bool>(a: (f64, f64), b: (f64, f64), s: &mut f64, t: &mut f64) {
+    let p = a.0 * b.0;
+    let e = if FUSED {
+        a.0.mul_add(b.1, a.1.mul_add(b.0, a.0.mul_add(b.0, -p)))
+    } else {
+        crate::precision::product_error(a.0, b.0, p) + (a.0 * b.1 + a.1 * b.0)
+    };
+    let (sum, r) = two_sum(*s, p);
+    *s = sum;
+    *t += r + e;
+}
+
+#[inline(always)]
+fn carry_over<const N: usize>(total: &mut [DoubleDouble; N], s: &[f64; N], t: &[f64; N]) {
+    for l in 0..N {
+        let (hi, lo) = two_sum(s[l], t[l]);
+        total[l] = total[l] + DoubleDouble { hi, lo };
+    }
+}
+
+/// The columns of a sparse matrix, as double-doubles.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Columns {
+    /// Where each column starts in the lists, and the end.
+    pub(super) starts: Vec<usize>,
+    /// The rows of its entries.
+    pub(super) places: Vec<usize>,
+    pub(super) hi: Vec<f64>,
+    pub(super) lo: Vec<f64>,
+}
+
+/// The matrix product a b for a sparse b, with the bound of [`product`].
+pub(super) fn product_sparse(a: &Matrix, b: &Columns) -> Matrix {
+    let mut c = Matrix::zeros(a.rows, b.starts.len().saturating_sub(1));
+    run_sparse(a, b, &mut c);
+    c
+}
+
+#[inline(always)]
+fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns, c: &mut Matrix) {
+    for column in 0..c.columns {
+        let range = b.starts[column]..b.starts[column + 1];
+        let numbers = (&b.hi[range.clone()], &b.lo[range.clone()]);
+        let places = &b.places[range];
+        let to = column * c.stride;
+        let mut row = 0;
+        while row + 8 <= a.stride {
+            tile::<FUSED, 8>(a, row, |k| places[k], numbers, c, to + row);
+            row += 8;
+        }
+        if row < a.stride {
+            tile::<FUSED, 4>(a, row, |k| places[k], numbers, c, to + row);
         }
     }
-    c.hi[to..to + N].copy_from_slice(&total_hi);
-    c.lo[to..to + N].copy_from_slice(&total_lo);
+}
+
+/// Σ_k a_ik b_ik for every row i, with the bound of [`product`].
+pub(super) fn row_products(a: &Matrix, b: &Matrix) -> Vec<DoubleDouble> {
+    let mut result = Vec::with_capacity(a.stride);
+    run_rows(a, b, &mut result);
+    result.truncate(a.rows);
+    result
+}
+
+#[inline(always)]
+fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>) {
+    for row in (0..a.stride).step_by(4) {
+        let mut total = [DoubleDouble::ZERO; 4];
+        for first in (0..a.columns).step_by(BLOCK) {
+            let (mut s, mut t) = ([0.0; 4], [0.0; 4]);
+            for column in first..(first + BLOCK).min(a.columns) {
+                let at = column * a.stride + row;
+                for l in 0..4 {
+                    let (x, y) = ((a.hi[at + l], a.lo[at + l]), (b.hi[at + l], b.lo[at + l]));
+                    add_product::<FUSED>(x, y, &mut s[l], &mut t[l]);
+                }
+            }
+            carry_over(&mut total, &s, &t);
+        }
+        result.extend(total);
+    }
+}
+
+/// Adds a matrix of doubles, which costs 2 u² of the sum (DWPlusFP).
+pub(super) fn add_to(sum: &mut Matrix, part: &Plain) {
+    for column in 0..sum.columns {
+        let (hi, lo) = sum.column_mut(column);
+        for ((hi, lo), x) in hi.iter_mut().zip(lo).zip(part.column(column)) {
+            let (s, e) = two_sum(*hi, *x);
+            (*hi, *lo) = fast_two_sum(s, e + *lo);
+        }
+    }
 }
 
 /// An upper bound, entry by entry, of the product of two matrices of nonnegative doubles.
@@ -310,19 +491,13 @@ fn tile<const FUSED: bool, const N: usize>(
 /// A sum of m products in doubles is off by less than a factor 1 + 2 m u and m 2^-1074 for
 /// underflow.
 pub(super) fn bound_product(a: &Plain, b: &Plain, part: Part) -> Plain {
-    let mut c = Plain::zeros(a.rows, b.columns);
-    #[cfg(target_arch = "x86_64")]
-    if std::arch::is_x86_feature_detected!("avx2") && std::arch::is_x86_feature_detected!("fma") {
-        #[allow(unsafe_code)]
-        // SAFETY: the features that the function is compiled for were detected just above.
-        unsafe {
-            bound_product_avx2(a, b, &mut c, part);
-        }
+    let mut c = if a.columns < LARGE {
+        let mut c = Plain::zeros(a.rows, b.columns);
+        run_bound(a, b, &mut c, part);
+        c
     } else {
-        bound_loops::<false>(a, b, &mut c, part);
-    }
-    #[cfg(not(target_arch = "x86_64"))]
-    bound_loops::<false>(a, b, &mut c, part);
+        multiply(a.view(), b.view())
+    };
     let factor = 1.0 + 4.0 * (a.columns as f64 + 2.0) * f64::EPSILON;
     for column in 0..c.columns {
         let from = if part == Part::Lower { column } else { 0 };
@@ -335,12 +510,6 @@ pub(super) fn bound_product(a: &Plain, b: &Plain, part: Part) -> Plain {
         }
     }
     c
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma")]
-fn bound_product_avx2(a: &Plain, b: &Plain, c: &mut Plain, part: Part) {
-    bound_loops::<true>(a, b, c, part);
 }
 
 #[inline(always)]

@@ -6,26 +6,32 @@
 //! in double-double with error bounds (`pencil`), enclosures of all eigenvalues (`certify`); where
 //! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
 //! (`refine`) and again. Where double-double has no more to give, the same loop goes on with matrices
-//! and columns of as many bits as it takes (`precise`, [`solve_with`]).
+//! and columns of as many bits as it takes (`precise`).
 //!
 //! It never sees a name or an expression, and never takes something small for zero: a zero mode
 //! comes from a vector that the caller has proved to lie in the kernel of K.
 
 mod certify;
 mod dense;
+mod factored;
+mod image;
 mod pencil;
 mod precise;
+mod quick;
 mod refine;
 mod shape;
 mod start;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, Big, Rounding, decimal};
-use certify::{Cluster, certify};
+use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
+use certify::{Cluster, Couplings, certify};
 use dense::Matrix;
+use factored::Factored;
+pub use factored::Factors;
 use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
-pub use precise::{Evaluate, Precise, PreciseProblem, solve_with};
+pub use precise::{Precise, PreciseProblem};
+use quick::{Quick, Round};
 use start::Failure;
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -248,22 +254,120 @@ pub enum ModesError {
     NoConvergence,
 }
 
+/// Where a problem comes from: what it can be asked for when its matrices do not tell enough.
+///
+/// Everything must describe the same exact matrices as [`Problem`] does. Nothing is asked for that is
+/// not needed.
+pub trait Source {
+    /// The stiffness matrix as a sum of squares, if it is known as one.
+    fn factors(&self) -> Option<Factors> {
+        None
+    }
+
+    /// Both matrices with entries of so many bits, and the zero vectors, in the same order: for more
+    /// digits than double-double has, or problems that are too ill-conditioned for it.
+    fn precisely(&self, _bits: usize) -> Option<PreciseProblem> {
+        None
+    }
+}
+
+/// No source: the matrices are all there is.
+impl Source for () {}
+
 /// All modes of a problem.
 ///
 /// # Errors
 ///
 /// See [`ModesError`]; M must be positive definite, provably so.
 pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesError> {
-    solve_with(problem, &|_| None, options)
+    solve_from(problem, &(), options)
 }
+
+/// All modes of a problem whose source can be asked for more where the matrices do not do.
+///
+/// # Errors
+///
+/// As [`solve`].
+pub fn solve_from(
+    problem: &Problem,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Spectrum, ModesError> {
+    let scaled = Scaled::new(problem)?;
+    let n = scaled.n;
+    if n == 0 {
+        return Ok(Spectrum {
+            modes: Vec::new(),
+            stability: Stability::Stable,
+        });
+    }
+    if problem.zero_vectors.len() > n {
+        return Err(ModesError::ZeroVector { index: n });
+    }
+    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
+        Ok(zero) => zero,
+        Err(index) => {
+            // A bad mass matrix shows here too; it is the better message.
+            let plain = Matrix::zeros(n, 0);
+            first(&scaled, &plain)?;
+            return Err(ModesError::ZeroVector { index });
+        }
+    };
+    let solution = climb(&scaled, &zero, source, options);
+    let solution = precise::further(&scaled, &zero, solution, source, options)?;
+    Ok(spectrum(&scaled, &zero, &solution, options))
+}
+
+/// From this dimension on most of the work is left to doubles (`quick`): benches/modes.rs, `rungs`.
+const QUICK: usize = 24;
+
+/// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
+/// digits of eigenvalues a millionth of the largest, or all of a double-double.
+const SLICES: [usize; 2] = [4, 6];
+
+/// How accurate shapes have to be.
+const SHAPES: f64 = 1e-12;
 
 /// Certified columns.
 struct Solution {
     x: Matrix,
-    pencil: Pencil,
+    gram: Gram,
+    /// A bound, for each column, of the M-length of its part along the zero vectors.
+    leak: Vec<f64>,
     certificate: Certificate,
     /// Eigenvalues beyond double-double, by position; may end early.
     precise: Vec<Option<Big>>,
+}
+
+/// XᵀMX, in the form in which a rung leaves it.
+enum Gram {
+    Entries(pencil::Bounded),
+    Factors(Box<Round>),
+}
+
+impl Gram {
+    fn diagonal(&self, k: usize) -> Ball {
+        match self {
+            Self::Entries(g) => g.ball(k, k),
+            Self::Factors(round) => round.norm(k),
+        }
+    }
+
+    /// The entries of some columns, without bounds.
+    fn block(&self, columns: &[usize]) -> Matrix {
+        match self {
+            Self::Factors(round) => round.gram(columns),
+            Self::Entries(g) => {
+                let mut block = Matrix::zeros(columns.len(), columns.len());
+                for (q, &j) in columns.iter().enumerate() {
+                    for (p, &i) in columns.iter().enumerate() {
+                        block.set(p, q, g.mid.get(i, j));
+                    }
+                }
+                block
+            }
+        }
+    }
 }
 
 /// What is proved about the columns.
@@ -277,8 +381,7 @@ struct Certificate {
 }
 
 impl Certificate {
-    fn new(pencil: &Pencil) -> Option<Self> {
-        let (quotients, couplings) = couplings(pencil)?;
+    fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
         let enclosures = certify(&couplings)?;
         let order = couplings.order;
         let eigenvalues = order
@@ -340,51 +443,161 @@ fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
 }
 
 /// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
-fn climb(scaled: &Scaled, zero: &ZeroSpace, options: &Options) -> Result<Solution, ModesError> {
-    let (mut x, mut tried_careful) = first(scaled, &zero.mid)?;
-    let mut best: Option<(f64, Solution)> = None;
-    for round in 0..=ROUNDS {
-        let pencil = pencil(scaled, zero, &x);
-        let Some(certificate) = Certificate::new(&pencil) else {
-            if best.is_some() {
-                break;
-            }
-            if round == ROUNDS {
-                return Err(unproved(scaled, &pencil, &x));
-            }
-            if tried_careful {
-                x = refine::refine(&pencil, zero, &x);
-            } else {
-                tried_careful = true;
-                x = careful(scaled, &zero.mid)?;
-            }
-            continue;
-        };
-        let satisfied = satisfied(&certificate, options, round);
-        let score = score(&certificate, options);
-        let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
-        // Less than a few bits gained in all: double-double has nothing more to give.
-        let stuck = best
-            .as_ref()
-            .is_some_and(|(before, _)| score > before - 4.0);
-        if best.as_ref().is_none_or(|(before, _)| score <= *before) {
-            best = Some((
-                score,
-                Solution {
-                    x,
-                    pencil,
-                    certificate,
-                    precise: Vec::new(),
-                },
-            ));
-        }
-        match next {
-            Some(next) if !stuck => x = next,
-            _ => break,
+fn climb(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Solution, ModesError> {
+    let mut climb = Climb {
+        scaled,
+        zero,
+        options,
+        best: None,
+    };
+    let (mut x, careful) = first(scaled, &zero.mid)?;
+    if scaled.n >= QUICK && !careful {
+        match quick(scaled, zero, options, &x) {
+            Tried::Satisfied(solution) => return Ok(*solution),
+            Tried::Improved(better) => x = better,
         }
     }
-    best.map(|(_, solution)| solution)
-        .ok_or(ModesError::NoConvergence)
+    let failed = match climb.rounds(None, x, careful) {
+        Ok(true) => None,
+        Ok(false) => Some(ModesError::NoConvergence),
+        Err(error) => Some(error),
+    };
+    // The same once more with energies in place of entries.
+    if failed.is_some()
+        && let Some(factors) = source.factors()
+    {
+        let factored = Factored::new(scaled, &factors)?;
+        let columns = scaled.n - zero.mid.columns;
+        let start = factored.singular_vectors(scaled, columns);
+        let x = match (start, &climb.best) {
+            (Some(x), _) => x,
+            (None, Some((_, solution))) => solution.x.clone(),
+            (None, None) => self::careful(scaled, &zero.mid)?,
+        };
+        // What has been found so far still stands if this finds nothing.
+        let _ = climb.rounds(Some(&factored), x, true);
+    }
+    match (climb.best, failed) {
+        (Some((_, solution)), _) => Ok(solution),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(ModesError::NoConvergence),
+    }
+}
+
+/// The best columns so far, with their score.
+struct Climb<'a> {
+    scaled: &'a Scaled,
+    zero: &'a ZeroSpace,
+    options: &'a Options,
+    best: Option<(f64, Solution)>,
+}
+
+impl Climb<'_> {
+    /// Refines from x on, in double-double; whether everything that is wanted is covered.
+    fn rounds(
+        &mut self,
+        factored: Option<&Factored>,
+        mut x: Matrix,
+        mut tried_careful: bool,
+    ) -> Result<bool, ModesError> {
+        let (scaled, zero, options) = (self.scaled, self.zero, self.options);
+        let mut before = f64::INFINITY;
+        for round in 0..=ROUNDS {
+            let pencil = pencil(scaled, factored, zero, &x);
+            let certificate = couplings(&pencil)
+                .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+            let Some(certificate) = certificate else {
+                if before.is_finite() {
+                    break;
+                }
+                if round == ROUNDS {
+                    return Err(unproved(scaled, &pencil, &x));
+                }
+                if tried_careful {
+                    x = refine::refine(&pencil, zero, &x);
+                } else {
+                    tried_careful = true;
+                    x = careful(scaled, &zero.mid)?;
+                }
+                continue;
+            };
+            let satisfied = satisfied(&certificate, options, round);
+            let score = score(&certificate, options);
+            let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
+            // Less than a few bits gained in all: double-double has nothing more to give.
+            let stuck = score > before - 4.0;
+            before = before.min(score);
+            if satisfied || self.best.as_ref().is_none_or(|(best, _)| score <= *best) {
+                let solution = Solution {
+                    x,
+                    gram: Gram::Entries(pencil.g),
+                    leak: pencil.leak,
+                    certificate,
+                    precise: Vec::new(),
+                };
+                self.best = Some((score, solution));
+            }
+            match next {
+                Some(next) if !stuck => x = next,
+                _ => return Ok(satisfied),
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// What the rung in doubles comes to.
+enum Tried {
+    Satisfied(Box<Solution>),
+    /// Not everything that is wanted is covered; better columns than before.
+    Improved(Matrix),
+}
+
+/// The rung in doubles: as long as refinement gains something.
+fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
+    let quick = Quick::new(scaled, zero);
+    let mut xt = x.transposed();
+    let mut before = f64::INFINITY;
+    for number in 0..=ROUNDS {
+        let few = number == 0 || number == 1 && options.digits <= 12;
+        let round = quick.round(xt, SLICES[usize::from(!few)]);
+        // What doubles come to may be known to be too little for the shapes before it is certified.
+        let step = (number == 0 && options.vectors)
+            .then(|| refine::Step::new(&round, round.columns().rows))
+            .filter(|step| step.size() > SHAPES);
+        if let Some(step) = step {
+            xt = refine::refine_rows(&quick, &round, &step);
+            continue;
+        }
+        let certificate = round
+            .couplings()
+            .and_then(|couplings| Certificate::new(round.quotients(), couplings));
+        let Some(certificate) = certificate else {
+            return Tried::Improved(round.columns().transposed());
+        };
+        if satisfied(&certificate, options, number) {
+            return Tried::Satisfied(Box::new(Solution {
+                x: round.columns().transposed(),
+                leak: round.leak().to_vec(),
+                gram: Gram::Factors(Box::new(round)),
+                certificate,
+                precise: Vec::new(),
+            }));
+        }
+        let score = score(&certificate, options);
+        if score > before - 4.0 {
+            return Tried::Improved(round.columns().transposed());
+        }
+        before = score;
+        let step = refine::Step::new(&round, round.columns().rows);
+        xt = refine::refine_rows(&quick, &round, &step);
+    }
+    Tried::Improved(xt.transposed())
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
@@ -431,7 +644,7 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     let separated = |cluster: &Cluster| {
         cluster.start >= wanted
             || if cluster.len() == 1 {
-                shape::rough_error(cluster) < 1e-12
+                shape::rough_error(cluster) < SHAPES
             } else {
                 round > 0
             }
@@ -442,12 +655,12 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     covered(certificate, options)
 }
 
+/// Whether the enclosures cover the wanted digits.
 fn covered(certificate: &Certificate, options: &Options) -> bool {
-    let wanted = options.lowest.unwrap_or(usize::MAX);
     certificate
         .eigenvalues
         .iter()
-        .take(wanted)
+        .take(options.lowest.unwrap_or(usize::MAX))
         .all(|x| covers(x, options.digits))
 }
 
@@ -477,9 +690,10 @@ fn covers(x: &Ball, digits: usize) -> bool {
 fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
     let Solution {
         x,
-        pencil,
+        leak,
         certificate,
         precise,
+        ..
     } = solution;
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
@@ -512,7 +726,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     .into_iter();
     let errors = options
         .vectors
-        .then(|| shape::Errors::new(pencil, certificate, x));
+        .then(|| shape::Errors::new(leak, certificate, x));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
@@ -533,7 +747,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
         let columns = &certificate.order[cluster.start..cluster.end];
         let mut shapes = errors
             .as_ref()
-            .map(|errors| shape::cluster_shapes(scaled, zero, pencil, x, columns, errors, index))
+            .map(|errors| shape::cluster_shapes(scaled, zero, solution, columns, errors, index))
             .unwrap_or_default()
             .into_iter();
         for position in cluster.start..cluster.end {
@@ -567,7 +781,6 @@ fn mode(
     shape: Option<shape::Shape>,
     cluster: u32,
 ) -> Mode {
-    let precise = precise.map(|x| Box::new(Precise::new(x, kind)));
     let (omega, growth) = match kind {
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
@@ -581,7 +794,7 @@ fn mode(
         omega_squared,
         omega,
         growth,
-        precise,
+        precise: precise.map(|x| Box::new(Precise::new(x, kind))),
         vector,
         vector_error_bound,
         cluster,

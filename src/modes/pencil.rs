@@ -2,6 +2,7 @@
 
 use super::certify::Couplings;
 use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use super::factored::Factored;
 use super::{ModesError, Problem, Which};
 use crate::precision::{Ball, DoubleDouble, U2, exponent_of, up};
 
@@ -10,7 +11,7 @@ pub(super) struct Enclosed {
     pub(super) mid: Matrix,
     /// radius + c u² |mid|, entry by entry: what a product with the matrix is off by, per unit of
     /// the other factor.
-    weight: Plain,
+    pub(super) weight: Plain,
     diagonal: bool,
 }
 
@@ -49,7 +50,8 @@ impl Scaled {
                 }
             }
         }
-        let power = if power == i32::MIN { 0 } else { power };
+        // Even, so that factors of K can be scaled by its root.
+        let power = if power == i32::MIN { 0 } else { power & !1 };
         Ok(Self {
             n,
             mass: Enclosed::new(n, &problem.mass, &shift, 0),
@@ -85,21 +87,24 @@ fn check(problem: &Problem, matrix: Which) -> Result<(), ModesError> {
 
 impl Enclosed {
     /// From the lower triangle of `entries`.
-    fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
+    pub(super) fn new(n: usize, entries: &[Ball], shift: &[i32], power: i32) -> Self {
         let mut mid = Matrix::zeros(n, n);
         let mut weight = Plain::zeros(n, n);
         let mut diagonal = true;
         let unit = product_bound(n);
         for column in 0..n {
             for row in column..n {
-                let entry = entries[column * n + row].scale(shift[row] + shift[column] - power);
+                let entry = entries[column * n + row];
+                if entry.is_zero() {
+                    continue;
+                }
+                let entry = entry.scale(shift[row] + shift[column] - power);
                 mid.set(row, column, entry.mid);
                 mid.set(column, row, entry.mid);
                 let bound = up(entry.radius + unit * entry.mid.hi.abs());
-                let bound = if entry.is_zero() { 0.0 } else { bound };
                 weight.set(row, column, bound);
                 weight.set(column, row, bound);
-                diagonal &= row == column || entry.is_zero();
+                diagonal &= row == column;
             }
         }
         Self {
@@ -141,6 +146,33 @@ impl Enclosed {
         y
     }
 
+    /// XᵀAX.
+    ///
+    /// With w = radius + c u² |A| (c from [`product_bound`]), the computed image Y of A X is off by at
+    /// most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+    pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
+        let sizes = x.magnitudes();
+        let image = self.times(x);
+        let mut error = self.weigh(&sizes);
+        let unit = product_bound(x.rows);
+        for column in 0..x.columns {
+            let bounds = error.column_mut(column).iter_mut();
+            for (e, y) in bounds.zip(image.column_hi(column)) {
+                *e = up(*e + unit * y.abs());
+            }
+        }
+        Bounded {
+            mid: product(xt, &image, Part::Lower),
+            radius: bound_product(&sizes.transposed(), &error, Part::Lower),
+        }
+    }
+
+    /// Whether nothing is left of the matrix but uncertainty.
+    pub(super) fn is_negligible(&self) -> bool {
+        let n = self.mid.rows;
+        (0..n).all(|column| self.mid.column_hi(column).iter().all(|x| x.abs() < 1e-25))
+    }
+
     /// The matrix times a vector of balls, as balls.
     pub(super) fn apply(&self, x: &[Ball]) -> Vec<Ball> {
         (0..self.mid.rows)
@@ -174,6 +206,7 @@ impl Enclosed {
 }
 
 /// A symmetric matrix with an error bound for every entry.
+#[derive(Clone)]
 pub(super) struct Bounded {
     pub(super) mid: Matrix,
     pub(super) radius: Plain,
@@ -211,6 +244,25 @@ pub(super) struct ZeroSpace {
 }
 
 impl ZeroSpace {
+    /// (M Z)ᵀ, z by n, and for each zero vector a bound of what products with its row are off by, per
+    /// unit of the other factor's length.
+    pub(super) fn image(&self) -> (&Matrix, Vec<f64>) {
+        let errors = (0..self.image.rows)
+            .map(|p| {
+                let squares: f64 = (0..self.image.columns)
+                    .map(|i| self.image_radius.get(p, i) * self.image_radius.get(p, i))
+                    .sum();
+                squares.sqrt() * (1.0 + 1e-6) + 1e-150
+            })
+            .collect();
+        (&self.image, errors)
+    }
+
+    /// A bound of ‖ZᵀMZ - 1‖ below 1.
+    pub(super) fn defect(&self) -> f64 {
+        self.defect
+    }
+
     /// From linearly independent vectors of the kernel of K; `Err` with an index if a vector is
     /// certainly not in it or they are not independent.
     pub(super) fn new(problem: &Scaled, vectors: &[Vec<Ball>]) -> Result<Self, usize> {
@@ -295,44 +347,31 @@ impl ZeroSpace {
 
 /// The pencil of the problem in the columns of x, with the zero vectors taken out.
 ///
-/// Errors: with w = radius + c u² |A| for a matrix A (c from [`product_bound`]), the computed
-/// image Y of A X is off by at most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+/// The stiffness is taken from its factors where these are given.
 ///
 /// Zero vectors: for Z in the kernel of K and X' = X - Z (ZᵀMZ)⁻¹ ZᵀMX, which is M-orthogonal to Z,
 /// X'ᵀKX' = XᵀKX exactly, and X'ᵀMX' = XᵀMX - R with R = (ZᵀMX)ᵀ (ZᵀMZ)⁻¹ (ZᵀMX). With r_i the length of
 /// column i of ZᵀMX and ‖ZᵀMZ - 1‖ <= f < 1, |R_ij| <= r_i r_j / (1 - f). So the pencil of X with R
 /// added to the radii is the exact pencil of the M-orthogonal complement of the zero vectors.
-pub(super) fn pencil(problem: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Pencil {
-    let (n, m) = (problem.n, x.columns);
+pub(super) fn pencil(
+    problem: &Scaled,
+    factored: Option<&Factored>,
+    zero: &ZeroSpace,
+    x: &Matrix,
+) -> Pencil {
+    let m = x.columns;
     let xt = x.transposed();
-    let sizes = x.magnitudes();
-    let sizes_t = sizes.transposed();
-    let unit = product_bound(n);
-    let form = |matrix: &Enclosed| {
-        let image = matrix.times(x);
-        let mut error = matrix.weigh(&sizes);
-        for column in 0..m {
-            for (e, y) in error
-                .column_mut(column)
-                .iter_mut()
-                .zip(image.column_hi(column))
-            {
-                *e = up(*e + unit * y.abs());
-            }
-        }
-        Bounded {
-            mid: product(&xt, &image, Part::Lower),
-            radius: bound_product(&sizes_t, &error, Part::Lower),
-        }
+    let s = match factored {
+        Some(factored) => factored.form(x),
+        None => problem.stiffness.congruent(x, &xt),
     };
-    let s = form(&problem.stiffness);
-    let mut g = form(&problem.mass);
+    let mut g = problem.mass.congruent(x, &xt);
     let z = zero.mid.columns;
     let mut leak = vec![0.0; m];
     let mut overlap = Matrix::zeros(z, m);
     if z > 0 {
         overlap = product(&zero.image, x, Part::All);
-        let error = bound_product(&zero.image_radius, &sizes, Part::All);
+        let error = bound_product(&zero.image_radius, &x.magnitudes(), Part::All);
         for (column, leak) in leak.iter_mut().enumerate() {
             let square: f64 = (0..z)
                 .map(|p| {

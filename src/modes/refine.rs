@@ -9,8 +9,9 @@
 //!
 //! The result is approximate, as X itself is: the certificate is computed anew.
 
-use super::dense::{Matrix, Part, Plain, product};
+use super::dense::{Matrix, Part, Plain, add_to, multiply, product};
 use super::pencil::{Pencil, ZeroSpace, rayleigh};
+use super::quick::{Quick, Round};
 use crate::precision::DoubleDouble;
 
 /// Corrections above this are not small: the two columns form a cluster.
@@ -24,55 +25,153 @@ pub(super) const NEAR: f64 = 1e-6;
 /// What counts as small between near neighbours: w² is below the rounding of doubles.
 pub(super) const TINY: f64 = 1e-8;
 
+/// A nearly diagonal pencil, in doubles: what the columns of X are to one another.
+pub(super) trait Mixed {
+    /// μ_i, about s_ii / g_ii.
+    fn quotient(&self, i: usize) -> DoubleDouble;
+    /// About s_ij - μ_j g_ij.
+    fn coupling(&self, i: usize, j: usize) -> f64;
+    /// About g_ij.
+    fn overlap(&self, i: usize, j: usize) -> f64;
+    /// About g_ii - 1.
+    fn excess(&self, i: usize) -> f64;
+    /// What the couplings of i and j are uncertain by.
+    fn noise(&self, i: usize, j: usize) -> f64;
+}
+
+/// A pencil with its quotients.
+struct Measured<'a> {
+    pencil: &'a Pencil,
+    quotient: Vec<DoubleDouble>,
+}
+
+impl Mixed for Measured<'_> {
+    fn quotient(&self, i: usize) -> DoubleDouble {
+        self.quotient[i]
+    }
+
+    fn coupling(&self, i: usize, j: usize) -> f64 {
+        let (s, g) = (self.pencil.s.mid.get(i, j), self.pencil.g.mid.get(i, j));
+        (s - self.quotient[j] * g).hi
+    }
+
+    fn overlap(&self, i: usize, j: usize) -> f64 {
+        self.pencil.g.mid.get(i, j).hi
+    }
+
+    fn excess(&self, i: usize) -> f64 {
+        (self.pencil.g.mid.get(i, i) - DoubleDouble::ONE).hi
+    }
+
+    fn noise(&self, i: usize, j: usize) -> f64 {
+        let size = self.quotient[i].hi.abs().max(self.quotient[j].hi.abs());
+        self.pencil.s.radius.get(i, j) + size * self.pencil.g.radius.get(i, j)
+    }
+}
+
 pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
     let m = x.columns;
-    let quotient: Vec<DoubleDouble> = (0..m).map(|i| rayleigh(pencil, i).0).collect();
-    let mut leader: Vec<usize> = (0..m).collect();
-    for j in 0..m {
-        for i in 0..j {
-            let pair = Pair::new(pencil, &quotient, i, j);
-            if !pair.is_separated() && pair.coupling > pair.noise {
-                join(&mut leader, i, j);
-            }
-        }
-    }
-    let own: Vec<usize> = (0..m).map(|i| root(&mut leader, i)).collect();
-    let mut w = Plain::zeros(m, m);
-    for j in 0..m {
-        let half = DoubleDouble::exact(0.5);
-        let norm = (DoubleDouble::ONE - pencil.g.mid.get(j, j)) * half;
-        w.set(j, j, norm.hi);
-        for i in 0..j {
-            let pair = Pair::new(pencil, &quotient, i, j);
-            // What a rotation is going to mend must not be mended here too.
-            if own[i] != own[j] && pair.is_separated() {
-                w.set(i, j, pair.upper / pair.gap);
-                w.set(j, i, -pair.lower / pair.gap);
-            } else {
-                w.set(i, j, -0.5 * pair.g);
-                w.set(j, i, -0.5 * pair.g);
-            }
-        }
-    }
-    let mut correction = product(x, &w.widened(), Part::All);
-    correction.add_assign(x);
-    let mut x_new = correction;
+    let measured = Measured {
+        pencil,
+        quotient: (0..m).map(|i| rayleigh(pencil, i).0).collect(),
+    };
+    let step = Step::new(&measured, m);
+    let mut x_new = product(x, &step.correction.widened(), Part::All);
+    x_new.add_assign(x);
     // What is left of the zero vectors: X - Z (ZᵀMX).
     if zero.mid.columns > 0 {
         let mut along = product(&zero.mid, &pencil.overlap, Part::All);
-        for column in 0..m {
-            for row in 0..along.rows {
-                along.set(row, column, -along.get(row, column));
-            }
-        }
+        along.negate();
         x_new.add_assign(&along);
     }
-    for cluster in groups(&mut leader) {
-        let rotation = block_eigenvectors(pencil, &quotient, &cluster);
-        let rotated = product(&x_new.gather(&cluster), &rotation.widened(), Part::All);
-        x_new.scatter(&cluster, &rotated);
+    for (cluster, rotation) in &step.rotations {
+        let rotated = product(&x_new.gather(cluster), &rotation.widened(), Part::All);
+        x_new.scatter(cluster, &rotated);
     }
     x_new
+}
+
+/// The same for columns that lie in rows. The correction is computed in doubles: what it is off by
+/// is as small beside it as it is beside X.
+pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> Matrix {
+    let xt = round.columns();
+    let mut new = xt.clone();
+    let change = multiply(step.correction.view().transposed(), xt.hi());
+    add_to(&mut new, &change);
+    quick.without_zero_part(&mut new, round.overlap());
+    if !step.rotations.is_empty() {
+        let mut columns = new.transposed();
+        for (cluster, rotation) in &step.rotations {
+            let rotated = product(&columns.gather(cluster), &rotation.widened(), Part::All);
+            columns.scatter(cluster, &rotated);
+        }
+        new = columns.transposed();
+    }
+    new
+}
+
+/// W, and the clusters with their V.
+pub(super) struct Step {
+    correction: Plain,
+    rotations: Vec<(Vec<usize>, Plain)>,
+}
+
+impl Step {
+    /// The largest correction of a column, in length, beyond its own length; infinite where columns
+    /// are to be rotated.
+    pub(super) fn size(&self) -> f64 {
+        if !self.rotations.is_empty() {
+            return f64::INFINITY;
+        }
+        let square = |column: usize| -> f64 {
+            let entries = self.correction.column(column).iter().enumerate();
+            entries
+                .filter(|(row, _)| *row != column)
+                .map(|(_, w)| w * w)
+                .sum()
+        };
+        let squares = (0..self.correction.columns).map(square);
+        squares.fold(0.0, f64::max).sqrt()
+    }
+
+    pub(super) fn new(mixed: &impl Mixed, m: usize) -> Self {
+        let mut leader: Vec<usize> = (0..m).collect();
+        for j in 0..m {
+            for i in 0..j {
+                let pair = Pair::new(mixed, i, j);
+                if !pair.is_separated() && pair.coupling > pair.noise {
+                    join(&mut leader, i, j);
+                }
+            }
+        }
+        let own: Vec<usize> = (0..m).map(|i| root(&mut leader, i)).collect();
+        let mut w = Plain::zeros(m, m);
+        for j in 0..m {
+            w.set(j, j, -0.5 * mixed.excess(j));
+            for i in 0..j {
+                let pair = Pair::new(mixed, i, j);
+                // What a rotation is going to mend must not be mended here too.
+                if own[i] != own[j] && pair.is_separated() {
+                    w.set(i, j, pair.upper / pair.gap);
+                    w.set(j, i, -pair.lower / pair.gap);
+                } else {
+                    w.set(i, j, -0.5 * pair.g);
+                    w.set(j, i, -0.5 * pair.g);
+                }
+            }
+        }
+        let rotations = groups(&mut leader)
+            .into_iter()
+            .map(|cluster| {
+                let rotation = block_eigenvectors(mixed, &cluster);
+                (cluster, rotation)
+            })
+            .collect();
+        Self {
+            correction: w,
+            rotations,
+        }
+    }
 }
 
 /// How two columns are still mixed with one another.
@@ -93,19 +192,18 @@ struct Pair {
 }
 
 impl Pair {
-    fn new(pencil: &Pencil, quotient: &[DoubleDouble], i: usize, j: usize) -> Self {
-        let (s, g) = (pencil.s.mid.get(i, j), pencil.g.mid.get(i, j));
-        let upper = (s - quotient[j] * g).hi;
-        let lower = (s - quotient[i] * g).hi;
-        let size = quotient[i].hi.abs().max(quotient[j].hi.abs());
+    fn new(mixed: &impl Mixed, i: usize, j: usize) -> Self {
+        let upper = mixed.coupling(i, j);
+        let lower = mixed.coupling(j, i);
+        let (mu, nu) = (mixed.quotient(i), mixed.quotient(j));
         Self {
-            g: g.hi,
+            g: mixed.overlap(i, j),
             upper,
             lower,
-            gap: (quotient[j] - quotient[i]).hi,
-            size,
+            gap: (nu - mu).hi,
+            size: mu.hi.abs().max(nu.hi.abs()),
             coupling: upper.abs().max(lower.abs()),
-            noise: pencil.s.radius.get(i, j) + size * pencil.g.radius.get(i, j),
+            noise: mixed.noise(i, j),
         }
     }
 
@@ -143,17 +241,17 @@ pub(super) fn groups(leader: &mut [usize]) -> Vec<Vec<usize>> {
 }
 
 /// Eigenvectors of the block of S - (G - 1) Λ, symmetrised, that belongs to a cluster.
-fn block_eigenvectors(pencil: &Pencil, quotient: &[DoubleDouble], cluster: &[usize]) -> Plain {
+fn block_eigenvectors(mixed: &impl Mixed, cluster: &[usize]) -> Plain {
     let c = cluster.len();
     let half = DoubleDouble::exact(0.5);
-    let first = quotient[cluster[0]];
-    let (mut low, mut high) = (first, first);
-    for &i in cluster {
-        if quotient[i] < low {
-            low = quotient[i];
+    let quotient: Vec<DoubleDouble> = cluster.iter().map(|&i| mixed.quotient(i)).collect();
+    let (mut low, mut high) = (quotient[0], quotient[0]);
+    for &mu in &quotient {
+        if mu < low {
+            low = mu;
         }
-        if quotient[i] > high {
-            high = quotient[i];
+        if mu > high {
+            high = mu;
         }
     }
     // A narrow cluster is measured from its centre, so that small splittings keep their digits; a
@@ -167,12 +265,12 @@ fn block_eigenvectors(pencil: &Pencil, quotient: &[DoubleDouble], cluster: &[usi
     for (q, &j) in cluster.iter().enumerate() {
         for (p, &i) in cluster.iter().enumerate() {
             let value = if i == j {
-                quotient[i] - centre
+                (quotient[p] - centre).hi
             } else {
-                let mean = (quotient[i] + quotient[j]) * half;
-                pencil.s.mid.get(i, j) - mean * pencil.g.mid.get(i, j)
+                // With the mean of both quotients in place of either.
+                0.5 * (mixed.coupling(i, j) + mixed.coupling(j, i))
             };
-            block.set(p, q, value.hi);
+            block.set(p, q, value);
         }
     }
     jacobi(block)

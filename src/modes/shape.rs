@@ -1,10 +1,10 @@
 //! Mode shapes from certified columns: normalisation, a reproducible basis in clusters, signs, and
 //! a bound of the error of every component.
 
-use super::Certificate;
 use super::certify::Cluster;
 use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
-use super::pencil::{Pencil, Scaled, ZeroSpace};
+use super::pencil::{Scaled, ZeroSpace};
+use super::{Certificate, Solution};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// A component this near the largest one decides the sign of a vector.
@@ -38,7 +38,7 @@ impl Errors {
     /// ‖a‖ = ‖y‖_G <= √g_kk + √2 √c ‖a‖ t with t = Σ τ_i √g_ii. For √(2c) t <= 1/4 and g_kk <= 3/2 that
     /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
     /// combination vanishes on the cluster.
-    pub(super) fn new(pencil: &Pencil, certificate: &Certificate, x: &Matrix) -> Self {
+    pub(super) fn new(leak: &[f64], certificate: &Certificate, x: &Matrix) -> Self {
         let m = x.columns;
         let clusters = &certificate.clusters;
         let mut reach = Plain::zeros(m, clusters.len());
@@ -63,15 +63,10 @@ impl Errors {
             } else {
                 up(factor * total)
             });
-            let others: f64 = pencil
-                .leak
-                .iter()
-                .zip(&cluster.reach)
-                .map(|(l, t)| l * t)
-                .sum();
+            let others: f64 = leak.iter().zip(&cluster.reach).map(|(l, t)| l * t).sum();
             let own = certificate.order[cluster.start..cluster.end]
                 .iter()
-                .fold(0.0_f64, |most, &i| most.max(pencil.leak[i]));
+                .fold(0.0_f64, |most, &i| most.max(leak[i]));
             let others = if others == 0.0 { 0.0 } else { factor * others };
             // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
@@ -103,22 +98,24 @@ impl Errors {
 pub(super) fn cluster_shapes(
     problem: &Scaled,
     zero: &ZeroSpace,
-    pencil: &Pencil,
-    x: &Matrix,
+    solution: &Solution,
     columns: &[usize],
     errors: &Errors,
     index: usize,
 ) -> Vec<Shape> {
     let n = problem.n;
+    let x = &solution.x;
     if let [k] = *columns {
-        let g = pencil.g.ball(k, k);
+        let g = solution.gram.diagonal(k);
         let norm = g.mid.sqrt();
-        // The exact vector has M-length norm (1 ± η), the roundings of root and quotient included.
+        let inverse = DoubleDouble::ONE / norm;
+        // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
+        // included: 4, 16 and 6 u².
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
         let mut bound: f64 = 0.0;
         let mut vector = Vec::with_capacity(n);
         for row in 0..n {
-            let value = x.get(row, k) / norm;
+            let value = x.get(row, k) * inverse;
             let error = if eta < 0.5 {
                 (errors.component(zero, row, index) / norm.hi + value.hi.abs() * eta) / (1.0 - eta)
             } else {
@@ -130,12 +127,7 @@ pub(super) fn cluster_shapes(
     }
     // An echelon basis does not depend on the basis that the solver happened to find.
     let basis = x.gather(columns);
-    let mut gram = Matrix::zeros(columns.len(), columns.len());
-    for (q, &j) in columns.iter().enumerate() {
-        for (p, &i) in columns.iter().enumerate() {
-            gram.set(p, q, pencil.g.mid.get(i, j));
-        }
-    }
+    let gram = solution.gram.block(columns);
     let transform = echelon(&basis, &gram);
     let vectors = product(&basis, &transform, Part::All);
     (0..columns.len())

@@ -10,7 +10,7 @@ mod warning;
 pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
-use crate::modes::{self, Kind, ModesError, Options, Precise, Problem, Stability};
+use crate::modes::{self, Factors, Kind, ModesError, Options, Precise, Problem, Source, Stability};
 use crate::precision::Ball;
 
 /// All modes of a model that were asked for.
@@ -83,7 +83,8 @@ pub fn normal_modes(
         vectors: options.vectors || mirror.is_some(),
         ..options.clone()
     };
-    let spectrum = modes::solve(&problem, &inner).map_err(|error| named(linearized, &error))?;
+    let spectrum = modes::solve_from(&problem, &Model(linearized), &inner)
+        .map_err(|error| named(linearized, &error))?;
     let meanings = meanings(&zero_modes);
     let mut zeros = 0;
     let modes = spectrum
@@ -119,6 +120,19 @@ pub fn normal_modes(
         stability: spectrum.stability,
         modes,
     })
+}
+
+/// A model as the source of a problem.
+struct Model<'a>(&'a Linearized);
+
+impl Source for Model<'_> {
+    fn factors(&self) -> Option<Factors> {
+        let factors = self.0.factors();
+        Some(Factors {
+            rows: factors.rows,
+            rest: factors.rest,
+        })
+    }
 }
 
 /// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they

@@ -27,6 +27,6 @@ pub(crate) use ball::{U2, up};
 pub use big::Big;
 pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
-pub(crate) use double::{exponent_of, product_error};
+pub(crate) use double::{exponent_of, power_of_two, product_error};
 pub use magnitude::Magnitude;
 pub use scalar::{Function, Scalar};

@@ -1,8 +1,10 @@
 //! Exact problems at any precision, and exact witnesses of printed frequencies.
 
+use std::cell::RefCell;
+
 use dashu_int::IBig;
 use dashu_ratio::RBig;
-use librate::modes::{Kind, Mode, Options, PreciseProblem, Spectrum, solve_with};
+use librate::modes::{Kind, Mode, Options, PreciseProblem, Source, Spectrum, solve_from};
 use librate::precision::{Big, Magnitude, Rounding};
 
 use super::{Exact, ball, count_below, parse, problem};
@@ -31,6 +33,27 @@ fn flat(a: &Exact, bits: usize) -> Vec<Big> {
         .collect()
 }
 
+/// An exact problem, and the bits that it was asked for.
+struct Known<'a> {
+    mass: &'a Exact,
+    stiffness: &'a Exact,
+    zeros: &'a [Vec<RBig>],
+    asked: RefCell<Vec<usize>>,
+}
+
+impl Source for Known<'_> {
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        self.asked.borrow_mut().push(bits);
+        let vector = |z: &Vec<RBig>| z.iter().map(|x| big(x, bits)).collect();
+        Some(PreciseProblem {
+            dimension: self.mass.len(),
+            mass: flat(self.mass, bits),
+            stiffness: flat(self.stiffness, bits),
+            zero_vectors: self.zeros.iter().map(vector).collect(),
+        })
+    }
+}
+
 /// The modes with matrices of any precision to draw on; also the bits that were asked for.
 pub fn solved_precisely(
     mass: &Exact,
@@ -40,21 +63,14 @@ pub fn solved_precisely(
 ) -> (Spectrum, Vec<usize>) {
     let mut coarse = problem(mass, stiffness);
     coarse.zero_vectors = zeros.iter().map(|z| z.iter().map(ball).collect()).collect();
-    let asked = std::cell::RefCell::new(Vec::new());
-    let evaluate = |bits: usize| {
-        asked.borrow_mut().push(bits);
-        Some(PreciseProblem {
-            dimension: mass.len(),
-            mass: flat(mass, bits),
-            stiffness: flat(stiffness, bits),
-            zero_vectors: zeros
-                .iter()
-                .map(|z| z.iter().map(|x| big(x, bits)).collect())
-                .collect(),
-        })
+    let known = Known {
+        mass,
+        stiffness,
+        zeros,
+        asked: RefCell::new(Vec::new()),
     };
-    let spectrum = solve_with(&coarse, &evaluate, options).unwrap();
-    (spectrum, asked.into_inner())
+    let spectrum = solve_from(&coarse, &known, options).unwrap();
+    (spectrum, known.asked.into_inner())
 }
 
 /// The frequency, or the growth of an unstable mode, as it is printed.

@@ -5,7 +5,7 @@
     python make.py --check [NAME ...]    compute again and compare; exit status 1 if anything differs
 
 Needs mpmath; gmpy2 makes it faster.  The model files are not read: every T and V is written by hand once more
-in one_and_two.py and many.py, with the parameter values repeated there.  See README.md.
+in one_and_two.py, many.py and hard.py, with the parameter values repeated there.  See README.md.
 """
 import argparse
 import json
@@ -13,7 +13,8 @@ import sys
 import time
 from pathlib import Path
 
-import many          # noqa: F401 (fills the register)
+import hard          # noqa: F401 (fills the register)
+import many          # noqa: F401
 import one_and_two   # noqa: F401
 from mpmath import mpf
 from numerics import decimal, modes, squares, stability
@@ -34,7 +35,7 @@ def reference(name):
     elif how.startswith(("equilibrium", "differences")):
         how = how.removeprefix("differences of T and V; ").removeprefix("differences of T and V")
         how += ("; " if how else "") + "M and K from differences of a hand-written T and V, eigenvalues with mpmath at 80 digits"
-    entry = {"model": name, "how": how, "coordinates": coordinates}
+    entry = {"model": name.rpartition("/")[2], "how": how, "coordinates": coordinates}
     if error:
         return entry | {"error": error}
     symmetry, extra = system.pop("symmetry", None), system.pop("extra", {})
@@ -69,13 +70,14 @@ def main():
         parser.error("no such system: " + ", ".join(unknown))
     wrong = []
     if not arguments.names:
-        models = {path.stem for path in MODELS.glob("*.lag")}
+        models = {str(path.relative_to(MODELS).with_suffix("")) for path in MODELS.rglob("*.lag")}
         wrong += [f"{n}: a model without a reference" for n in sorted(models - set(SYSTEMS))]
         wrong += [f"{n}: a reference without a model" for n in sorted(set(SYSTEMS) - models)]
     for name in names:
         start = time.monotonic()
         made, path = text(reference(name)), HERE / f"{name}.json"
         if not arguments.check:
+            path.parent.mkdir(exist_ok=True)
             path.write_text(made, encoding="utf-8")
         elif not path.exists() or path.read_text(encoding="utf-8") != made:
             wrong.append(f"{name}: differs")

@@ -2,10 +2,12 @@
 SYSTEMS = {}
 
 
-def system(how, error=None):
-    """Register a function that returns (coordinates, equilibrium, what `squares` needs and `symmetry`)."""
+def system(how, error=None, name=None):
+    """Register a function that returns (coordinates, equilibrium, what `squares` needs and `symmetry`).
+
+    The name is that of the model file, with its folder below models/; the function's own unless given."""
     def keep(function):
-        SYSTEMS[function.__name__] = (how, error, function)
+        SYSTEMS[name or function.__name__] = (how, error, function)
         return function
     return keep
 

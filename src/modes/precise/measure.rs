@@ -13,6 +13,7 @@ use super::data::Data;
 use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, length, shifted};
 use crate::modes::certify::Couplings;
 use crate::modes::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use crate::modes::pencil::Bounded;
 use crate::precision::{DoubleDouble, up};
 
 /// Columns at full precision.
@@ -31,6 +32,7 @@ pub(super) struct Background {
     pub(super) quotients: Vec<DoubleDouble>,
     pub(super) couplings: Couplings,
     pub(super) leak: Vec<f64>,
+    pub(super) g: Bounded,
 }
 
 /// See the head of the file. "Own" columns are those at full precision, m is the number of all.

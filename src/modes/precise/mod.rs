@@ -18,11 +18,8 @@ use dashu_int::IBig;
 
 use super::certify::{Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
-use super::pencil::{Bounded, Pencil, Scaled, ZeroSpace, couplings};
-use super::{
-    Certificate, Kind, ModesError, Options, Problem, Solution, Spectrum, Stability, covered,
-    covers, first, spectrum,
-};
+use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
+use super::{Certificate, Gram, Kind, ModesError, Options, Solution, Source, covered, covers};
 use crate::precision::{Big, Magnitude, Rounding};
 use data::Data;
 use fixed::{LOST, length};
@@ -71,54 +68,22 @@ impl Precise {
     }
 }
 
-/// Where more precise matrices come from: called with the bits that entries shall have.
-pub type Evaluate<'a> = &'a dyn Fn(usize) -> Option<PreciseProblem>;
-
-/// All modes of a problem whose matrices can be had at any precision: more digits than
-/// [`super::solve`] can certify, or problems that are too ill-conditioned for it.
-///
-/// `evaluate` is called only where double-double does not do, with the bits that the entries shall
-/// have, once or a few times; where it returns `None` what [`super::solve`] finds is the answer. Its matrices
-/// enclose the same exact ones as those of `problem`, and its zero vectors are the same.
-///
-/// # Errors
-///
-/// As [`super::solve`].
-pub fn solve_with(
-    problem: &Problem,
-    evaluate: Evaluate<'_>,
+/// The outcome of the rungs below, or a better one where digits are missing or there is none.
+pub(super) fn further(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    below: Result<Solution, ModesError>,
+    source: &dyn Source,
     options: &Options,
-) -> Result<Spectrum, ModesError> {
-    let scaled = Scaled::new(problem)?;
-    let n = scaled.n;
-    if n == 0 {
-        return Ok(Spectrum {
-            modes: Vec::new(),
-            stability: Stability::Stable,
-        });
-    }
-    if problem.zero_vectors.len() > n {
-        return Err(ModesError::ZeroVector { index: n });
-    }
-    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
-        Ok(zero) => zero,
-        Err(index) => {
-            // A bad mass matrix shows here too; it is the better message.
-            let plain = Matrix::zeros(n, 0);
-            first(&scaled, &plain)?;
-            return Err(ModesError::ZeroVector { index });
-        }
-    };
-    let zeros = zero.vectors.len();
-    let solution = match super::climb(&scaled, &zero, options) {
-        Ok(solution) if covered(&solution.certificate, options) => solution,
+) -> Result<Solution, ModesError> {
+    match below {
+        Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
         Ok(solution) => {
-            climb(&scaled, zeros, Some(&solution), evaluate, options).unwrap_or(solution)
+            Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution))
         }
-        Err(error) if is_final(&error) => return Err(error),
-        Err(error) => climb(&scaled, zeros, None, evaluate, options).ok_or(error)?,
-    };
-    Ok(spectrum(&scaled, &zero, &solution, options))
+        Err(error) if is_final(&error) => Err(error),
+        Err(error) => climb(scaled, zero, None, source, options).ok_or(error),
+    }
 }
 
 /// Whether more precision changes nothing.
@@ -147,46 +112,40 @@ const HEADROOM: i64 = 32;
 /// A better solution than the one in double-double, if there is one.
 fn climb(
     scaled: &Scaled,
-    zeros: usize,
+    zero: &ZeroSpace,
     solved: Option<&Solution>,
-    evaluate: Evaluate<'_>,
+    source: &dyn Source,
     options: &Options,
 ) -> Option<Solution> {
     let mut goal = Goal::new(options.digits);
-    let mut source = Source {
+    let mut matrices = Matrices {
         scaled,
-        evaluate,
+        source,
         data: None,
     };
+    let total = scaled.n - zero.mid.columns;
     let (mut columns, mut background) = match solved {
         Some(solution) => {
-            let own = lacking(solution, options);
-            let background = Background::of(solution)?;
+            let background = Background::new(scaled, zero, &solution.x)?;
+            let own = background.lacking(options);
             goal.largest = largest(&background.couplings);
             // Rows of the scaled matrices are seldom much larger than their diagonal.
-            let plan = Plan::new(
-                &background.couplings,
-                &background.x,
-                &own,
-                &goal,
-                (4.0, 4.0),
-            );
+            let norms = (4.0, 4.0);
+            let plan = Plan::new(&background.couplings, &solution.x, &own, &goal, norms);
             let scale = plan.columns.max(112);
-            source.at_least(plan.matrices)?;
+            matrices.at_least(plan.matrices)?;
             let x = own.iter().map(|&j| column(&solution.x, j, scale)).collect();
-            let columns = Columns { scale, own, x };
-            (columns, Some(background))
+            (Columns { scale, own, x }, Some(background))
         }
-        None => (begin(&mut source)?, None),
+        None => (begin(&mut matrices)?, None),
     };
-    let total = scaled.n - zeros;
     let mut best: Option<(f64, Solution)> = None;
     let mut stalled = 0;
     for _ in 0..ROUNDS {
         if columns.own.len() == total {
             background = None;
         }
-        let data = source.data.as_ref()?;
+        let data = matrices.data.as_ref()?;
         if work(data, &columns) > MOST_WORK {
             break;
         }
@@ -195,7 +154,8 @@ fn climb(
         })?;
         goal.largest = largest(&measured.couplings);
         if let Some(enclosures) = certify(&measured.couplings) {
-            let solution = assemble(data, &columns, &measured, enclosures, solved);
+            let background = background.as_ref();
+            let solution = assemble(data, &columns, &measured, enclosures, solved, background);
             let verdict = verdict(&solution, options, &goal);
             let gained = best
                 .as_ref()
@@ -225,7 +185,7 @@ fn climb(
             Ok(better) => better,
             Err(more) => widened(&columns, more, &background.as_ref()?.x),
         };
-        if source.at_least(plan.matrices).is_none() {
+        if matrices.at_least(plan.matrices).is_none() {
             break;
         }
     }
@@ -233,13 +193,13 @@ fn climb(
 }
 
 /// The matrices at the precision that has been needed so far.
-struct Source<'a> {
+struct Matrices<'a> {
     scaled: &'a Scaled,
-    evaluate: Evaluate<'a>,
+    source: &'a dyn Source,
     data: Option<Data>,
 }
 
-impl Source<'_> {
+impl Matrices<'_> {
     /// Makes sure that entries have so many bits; `None` if they can't be had.
     fn at_least(&mut self, bits: i64) -> Option<()> {
         let bits = bits.min(MOST_BITS);
@@ -248,7 +208,7 @@ impl Source<'_> {
         }
         let scale = (bits + HEADROOM).min(MOST_BITS);
         // The largest entries are below 4.
-        let problem = (self.evaluate)(usize::try_from(scale + 4).ok()?)?;
+        let problem = self.source.precisely(usize::try_from(scale + 4).ok()?)?;
         let (shift, power) = (&self.scaled.shift, self.scaled.power);
         self.data = Some(Data::new(&problem, shift, power, scale)?);
         Some(())
@@ -256,11 +216,11 @@ impl Source<'_> {
 }
 
 /// A basis from the Cholesky factor of M, at the precision that it takes.
-fn begin(source: &mut Source<'_>) -> Option<Columns> {
+fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
     let mut bits = 256;
     while bits <= 1024 {
-        source.at_least(bits)?;
-        let data = source.data.as_ref()?;
+        matrices.at_least(bits)?;
+        let data = matrices.data.as_ref()?;
         let words = (bits / 64) as f64;
         if (data.n as f64).powi(3) * words * words > MOST_WORK {
             return None;
@@ -277,26 +237,6 @@ fn work(data: &Data, columns: &Columns) -> f64 {
     let entries = data.mass.count() + data.stiffness.count() + data.n;
     let words = |bits: i64| bits as f64 / 64.0 + 1.0;
     entries as f64 * columns.own.len() as f64 * words(data.scale) * words(columns.scale)
-}
-
-/// The columns of all clusters with a wanted mode that lacks digits.
-fn lacking(solution: &Solution, options: &Options) -> Vec<usize> {
-    let Certificate {
-        order,
-        eigenvalues,
-        clusters,
-    } = &solution.certificate;
-    let wanted = options.lowest.unwrap_or(usize::MAX);
-    let mut own: Vec<usize> = clusters
-        .iter()
-        .filter(|cluster| {
-            (cluster.start..cluster.end.min(wanted))
-                .any(|position| !covers(&eigenvalues[position], options.digits))
-        })
-        .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
-        .collect();
-    own.sort_unstable();
-    own
 }
 
 fn column(x: &Matrix, column: usize, scale: i64) -> Vec<IBig> {
@@ -320,14 +260,40 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
 }
 
 impl Background {
-    fn of(solution: &Solution) -> Option<Self> {
-        let (quotients, couplings) = couplings(&solution.pencil)?;
+    fn new(scaled: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Option<Self> {
+        let pencil = pencil(scaled, None, zero, x);
+        let (quotients, couplings) = couplings(&pencil)?;
         Some(Self {
-            x: solution.x.clone(),
+            x: x.clone(),
             quotients,
             couplings,
-            leak: solution.pencil.leak.clone(),
+            leak: pencil.leak,
+            g: pencil.g,
         })
+    }
+
+    /// The columns of all clusters with a wanted mode that lacks digits; all columns where double-double
+    /// shows nothing of them.
+    fn lacking(&self, options: &Options) -> Vec<usize> {
+        let Some(certificate) = Certificate::new(&self.quotients, self.couplings.clone()) else {
+            return (0..self.quotients.len()).collect();
+        };
+        let Certificate {
+            order,
+            eigenvalues,
+            clusters,
+        } = certificate;
+        let wanted = options.lowest.unwrap_or(usize::MAX);
+        let mut own: Vec<usize> = clusters
+            .iter()
+            .filter(|cluster| {
+                (cluster.start..cluster.end.min(wanted))
+                    .any(|position| !covers(&eigenvalues[position], options.digits))
+            })
+            .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
+            .collect();
+        own.sort_unstable();
+        own
     }
 }
 
@@ -403,6 +369,7 @@ fn assemble(
     measured: &Measured,
     enclosures: Enclosures,
     solved: Option<&Solution>,
+    background: Option<&Background>,
 ) -> Solution {
     let m = measured.quotient.len();
     let order = measured.couplings.order.clone();
@@ -433,11 +400,8 @@ fn assemble(
             }
         }
     }
-    let mut g = match solved {
-        Some(solved) => Bounded {
-            mid: solved.pencil.g.mid.clone(),
-            radius: solved.pencil.g.radius.clone(),
-        },
+    let mut g = match background {
+        Some(background) => background.g.clone(),
         None => Bounded {
             mid: Matrix::zeros(m, m),
             radius: Plain::zeros(m, m),
@@ -456,18 +420,10 @@ fn assemble(
         g.mid.set(j, j, norm);
         g.radius.set(j, j, error);
     }
-    let s = Bounded {
-        mid: Matrix::zeros(0, 0),
-        radius: Plain::zeros(0, 0),
-    };
     Solution {
         x: measured.x.clone(),
-        pencil: Pencil {
-            s,
-            g,
-            overlap: Matrix::zeros(0, m),
-            leak: measured.leak.clone(),
-        },
+        gram: Gram::Entries(g),
+        leak: measured.leak.clone(),
         certificate: Certificate {
             order,
             eigenvalues,

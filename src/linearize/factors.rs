@@ -1,0 +1,82 @@
+//! The stiffness matrix as a sum of squares, from the elements: nothing is added up that could cancel.
+
+use super::assemble::{Assembly, Part, Values, head};
+use crate::precision::{Ball, Scalar};
+
+/// K = Σ ± a aᵀ + rest, in SI.
+///
+/// Adding up K loses soft springs beside stiff ones; the vectors a = √|k| ∇s keep them. The rest holds
+/// what is no square: w·phi'·∇∇s of elements under tension, and elements whose sign is not decided.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Factors {
+    /// For each element whether it is counted positive, and a: coordinates and entries.
+    pub rows: Vec<(bool, Vec<(usize, Ball)>)>,
+    /// The rest, n by n, column by column; empty where there is none.
+    pub rest: Vec<Ball>,
+}
+
+impl Assembly {
+    /// The factors of the stiffness matrix; see [`Factors`].
+    pub(crate) fn factors(&self, at: &[Ball], values: &Values<Ball>) -> Factors {
+        let n = self.dimension;
+        let mut factors = Factors::default();
+        let mut rest: Vec<Ball> = Vec::new();
+        self.run(
+            Part::Stiffness,
+            at,
+            values,
+            |family, coordinates, numbers| {
+                let mut numbers = numbers;
+                for element in &family.potential {
+                    let (outer, slopes) = head(&mut numbers, 2, element.slope.len());
+                    let (curvature, _) = head(&mut numbers, element.curvature.len(), 0);
+                    let (tension, stiffness) = (outer[0], outer[1]);
+                    let mut entries: Vec<(usize, Ball)> = Vec::with_capacity(slopes.len());
+                    for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                        let coordinate = coordinates[*place] as usize;
+                        // One coordinate may fill two slots of a body.
+                        match entries.iter_mut().find(|(other, _)| *other == coordinate) {
+                            Some((_, entry)) => *entry = *entry + *slope,
+                            None => entries.push((coordinate, *slope)),
+                        }
+                    }
+                    entries.retain(|(_, entry)| !entry.is_exact_zero());
+                    let mut add = |i: usize, j: usize, value: Ball| {
+                        if rest.is_empty() {
+                            rest = vec![Ball::ZERO; n * n];
+                        }
+                        rest[i + n * j] = rest[i + n * j] + value;
+                    };
+                    if stiffness.is_positive() || stiffness.is_negative() {
+                        let root = stiffness.abs().sqrt();
+                        for (_, entry) in &mut entries {
+                            *entry = *entry * root;
+                        }
+                        if !entries.is_empty() {
+                            factors.rows.push((stiffness.is_positive(), entries));
+                        }
+                    } else if !stiffness.is_exact_zero() {
+                        for (i, x) in &entries {
+                            for (j, y) in &entries {
+                                add(*i, *j, stiffness * *x * *y);
+                            }
+                        }
+                    }
+                    if !tension.is_exact_zero() {
+                        for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
+                            let (i, j) = (coordinates[*a] as usize, coordinates[*b] as usize);
+                            let value = tension * *bend;
+                            add(i, j, value);
+                            if a != b {
+                                add(j, i, value);
+                            }
+                        }
+                    }
+                }
+            },
+        );
+        factors.rest = rest;
+        factors
+    }
+}
