@@ -12,11 +12,14 @@ mod elements;
 mod equilibrium;
 mod error;
 mod exact;
+mod existence;
 mod facts;
 mod gyroscopic;
 mod mechanism;
 mod parametric;
+mod precise;
 mod symbolic;
+mod symmetry;
 mod zero;
 
 pub use assemble::ElementFamily;
@@ -24,6 +27,7 @@ pub use elements::Element;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub(crate) use parametric::{Parametric, parametric};
+pub use precise::Precise;
 pub use symbolic::SymbolicMatrices;
 pub use zero::ZeroMode;
 
@@ -173,6 +177,7 @@ impl Linearized {
         zero::zero_modes(
             &self.model,
             &self.assembly,
+            &self.equilibrium.values,
             &self.equilibrium.values,
             &self.values,
         )
