@@ -10,7 +10,7 @@ use super::facts::Variable;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::{Ball, Scalar};
+use crate::precision::Scalar;
 use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -301,6 +301,13 @@ fn compile(
     })
 }
 
+impl<S: Scalar> Values<S> {
+    /// What the numbers were made with.
+    pub(crate) fn precision(&self) -> S::Precision {
+        self.precision
+    }
+}
+
 impl Assembly {
     /// The values of parameters and constants.
     pub(crate) fn values<S: Scalar>(
@@ -402,12 +409,12 @@ impl Assembly {
 
     /// ∇s of all elements of the effective potential, one dense row each; `None` where there are
     /// as many as coordinates.
-    pub(crate) fn slopes(
+    pub(crate) fn slopes<S: Scalar>(
         &self,
-        at: &[Ball],
-        values: &Values<Ball>,
+        at: &[S],
+        values: &Values<S>,
         columns: usize,
-    ) -> Option<Vec<Vec<Ball>>> {
+    ) -> Option<Vec<Vec<S>>> {
         let count: usize = self
             .families
             .iter()
@@ -421,7 +428,7 @@ impl Assembly {
             let mut rest = numbers;
             for element in &family.potential {
                 let (_, slopes) = head(&mut rest, 1, element.slope.len());
-                let mut row = vec![Ball::ZERO; columns];
+                let mut row = vec![S::from_number(&Number::ZERO, values.precision); columns];
                 for ((place, _), slope) in element.slope.iter().zip(slopes) {
                     let entry = &mut row[coordinates[*place] as usize];
                     *entry = entry.add(slope);

@@ -12,12 +12,15 @@ mod elements;
 mod equilibrium;
 mod error;
 mod exact;
+mod existence;
 mod factors;
 mod facts;
 mod gyroscopic;
 mod mechanism;
 mod parametric;
+mod precise;
 mod symbolic;
+mod symmetry;
 mod zero;
 
 pub use assemble::ElementFamily;
@@ -26,6 +29,7 @@ pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
 pub(crate) use parametric::{Parametric, parametric};
+pub use precise::Precise;
 pub use symbolic::SymbolicMatrices;
 pub use zero::ZeroMode;
 
@@ -182,6 +186,7 @@ impl Linearized {
         zero::zero_modes(
             &self.model,
             &self.assembly,
+            &self.equilibrium.values,
             &self.equilibrium.values,
             &self.values,
         )

@@ -10,7 +10,9 @@ mod warning;
 pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
-use crate::modes::{self, Factors, Kind, ModesError, Options, Precise, Problem, Source, Stability};
+use crate::modes::{
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Source, Stability,
+};
 use crate::precision::Ball;
 
 /// All modes of a model that were asked for.
@@ -77,14 +79,18 @@ pub fn normal_modes(
         stiffness,
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
     };
+    let model = Model {
+        linearized,
+        zeros: zero_modes.len(),
+    };
     let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness);
     // The classes are read off the shapes, whether or not these are wanted.
     let inner = Options {
         vectors: options.vectors || mirror.is_some(),
         ..options.clone()
     };
-    let spectrum = modes::solve_from(&problem, &Model(linearized), &inner)
-        .map_err(|error| named(linearized, &error))?;
+    let spectrum =
+        modes::solve_from(&problem, &model, &inner).map_err(|error| named(linearized, &error))?;
     let meanings = meanings(&zero_modes);
     let mut zeros = 0;
     let modes = spectrum
@@ -123,14 +129,33 @@ pub fn normal_modes(
 }
 
 /// A model as the source of a problem.
-struct Model<'a>(&'a Linearized);
+struct Model<'a> {
+    linearized: &'a Linearized,
+    /// How many zero modes were proved.
+    zeros: usize,
+}
 
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
-        let factors = self.0.factors();
+        let factors = self.linearized.factors();
         Some(Factors {
             rows: factors.rows,
             rest: factors.rest,
+        })
+    }
+
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        let precise = self.linearized.precisely(bits)?;
+        let zero_modes = if self.zeros > 0 {
+            self.linearized.precise_zero_modes(&precise)
+        } else {
+            Vec::new()
+        };
+        (zero_modes.len() == self.zeros).then(|| PreciseProblem {
+            dimension: self.linearized.dimension(),
+            mass: precise.mass,
+            stiffness: precise.stiffness,
+            zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
         })
     }
 }

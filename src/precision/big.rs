@@ -326,7 +326,7 @@ impl Big {
     /// Whether the number may be zero; true as well if it is not finite.
     #[must_use]
     pub fn contains_zero(&self) -> bool {
-        !(self.mid_lower() > self.radius)
+        !(self.is_positive() || self.is_negative())
     }
 
     /// Whether a whole number is within the bounds (or not excluded by the leading 53 bits).

@@ -10,6 +10,7 @@
 //! finite; arguments so large or small that it would work with very many bits do not reach it.
 
 use std::cell::RefCell;
+use std::ops::{Add, Div, Mul};
 
 use dashu_float::round::{Rounded, mode::HalfEven};
 use dashu_float::{ConstCache, Context, FBig, FpResult, Repr};
@@ -30,7 +31,7 @@ type Value = FBig<HalfEven, 2>;
 
 thread_local! {
     /// The digits of pi and ln 2 worked out so far. Results do not depend on it.
-    static CONSTANTS: RefCell<ConstCache> = RefCell::new(ConstCache::new());
+    static CONSTANTS: RefCell<ConstCache> = const { RefCell::new(ConstCache::new()) };
 }
 
 /// What `f` gives with `bits` + [`GUARD`] bits, as a number with a bound.
@@ -216,7 +217,9 @@ impl Big {
         let distance = x.mid_lower().max(y.mid_lower());
         let shift = rx.add(ry);
         let mut error = Magnitude::ZERO;
-        if !shift.is_zero() && !(y.is_zero() && rx < x.mid_lower()) {
+        // On the axis a displacement along it turns nothing.
+        let along = y.is_zero() && rx < x.mid_lower();
+        if !(shift.is_zero() || along) {
             let s = size_x
                 .mul(ry)
                 .add(size_y.mul(rx))

@@ -1,6 +1,7 @@
 //! Sizes with an exponent of their own: bounds of errors far below and above the range of doubles.
 
 use std::cmp::Ordering;
+use std::ops::{Add, Div, Mul};
 
 use super::double::{power_of_two, scale};
 
@@ -155,30 +156,6 @@ impl Magnitude {
         Self::normal(self.mantissa, self.exponent.saturating_add(exponent))
     }
 
-    /// The sum, rounded up: adding two doubles is off by at most half a unit of the last place of the
-    /// result, which one step up covers.
-    #[must_use]
-    pub fn add(self, other: Self) -> Self {
-        if self.is_zero() || !other.is_finite() {
-            return other;
-        }
-        if other.is_zero() || !self.is_finite() {
-            return self;
-        }
-        let (large, small) = if self.exponent >= other.exponent {
-            (self, other)
-        } else {
-            (other, self)
-        };
-        let gap = large.exponent - small.exponent;
-        if gap > 60 {
-            // What is added is below 2^-59, half a step at most.
-            return Self::normal(large.mantissa.next_up(), large.exponent);
-        }
-        let sum = large.mantissa + small.mantissa * power_of_two(-(gap as i32));
-        Self::normal(sum.next_up(), large.exponent)
-    }
-
     /// The sum, rounded down: by a step, but not below the larger summand.
     #[must_use]
     pub fn add_down(self, other: Self) -> Self {
@@ -193,37 +170,6 @@ impl Magnitude {
         let gap = (large.exponent - small.exponent) as i32;
         let sum = (large.mantissa + small.mantissa * power_of_two(-gap)).next_down();
         Self::normal(sum.max(large.mantissa), large.exponent)
-    }
-
-    /// The product, rounded up; 0 times infinity is infinite.
-    #[must_use]
-    pub fn mul(self, other: Self) -> Self {
-        if !(self.is_finite() && other.is_finite()) {
-            return Self::INFINITE;
-        }
-        if self.is_zero() || other.is_zero() {
-            return Self::ZERO;
-        }
-        Self::normal(
-            (self.mantissa * other.mantissa).next_up(),
-            self.exponent + other.exponent,
-        )
-    }
-
-    /// The quotient of an upper bound by a lower one, rounded up; infinite where the divisor is 0.
-    #[must_use]
-    pub fn div(self, lower: Self) -> Self {
-        if lower.is_zero() || !self.is_finite() {
-            return Self::INFINITE;
-        }
-        if self.is_zero() || !lower.is_finite() {
-            return Self::ZERO;
-        }
-        // The quotient lies in (1/2, 2).
-        Self::normal(
-            2.0 * (self.mantissa / lower.mantissa).next_up(),
-            self.exponent - lower.exponent - 1,
-        )
     }
 
     /// A lower bound of self - other (0 where it isn't positive) from a lower bound `self` and an
@@ -325,6 +271,70 @@ impl Magnitude {
     #[must_use]
     pub fn max(self, other: Self) -> Self {
         if self < other { other } else { self }
+    }
+}
+
+impl Add for Magnitude {
+    type Output = Self;
+
+    /// The sum, rounded up: adding two doubles is off by at most half a unit of the last place of the
+    /// result, which one step up covers.
+    fn add(self, other: Self) -> Self {
+        if self.is_zero() || !other.is_finite() {
+            return other;
+        }
+        if other.is_zero() || !self.is_finite() {
+            return self;
+        }
+        let (large, small) = if self.exponent >= other.exponent {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        let gap = large.exponent - small.exponent;
+        if gap > 60 {
+            // What is added is below 2^-59, half a step at most.
+            return Self::normal(large.mantissa.next_up(), large.exponent);
+        }
+        let sum = large.mantissa + small.mantissa * power_of_two(-(gap as i32));
+        Self::normal(sum.next_up(), large.exponent)
+    }
+}
+
+impl Mul for Magnitude {
+    type Output = Self;
+
+    /// The product, rounded up; 0 times infinity is infinite.
+    fn mul(self, other: Self) -> Self {
+        if !(self.is_finite() && other.is_finite()) {
+            return Self::INFINITE;
+        }
+        if self.is_zero() || other.is_zero() {
+            return Self::ZERO;
+        }
+        Self::normal(
+            (self.mantissa * other.mantissa).next_up(),
+            self.exponent + other.exponent,
+        )
+    }
+}
+
+impl Div for Magnitude {
+    type Output = Self;
+
+    /// The quotient of an upper bound by a lower one, rounded up; infinite where the divisor is 0.
+    fn div(self, lower: Self) -> Self {
+        if lower.is_zero() || !self.is_finite() {
+            return Self::INFINITE;
+        }
+        if self.is_zero() || !lower.is_finite() {
+            return Self::ZERO;
+        }
+        // The quotient lies in (1/2, 2).
+        Self::normal(
+            2.0 * (self.mantissa / lower.mantissa).next_up(),
+            self.exponent - lower.exponent - 1,
+        )
     }
 }
 

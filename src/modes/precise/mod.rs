@@ -350,7 +350,7 @@ fn covers_precisely(x: &Big, digits: usize) -> bool {
     if x.contains_zero() {
         return false;
     }
-    let relative = x.radius().div(x.abs_lower()).log2();
+    let relative = (x.radius() / x.abs_lower()).log2();
     let wanted = (digits as f64 + 3.0) * std::f64::consts::LOG2_10;
     if relative > -wanted {
         return false;
