@@ -5,7 +5,7 @@ use dashu_int::ops::SquareRoot;
 
 use super::PreciseProblem;
 use super::fixed::{Sum, Symmetric, dot, double, length, shifted, unit};
-use crate::precision::up;
+use crate::precision::{DoubleDouble, up};
 
 /// The problem over 2^scale, in the scaled coordinates of [`crate::modes::pencil::Scaled`].
 pub(super) struct Data {
@@ -42,6 +42,11 @@ impl Data {
             zero,
         })
     }
+
+    /// Quotients are rounded to 2^-scale, but not so far that a difference might vanish as a double.
+    pub(super) fn quotient_scale(&self) -> i64 {
+        self.scale.min(950)
+    }
 }
 
 /// The zero vectors, M-orthonormal up to rounding: combinations of the given ones.
@@ -54,9 +59,14 @@ pub(super) struct ZeroSpace {
     defect: f64,
 }
 
-/// A bound of Σ |x_i| in units.
-fn length_1(x: &[IBig]) -> f64 {
-    up(x.iter().map(|x| double(x, 0).abs()).sum::<f64>() * (1.0 + 1e-12))
+/// x 2^-scale.
+fn of_units(x: f64, scale: i64) -> f64 {
+    DoubleDouble::exact(x).scale(-(scale as i32)).hi
+}
+
+/// A bound of Σ |x_i| 2^-scale.
+fn length_1(x: &[IBig], scale: i64) -> f64 {
+    up(x.iter().map(|x| double(x, -scale).abs()).sum::<f64>() * (1.0 + 1e-12))
 }
 
 impl ZeroSpace {
@@ -81,15 +91,15 @@ impl ZeroSpace {
         };
         let radius = mass.radius.as_ref().map_or(0.0, |radius| {
             let row = |row| (0..n).map(|column| radius.get(row, column)).sum::<f64>();
-            one((0..n).map(row).fold(0.0, f64::max)) * (1.0 + 1e-9)
+            (0..n).map(row).fold(0.0, f64::max) * (1.0 + 1e-9)
         });
         let image = |v: &[IBig], error: f64, sum: &mut Sum| {
             let exact = mass.times(v, sum);
             let image: Vec<IBig> = exact.iter().map(|x| shifted(x, -scale)).collect();
             let largest = v
                 .iter()
-                .fold(0.0_f64, |most, x| most.max(double(x, 0).abs()));
-            let error = mass.norm * (1.0 + 1e-9) * error + radius * (largest + error) + 1.0;
+                .fold(0.0_f64, |most, x| most.max(double(x, -scale).abs()));
+            let error = mass.norm * (1.0 + 1e-9) * error + radius * (largest + one(error)) + 1.0;
             (image, up(error * (1.0 + 1e-9)))
         };
         for vector in &problem.zero_vectors {
@@ -146,9 +156,9 @@ impl ZeroSpace {
                 if i == j {
                     g -= IBig::ONE << (2 * scale) as usize;
                 }
-                let off = one(one(length_1(b) * y_error
-                    + length_1(y) * error
-                    + n as f64 * error * y_error));
+                let off = length_1(b, scale) * one(*y_error)
+                    + length_1(y, scale) * one(*error)
+                    + n as f64 * one(*error) * one(*y_error);
                 row += double(&g, -2 * scale).abs() + off;
             }
             zero.defect = zero.defect.max(up(row * (1.0 + 1e-9)));
@@ -168,12 +178,7 @@ impl ZeroSpace {
         if self.vectors.is_empty() {
             return (Vec::new(), 0.0);
         }
-        let one = |x: f64, by: i64| {
-            crate::precision::DoubleDouble::exact(x)
-                .scale(-(by as i32))
-                .hi
-        };
-        let size = one(length_1(x), x_scale);
+        let size = length_1(x, x_scale);
         let mut square = 0.0;
         let overlap: Vec<IBig> = self
             .images
@@ -181,7 +186,8 @@ impl ZeroSpace {
             .zip(&self.image_error)
             .map(|(image, error)| {
                 let exact = dot(image, x, sum);
-                let part = double(&exact, -(scale + x_scale)).abs() + one(size * error, scale);
+                let part =
+                    double(&exact, -(scale + x_scale)).abs() + size * of_units(*error, scale);
                 square += part * part;
                 exact
             })

@@ -87,7 +87,7 @@ pub(super) fn improve(
     let pairs = Pairs {
         measured,
         own,
-        scale: data.scale,
+        scale: data.quotient_scale(),
     };
     let mut leader: Vec<usize> = (0..m).collect();
     let mut more = Vec::new();

@@ -97,8 +97,8 @@ fn is_final(error: &ModesError) -> bool {
     }
 }
 
-/// The most bits of an entry that are worked with.
-const MOST_BITS: i64 = 4096;
+/// The most bits of an entry that are worked with: one unit is still a double.
+const MOST_BITS: i64 = 1000;
 /// Products of machine words for a round that are still worth starting: minutes.
 const MOST_WORK: f64 = 2e11;
 /// Rounds of improvement, start and rises of precision included.
@@ -218,7 +218,7 @@ impl Matrices<'_> {
 /// A basis from the Cholesky factor of M, at the precision that it takes.
 fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
     let mut bits = 256;
-    while bits <= 1024 {
+    while bits < MOST_BITS {
         matrices.at_least(bits)?;
         let data = matrices.data.as_ref()?;
         let words = (bits / 64) as f64;
@@ -382,7 +382,7 @@ fn assemble(
     for (position, (&i, &radius)) in order.iter().zip(&enclosures.radii).enumerate() {
         let quotient = &measured.quotient[i];
         let bits = (length(quotient) + 8).max(64);
-        let value = Big::from_parts(quotient.clone(), -data.scale, bits)
+        let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
             .with_added_radius(Magnitude::from_f64(radius));
         let ball = value.to_ball();
         // Both bounds hold for the same eigenvalue.
