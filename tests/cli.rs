@@ -96,12 +96,15 @@ fn digits_are_those_asked_for_or_those_certain() {
     assert!(text.contains("3.1320919526731650539 "), "{text}");
     let text = printed(&["modes", PENDULUMS, "--digits", "3"]);
     assert!(text.contains("3.13 ") && text.contains("5e-3"), "{text}");
-    let text = printed(&["modes", PENDULUMS, "--digits", "60"]);
-    assert!(text.contains("3.13209195267316505392732"), "{text}");
-    assert!(
-        text.contains("fewer than 60 digits of modes 1 to 3"),
-        "{text}"
-    );
+    // sqrt(g / l) to 100 digits, with a bound below all of them; nothing is missing.
+    let text = printed(&["modes", PENDULUMS, "--digits", "100"]);
+    let root = "3.132091952673165053927326206764414303486954951315939925901619174701411174388440475623619187333729414";
+    assert!(text.contains(root) && text.contains("5e-100"), "{text}");
+    assert!(!text.contains("fewer"), "{text}");
+    let text = printed(&["modes", PENDULUMS, "--digits", "100", "--json"]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["modes"][0]["omega_digits"], root);
+    assert_eq!(json["modes"][0]["digits_error_bound"], 5e-100);
 }
 
 #[test]
@@ -158,6 +161,7 @@ fn exit_statuses() {
         (&["modes", PENDULUMS, "--lowest", "-1"], 2),
         (&["modes", PENDULUMS, "--digits", "0"], 2),
         (&["modes", PENDULUMS, "--digits", "ten"], 2),
+        (&["modes", PENDULUMS, "--digits", "251"], 2),
         (&["modes", PENDULUMS, "--set", "k12"], 2),
         (&["modes", PENDULUMS, "--set", "k12="], 2),
         (&["modes", PENDULUMS, "--set", "unknown=1"], 1),

@@ -97,7 +97,7 @@ fn build(pool: &mut Pool, tree: &Tree) -> ExprId {
 /// The value as written.
 fn value(tree: &Tree, at: &[Approx]) -> Approx {
     match tree {
-        Tree::Number(a, b) => Approx::from_number(&Number::ratio(*a, *b).unwrap()),
+        Tree::Number(a, b) => Approx::from_number(&Number::ratio(*a, *b).unwrap(), ()),
         Tree::Pi => Approx::pi(),
         Tree::Variable(v) => at[*v],
         Tree::Add(a, b) => value(a, at).add(&value(b, at)),
@@ -109,7 +109,7 @@ fn value(tree: &Tree, at: &[Approx]) -> Approx {
             let exponent = Number::ratio(*p, *q).unwrap();
             match exponent.to_i64() {
                 Some(whole) => base.powi(whole as i32),
-                None => base.pow(&Approx::from_number(&exponent)),
+                None => base.pow(&Approx::from_number(&exponent, ())),
             }
         }
         Tree::Power(a, b) => value(a, at).pow(&value(b, at)),

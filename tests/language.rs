@@ -46,7 +46,7 @@ fn ball(text: &str) -> Ball {
         None => (false, text),
     };
     let number = Number::parse(digits).unwrap_or_else(|| panic!("{text} is no number"));
-    Ball::from_number(&if negative { number.neg() } else { number })
+    Ball::from_number(&if negative { number.neg() } else { number }, ())
 }
 
 /// The relative error, and whether the bound holds beside the digits of the expectation.

@@ -58,7 +58,7 @@ fn ball(value: &Value) -> Ball {
         None => (false, text),
     };
     let number = Number::parse(digits).unwrap();
-    Ball::from_number(&if negative { number.neg() } else { number })
+    Ball::from_number(&if negative { number.neg() } else { number }, ())
 }
 
 /// The reference is right to 40 digits, the bound must hold for it.

@@ -132,7 +132,7 @@ impl Compiler<'_> {
     }
 
     fn number(&mut self, number: &Number) -> u32 {
-        self.constant(&Ball::from_number(number))
+        self.constant(&Ball::from_number(number, ()))
     }
 
     fn register(&self, id: ExprId) -> u32 {
@@ -157,7 +157,7 @@ impl Compiler<'_> {
     fn expression(&mut self, id: ExprId) -> Result<u32, UnboundSymbol> {
         if self.pool.is_constant(id) {
             let ball = match self.pool.node(id) {
-                Node::Number(number) => Ball::from_number(number),
+                Node::Number(number) => Ball::from_number(number, ()),
                 Node::Pi
                 | Node::Symbol(_)
                 | Node::Sum { .. }

@@ -149,7 +149,7 @@ pub(crate) struct Modes {
     /// Only the K lowest modes, in the order printed
     #[arg(long, value_name = "K", value_parser = positive)]
     pub(crate) lowest: Option<usize>,
-    /// Significant digits of the frequencies
+    /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
     /// Frequencies only, without mode shapes
@@ -192,8 +192,8 @@ pub(crate) struct Fmt {
     pub(crate) check: bool,
 }
 
-/// Nobody reads more digits than this.
-const MOST_DIGITS: usize = 1000;
+/// More digits than this are not certified, and their bounds would leave the range of doubles.
+const MOST_DIGITS: usize = 250;
 
 fn positive(text: &str) -> Result<usize, String> {
     match text.parse() {

@@ -80,9 +80,10 @@ pub struct Tape {
 
 /// A [`Tape`] with its constants converted to one type of number.
 #[derive(Clone, Debug)]
-pub struct Prepared<S> {
+pub struct Prepared<S: Scalar> {
     code: Arc<Code>,
     constants: Vec<S>,
+    precision: S::Precision,
 }
 
 impl Tape {
@@ -187,25 +188,41 @@ impl Tape {
         self.code.outputs.len()
     }
 
-    /// The tape with its constants converted, for many evaluations.
+    /// The tape with its constants converted, for many evaluations at a precision.
     #[must_use]
-    pub fn prepare<S: Scalar>(&self) -> Prepared<S> {
-        let constants = self.code.constants.iter().map(S::from_number).collect();
+    pub fn prepare<S: Scalar>(&self, precision: S::Precision) -> Prepared<S> {
+        let constants = self
+            .code
+            .constants
+            .iter()
+            .map(|number| S::from_number(number, precision))
+            .collect();
         Prepared {
             code: Arc::clone(&self.code),
             constants,
+            precision,
         }
     }
 
     /// The values of the roots. `inputs` are those of the symbols, in the order of
-    /// [`Tape::compile`]; `scratch` is memory to work in, of any content.
-    pub fn evaluate<S: Scalar>(&self, inputs: &[S], scratch: &mut Vec<S>) -> Vec<S> {
-        self.prepare().evaluate(inputs, scratch)
+    /// [`Tape::compile`]; `scratch` is memory to work in, of any content. Numbers whose precision has
+    /// to be said go through [`Tape::prepare`].
+    pub fn evaluate<S: Scalar<Precision = ()>>(
+        &self,
+        inputs: &[S],
+        scratch: &mut Vec<S>,
+    ) -> Vec<S> {
+        self.prepare(()).evaluate(inputs, scratch)
     }
 
     /// As [`Tape::evaluate`], into `out`, which has one place for each root.
-    pub fn evaluate_into<S: Scalar>(&self, inputs: &[S], scratch: &mut Vec<S>, out: &mut [S]) {
-        self.prepare().evaluate_into(inputs, scratch, out);
+    pub fn evaluate_into<S: Scalar<Precision = ()>>(
+        &self,
+        inputs: &[S],
+        scratch: &mut Vec<S>,
+        out: &mut [S],
+    ) {
+        self.prepare(()).evaluate_into(inputs, scratch, out);
     }
 }
 
@@ -262,7 +279,7 @@ impl<S: Scalar> Prepared<S> {
                 .cloned()
                 .unwrap_or_else(|| self.undefined()),
             Operation::Constant(at) => self.constants[*at].clone(),
-            Operation::Pi => S::pi(),
+            Operation::Pi => S::pi(self.precision),
             Operation::Sum { constant, terms } => {
                 let mut sum = constant.map(|at| self.constants[at].clone());
                 for (register, weight) in terms {
@@ -327,7 +344,7 @@ impl<S: Scalar> Prepared<S> {
 
     /// A value that is no number.
     fn undefined(&self) -> S {
-        let zero = S::from_number(&Number::ZERO);
+        let zero = S::from_number(&Number::ZERO, self.precision);
         zero.div(&zero)
     }
 }

@@ -10,7 +10,7 @@ use super::facts::Variable;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::{Ball, Scalar};
+use crate::precision::Scalar;
 use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -44,9 +44,10 @@ pub(crate) struct Assembly {
 
 /// Parameter values and constants as numbers of one type.
 #[derive(Clone, Debug)]
-pub(crate) struct Values<S> {
+pub(crate) struct Values<S: Scalar> {
     parameters: Vec<Option<S>>,
     pub(super) constants: Vec<S>,
+    precision: S::Precision,
 }
 
 /// The parameter that would have to have a value.
@@ -308,9 +309,20 @@ impl ElementFamily {
     }
 }
 
+impl<S: Scalar> Values<S> {
+    /// What the numbers were made with.
+    pub(crate) fn precision(&self) -> S::Precision {
+        self.precision
+    }
+}
+
 impl Assembly {
     /// The values of parameters and constants.
-    pub(crate) fn values<S: Scalar>(&self, model: &Model) -> Result<Values<S>, NoValue> {
+    pub(crate) fn values<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+    ) -> Result<Values<S>, NoValue> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
         needed.extend(self.families.iter().flat_map(|family| &family.parameters));
         needed.sort_unstable();
@@ -318,20 +330,20 @@ impl Assembly {
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
         for number in needed {
             let value = model.parameters[number].value.ok_or(NoValue(number))?;
-            parameters[number] = evaluate_closed(&model.pool, value);
+            parameters[number] = evaluate_closed(&model.pool, value, precision);
         }
         let inputs: Vec<S> = self
             .constants_parameters
             .iter()
             .filter_map(|number| parameters[*number].clone())
             .collect();
-        let constants = self
-            .constants_tape
-            .as_ref()
-            .map_or_else(Vec::new, |tape| tape.evaluate(&inputs, &mut Vec::new()));
+        let constants = self.constants_tape.as_ref().map_or_else(Vec::new, |tape| {
+            tape.prepare(precision).evaluate(&inputs, &mut Vec::new())
+        });
         Ok(Values {
             parameters,
             constants,
+            precision,
         })
     }
 
@@ -344,7 +356,7 @@ impl Assembly {
         values: &Values<S>,
         mut scatter: impl FnMut(&'a ElementFamily, usize, &[S]),
     ) {
-        let zero = S::from_number(&Number::from(0));
+        let zero = S::from_number(&Number::from(0), values.precision);
         let mut scratch = Vec::new();
         let mut inputs: Vec<S> = Vec::new();
         let mut out: Vec<S> = Vec::new();
@@ -357,7 +369,7 @@ impl Assembly {
             if !used {
                 continue;
             }
-            let prepared = tape.prepare::<S>();
+            let prepared = tape.prepare::<S>(values.precision);
             out.clear();
             out.resize(tape.outputs(), zero.clone());
             for instance in 0..family.terms.count {
@@ -388,7 +400,7 @@ impl Assembly {
 
     /// The gradient of the effective potential, one entry a coordinate.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
-        let mut gradient = vec![S::from_number(&Number::from(0)); self.dimension];
+        let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
         self.run(Part::Force, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
@@ -405,12 +417,12 @@ impl Assembly {
 
     /// ∇s of all elements of the effective potential, one dense row each; `None` where there are
     /// as many as coordinates.
-    pub(crate) fn slopes(
+    pub(crate) fn slopes<S: Scalar>(
         &self,
-        at: &[Ball],
-        values: &Values<Ball>,
+        at: &[S],
+        values: &Values<S>,
         columns: usize,
-    ) -> Option<Vec<Vec<Ball>>> {
+    ) -> Option<Vec<Vec<S>>> {
         let count: usize = self
             .families
             .iter()
@@ -425,7 +437,7 @@ impl Assembly {
             let mut rest = numbers;
             for element in &family.potential {
                 let (_, slopes) = head(&mut rest, 1, element.slope.len());
-                let mut row = vec![Ball::ZERO; columns];
+                let mut row = vec![S::from_number(&Number::ZERO, values.precision); columns];
                 for ((place, _), slope) in element.slope.iter().zip(slopes) {
                     let entry = &mut row[coordinates[*place] as usize];
                     *entry = entry.add(slope);
@@ -448,7 +460,7 @@ impl Assembly {
 
     fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
         let n = self.dimension;
-        let mut matrix = vec![S::from_number(&Number::from(0)); n * n];
+        let mut matrix = vec![S::from_number(&Number::from(0), values.precision); n * n];
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
             let elements = if part == Part::Inertia {
@@ -510,10 +522,17 @@ pub(super) fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&
 }
 
 /// The number that an expression without symbols comes to.
-pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId) -> Option<S> {
+pub(crate) fn evaluate_closed<S: Scalar>(
+    pool: &Pool,
+    value: ExprId,
+    precision: S::Precision,
+) -> Option<S> {
     if let Node::Number(number) = pool.node(value) {
-        return Some(S::from_number(number));
+        return Some(S::from_number(number, precision));
     }
     let tape = Tape::compile(pool, &[value], &[]).ok()?;
-    tape.evaluate::<S>(&[], &mut Vec::new()).into_iter().next()
+    tape.prepare::<S>(precision)
+        .evaluate(&[], &mut Vec::new())
+        .into_iter()
+        .next()
 }

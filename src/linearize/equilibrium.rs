@@ -3,17 +3,24 @@
 //! The search is a Newton iteration on the generalised forces, so that saddles and maxima count as
 //! well as minima; it works in mass-weighted coordinates, in which forces on coordinates of
 //! different units can be compared, and is damped so that the force falls at every step the way the
-//! linear model foresees, which keeps it near its start. The forces themselves are evaluated in double-double with bounds: a component whose enclosure holds
-//! zero is at rounding level and does not move the point, which is how neutral directions (free
-//! bodies) stay where they are. What the point is still off by is estimated from the last forces
-//! and carried on as the radius of the coordinates, so that it enters the stiffness matrix.
+//! linear model foresees, which keeps it near its start. The forces themselves are evaluated in
+//! double-double with bounds: a component whose enclosure holds zero is at rounding level and does not
+//! move the point, which is how neutral directions (free bodies) stay where they are. Then a proof is
+//! tried that an equilibrium is there ([`Setting`]), which also says how close: that is the radius of
+//! the coordinates, which enters the stiffness matrix. Without a proof the radius is an estimate from
+//! the last forces.
+
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use super::assemble::{Assembly, Values};
 use super::error::{LinearizeError, combination_words};
+use super::existence::{Proof, Setting};
 use super::symbolic::force_text;
+use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
+use super::zero::independent_symmetries;
 use crate::model::Model;
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
@@ -39,7 +46,20 @@ pub struct Equilibrium {
     pub origins: Vec<Origin>,
     /// Newton steps of the search; 0 where nothing was searched for.
     pub steps: usize,
+    /// Whether the radii of the coordinates that were searched for are proved: that there is an
+    /// equilibrium within them, and (up to neutral motions) no other. True where nothing was searched
+    /// for. Where it is false (the stiffness is singular or nearly so, for no symmetry that was
+    /// found), the radii are an estimate, twice the last possible Newton step, and so is all that
+    /// depends on them.
+    ///
+    /// Coordinates that are given are given: the forces on them are zero to within rounding.
+    pub proved: bool,
+    /// What was shown, where something was.
+    pub(crate) proof: Option<Arc<Proof>>,
 }
+
+/// Beside an eigenvalue this small, relative to the largest, a symmetry is looked for.
+const NEARLY_SINGULAR: f64 = 1e-10;
 
 /// More Newton steps than this find nothing either.
 const MOST_STEPS: usize = 300;
@@ -68,7 +88,7 @@ pub(crate) fn find(
                 .find(|number| model.parameters[*number].value.is_none());
             return Err(super::missing_value(model, number.unwrap_or(0)));
         };
-        match super::assemble::evaluate_closed::<Ball>(&model.pool, value) {
+        match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
             Some(number) if !number.is_finite() => Err(given_not_finite(model, given)),
             number => Ok(number),
         }
@@ -105,12 +125,14 @@ pub(crate) fn find(
                     point[*i] = Ball::exact(value.mid_f64());
                 }
             }
-            let steps = search.run(&mut point)?;
+            let (steps, proof) = search.run(&mut point)?;
             search.verify_given(&point)?;
             return Ok(Equilibrium {
                 values: point,
                 origins,
                 steps,
+                proved: proof.is_some(),
+                proof: proof.map(Arc::new),
             });
         }
         search.free.clear();
@@ -120,6 +142,8 @@ pub(crate) fn find(
         values: point,
         origins,
         steps: 0,
+        proved: true,
+        proof: None,
     })
 }
 
@@ -171,8 +195,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Searches from `at`; gives the number of steps.
-    fn run(&self, at: &mut [Ball]) -> Result<usize, LinearizeError> {
+    /// Searches from `at`; gives the number of steps, and a proof if there is one.
+    fn run(&self, at: &mut [Ball]) -> Result<(usize, Option<Proof>), LinearizeError> {
         let metric = self.metric(at);
         let mut force = self.weighted(&self.gradient(at), &metric);
         if !force.finite {
@@ -181,10 +205,10 @@ impl Search<'_> {
         let mut damping = 1.0_f64;
         let mut next = None;
         let mut last = None;
+        let (mut way, mut length) = (0.0, f64::INFINITY);
         for step in 0..MOST_STEPS {
             if force.rounding {
-                self.settle(at, &metric);
-                return Ok(step);
+                return Ok((step, self.settle(at, &metric)));
             }
             let Some(spectrum) = next.take().or_else(|| self.spectrum(at, &metric)) else {
                 return Err(self.not_finite(at, "the stiffness"));
@@ -207,6 +231,8 @@ impl Search<'_> {
                         at.clone_from_slice(&trial);
                         force = there;
                         next = changed;
+                        length = direction.norm();
+                        way += length;
                         accepted = true;
                         break;
                     }
@@ -217,8 +243,7 @@ impl Search<'_> {
                     && !spectrum.pushes_neutral(&force);
                 if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
                     at.clone_from_slice(&trial);
-                    self.settle(at, &metric);
-                    return Ok(step + 1);
+                    return Ok((step + 1, self.settle(at, &metric)));
                 }
                 damping *= 0.5;
             }
@@ -234,6 +259,10 @@ impl Search<'_> {
             }
             if at.iter().any(|x| x.mid_f64().abs() > 1e150) {
                 break;
+            }
+            // Where the stiffness vanishes too, every step is a fixed part of the one before.
+            if step + 1 == MOST_STEPS && length <= 1e-20 * way {
+                return Ok((MOST_STEPS, self.settle(at, &metric)));
             }
         }
         let spectrum = last.or_else(|| self.spectrum(at, &metric));
@@ -317,12 +346,10 @@ impl Search<'_> {
         })
     }
 
-    /// Newton steps with double-double forces down to rounding level, then the estimate of what is
-    /// left: twice the last possible step, the noise of the force included.
-    fn settle(&self, at: &mut [Ball], metric: &DMatrix<f64>) {
-        let Some(spectrum) = self.spectrum(at, metric) else {
-            return;
-        };
+    /// Newton steps with double-double forces down to rounding level, then a proof of what is left;
+    /// without one, the estimate: twice the last possible step, the noise of the force included.
+    fn settle(&self, at: &mut [Ball], metric: &DMatrix<f64>) -> Option<Proof> {
+        let spectrum = self.spectrum(at, metric)?;
         let mut best = f64::INFINITY;
         for _ in 0..8 {
             let gradient = self.gradient(at);
@@ -339,6 +366,12 @@ impl Search<'_> {
                 break;
             }
         }
+        if let Some((proof, radii)) = self.proof(at, metric, &spectrum) {
+            for (i, radius) in self.free.iter().zip(radii) {
+                at[*i] = at[*i].with_added_radius(radius);
+            }
+            return Some(proof);
+        }
         let force = self.weighted(&self.gradient(at), metric);
         let left = spectrum.reach(&force);
         let back = metric
@@ -352,6 +385,38 @@ impl Search<'_> {
                 .sum();
             at[*i] = at[*i].with_added_radius(2.0 * radius);
         }
+        None
+    }
+
+    /// Tries to prove an equilibrium beside `at`. Symmetries are looked for only where the stiffness
+    /// may be singular.
+    fn proof(
+        &self,
+        at: &[Ball],
+        metric: &DMatrix<f64>,
+        spectrum: &Spectrum,
+    ) -> Option<(Proof, Vec<f64>)> {
+        let eigen = &spectrum.eigen;
+        let axes = metric
+            .transpose()
+            .solve_upper_triangular(&eigen.eigenvectors)?;
+        let softest = eigen.eigenvalues.iter().map(|x| x.abs());
+        let softest = softest.fold(f64::INFINITY, f64::min);
+        let symmetries = if softest > NEARLY_SINGULAR * eigen.eigenvalues.amax() {
+            Vec::new()
+        } else {
+            let mut allowed = vec![false; at.len()];
+            for i in &self.free {
+                allowed[*i] = true;
+            }
+            independent_symmetries(symmetries(self.model, self.assembly, &allowed), at)
+        };
+        let setting = Setting {
+            assembly: self.assembly,
+            values: self.values,
+            free: &self.free,
+        };
+        setting.prove(at, &axes, eigen.eigenvalues.as_slice(), &symmetries)
     }
 
     /// Why the search failed: forces that vanish nowhere, or simply no way on.

@@ -22,11 +22,13 @@ impl Exact {
 }
 
 impl Scalar for Exact {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         Self(Some(number.clone()))
     }
 
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         Self(None)
     }
 
@@ -110,14 +112,14 @@ pub(crate) fn kernel(model: &Model, assembly: &Assembly, at: &[Ball]) -> Option<
     if n > MOST {
         return None;
     }
-    let values = assembly.values::<Exact>(model).ok()?;
+    let values = assembly.values::<Exact>(model, ()).ok()?;
     let point: Option<Vec<Exact>> = at
         .iter()
         .enumerate()
         .map(|(i, value)| {
             let given = model.equilibria[i].and_then(|given| given.value);
             let exact = match given {
-                Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given)?,
+                Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
                 None if value.is_exact() => Exact(exact_number(value.mid)),
                 None => Exact(None),
             };

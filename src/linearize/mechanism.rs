@@ -7,22 +7,25 @@
 //! pivot's ball contains 0.
 
 use super::assemble::{Assembly, Values};
-use crate::precision::{Ball, Scalar};
+use super::zero::Enclosure;
+use crate::number::Number;
 
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;
 
 /// Vectors that all ∇s annihilate, one a column without a pivot; `None` where the elements are too
 /// many or can't be shown to be independent.
-pub(crate) fn kernel(
+pub(crate) fn kernel<S: Enclosure>(
     assembly: &Assembly,
-    at: &[Ball],
-    values: &Values<Ball>,
-) -> Option<Vec<Vec<Ball>>> {
+    at: &[S],
+    values: &Values<S>,
+) -> Option<Vec<Vec<S>>> {
     let n = at.len();
     if n > MOST {
         return None;
     }
+    let number = |value: i64| S::from_number(&Number::from(value), values.precision());
+    let (zero, one) = (number(0), number(1));
     let mut rows = assembly.slopes(at, values, n)?;
     let mut pivots: Vec<usize> = Vec::with_capacity(rows.len());
     // Gauss-Jordan elimination, the largest entry of all that are left as pivot.
@@ -30,7 +33,7 @@ pub(crate) fn kernel(
         let mut best: Option<(usize, usize, f64)> = None;
         for (row, own) in rows.iter().enumerate().skip(done) {
             for (column, entry) in own.iter().enumerate() {
-                let size = entry.abs_lower();
+                let size = entry.certain_size();
                 if size > best.map_or(0.0, |(_, _, size)| size) && !pivots.contains(&column) {
                     best = Some((row, column, size));
                 }
@@ -38,28 +41,28 @@ pub(crate) fn kernel(
         }
         let (row, column, _) = best?;
         rows.swap(done, row);
-        let pivot = rows[done][column];
+        let pivot = rows[done][column].clone();
         for entry in &mut rows[done] {
             *entry = entry.div(&pivot);
         }
         let above = rows[done].clone();
         for (row, own) in rows.iter_mut().enumerate() {
-            let factor = own[column];
+            let factor = own[column].clone();
             if row == done || factor.is_exact_zero() {
                 continue;
             }
             for (entry, above) in own.iter_mut().zip(&above) {
                 *entry = entry.sub(&factor.mul(above));
             }
-            own[column] = Ball::ZERO;
+            own[column] = zero.clone();
         }
         pivots.push(column);
     }
     let free = (0..n).filter(|column| !pivots.contains(column));
     Some(
         free.map(|column| {
-            let mut vector = vec![Ball::ZERO; n];
-            vector[column] = Ball::exact(1.0);
+            let mut vector = vec![zero.clone(); n];
+            vector[column] = one.clone();
             for (row, pivot) in pivots.iter().enumerate() {
                 vector[*pivot] = rows[row][column].neg();
             }

@@ -12,12 +12,15 @@ mod elements;
 mod equilibrium;
 mod error;
 mod exact;
+mod existence;
 mod factors;
 mod facts;
 mod gyroscopic;
 mod mechanism;
 mod parametric;
+mod precise;
 mod symbolic;
+mod symmetry;
 mod undefined;
 mod zero;
 
@@ -27,6 +30,7 @@ pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
 pub(crate) use parametric::{Parametric, parametric};
+pub use precise::Precise;
 pub use symbolic::SymbolicMatrices;
 pub use zero::ZeroMode;
 
@@ -73,7 +77,7 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
     assemble::put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
-        .values::<Ball>(&model)
+        .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
     let equilibrium = equilibrium::find(&model, &assembly, &values)?;
     gyroscopic::check(&mut model, &linear, &equilibrium)?;
@@ -102,7 +106,7 @@ pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
         return Ok(symbolic::matrices(&model, &assembly, None));
     }
     let values = assembly
-        .values::<Ball>(&model)
+        .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
     let equilibrium = equilibrium::find(&model, &assembly, &values)?;
     gyroscopic::check(&mut model, &linear, &equilibrium)?;
@@ -192,6 +196,7 @@ impl Linearized {
         zero::zero_modes(
             &self.model,
             &self.assembly,
+            &self.equilibrium.values,
             &self.equilibrium.values,
             &self.values,
         )

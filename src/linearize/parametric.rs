@@ -88,6 +88,8 @@ pub(crate) fn parametric(
         values: vec![Ball::ZERO; count],
         origins,
         steps: 0,
+        proved: false,
+        proof: None,
     };
     let matrices = symbolic::matrices(&model, &assembly, Some(&place));
     model.pool = matrices.pool;

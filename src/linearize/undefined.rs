@@ -177,9 +177,11 @@ impl Scene<'_> {
             return Some(*number);
         }
         match self.model.symbols.get(&symbol)? {
-            SymbolKind::Parameter(number) => {
-                evaluate_closed(&self.model.pool, self.model.parameters.get(*number)?.value?)
-            }
+            SymbolKind::Parameter(number) => evaluate_closed(
+                &self.model.pool,
+                self.model.parameters.get(*number)?.value?,
+                (),
+            ),
             _ => None,
         }
     }

@@ -23,9 +23,9 @@ pub(super) enum Quantity {
 impl Quantity {
     fn ball(&self) -> Ball {
         match self {
-            Self::Exact(number) => Ball::from_number(number),
+            Self::Exact(number) => Ball::from_number(number, ()),
             Self::Enclosed(ball) => *ball,
-            Self::Truth(_) => Ball::from_number(&Number::from(0)),
+            Self::Truth(_) => Ball::from_number(&Number::from(0), ()),
         }
     }
 
@@ -215,7 +215,7 @@ impl World {
             let result = match op {
                 IndexOp::Number(number) => Quantity::Exact(number.clone()),
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
-                IndexOp::Pi => Quantity::Enclosed(Ball::pi()),
+                IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => {
                     Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0)))
                 }

@@ -60,6 +60,7 @@ pub(super) struct Enclosures {
 
 /// How the columns of a nearly diagonal pencil are coupled: its entries as bounds in doubles.
 /// μ_i stands for a number close to s_ii / g_ii, the quotient of column i.
+#[derive(Clone)]
 pub(super) struct Couplings {
     /// The columns by rising quotient.
     pub(super) order: Vec<usize>,
@@ -77,6 +78,22 @@ pub(super) struct Couplings {
     pub(super) h: Plain,
     /// Upper bounds of |g_ij| off the diagonal, 0 on it.
     pub(super) g: Plain,
+}
+
+impl Couplings {
+    /// Columns that are not coupled at all, in no order yet.
+    pub(super) fn zeros(columns: usize) -> Self {
+        Self {
+            order: Vec::new(),
+            steps: Vec::new(),
+            size: vec![0.0; columns],
+            defect: vec![0.0; columns],
+            least: vec![0.0; columns],
+            most: vec![0.0; columns],
+            h: Plain::zeros(columns, columns),
+            g: Plain::zeros(columns, columns),
+        }
+    }
 }
 
 /// What the rows of the pencil contribute to every cluster's bound.
@@ -113,9 +130,10 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
             Ok((radius, reach)) => {
                 let mut below = 0.0;
                 let factor = 1.0 + slack(m);
-                for position in start..end {
-                    radii[position] = below;
-                    below += couplings.steps.get(position).copied().unwrap_or(0.0) * factor;
+                for (position, radius) in radii[start..end].iter_mut().enumerate() {
+                    *radius = below;
+                    let step = couplings.steps.get(start + position);
+                    below += step.copied().unwrap_or(0.0) * factor;
                 }
                 let mut above: f64 = 0.0;
                 for position in (start..end).rev() {

@@ -5,7 +5,8 @@
 //! enclosures. The ladder: eigenvectors in doubles (`start`), both forms in their basis computed
 //! in double-double with error bounds (`pencil`), enclosures of all eigenvalues (`certify`); where
 //! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
-//! (`refine`) and again. The next rung, arbitrary precision, would continue the same loop.
+//! (`refine`) and again. Where double-double has no more to give, the same loop goes on with matrices
+//! and columns of as many bits as it takes (`precise`).
 //!
 //! It never sees a name or an expression, and never takes something small for zero: a zero mode
 //! comes from a vector that the caller has proved to lie in the kernel of K.
@@ -15,6 +16,7 @@ mod dense;
 mod factored;
 mod image;
 mod pencil;
+mod precise;
 mod quick;
 mod refine;
 mod shape;
@@ -22,12 +24,13 @@ mod start;
 
 use thiserror::Error;
 
-use crate::precision::{Ball, DoubleDouble, Rounding, decimal};
+use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
 use certify::{Cluster, Couplings, certify};
 use dense::Matrix;
 use factored::Factored;
 pub use factored::Factors;
 use pencil::{Pencil, Scaled, ZeroSpace, couplings, pencil};
+pub use precise::{Precise, PreciseProblem};
 use quick::{Quick, Round};
 use start::Failure;
 
@@ -121,6 +124,8 @@ pub struct Mode {
     pub omega: Ball,
     /// The rate of growth √(-ω²) of an unstable mode; 0 for any other.
     pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
     /// The mode shape x with xᵀMx = 1, empty if not asked for.
     pub vector: Vec<f64>,
     /// A bound of the error of each component of the vector. In a cluster: of the distance of the
@@ -258,6 +263,12 @@ pub trait Source {
     fn factors(&self) -> Option<Factors> {
         None
     }
+
+    /// Both matrices with entries of so many bits, and the zero vectors, in the same order: for more
+    /// digits than double-double has, or problems that are too ill-conditioned for it.
+    fn precisely(&self, _bits: usize) -> Option<PreciseProblem> {
+        None
+    }
 }
 
 /// No source: the matrices are all there is.
@@ -302,7 +313,8 @@ pub fn solve_from(
             return Err(ModesError::ZeroVector { index });
         }
     };
-    let solution = climb(&scaled, &zero, source, options)?;
+    let solution = climb(&scaled, &zero, source, options);
+    let solution = precise::further(&scaled, &zero, solution, source, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }
 
@@ -324,6 +336,8 @@ struct Solution {
     /// A bound, for each column, of the M-length of its part along the zero vectors.
     leak: Vec<f64>,
     certificate: Certificate,
+    /// Eigenvalues beyond double-double, by position; may end early.
+    precise: Vec<Option<Big>>,
 }
 
 /// XᵀMX, in the form in which a rung leaves it.
@@ -527,6 +541,7 @@ impl Climb<'_> {
                     gram: Gram::Entries(pencil.g),
                     leak: pencil.leak,
                     certificate,
+                    precise: Vec::new(),
                 };
                 self.best = Some((score, solution));
             }
@@ -574,6 +589,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
                 leak: round.leak().to_vec(),
                 gram: Gram::Factors(Box::new(round)),
                 certificate,
+                precise: Vec::new(),
             }));
         }
         let score = score(&certificate, options);
@@ -639,10 +655,15 @@ fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool
     if options.vectors && !certificate.clusters.iter().all(separated) {
         return false;
     }
+    covered(certificate, options)
+}
+
+/// Whether the enclosures cover the wanted digits.
+fn covered(certificate: &Certificate, options: &Options) -> bool {
     certificate
         .eigenvalues
         .iter()
-        .take(wanted)
+        .take(options.lowest.unwrap_or(usize::MAX))
         .all(|x| covers(x, options.digits))
 }
 
@@ -674,6 +695,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
         x,
         leak,
         certificate,
+        precise,
         ..
     } = solution;
     let zeros = zero.vectors.len();
@@ -712,7 +734,7 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
             let shape = zero_shapes.next();
-            modes.push(mode(Ball::ZERO, Kind::Zero, shape, *number));
+            modes.push(mode(Ball::ZERO, None, Kind::Zero, shape, *number));
         }
         *number += u32::from(zeros > 0);
     };
@@ -743,7 +765,9 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
             } else {
                 Kind::Undecided
             };
-            modes.push(mode(value, kind, shapes.next(), own_number));
+            let precise = precise.get(position).and_then(Option::as_ref);
+            let precise = precise.map(|x| x.scale(scaled.power.into()));
+            modes.push(mode(value, precise, kind, shapes.next(), own_number));
         }
     }
     if unstable == certificate.eigenvalues.len() {
@@ -753,7 +777,13 @@ fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Op
     Spectrum { modes, stability }
 }
 
-fn mode(omega_squared: Ball, kind: Kind, shape: Option<shape::Shape>, cluster: u32) -> Mode {
+fn mode(
+    omega_squared: Ball,
+    precise: Option<Big>,
+    kind: Kind,
+    shape: Option<shape::Shape>,
+    cluster: u32,
+) -> Mode {
     let (omega, growth) = match kind {
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
@@ -767,6 +797,7 @@ fn mode(omega_squared: Ball, kind: Kind, shape: Option<shape::Shape>, cluster: u
         omega_squared,
         omega,
         growth,
+        precise: precise.map(|x| Box::new(Precise::new(x, kind))),
         vector,
         vector_error_bound,
         cluster,

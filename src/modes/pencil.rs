@@ -206,6 +206,7 @@ impl Enclosed {
 }
 
 /// A symmetric matrix with an error bound for every entry.
+#[derive(Clone)]
 pub(super) struct Bounded {
     pub(super) mid: Matrix,
     pub(super) radius: Plain,

@@ -15,15 +15,15 @@ use super::quick::{Quick, Round};
 use crate::precision::DoubleDouble;
 
 /// Corrections above this are not small: the two columns form a cluster.
-const SMALL: f64 = 0.03;
+pub(super) const SMALL: f64 = 0.03;
 
 /// Neighbours nearer than this, relative to their eigenvalues, form a cluster much earlier: a
 /// correction w leaves X off orthonormal by w², and what follows from that in the next step, w⁴, has
 /// to vanish beside their splitting.
-const NEAR: f64 = 1e-6;
+pub(super) const NEAR: f64 = 1e-6;
 
 /// What counts as small between near neighbours: w² is below the rounding of doubles.
-const TINY: f64 = 1e-8;
+pub(super) const TINY: f64 = 1e-8;
 
 /// A nearly diagonal pencil, in doubles: what the columns of X are to one another.
 pub(super) trait Mixed {
@@ -215,7 +215,7 @@ impl Pair {
     }
 }
 
-fn root(leader: &mut [usize], mut i: usize) -> usize {
+pub(super) fn root(leader: &mut [usize], mut i: usize) -> usize {
     while leader[i] != i {
         leader[i] = leader[leader[i]];
         i = leader[i];
@@ -223,13 +223,13 @@ fn root(leader: &mut [usize], mut i: usize) -> usize {
     i
 }
 
-fn join(leader: &mut [usize], i: usize, j: usize) {
+pub(super) fn join(leader: &mut [usize], i: usize, j: usize) {
     let (a, b) = (root(leader, i), root(leader, j));
     leader[a.max(b)] = a.min(b);
 }
 
 /// The clusters of more than one column, each in rising order.
-fn groups(leader: &mut [usize]) -> Vec<Vec<usize>> {
+pub(super) fn groups(leader: &mut [usize]) -> Vec<Vec<usize>> {
     let m = leader.len();
     let mut members: Vec<Vec<usize>> = vec![Vec::new(); m];
     for i in 0..m {
@@ -279,7 +279,7 @@ fn block_eigenvectors(mixed: &impl Mixed, cluster: &[usize]) -> Plain {
 /// Eigenvectors of a symmetric matrix by cyclic Jacobi rotations (Golub, Van Loan, 8.5). An entry
 /// counts as zero relative to its own two diagonal entries (Demmel, Veselic, "Jacobi's method is
 /// more accurate than QR", SIAM J. Matrix Anal. 13 (1992)).
-fn jacobi(mut a: Plain) -> Plain {
+pub(super) fn jacobi(mut a: Plain) -> Plain {
     let n = a.rows;
     let mut v = Plain::zeros(n, n);
     for i in 0..n {

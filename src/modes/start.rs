@@ -402,7 +402,7 @@ fn reflect_both_sides(a: &mut [f64], n: usize, p: usize, w: &[f64]) {
 }
 
 /// Orthonormal eigenvectors of a symmetric matrix, column by column; the matrix is overwritten.
-fn symmetric_eigenvectors(n: usize, a: &mut [f64]) -> Option<Vec<f64>> {
+pub(super) fn symmetric_eigenvectors(n: usize, a: &mut [f64]) -> Option<Vec<f64>> {
     // Nothing is left where all modes are zero modes; nalgebra panics on an empty matrix.
     if n == 0 {
         return Some(Vec::new());

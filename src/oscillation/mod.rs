@@ -10,7 +10,9 @@ mod warning;
 pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
-use crate::modes::{self, Factors, Kind, ModesError, Options, Problem, Source, Stability};
+use crate::modes::{
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Source, Stability,
+};
 use crate::precision::Ball;
 
 /// All modes of a model that were asked for.
@@ -35,6 +37,8 @@ pub struct NormalMode {
     pub omega: Ball,
     /// The rate of growth in 1/s; 0 unless the mode is unstable.
     pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
     /// The shape x with xᵀMx = 1, one component a coordinate; empty if not asked for.
     pub vector: Vec<f64>,
     /// A bound of the error of each component; in a cluster, of the distance from its space.
@@ -86,7 +90,8 @@ pub fn normal_modes(
         ..options.clone()
     };
     let solve = |problem: &Problem| {
-        modes::solve_from(problem, &Model(linearized), &inner)
+        let zeros = problem.zero_vectors.len();
+        modes::solve_from(problem, &Model { linearized, zeros }, &inner)
             .map_err(|error| named(linearized, &error))
     };
     let mut spectrum = solve(&problem)?;
@@ -121,6 +126,7 @@ pub fn normal_modes(
                 omega_squared: mode.omega_squared,
                 omega: mode.omega,
                 growth: mode.growth,
+                precise: mode.precise,
                 vector: if options.vectors {
                     mode.vector
                 } else {
@@ -140,14 +146,33 @@ pub fn normal_modes(
 }
 
 /// A model as the source of a problem.
-struct Model<'a>(&'a Linearized);
+struct Model<'a> {
+    linearized: &'a Linearized,
+    /// How many zero modes were proved.
+    zeros: usize,
+}
 
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
-        let factors = self.0.factors();
+        let factors = self.linearized.factors();
         Some(Factors {
             rows: factors.rows,
             rest: factors.rest,
+        })
+    }
+
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        let precise = self.linearized.precisely(bits)?;
+        let zero_modes = if self.zeros > 0 {
+            self.linearized.precise_zero_modes(&precise)
+        } else {
+            Vec::new()
+        };
+        (zero_modes.len() == self.zeros).then(|| PreciseProblem {
+            dimension: self.linearized.dimension(),
+            mass: precise.mass,
+            stiffness: precise.stiffness,
+            zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
         })
     }
 }

@@ -1,13 +1,19 @@
-//! The decimal digits of a ball: those it decides, and no others.
+//! The decimal digits of a ball, or a bigger number with bounds: those it decides, and no others.
 //!
 //! Everything is done in exact integers, so the printed digits are a function of the ball alone.
 
 use dashu_int::{IBig, UBig};
 
 use super::ball::Ball;
+use super::big::Big;
+use super::magnitude::Magnitude;
 
 /// More digits than this are not printed whatever is asked for; a ball holds about 32.
 const MOST_DIGITS: usize = 1000;
+/// As that, for numbers that may have any number of bits.
+const MOST_BIG_DIGITS: usize = 100_000;
+/// Numbers beyond 2 to this, and those below its inverse, are not written out in digits.
+const WIDEST: i64 = 1 << 20;
 
 /// How a printed number relates to the true one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,25 +70,73 @@ enum Direction {
 /// scientific. A number that may be zero but is not known to be prints as `0` with its bound.
 pub fn decimal(value: &Ball, digits: usize) -> Decimal {
     let wanted = digits.clamp(1, MOST_DIGITS);
-    if !value.is_finite() {
-        return Decimal {
-            text: "nan".to_owned(),
-            digits: 0,
-            error_bound: f64::INFINITY,
-            rounding: Rounding::Undecided,
-        };
+    if value.is_finite() {
+        between(ends(value), wanted)
+    } else {
+        not_a_number()
     }
-    if value.is_zero() {
-        let text = "0".to_owned();
+}
+
+impl Big {
+    /// The number with `digits` significant digits (1 to 100,000), by the rules of [`decimal`].
+    ///
+    /// Beyond 2^(2^20), some 315,000 digits, nothing is decided, and below the inverse nothing but
+    /// the bound (in doubles, so at least 5e-324).
+    #[must_use]
+    pub fn decimal(&self, digits: usize) -> Decimal {
+        let wanted = digits.clamp(1, MOST_BIG_DIGITS);
+        let size = self.abs_upper();
+        if !size.is_finite() || size >= Magnitude::power_of_two(WIDEST) {
+            return not_a_number();
+        }
+        if self.is_zero() {
+            return between((IBig::ZERO, IBig::ZERO, 0), wanted);
+        }
+        let (significand, exponent) = self.mid();
+        let least = Magnitude::power_of_two(-WIDEST);
+        let (mid, exponent, radius) = if self.mid_upper() < least {
+            (IBig::ZERO, 0, size.max(least))
+        } else {
+            (significand.clone(), exponent, self.radius())
+        };
+        if radius.is_zero() {
+            return between((mid.clone(), mid, exponent as i32), wanted);
+        }
+        // A radius below all digits that can be asked for is rounded up to that.
+        let (mantissa, place) = radius.max(size.scale(-WIDEST)).parts();
+        let (fraction, shift) = parts(mantissa);
+        let place = place + i64::from(shift);
+        let common = if mid == IBig::ZERO {
+            place
+        } else {
+            place.min(exponent)
+        };
+        let mid = mid << (exponent - common).max(0) as usize;
+        let radius = fraction << (place - common).max(0) as usize;
+        between((&mid - &radius, mid + radius, common as i32), wanted)
+    }
+}
+
+fn not_a_number() -> Decimal {
+    Decimal {
+        text: "nan".to_owned(),
+        digits: 0,
+        error_bound: f64::INFINITY,
+        rounding: Rounding::Undecided,
+    }
+}
+
+/// The digits of the numbers from `low` 2^exponent to `high` 2^exponent.
+fn between((low, high, exponent): (IBig, IBig, i32), wanted: usize) -> Decimal {
+    let zero = IBig::ZERO;
+    if low == zero && high == zero {
         return Decimal {
-            text,
+            text: "0".to_owned(),
             digits: wanted,
             error_bound: 0.0,
             rounding: Rounding::Correct,
         };
     }
-    let (low, high, exponent) = ends(value);
-    let zero = IBig::ZERO;
     if low <= zero && high >= zero {
         let (_, below) = low.into_parts();
         let (_, above) = high.into_parts();
@@ -245,7 +299,7 @@ fn distance(a: &Fraction, b: &Fraction) -> Fraction {
 }
 
 /// A double as mantissa and exponent of 2, exactly.
-fn parts(x: f64) -> (IBig, i32) {
+pub(super) fn parts(x: f64) -> (IBig, i32) {
     let bits = x.to_bits();
     let biased = ((bits >> 52) & 0x7ff) as i32;
     let fraction = bits & ((1 << 52) - 1);
@@ -325,12 +379,17 @@ fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
     }
 }
 
-/// The fraction rounded up to one significant digit, as the nearest double.
+/// The fraction rounded up to one significant digit, as the nearest double that is not 0.
 fn one_digit(value: Fraction) -> f64 {
     let rounded = round(&value, 1, &Direction::Up);
-    format!("{}e{}", rounded.digits, rounded.exponent)
+    let bound = format!("{}e{}", rounded.digits, rounded.exponent)
         .parse()
-        .unwrap_or(f64::INFINITY)
+        .unwrap_or(f64::INFINITY);
+    if bound == 0.0 && value.numerator != UBig::ZERO {
+        f64::from_bits(1)
+    } else {
+        bound
+    }
 }
 
 /// A bound rounded up to one significant digit: 4.4e-16 gives 5e-16. What prints as one digit

@@ -6,11 +6,13 @@ use super::scalar::{Function, Scalar};
 use crate::number::Number;
 
 impl Scalar for f64 {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         number.to_double_double().0
     }
 
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         std::f64::consts::PI
     }
 
@@ -81,7 +83,9 @@ impl Scalar for f64 {
 }
 
 impl Scalar for Ball {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         let (hi, lo, error) = number.to_double_double();
         if hi.is_finite() {
             Ball::new(DoubleDouble::new(hi, lo), error)
@@ -90,7 +94,7 @@ impl Scalar for Ball {
         }
     }
 
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         Ball::PI
     }
 
@@ -171,7 +175,7 @@ mod tests {
 
     #[test]
     fn exact_numbers_stay_exact() {
-        assert_eq!(Ball::from_number(&Number::from(7)), Ball::exact(7.0));
-        assert_eq!(f64::from_number(&Number::from(-7)), -7.0);
+        assert_eq!(Ball::from_number(&Number::from(7), ()), Ball::exact(7.0));
+        assert_eq!(f64::from_number(&Number::from(-7), ()), -7.0);
     }
 }

@@ -2,7 +2,8 @@
 //!
 //! The stage offers one number type after the other, from fast to careful: [`DoubleDouble`] (about
 //! 31 digits), [`Ball`] (a double-double with an absolute error bound that every operation
-//! carries along) and [`decimal`], which prints the digits that a ball decides and no others.
+//! carries along), [`Big`] (the same with any number of bits) and [`decimal`], which prints the
+//! digits that a ball decides and no others.
 //! Expressions are evaluated over any of them through [`Scalar`].
 //!
 //! It never sees an expression or a matrix, never guesses that something small is zero, and
@@ -10,15 +11,22 @@
 //! is not finite, and that spreads.
 
 mod ball;
+mod big;
+mod big_functions;
+#[cfg(test)]
+mod big_tests;
 mod decimal;
 mod double;
 mod elementary;
 mod evaluate;
+mod magnitude;
 mod scalar;
 
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
+pub use big::Big;
 pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub(crate) use double::{exponent_of, power_of_two, product_error};
+pub use magnitude::Magnitude;
 pub use scalar::{Function, Scalar};

@@ -32,16 +32,19 @@ pub enum Function {
     Abs,
 }
 
-/// A number type that expressions are evaluated over: `f64`, double-double balls, and whatever
-/// comes later.
+/// A number type that expressions are evaluated over: `f64`, double-double balls, balls of any
+/// precision, and whatever comes later.
 ///
 /// Nothing panics: outside its domain an operation returns a value for which
 /// [`Scalar::is_finite`] is false, and that value spreads.
 pub trait Scalar: Clone {
+    /// What has to be said to make a number from nothing: nothing for types of one precision, the
+    /// bits for those of any.
+    type Precision: Copy;
     /// The nearest value (for enclosures: a value that contains it) of an exact number.
-    fn from_number(number: &Number) -> Self;
+    fn from_number(number: &Number, precision: Self::Precision) -> Self;
     /// The number pi.
-    fn pi() -> Self;
+    fn pi(precision: Self::Precision) -> Self;
     /// Sum.
     fn add(&self, other: &Self) -> Self;
     /// Difference.

@@ -70,8 +70,9 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
 }
 
 fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
-    let omega = Written::new(&mode.omega, options.digits);
-    let growth = Written::new(&mode.growth, options.digits);
+    let precise = mode.precise.as_deref();
+    let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
+    let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
     let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
     let error = mode.omega.mid_f64_error().max(mode.growth.mid_f64_error());
     let _ = write!(

@@ -17,7 +17,7 @@ use anstyle::{AnsiColor, Effects};
 
 use crate::modes::Kind;
 use crate::oscillation::NormalModes;
-use crate::precision::{Ball, Rounding, decimal, one_digit_up};
+use crate::precision::{Ball, Big, Decimal, Rounding, decimal, one_digit_up};
 
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -92,11 +92,22 @@ struct Written {
 
 impl Written {
     fn new(value: &Ball, digits: usize) -> Self {
-        let decimal = decimal(value, digits);
+        Self::from_decimal(decimal(value, digits), value.is_zero())
+    }
+
+    /// From the more precise number, where there is one.
+    fn finest(value: &Ball, precise: Option<&Big>, digits: usize) -> Self {
+        match precise {
+            Some(precise) => Self::from_decimal(precise.decimal(digits), precise.is_zero()),
+            None => Self::new(value, digits),
+        }
+    }
+
+    fn from_decimal(decimal: Decimal, is_zero: bool) -> Self {
         let bound = match decimal.rounding {
             // Half a unit of the last place holds for whatever is correctly rounded. The ball may
             // know better, but differently on every machine.
-            Rounding::Correct | Rounding::Fewer if !value.is_zero() => half_unit(&decimal.text),
+            Rounding::Correct | Rounding::Fewer if !is_zero => half_unit(&decimal.text),
             Rounding::Correct | Rounding::Fewer | Rounding::Tie | Rounding::Undecided => {
                 one_digit_up(decimal.error_bound)
             }
@@ -122,7 +133,9 @@ fn half_unit(number: &str) -> f64 {
         .map_or(0, |(_, decimals)| decimals.len());
     let exponent: i64 = exponent.parse().unwrap_or(0);
     let place = exponent - i64::try_from(decimals).unwrap_or(0);
-    format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY)
+    let bound: f64 = format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY);
+    // Below all doubles it is still not 0.
+    bound.max(f64::from_bits(1))
 }
 
 /// `three_pendulums: 3 coordinates`
@@ -193,6 +206,7 @@ fn flow(items: &[String], indentation: &str, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::number::Number;
 
     #[test]
     fn correct_rounding_is_half_a_unit_off_at_most() {
@@ -208,6 +222,11 @@ mod tests {
             (fewer.text().as_str(), fewer.bound, fewer.complete),
             ("0.300000", 5e-7, false)
         );
+        let third = Big::from_number(&Number::ratio(1, 3).unwrap_or_default(), 1300);
+        let precise = Written::finest(&Ball::ONE, Some(&third), 100);
+        assert_eq!((precise.bound, precise.text().len()), (5e-101, 102));
+        let bound = Written::finest(&Ball::ONE, Some(&third), 330).bound;
+        assert!(bound > 0.0 && bound < 1e-322);
         let unknown = Written::new(&Ball::NOT_FINITE, 10);
         assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));
     }

@@ -6,7 +6,7 @@ use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, one_digit_up_text};
+use crate::precision::{Ball, Big, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.
 const MOST_COMPONENTS: usize = 6;
@@ -189,11 +189,13 @@ struct Row {
 
 impl Row {
     fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
-        let omega = Written::new(&mode.omega, options.digits);
-        let growth = Written::new(&mode.growth, options.digits);
+        let precise = mode.precise.as_deref();
+        let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
+        let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
         let hertz = if has_units {
-            let turn = Ball::PI.scale(1);
-            Written::new(&(mode.omega / turn), options.digits).text()
+            let turns = mode.omega / Ball::PI.scale(1);
+            let precise = precise.map(|x| &x.omega / &Big::pi(x.omega.bits()).scale(1));
+            Written::finest(&turns, precise.as_ref(), options.digits).text()
         } else {
             String::new()
         };
@@ -511,6 +513,7 @@ mod tests {
             omega_squared: Ball::ONE,
             omega: Ball::ONE,
             growth: Ball::ZERO,
+            precise: None,
             vector,
             vector_error_bound: 1e-15,
             cluster: 0,

@@ -55,10 +55,12 @@ impl Approx {
 }
 
 impl Scalar for Approx {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         Approx::with(number.to_f64(), 0.0)
     }
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         Approx::with(std::f64::consts::PI, 0.0)
     }
     fn add(&self, other: &Self) -> Self {
@@ -200,15 +202,17 @@ impl Dual {
 }
 
 impl Scalar for Dual {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         Dual {
-            value: Approx::from_number(number),
+            value: Approx::from_number(number, ()),
             slope: Approx::exact(0.0),
         }
     }
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         Dual {
-            value: Approx::pi(),
+            value: Approx::pi(()),
             slope: Approx::exact(0.0),
         }
     }

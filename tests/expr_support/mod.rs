@@ -140,10 +140,12 @@ fn function(name: &str) -> Function {
 pub struct Plain(pub f64);
 
 impl Scalar for Plain {
-    fn from_number(number: &Number) -> Self {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
         Plain(number.to_f64())
     }
-    fn pi() -> Self {
+    fn pi((): ()) -> Self {
         Plain(std::f64::consts::PI)
     }
     fn add(&self, other: &Self) -> Self {

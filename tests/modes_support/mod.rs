@@ -1,6 +1,8 @@
 //! Problems from exact rationals, and exact witnesses, for the tests of the numeric stage.
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
+pub mod precise;
+
 use dashu_int::IBig;
 use dashu_ratio::RBig;
 use librate::modes::{Options, Problem, Spectrum, solve};

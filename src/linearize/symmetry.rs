@@ -1,0 +1,498 @@
+//! Symmetries are proved: motions along which the potential does not change, identically.
+//!
+//! A generator xi(q) with xi·∇U = 0 identically gives K xi(q0) = 0 at every equilibrium q0 (the
+//! derivative of the identity, with ∇U(q0) = 0). Two kinds are looked for: constant ones
+//! (translations, cyclic coordinates), which are the common null space of all gradients, and
+//! rotations of coordinates that come as vectors or as equally long families. Whether an identity
+//! holds is decided family by family at random points modulo a large prime.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+
+use super::assemble::{Assembly, ElementFamily};
+use crate::expr::{
+    ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
+    rational_reconstruct,
+};
+use crate::model::Model;
+use crate::number::Number;
+use crate::precision::Scalar;
+
+/// An identity is tested at so many points.
+const POINTS: u64 = 6;
+
+/// Stands for a coordinate that a term does not contain; any element but 0 would do.
+const STRANGER: u64 = 0x0123_4567_89ab_cdef;
+
+/// Beyond this many elementary steps the search for constant generators is given up.
+const MOST_WORK: usize = 100_000_000;
+
+/// A motion along which the potential does not change anywhere, identically.
+#[derive(Clone, Debug)]
+pub(crate) struct Symmetry {
+    generator: Generator,
+    meaning: String,
+}
+
+#[derive(Clone, Debug)]
+enum Generator {
+    /// The same everywhere.
+    Constant(Vec<Number>),
+    /// Coordinates, and which one is the velocity of each, with a minus or not.
+    Rotation(Vec<(u32, u32, bool)>),
+}
+
+impl Symmetry {
+    /// What it is, in words.
+    pub(crate) fn meaning(&self) -> &str {
+        &self.meaning
+    }
+
+    /// The generator at a point.
+    pub(crate) fn vector<S: Scalar>(&self, at: &[S], precision: S::Precision) -> Vec<S> {
+        match &self.generator {
+            Generator::Constant(vector) => vector
+                .iter()
+                .map(|number| S::from_number(number, precision))
+                .collect(),
+            Generator::Rotation(parts) => {
+                let mut vector = vec![S::from_number(&Number::ZERO, precision); at.len()];
+                for (i, partner, minus) in parts {
+                    let value = &at[*partner as usize];
+                    vector[*i as usize] = if *minus { value.neg() } else { value.clone() };
+                }
+                vector
+            }
+        }
+    }
+
+    /// Whether it never moves any but these coordinates.
+    fn moves_only(&self, allowed: &[bool]) -> bool {
+        match &self.generator {
+            Generator::Constant(vector) => {
+                vector.iter().zip(allowed).all(|(x, ok)| *ok || x.is_zero())
+            }
+            Generator::Rotation(parts) => parts.iter().all(|(i, _, _)| allowed[*i as usize]),
+        }
+    }
+}
+
+/// The symmetries that never move any but the coordinates allowed to.
+pub(crate) fn symmetries(model: &Model, assembly: &Assembly, allowed: &[bool]) -> Vec<Symmetry> {
+    let mut pool = model.pool.clone();
+    let gradients: Vec<Vec<ExprId>> = assembly
+        .families
+        .iter()
+        .map(|family| gradient(&mut pool, family))
+        .collect();
+    let mut found = constant_generators(model, assembly, &pool, &gradients, allowed);
+    found.extend(rotations(model, assembly, &pool, &gradients));
+    found.retain(|symmetry| symmetry.moves_only(allowed));
+    found
+}
+
+/// ∂U/∂q of a family's body by its locals, as expressions.
+fn gradient(pool: &mut Pool, family: &ElementFamily) -> Vec<ExprId> {
+    let mut parts: Vec<Vec<ExprId>> = vec![Vec::new(); family.terms.locals.len()];
+    for element in &family.potential {
+        for (place, slope) in &element.slope {
+            let part = pool.mul(element.first, *slope);
+            parts[*place].push(part);
+        }
+    }
+    parts.iter().map(|parts| pool.sum(parts)).collect()
+}
+
+fn sample(pool: &Pool, roots: &[ExprId], seed: u64) -> Option<Vec<u64>> {
+    // A point where a denominator vanishes is replaced by another.
+    (0..4).find_map(|attempt| {
+        let seed = seed.wrapping_mul(4).wrapping_add(attempt);
+        pool.evaluate_mod(
+            roots,
+            |symbol| ModularPoint::random_value(seed, symbol),
+            seed,
+        )
+    })
+}
+
+/// Constant vectors along which no term changes, and which move only what is allowed to.
+fn constant_generators(
+    model: &Model,
+    assembly: &Assembly,
+    pool: &Pool,
+    gradients: &[Vec<ExprId>],
+    allowed: &[bool],
+) -> Vec<Symmetry> {
+    let n = model.coordinates.len();
+    let mut eliminated = Elimination::default();
+    for (i, _) in allowed.iter().enumerate().filter(|(_, ok)| !**ok) {
+        eliminated.add(BTreeMap::from([(i as u32, 1)]));
+    }
+    for (family, gradient) in assembly.families.iter().zip(gradients) {
+        if family.potential.is_empty() {
+            continue;
+        }
+        let Some(rows) = functionals(pool, gradient) else {
+            return Vec::new();
+        };
+        for instance in 0..family.terms.count {
+            let coordinates = family.terms.coordinates_of(instance);
+            for row in &rows {
+                let mut sparse: BTreeMap<u32, u64> = BTreeMap::new();
+                for (coordinate, value) in coordinates.iter().zip(row) {
+                    let entry = sparse.entry(*coordinate).or_insert(0);
+                    *entry = add_mod(*entry, *value);
+                }
+                sparse.retain(|_, value| *value != 0);
+                eliminated.add(sparse);
+                if eliminated.work > MOST_WORK {
+                    return Vec::new();
+                }
+            }
+        }
+    }
+    let vectors = eliminated.kernel(n);
+    vectors
+        .into_iter()
+        .filter_map(|vector| {
+            let exact: Option<Vec<Number>> = vector
+                .iter()
+                .map(|value| {
+                    let (numerator, denominator) = rational_reconstruct(*value)?;
+                    Number::ratio(numerator, denominator)
+                })
+                .collect();
+            let exact = exact?;
+            Some(Symmetry {
+                meaning: constant_meaning(model, &exact),
+                generator: Generator::Constant(exact),
+            })
+        })
+        .collect()
+}
+
+/// The linear functionals of the local coordinates that a constant generator has to annihilate: a
+/// reduced basis of the span of the gradient.
+fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
+    let d = gradient.len();
+    let mut rows = Vec::new();
+    for point in 0..(d as u64 + 3) {
+        rows.push(sample(pool, gradient, point)?);
+    }
+    // The kernel of all sampled gradients, and the functionals that vanish on it.
+    let kernel = nullspace_mod(&mut rows, d);
+    let mut kernel_rows = kernel;
+    Some(nullspace_mod(&mut kernel_rows, d))
+}
+
+/// Gaussian elimination modulo the prime, row by row, sparse.
+#[derive(Default)]
+struct Elimination {
+    /// By pivot column; the pivot entry is 1 and stands first.
+    rows: BTreeMap<u32, BTreeMap<u32, u64>>,
+    work: usize,
+}
+
+impl Elimination {
+    fn add(&mut self, mut row: BTreeMap<u32, u64>) {
+        while let Some((&column, &value)) = row.first_key_value() {
+            let Some(pivot) = self.rows.get(&column) else {
+                let Some(inverse) = inverse_mod(value) else {
+                    return;
+                };
+                for entry in row.values_mut() {
+                    *entry = mul_mod(*entry, inverse);
+                }
+                self.rows.insert(column, row);
+                return;
+            };
+            self.work += pivot.len();
+            let factor = neg_mod(value);
+            for (other, entry) in pivot {
+                let slot = row.entry(*other).or_insert(0);
+                *slot = add_mod(*slot, mul_mod(factor, *entry));
+                if *slot == 0 {
+                    row.remove(other);
+                }
+            }
+        }
+    }
+
+    /// A basis of the vectors that all rows annihilate; one per column without a pivot.
+    fn kernel(mut self, columns: usize) -> Vec<Vec<u64>> {
+        // From the last pivot upwards every row loses its entries in later pivot columns.
+        let pivots: Vec<u32> = self.rows.keys().copied().rev().collect();
+        for column in &pivots {
+            let Some(mut row) = self.rows.remove(column) else {
+                continue;
+            };
+            let later: Vec<(u32, u64)> = row
+                .iter()
+                .filter(|(other, _)| **other != *column && self.rows.contains_key(other))
+                .map(|(other, value)| (*other, *value))
+                .collect();
+            for (other, value) in later {
+                let factor = neg_mod(value);
+                if let Some(pivot) = self.rows.get(&other) {
+                    self.work += pivot.len();
+                    for (place, entry) in pivot {
+                        let slot = row.entry(*place).or_insert(0);
+                        *slot = add_mod(*slot, mul_mod(factor, *entry));
+                    }
+                }
+            }
+            row.retain(|_, value| *value != 0);
+            self.rows.insert(*column, row);
+        }
+        let free: Vec<u32> = (0..u32::try_from(columns).unwrap_or(0))
+            .filter(|column| !self.rows.contains_key(column))
+            .collect();
+        free.iter()
+            .map(|column| {
+                let mut vector = vec![0; columns];
+                vector[*column as usize] = 1;
+                for (pivot, row) in &self.rows {
+                    if let Some(value) = row.get(column) {
+                        vector[*pivot as usize] = neg_mod(*value);
+                    }
+                }
+                vector
+            })
+            .collect()
+    }
+}
+
+fn constant_meaning(model: &Model, vector: &[Number]) -> String {
+    let moved: Vec<usize> = (0..vector.len())
+        .filter(|i| !vector[*i].is_zero())
+        .collect();
+    if let [only] = moved.as_slice() {
+        return format!("{} is free", model.coordinates[*only].name);
+    }
+    let together = moved.iter().all(|i| vector[*i].is_one());
+    if !together {
+        return "combined translation".to_owned();
+    }
+    // One axis of a family of vectors, or a whole family: say which.
+    for family in &model.families {
+        let inside = moved
+            .iter()
+            .all(|i| (family.first..family.first + family.len()).contains(i));
+        if !inside {
+            continue;
+        }
+        if let [.., width] = family.extents.as_slice()
+            && family.extents.len() > 1
+        {
+            let axis = (moved[0] - family.first) % width;
+            if moved.iter().all(|i| (i - family.first) % width == axis) {
+                return format!("translation of {} along {}", family.name, axis_name(axis));
+            }
+        }
+        return format!("translation of {}", family.name);
+    }
+    "translation".to_owned()
+}
+
+fn axis_name(axis: usize) -> String {
+    match axis {
+        0 => "x".to_owned(),
+        1 => "y".to_owned(),
+        2 => "z".to_owned(),
+        n => format!("axis {}", n + 1),
+    }
+}
+
+/// A rotation in the plane of two axes: what each coordinate's velocity is.
+struct Rotation {
+    /// By coordinate: the coordinate that its velocity is, and whether with a minus.
+    partner: HashMap<u32, (u32, bool)>,
+    name: String,
+}
+
+/// The planes in which coordinates can be rotated together.
+fn candidate_rotations(model: &Model) -> Vec<Rotation> {
+    let mut planes: Vec<(Vec<Vec<usize>>, String)> = Vec::new();
+    // Families of vectors of the same width turn together.
+    for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
+        let vectors: Vec<_> = model
+            .families
+            .iter()
+            .filter(|family| family.extents.len() >= least && family.extents.last() == Some(&width))
+            .collect();
+        // A family with one index is one vector, or many numbers: it is tried after the others.
+        if vectors.is_empty() || least == 1 && vectors.iter().all(|one| one.extents.len() > 1) {
+            continue;
+        }
+        let axes = (0..width)
+            .map(|axis| {
+                vectors
+                    .iter()
+                    .flat_map(|family| {
+                        (family.first + axis..family.first + family.len()).step_by(width)
+                    })
+                    .collect()
+            })
+            .collect();
+        planes.push((axes, String::new()));
+    }
+    // Equally long plain families, or single coordinates, as axes of one space.
+    let mut lengths: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
+    for family in &model.families {
+        if family.extents.len() <= 1 {
+            let all = (family.first..family.first + family.len()).collect();
+            lengths.entry(family.len()).or_default().push(all);
+        }
+    }
+    // More than a few axes are no space that turns.
+    planes.extend(
+        lengths
+            .into_values()
+            .filter(|axes| (2..=6).contains(&axes.len()))
+            .map(|axes| (axes, "plain".to_owned())),
+    );
+    let mut rotations = Vec::new();
+    for (axes, plain) in planes {
+        for a in 0..axes.len() {
+            for b in a + 1..axes.len() {
+                let mut partner = HashMap::new();
+                for (i, j) in axes[a].iter().zip(&axes[b]) {
+                    let (i, j) = (*i as u32, *j as u32);
+                    partner.insert(i, (j, true));
+                    partner.insert(j, (i, false));
+                }
+                let name = if plain.is_empty() && axes.len() == 3 {
+                    format!("rotation about {}", axis_name(3 - a - b))
+                } else {
+                    "rotation".to_owned()
+                };
+                rotations.push(Rotation { partner, name });
+            }
+        }
+    }
+    rotations
+}
+
+fn rotations(
+    model: &Model,
+    assembly: &Assembly,
+    pool: &Pool,
+    gradients: &[Vec<ExprId>],
+) -> Vec<Symmetry> {
+    let mut found = Vec::new();
+    for rotation in candidate_rotations(model) {
+        let holds = assembly
+            .families
+            .iter()
+            .zip(gradients)
+            .all(|(family, gradient)| is_invariant(pool, family, gradient, &rotation));
+        if !holds {
+            continue;
+        }
+        let components = components(model.coordinates.len(), assembly, &rotation);
+        let several = components.len() > 1;
+        for (number, component) in components.iter().enumerate() {
+            let parts = component
+                .iter()
+                .filter_map(|i| rotation.partner.get(i).map(|(j, minus)| (*i, *j, *minus)))
+                .collect();
+            let meaning = if several {
+                format!("{} of part {}", rotation.name, number + 1)
+            } else {
+                rotation.name.clone()
+            };
+            found.push(Symmetry {
+                generator: Generator::Rotation(parts),
+                meaning,
+            });
+        }
+    }
+    found
+}
+
+/// Whether a family's terms do not change under a rotation, identically: Σ xi_i ∂U/∂q_i = 0.
+fn is_invariant(
+    pool: &Pool,
+    family: &ElementFamily,
+    gradient: &[ExprId],
+    rotation: &Rotation,
+) -> bool {
+    let locals = &family.terms.locals;
+    let mut tested: HashSet<Vec<Option<(usize, bool)>>> = HashSet::new();
+    for instance in 0..family.terms.count {
+        let coordinates = family.terms.coordinates_of(instance);
+        // The partner of every local: a local too, or one that the term does not contain.
+        let pattern: Vec<Option<(usize, bool)>> = coordinates
+            .iter()
+            .map(|coordinate| {
+                let (partner, minus) = rotation.partner.get(coordinate)?;
+                let place = coordinates.iter().position(|other| other == partner);
+                Some((place.unwrap_or(usize::MAX), *minus))
+            })
+            .collect();
+        if !tested.insert(pattern.clone()) {
+            continue;
+        }
+        for point in 0..POINTS {
+            let seed = 1000 + point;
+            let value = |symbol| ModularPoint::random_value(seed, symbol);
+            let Some(slopes) = pool.evaluate_mod(gradient, value, seed) else {
+                return false;
+            };
+            let mut sum = 0;
+            for (place, partner) in pattern.iter().enumerate() {
+                let Some((partner, minus)) = partner else {
+                    continue;
+                };
+                let velocity = match locals.get(*partner) {
+                    Some(local) => value(local.coordinate),
+                    // The term does not contain the partner: any value will do.
+                    None => STRANGER + place as u64,
+                };
+                let velocity = if *minus { neg_mod(velocity) } else { velocity };
+                sum = add_mod(sum, mul_mod(velocity, slopes[place]));
+            }
+            if sum != 0 {
+                return false;
+            }
+        }
+    }
+    true
+}
+
+/// The bodies that hang together, with the axes of a rotation tied to each other.
+fn components(n: usize, assembly: &Assembly, rotation: &Rotation) -> Vec<Vec<u32>> {
+    let mut parent: Vec<u32> = (0..u32::try_from(n).unwrap_or(0)).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    let mut tie = |a: u32, b: u32| {
+        let (a, b) = (root(&mut parent, a), root(&mut parent, b));
+        parent[a.max(b) as usize] = a.min(b);
+    };
+    for family in &assembly.families {
+        if family.potential.is_empty() {
+            continue;
+        }
+        for instance in 0..family.terms.count {
+            let coordinates = family.terms.coordinates_of(instance);
+            for pair in coordinates.windows(2) {
+                tie(pair[0], pair[1]);
+            }
+        }
+    }
+    for (i, (j, _)) in &rotation.partner {
+        tie(*i, *j);
+    }
+    let mut groups: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
+    for i in 0..u32::try_from(n).unwrap_or(0) {
+        if rotation.partner.contains_key(&i) {
+            let root = root(&mut parent, i);
+            groups.entry(root).or_default().push(i);
+        }
+    }
+    groups.into_values().collect()
+}

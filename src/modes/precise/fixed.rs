@@ -1,0 +1,310 @@
+//! Vectors and symmetric matrices of whole numbers over a common power of two. Sums of products are
+//! exact; what is rounded is a conversion, by less than one unit, and says so.
+
+use dashu_int::{IBig, Sign, UBig, Word};
+
+use crate::modes::dense::Plain;
+use crate::precision::{Big, DoubleDouble, Magnitude};
+
+/// Bits kept of a number that becomes a double-double.
+const LEADING: usize = 106;
+
+/// What a conversion to double-double loses, per unit of the number: see [`double_double`].
+pub(super) const LOST: f64 = 2.0 * crate::precision::U2;
+
+/// The length of the magnitude in bits, 0 for zero.
+pub(super) fn length(x: &IBig) -> usize {
+    let (_, words) = x.as_sign_words();
+    match words.last() {
+        Some(top) => words.len() * Word::BITS as usize - top.leading_zeros() as usize,
+        None => 0,
+    }
+}
+
+/// x 2^shift, rounded towards minus infinity.
+pub(super) fn shifted(x: &IBig, shift: i64) -> IBig {
+    if shift >= 0 {
+        x << shift as usize
+    } else {
+        x >> shift.unsigned_abs() as usize
+    }
+}
+
+/// x 2^exponent as a double-double.
+///
+/// Of a magnitude of l > 106 bits the lowest l - 106 are dropped: less than 2^(l-106), while the
+/// magnitude is at least 2^(l-1); so the relative error is below 2^-105. Numbers below 2^-960
+/// become 0.
+pub(super) fn double_double(x: &IBig, exponent: i64) -> DoubleDouble {
+    let length = length(x);
+    if length == 0 || length as i64 + exponent < -960 {
+        return DoubleDouble::ZERO;
+    }
+    let (sign, words) = x.as_sign_words();
+    let drop = length.saturating_sub(LEADING);
+    let size = Word::BITS as usize;
+    let (first, offset) = (drop / size, drop % size);
+    let mut top: u128 = 0;
+    for (place, &word) in words[first..].iter().enumerate() {
+        let shift = (place * size) as i64 - offset as i64;
+        // Bits above 2^106 are zeros: the number ends there.
+        top |= if shift < 0 {
+            u128::from(word) >> -shift
+        } else {
+            u128::from(word) << shift
+        };
+    }
+    let place = (exponent + drop as i64).clamp(-4000, 4000) as i32;
+    let (high, low) = ((top >> 53) as f64, (top & ((1 << 53) - 1)) as f64);
+    // Each half has 53 bits, so that nothing is rounded here.
+    let sum = DoubleDouble::new(high * 9_007_199_254_740_992.0, low);
+    let value = sum.scale(place);
+    if sign == Sign::Negative {
+        -value
+    } else {
+        value
+    }
+}
+
+/// The nearest double or one beside it.
+pub(super) fn double(x: &IBig, exponent: i64) -> f64 {
+    double_double(x, exponent).hi
+}
+
+/// x 2^scale for a double, rounded down to a whole number.
+fn whole(x: f64, scale: i64) -> IBig {
+    if x == 0.0 || !x.is_finite() {
+        return IBig::ZERO;
+    }
+    let exponent = crate::precision::exponent_of(x).max(-1000);
+    // x = m 2^(exponent - 52); subnormal numbers are below any unit in use.
+    let mantissa = DoubleDouble::exact(x).scale(52 - exponent).hi as i64;
+    shifted(&IBig::from(mantissa), i64::from(exponent) - 52 + scale)
+}
+
+/// x 2^scale as a whole number, off by less than 2.
+pub(super) fn from_double_double(x: DoubleDouble, scale: i64) -> IBig {
+    whole(x.hi, scale) + whole(x.lo, scale)
+}
+
+/// acc += |a| |b|; `acc` has room for the sum.
+fn multiply_add(acc: &mut [Word], a: &[Word], b: &[Word]) {
+    let zeros = |x: &[Word]| x.iter().take_while(|w| **w == 0).count();
+    let (za, zb) = (zeros(a), zeros(b));
+    let (a, b) = (&a[za..], &b[zb..]);
+    for (i, &x) in a.iter().enumerate() {
+        let x = u128::from(x);
+        let mut carry: u128 = 0;
+        let target = &mut acc[za + zb + i..];
+        let (own, rest) = target.split_at_mut(b.len());
+        for (t, &y) in own.iter_mut().zip(b) {
+            // At most (w - 1)² + 2 (w - 1) = w² - 1 for words below w.
+            let sum = x * u128::from(y) + u128::from(*t) + carry;
+            *t = sum as Word;
+            carry = sum >> Word::BITS;
+        }
+        for t in rest {
+            if carry == 0 {
+                break;
+            }
+            let sum = u128::from(*t) + carry;
+            *t = sum as Word;
+            carry = sum >> Word::BITS;
+        }
+    }
+}
+
+/// A sum of products, positive and negative ones apart.
+#[derive(Default)]
+pub(super) struct Sum {
+    plus: Vec<Word>,
+    minus: Vec<Word>,
+}
+
+impl Sum {
+    /// Room for products of numbers of so many words, however many there are.
+    fn clear(&mut self, words: usize) {
+        for part in [&mut self.plus, &mut self.minus] {
+            part.clear();
+            part.resize(words + 2, 0);
+        }
+    }
+
+    fn add(&mut self, a: &IBig, b: &IBig) {
+        let ((sign, a), (other, b)) = (a.as_sign_words(), b.as_sign_words());
+        let part = if sign == other {
+            &mut self.plus
+        } else {
+            &mut self.minus
+        };
+        multiply_add(part, a, b);
+    }
+
+    fn value(&self) -> IBig {
+        let part = |words: &[Word]| IBig::from(UBig::from_words(words));
+        part(&self.plus) - part(&self.minus)
+    }
+}
+
+/// The most words of a number.
+fn words<'a>(x: impl Iterator<Item = &'a IBig>) -> usize {
+    x.map(|x| x.as_sign_words().1.len()).max().unwrap_or(0)
+}
+
+/// xᵀy, exactly.
+pub(super) fn dot(x: &[IBig], y: &[IBig], sum: &mut Sum) -> IBig {
+    sum.clear(words(x.iter()) + words(y.iter()));
+    for (x, y) in x.iter().zip(y) {
+        sum.add(x, y);
+    }
+    sum.value()
+}
+
+/// A symmetric matrix over 2^scale: entries known up to a radius.
+pub(super) struct Symmetric {
+    /// The entries that are not 0, by column: row and number.
+    columns: Vec<Vec<(usize, IBig)>>,
+    words: usize,
+    /// By how many units an entry may be off; `None` where all are exact.
+    pub(super) radius: Option<Plain>,
+    /// The largest sum of magnitudes in a row.
+    pub(super) norm: f64,
+}
+
+impl Symmetric {
+    /// From the lower triangle of `entries`, column by column; entry (r, c) is multiplied by
+    /// 2^(shift_r + shift_c - power). `None` where a number is not finite.
+    pub(super) fn new(entries: &[Big], shift: &[i32], power: i32, scale: i64) -> Option<Self> {
+        let n = shift.len();
+        let mut columns: Vec<Vec<(usize, IBig)>> = vec![Vec::new(); n];
+        let mut radius = Plain::zeros(n, n);
+        let mut sums = vec![0.0; n];
+        let mut exact = true;
+        for column in 0..n {
+            for row in column..n {
+                let by = i64::from(shift[row]) + i64::from(shift[column]) - i64::from(power);
+                let (value, error) = unit(&entries[column * n + row], by, scale)?;
+                if error != 0.0 {
+                    exact = false;
+                    radius.set(row, column, error);
+                    radius.set(column, row, error);
+                }
+                if value == IBig::ZERO {
+                    continue;
+                }
+                let size = double(&value, -scale).abs();
+                sums[row] += size;
+                if row != column {
+                    sums[column] += size;
+                    columns[row].push((column, value.clone()));
+                }
+                columns[column].push((row, value));
+            }
+        }
+        let words = words(columns.iter().flatten().map(|(_, x)| x));
+        Some(Self {
+            columns,
+            words,
+            radius: (!exact).then_some(radius),
+            norm: sums.into_iter().fold(0.0, f64::max),
+        })
+    }
+
+    /// The matrix times x, exactly.
+    pub(super) fn times(&self, x: &[IBig], sum: &mut Sum) -> Vec<IBig> {
+        let words = self.words + words(x.iter());
+        self.columns
+            .iter()
+            .map(|row| {
+                sum.clear(words);
+                for (column, entry) in row {
+                    sum.add(entry, &x[*column]);
+                }
+                sum.value()
+            })
+            .collect()
+    }
+
+    /// The entries, dense, row by row of the lower triangle and the rest zero.
+    pub(super) fn lower(&self) -> Vec<Vec<IBig>> {
+        let n = self.columns.len();
+        let mut rows: Vec<Vec<IBig>> = (0..n).map(|row| vec![IBig::ZERO; row + 1]).collect();
+        for (column, entries) in self.columns.iter().enumerate() {
+            for (row, entry) in entries {
+                if *row >= column {
+                    rows[*row][column] = entry.clone();
+                }
+            }
+        }
+        rows
+    }
+
+    /// How many entries are not 0.
+    pub(super) fn count(&self) -> usize {
+        self.columns.iter().map(Vec::len).sum()
+    }
+}
+
+/// value 2^(by + scale) as a whole number and by how many units it may be off; `None` if it is not
+/// finite or that far off that doubles do not say.
+pub(super) fn unit(value: &Big, by: i64, scale: i64) -> Option<(IBig, f64)> {
+    let (significand, exponent) = value.mid();
+    let whole = shifted(significand, exponent + by + scale);
+    let lossless =
+        exponent + by + scale >= 0 || shifted(&whole, -(exponent + by + scale)) == *significand;
+    let radius: Magnitude = value.radius().scale(by + scale);
+    let error = radius.to_f64() + if lossless { 0.0 } else { 1.0 };
+    // The sum of the two is rounded up.
+    let error = if error == 0.0 { 0.0 } else { error.next_up() };
+    (value.is_finite() && error < 1e200).then_some((whole, error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dashu_ratio::RBig;
+    use proptest::prelude::*;
+
+    fn some() -> impl Strategy<Value = IBig> {
+        (any::<i128>(), any::<i128>(), 0..4u8, 0..3usize).prop_map(|(a, b, kind, words)| {
+            let big = IBig::from(a) * IBig::from(b);
+            let x = match kind {
+                0 => IBig::from(a as i8),
+                1 => IBig::from(a),
+                2 => big.clone() * IBig::from(b) + big,
+                _ => big,
+            };
+            x << (64 * words)
+        })
+    }
+
+    proptest! {
+        #[test]
+        fn sums_of_products_are_exact(
+            pairs in proptest::collection::vec((some(), some()), 0..12),
+        ) {
+            let (x, y): (Vec<IBig>, Vec<IBig>) = pairs.into_iter().unzip();
+            let expected = x.iter().zip(&y).fold(IBig::ZERO, |s, (x, y)| s + x * y);
+            let mut sum = Sum::default();
+            sum.clear(1);
+            prop_assert_eq!(dot(&x, &y, &mut sum), expected);
+        }
+
+        #[test]
+        fn conversions_keep_their_bounds(x in some(), exponent in -300..300i64) {
+            let rational = |x: DoubleDouble| {
+                RBig::try_from(x.hi).unwrap() + RBig::try_from(x.lo).unwrap()
+            };
+            let abs = |x: RBig| if x < RBig::ZERO { -x } else { x };
+            let two = RBig::from(dashu_int::UBig::ONE << exponent.unsigned_abs() as usize);
+            let power = if exponent < 0 { RBig::ONE / two } else { two };
+            let exact = RBig::from(x.clone()) * power;
+            let got = double_double(&x, exponent);
+            let error = abs(rational(got) - &exact);
+            prop_assert!(error <= abs(exact) * RBig::try_from(LOST).unwrap());
+            let back = from_double_double(got, -exponent) - &x;
+            let lost = RBig::from(x) * RBig::try_from(LOST).unwrap();
+            prop_assert!(abs(RBig::from(back)) <= abs(lost) + RBig::from(2));
+        }
+    }
+}

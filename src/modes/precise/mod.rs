@@ -1,0 +1,434 @@
+//! The last rung of the ladder: as many bits as it takes.
+//!
+//! The certificate makes an eigenvalue's radius quadratic in the couplings of its column, so that D
+//! digits need columns of D / 2 digits, couplings in doubles, and only the quotients themselves at
+//! full precision, for the columns exactly as they stand. Columns come from double-double, or from a
+//! Cholesky factor of M at full precision where double-double has none (`start`); they are measured
+//! (`measure`), certified, and improved (`improve`) until every wanted digit is covered. Only columns
+//! that need it take part; all others stay in double-double.
+
+mod data;
+mod fixed;
+mod improve;
+mod measure;
+mod plan;
+mod start;
+
+use dashu_int::IBig;
+
+use super::certify::{Couplings, Enclosures, certify};
+use super::dense::{Matrix, Plain};
+use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
+use super::{Certificate, Gram, Kind, ModesError, Options, Solution, Source, covered, covers};
+use crate::precision::{Big, Magnitude, Rounding};
+use data::Data;
+use fixed::{LOST, length};
+use measure::{Background, Columns, Measured, measure};
+use plan::{Goal, Plan};
+
+/// M, K and the zero vectors of a [`super::Problem`] at a higher precision.
+#[derive(Clone, Debug)]
+pub struct PreciseProblem {
+    /// The number of coordinates, n.
+    pub dimension: usize,
+    /// The mass matrix, n by n, column by column; symmetric (the lower triangle is read).
+    pub mass: Vec<Big>,
+    /// The stiffness matrix, likewise.
+    pub stiffness: Vec<Big>,
+    /// The vectors of the kernel of K, in the same order.
+    pub zero_vectors: Vec<Vec<Big>>,
+}
+
+/// The numbers of a mode at a precision beyond that of a [`crate::precision::Ball`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Precise {
+    /// ω².
+    pub omega_squared: Big,
+    /// The frequency; 0 for an unstable mode.
+    pub omega: Big,
+    /// The rate of growth of an unstable mode; 0 for any other.
+    pub growth: Big,
+}
+
+impl Precise {
+    pub(super) fn new(omega_squared: Big, kind: Kind) -> Self {
+        let zero = Big::zero(omega_squared.bits());
+        let (omega, growth) = match kind {
+            Kind::Oscillation => (omega_squared.sqrt(), zero),
+            Kind::Zero => (zero.clone(), zero),
+            Kind::Unstable => (zero, (-&omega_squared).sqrt()),
+            Kind::Undecided => (omega_squared.sqrt(), (-&omega_squared).sqrt()),
+        };
+        Self {
+            omega_squared,
+            omega,
+            growth,
+        }
+    }
+}
+
+/// The outcome of the rungs below, or a better one where digits are missing or there is none.
+pub(super) fn further(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    below: Result<Solution, ModesError>,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Solution, ModesError> {
+    match below {
+        Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
+        Ok(solution) => {
+            Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution))
+        }
+        Err(error) if is_final(&error) => Err(error),
+        Err(error) => climb(scaled, zero, None, source, options).ok_or(error),
+    }
+}
+
+/// Whether more precision changes nothing.
+fn is_final(error: &ModesError) -> bool {
+    match error {
+        ModesError::NotPositiveDefinite { singular, .. } => !singular,
+        ModesError::NoConvergence => false,
+        ModesError::NotFinite { .. } | ModesError::Shape { .. } | ModesError::ZeroVector { .. } => {
+            true
+        }
+    }
+}
+
+/// The most bits of an entry that are worked with: one unit is still a double.
+const MOST_BITS: i64 = 1000;
+/// Products of machine words for a round that are still worth starting: minutes.
+const MOST_WORK: f64 = 2e11;
+/// Rounds of improvement, start and rises of precision included.
+const ROUNDS: usize = 48;
+/// Rounds without gain until nothing more is expected: close columns take some to become orthogonal
+/// before it shows in the bounds.
+const STALLED: usize = 4;
+/// Bits more than planned, so that a plan that grows a little needs no new matrices.
+const HEADROOM: i64 = 32;
+
+/// A better solution than the one in double-double, if there is one.
+fn climb(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    solved: Option<&Solution>,
+    source: &dyn Source,
+    options: &Options,
+) -> Option<Solution> {
+    let mut goal = Goal::new(options.digits);
+    let mut matrices = Matrices {
+        scaled,
+        source,
+        data: None,
+    };
+    let total = scaled.n - zero.mid.columns;
+    let (mut columns, mut background) = match solved {
+        Some(solution) => {
+            let background = Background::new(scaled, zero, &solution.x)?;
+            let own = background.lacking(options);
+            goal.largest = largest(&background.couplings);
+            // Rows of the scaled matrices are seldom much larger than their diagonal.
+            let norms = (4.0, 4.0);
+            let plan = Plan::new(&background.couplings, &solution.x, &own, &goal, norms);
+            let scale = plan.columns.max(112);
+            matrices.at_least(plan.matrices)?;
+            let x = own.iter().map(|&j| column(&solution.x, j, scale)).collect();
+            (Columns { scale, own, x }, Some(background))
+        }
+        None => (begin(&mut matrices)?, None),
+    };
+    let mut best: Option<(f64, Solution)> = None;
+    let mut stalled = 0;
+    for _ in 0..ROUNDS {
+        if columns.own.len() == total {
+            background = None;
+        }
+        let data = matrices.data.as_ref()?;
+        if work(data, &columns) > MOST_WORK {
+            break;
+        }
+        let measured = measure(data, &columns, background.as_ref(), &|size| {
+            goal.target(size)
+        })?;
+        goal.largest = largest(&measured.couplings);
+        if let Some(enclosures) = certify(&measured.couplings) {
+            let background = background.as_ref();
+            let solution = assemble(data, &columns, &measured, enclosures, solved, background);
+            let verdict = verdict(&solution, options, &goal);
+            let gained = best
+                .as_ref()
+                .is_none_or(|(before, _)| verdict.score < before - 4.0);
+            if best
+                .as_ref()
+                .is_none_or(|(before, _)| verdict.score <= *before)
+            {
+                best = Some((verdict.score, solution));
+            }
+            if verdict.satisfied {
+                break;
+            }
+            stalled = if gained { 0 } else { stalled + 1 };
+            if stalled >= STALLED || verdict.met {
+                // Nothing gained: a sign or a rounding is left to decide, or it is beyond reach.
+                if !goal.raise(verdict.signs, verdict.roundings) {
+                    break;
+                }
+                stalled = 0;
+            }
+        }
+        let norms = (data.stiffness.norm, data.mass.norm);
+        let plan = Plan::new(&measured.couplings, &measured.x, &columns.own, &goal, norms);
+        let scale = plan.columns.max(columns.scale);
+        columns = match improve::improve(data, &columns, &measured, scale) {
+            Ok(better) => better,
+            Err(more) => widened(&columns, more, &background.as_ref()?.x),
+        };
+        if matrices.at_least(plan.matrices).is_none() {
+            break;
+        }
+    }
+    best.map(|(_, solution)| solution)
+}
+
+/// The matrices at the precision that has been needed so far.
+struct Matrices<'a> {
+    scaled: &'a Scaled,
+    source: &'a dyn Source,
+    data: Option<Data>,
+}
+
+impl Matrices<'_> {
+    /// Makes sure that entries have so many bits; `None` if they can't be had.
+    fn at_least(&mut self, bits: i64) -> Option<()> {
+        let bits = bits.min(MOST_BITS);
+        if self.data.as_ref().is_some_and(|data| data.scale >= bits) {
+            return Some(());
+        }
+        let scale = (bits + HEADROOM).min(MOST_BITS);
+        // The largest entries are below 4.
+        let problem = self.source.precisely(usize::try_from(scale + 4).ok()?)?;
+        let (shift, power) = (&self.scaled.shift, self.scaled.power);
+        self.data = Some(Data::new(&problem, shift, power, scale)?);
+        Some(())
+    }
+}
+
+/// A basis from the Cholesky factor of M, at the precision that it takes.
+fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
+    let mut bits = 256;
+    while bits < MOST_BITS {
+        matrices.at_least(bits)?;
+        let data = matrices.data.as_ref()?;
+        let words = (bits / 64) as f64;
+        if (data.n as f64).powi(3) * words * words > MOST_WORK {
+            return None;
+        }
+        if let Some(columns) = start::start(data) {
+            return Some(columns);
+        }
+        bits *= 2;
+    }
+    None
+}
+
+fn work(data: &Data, columns: &Columns) -> f64 {
+    let entries = data.mass.count() + data.stiffness.count() + data.n;
+    let words = |bits: i64| bits as f64 / 64.0 + 1.0;
+    entries as f64 * columns.own.len() as f64 * words(data.scale) * words(columns.scale)
+}
+
+fn column(x: &Matrix, column: usize, scale: i64) -> Vec<IBig> {
+    (0..x.rows)
+        .map(|row| fixed::from_double_double(x.get(row, column), scale))
+        .collect()
+}
+
+/// The same columns and some of the double-double ones.
+fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
+    let own = columns.own.iter().copied().zip(columns.x.iter().cloned());
+    let mut all: Vec<(usize, Vec<IBig>)> = own.collect();
+    all.extend(more.into_iter().map(|j| (j, column(x, j, columns.scale))));
+    all.sort_by_key(|(j, _)| *j);
+    let (own, x) = all.into_iter().unzip();
+    Columns {
+        scale: columns.scale,
+        own,
+        x,
+    }
+}
+
+impl Background {
+    fn new(scaled: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Option<Self> {
+        let pencil = pencil(scaled, None, zero, x);
+        let (quotients, couplings) = couplings(&pencil)?;
+        Some(Self {
+            x: x.clone(),
+            quotients,
+            couplings,
+            leak: pencil.leak,
+            g: pencil.g,
+        })
+    }
+
+    /// The columns of all clusters with a wanted mode that lacks digits; all columns where double-double
+    /// shows nothing of them.
+    fn lacking(&self, options: &Options) -> Vec<usize> {
+        let Some(certificate) = Certificate::new(&self.quotients, self.couplings.clone()) else {
+            return (0..self.quotients.len()).collect();
+        };
+        let Certificate {
+            order,
+            eigenvalues,
+            clusters,
+        } = certificate;
+        let wanted = options.lowest.unwrap_or(usize::MAX);
+        let mut own: Vec<usize> = clusters
+            .iter()
+            .filter(|cluster| {
+                (cluster.start..cluster.end.min(wanted))
+                    .any(|position| !covers(&eigenvalues[position], options.digits))
+            })
+            .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
+            .collect();
+        own.sort_unstable();
+        own
+    }
+}
+
+fn largest(couplings: &Couplings) -> f64 {
+    couplings.size.iter().fold(0.0, |most: f64, &x| most.max(x))
+}
+
+/// What a round has come to.
+struct Verdict {
+    /// Every wanted digit is there.
+    satisfied: bool,
+    /// The radii are as small as was planned, and still something is open.
+    met: bool,
+    /// Signs are open, or digits of what was too small so far.
+    signs: bool,
+    /// Roundings are open.
+    roundings: bool,
+    /// The bits of all radii of wanted modes together.
+    score: f64,
+}
+
+fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
+    let found = solution.certificate.eigenvalues.len();
+    let wanted = options.lowest.unwrap_or(usize::MAX).min(found);
+    let mut result = Verdict {
+        satisfied: true,
+        met: true,
+        signs: false,
+        roundings: false,
+        score: 0.0,
+    };
+    for position in 0..wanted {
+        let Some(Some(value)) = solution.precise.get(position) else {
+            continue;
+        };
+        // Beyond what is aimed at nothing is gained.
+        let size = value.abs_upper().to_f64();
+        let radius = value.radius().log2();
+        let target = goal.target(size).log2();
+        result.score += radius.max(target);
+        if !covers_precisely(value, options.digits) {
+            let small = value.contains_zero() || size < goal.floor();
+            result.signs |= small;
+            result.roundings |= !small;
+            result.satisfied = false;
+            result.met &= radius <= target;
+        }
+    }
+    result
+}
+
+/// Whether √|x| has so many digits, correctly rounded, or is a tie as far as can be told.
+fn covers_precisely(x: &Big, digits: usize) -> bool {
+    if x.contains_zero() {
+        return false;
+    }
+    let relative = (x.radius() / x.abs_lower()).log2();
+    let wanted = (digits as f64 + 3.0) * std::f64::consts::LOG2_10;
+    if relative > -wanted {
+        return false;
+    }
+    match x.abs().sqrt().decimal(digits).rounding {
+        Rounding::Correct => true,
+        Rounding::Tie => relative <= -wanted - plan::TIE,
+        Rounding::Fewer | Rounding::Undecided => false,
+    }
+}
+
+/// The outcome in the form that the double-double rung has, the precise values beside it.
+fn assemble(
+    data: &Data,
+    columns: &Columns,
+    measured: &Measured,
+    enclosures: Enclosures,
+    solved: Option<&Solution>,
+    background: Option<&Background>,
+) -> Solution {
+    let m = measured.quotient.len();
+    let order = measured.couplings.order.clone();
+    let mut own = vec![None; m];
+    for (at, &column) in columns.own.iter().enumerate() {
+        own[column] = Some(at);
+    }
+    let mut precise = Vec::with_capacity(m);
+    let mut eigenvalues = Vec::with_capacity(m);
+    for (position, (&i, &radius)) in order.iter().zip(&enclosures.radii).enumerate() {
+        let quotient = &measured.quotient[i];
+        let bits = (length(quotient) + 8).max(64);
+        let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
+            .with_added_radius(Magnitude::from_f64(radius));
+        let ball = value.to_ball();
+        // Both bounds hold for the same eigenvalue.
+        let before = solved.map(|solved| solved.certificate.eigenvalues[position]);
+        let keep = before.filter(|before| own[i].is_none() && before.radius <= ball.radius);
+        eigenvalues.push(keep.unwrap_or(ball));
+        precise.push(own[i].map(|_| value));
+    }
+    let mut clusters = enclosures.clusters;
+    for cluster in &mut clusters {
+        // The double-doubles of the columns differ from them by up to 2 u² of themselves.
+        for &i in &order[cluster.start..cluster.end] {
+            if own[i].is_some() {
+                cluster.reach[i] = LOST;
+            }
+        }
+    }
+    let mut g = match background {
+        Some(background) => background.g.clone(),
+        None => Bounded {
+            mid: Matrix::zeros(m, m),
+            radius: Plain::zeros(m, m),
+        },
+    };
+    for (at, &j) in columns.own.iter().enumerate() {
+        for i in 0..m {
+            g.mid.set(i, j, measured.g.get(i, at));
+            g.mid.set(j, i, measured.g.get(i, at));
+            let radius = measured.couplings.g.get(i, j);
+            g.radius.set(i, j, radius);
+            g.radius.set(j, i, radius);
+        }
+    }
+    for (&j, &(norm, error)) in columns.own.iter().zip(&measured.norm) {
+        g.mid.set(j, j, norm);
+        g.radius.set(j, j, error);
+    }
+    Solution {
+        x: measured.x.clone(),
+        gram: Gram::Entries(g),
+        leak: measured.leak.clone(),
+        certificate: Certificate {
+            order,
+            eigenvalues,
+            clusters,
+        },
+        precise,
+    }
+}

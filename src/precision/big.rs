@@ -1,0 +1,646 @@
+//! Rigorous enclosures at any precision: a binary midpoint of so many bits and an error bound with
+//! an exponent of its own.
+//!
+//! A [`Big`] stands for some real number x with |x - mid| <= radius, as a [`Ball`] does, and every
+//! operation returns one that contains the result for all numbers in its operands. The midpoint
+//! significand 2^exponent is rounded to nearest to `bits` bits, which is off by at most half a unit
+//! of the last place, and by nothing where no bits are lost: exact data stay exact as long as they
+//! fit.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use dashu_int::ops::{BitTest, DivRem, PowerOfTwo, SquareRootRem, UnsignedAbs};
+use dashu_int::{IBig, Sign, UBig, Word};
+
+use super::ball::Ball;
+use super::double::DoubleDouble;
+use super::magnitude::Magnitude;
+use crate::number::Number;
+
+/// Numbers from 2 to this on count as not finite; those below its inverse as 0 up to that.
+const LARGEST: i64 = 1 << 40;
+/// More bits than this are not worked with.
+pub(crate) const MOST_BITS: usize = 1 << 24;
+/// Bits that a quotient or root has beyond those asked for before it is rounded.
+const EXTRA: usize = 8;
+
+/// A real number known to lie within a radius of a binary number of `bits` bits.
+///
+/// Operations on two numbers work with the larger of their precisions.
+///
+/// # Examples
+///
+/// ```
+/// use librate::number::Number;
+/// use librate::precision::Big;
+/// let third = Big::from_number(&Number::ratio(1, 3).unwrap(), 200);
+/// assert!(!third.is_exact() && (&third * &Big::from_f64(3.0, 200)).contains_integer(1));
+/// assert_eq!(third.decimal(50).text, format!("0.{}", "3".repeat(50)));
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Big {
+    significand: IBig,
+    exponent: i64,
+    bits: usize,
+    radius: Magnitude,
+}
+
+/// How many bits the magnitude has.
+fn length(value: &IBig) -> usize {
+    let (_, words) = value.as_sign_words();
+    match words.last() {
+        Some(top) => words.len() * Word::BITS as usize - top.leading_zeros() as usize,
+        None => 0,
+    }
+}
+
+/// The 53 leading bits of the magnitude (fewer if it has fewer), how far they stand to the left, and
+/// whether anything follows them.
+fn leading(value: &IBig) -> (u64, usize, bool) {
+    let (_, words) = value.as_sign_words();
+    let shift = length(value).saturating_sub(53);
+    let size = Word::BITS as usize;
+    let (first, offset) = (shift / size, shift % size);
+    let mut bits: u128 = 0;
+    for (place, word) in words.iter().enumerate().skip(first) {
+        bits |= u128::from(*word) << ((place - first) * size);
+    }
+    let below =
+        words.iter().take(first).any(|word| *word != 0) || bits & ((1u128 << offset) - 1) != 0;
+    ((bits >> offset) as u64, shift, below)
+}
+
+impl Big {
+    /// No number at all: what comes of leaving the domain or the range.
+    #[must_use]
+    pub fn not_finite(bits: usize) -> Self {
+        Self {
+            significand: IBig::ZERO,
+            exponent: 0,
+            bits,
+            radius: Magnitude::INFINITE,
+        }
+    }
+
+    /// Zero, exactly.
+    #[must_use]
+    pub fn zero(bits: usize) -> Self {
+        Self::from_parts(IBig::ZERO, 0, bits)
+    }
+
+    /// One, exactly.
+    #[must_use]
+    pub fn one(bits: usize) -> Self {
+        Self::from_parts(IBig::ONE, 0, bits)
+    }
+
+    /// significand 2^exponent, rounded to `bits` bits (at least 2).
+    #[must_use]
+    pub fn from_parts(significand: IBig, exponent: i64, bits: usize) -> Self {
+        Self::rounded(significand, exponent, bits, Magnitude::ZERO)
+    }
+
+    /// The midpoint rounded to nearest (ties away from zero) to `bits` bits, with a radius larger by
+    /// half a unit of the last place if bits that are not 0 are dropped.
+    fn rounded(significand: IBig, exponent: i64, bits: usize, radius: Magnitude) -> Self {
+        let bits = bits.clamp(2, MOST_BITS);
+        let length = length(&significand);
+        if length == 0 {
+            return Self {
+                significand,
+                exponent: 0,
+                bits,
+                radius,
+            };
+        }
+        let top = exponent.saturating_add(length as i64);
+        if top > LARGEST || !radius.is_finite() {
+            return Self::not_finite(bits);
+        }
+        if top < -LARGEST {
+            // Below 2^top in size.
+            let radius = radius.add(Magnitude::power_of_two(top));
+            return Self {
+                significand: IBig::ZERO,
+                exponent: 0,
+                bits,
+                radius,
+            };
+        }
+        if length <= bits {
+            return Self {
+                significand,
+                exponent,
+                bits,
+                radius,
+            };
+        }
+        let drop = length - bits;
+        let (sign, magnitude) = significand.into_parts();
+        let exact = magnitude.trailing_zeros().is_none_or(|zeros| zeros >= drop);
+        let away = magnitude.bit(drop - 1);
+        let mut kept = magnitude >> drop;
+        if away {
+            kept += UBig::ONE;
+        }
+        let exponent = exponent + drop as i64;
+        Self {
+            significand: IBig::from_parts(sign, kept),
+            exponent,
+            bits,
+            radius: if exact {
+                radius
+            } else {
+                radius.add(Magnitude::power_of_two(exponent - 1))
+            },
+        }
+    }
+
+    /// A number that contains an exact one.
+    #[must_use]
+    pub fn from_number(number: &Number, bits: usize) -> Self {
+        let bits = bits.clamp(2, MOST_BITS);
+        let denominator = number.denominator();
+        if denominator.is_power_of_two() {
+            let shift = denominator.trailing_zeros().unwrap_or(0);
+            return Self::from_parts(number.numerator(), -(shift as i64), bits);
+        }
+        quotient(number.numerator(), &denominator, 0, bits, Magnitude::ZERO)
+    }
+
+    /// A double (rounded if `bits` is below 53); infinities and NaN are not finite.
+    #[must_use]
+    pub fn from_f64(value: f64, bits: usize) -> Self {
+        if !value.is_finite() {
+            return Self::not_finite(bits);
+        }
+        let (significand, exponent) = super::decimal::parts(value);
+        Self::from_parts(significand, i64::from(exponent), bits)
+    }
+
+    /// A double-double.
+    #[must_use]
+    pub fn from_double_double(value: DoubleDouble, bits: usize) -> Self {
+        &Self::from_f64(value.hi, bits) + &Self::from_f64(value.lo, bits)
+    }
+
+    /// A ball, with its radius.
+    #[must_use]
+    pub fn from_ball(value: &Ball, bits: usize) -> Self {
+        Self::from_double_double(value.mid, bits)
+            .with_added_radius(Magnitude::from_f64(value.radius))
+    }
+
+    /// A [`Ball`] that contains the number; not finite beyond the range of balls.
+    ///
+    /// The leading 53 bits of the midpoint and 53 of what follows them make a double-double that is
+    /// off by less than one unit of its last bit; what is too small for a double goes to the radius.
+    #[must_use]
+    pub fn to_ball(&self) -> Ball {
+        if !self.is_finite() || self.top() > 980 {
+            return Ball::NOT_FINITE;
+        }
+        if self.top() < -900 {
+            return Ball::ZERO.with_added_radius(self.abs_upper().to_f64());
+        }
+        let (high, shift, more) = leading(&self.significand);
+        let place = self.exponent + shift as i64;
+        let negative = self.is_mid_negative();
+        let double = |bits: u64, place: i64| {
+            let size = super::double::scale(bits as f64, place as i32);
+            if negative { -size } else { size }
+        };
+        let mut rest = Magnitude::ZERO;
+        let mut low = 0.0;
+        if more {
+            let (_, magnitude) = self.significand.clone().into_parts();
+            let tail = IBig::from(magnitude.split_bits(shift).0);
+            let (next, below, yet_more) = leading(&tail);
+            let last = self.exponent + below as i64;
+            if last > -1020 {
+                low = double(next, last);
+            } else {
+                rest = Magnitude::power_of_two(self.exponent + length(&tail) as i64);
+            }
+            if yet_more {
+                rest = rest.add(Magnitude::power_of_two(last));
+            }
+        }
+        // The sum of the two is not rounded but written with the nearest double first.
+        let mid = DoubleDouble::new(double(high, place), low);
+        Ball::new(mid, self.radius.add(rest).to_f64())
+    }
+
+    /// The midpoint as a fraction of powers of 2: `(significand, exponent)`.
+    #[must_use]
+    pub fn mid(&self) -> (&IBig, i64) {
+        (&self.significand, self.exponent)
+    }
+
+    /// The midpoint alone, exactly; not finite if the number isn't.
+    #[must_use]
+    pub fn center(&self) -> Self {
+        if !self.is_finite() {
+            return self.clone();
+        }
+        Self {
+            radius: Magnitude::ZERO,
+            ..self.clone()
+        }
+    }
+
+    /// The double nearest to the midpoint up to one unit of the last place; infinite or 0 beyond the
+    /// range of doubles, NaN where the number is not finite.
+    #[must_use]
+    pub fn mid_f64(&self) -> f64 {
+        if !self.is_finite() {
+            return f64::NAN;
+        }
+        let (bits, shift, _) = leading(&self.significand);
+        let place = (self.exponent + shift as i64).clamp(-4000, 4000) as i32;
+        let size = super::double::scale(bits as f64, place);
+        if self.is_mid_negative() { -size } else { size }
+    }
+
+    /// The largest distance from the midpoint; 0 for an exact number.
+    #[must_use]
+    pub fn radius(&self) -> Magnitude {
+        self.radius
+    }
+
+    /// The precision that results are rounded to.
+    #[must_use]
+    pub fn bits(&self) -> usize {
+        self.bits
+    }
+
+    /// The exponent e with |mid| < 2^e, 2^(e-1) <= |mid|; very small for 0.
+    fn top(&self) -> i64 {
+        match length(&self.significand) {
+            0 => -4 * LARGEST,
+            length => self.exponent + length as i64,
+        }
+    }
+
+    fn is_mid_negative(&self) -> bool {
+        self.significand.sign() == Sign::Negative
+    }
+
+    fn is_mid_zero(&self) -> bool {
+        self.significand.is_zero()
+    }
+
+    /// Whether the number is one at all.
+    #[inline]
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.radius.is_finite()
+    }
+
+    /// Whether the number is known exactly.
+    #[inline]
+    #[must_use]
+    pub fn is_exact(&self) -> bool {
+        self.radius.is_zero()
+    }
+
+    /// Whether the number is zero, exactly.
+    #[inline]
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.is_exact() && self.is_mid_zero()
+    }
+
+    /// Whether the number is certainly positive. Decided by the leading 53 bits of the midpoint.
+    #[must_use]
+    pub fn is_positive(&self) -> bool {
+        !self.is_mid_negative() && self.mid_lower() > self.radius
+    }
+
+    /// Whether the number is certainly negative.
+    #[must_use]
+    pub fn is_negative(&self) -> bool {
+        self.is_mid_negative() && self.mid_lower() > self.radius
+    }
+
+    /// Whether the number may be zero; true as well if it is not finite.
+    #[must_use]
+    pub fn contains_zero(&self) -> bool {
+        !(self.is_positive() || self.is_negative())
+    }
+
+    /// Whether a whole number is within the bounds (or not excluded by the leading 53 bits).
+    #[must_use]
+    pub fn contains_integer(&self, value: i64) -> bool {
+        (self - &Self::from_parts(IBig::from(value), 0, self.bits.max(64))).contains_zero()
+    }
+
+    /// An upper bound of |mid|.
+    pub(crate) fn mid_upper(&self) -> Magnitude {
+        let (bits, shift, more) = leading(&self.significand);
+        Magnitude::from_parts(bits + u64::from(more), self.exponent + shift as i64)
+    }
+
+    /// A lower bound of |mid|.
+    pub(crate) fn mid_lower(&self) -> Magnitude {
+        let (bits, shift, _) = leading(&self.significand);
+        Magnitude::from_parts(bits, self.exponent + shift as i64)
+    }
+
+    /// An upper bound of the absolute value; infinite if the number is not finite.
+    #[must_use]
+    pub fn abs_upper(&self) -> Magnitude {
+        self.mid_upper().add(self.radius)
+    }
+
+    /// A lower bound of the absolute value; 0 if the number may be 0.
+    #[must_use]
+    pub fn abs_lower(&self) -> Magnitude {
+        self.mid_lower().sub_down(self.radius)
+    }
+
+    /// The same number with a radius larger by `error`.
+    #[must_use]
+    pub fn with_added_radius(mut self, error: Magnitude) -> Self {
+        self.radius = self.radius.add(error);
+        if self.radius.is_finite() {
+            self
+        } else {
+            Self::not_finite(self.bits)
+        }
+    }
+
+    /// The same number at another precision, rounded if that is lower.
+    #[must_use]
+    pub fn with_bits(self, bits: usize) -> Self {
+        if !self.is_finite() {
+            return Self::not_finite(bits);
+        }
+        Self::rounded(self.significand, self.exponent, bits, self.radius)
+    }
+
+    /// Absolute value. Where the number may be 0, it is [0, m] for the larger end m.
+    #[must_use]
+    pub fn abs(&self) -> Self {
+        if !self.contains_zero() || self.is_exact() {
+            if self.is_mid_negative() {
+                -self
+            } else {
+                self.clone()
+            }
+        } else {
+            Self::from_zero_to(self.abs_upper(), self.bits)
+        }
+    }
+
+    /// The numbers from 0 to `end`.
+    pub(crate) fn from_zero_to(end: Magnitude, bits: usize) -> Self {
+        if !end.is_finite() {
+            return Self::not_finite(bits);
+        }
+        let half = end.scale(-1);
+        let mid = Self::from_magnitude(half, bits);
+        mid.with_added_radius(half)
+    }
+
+    /// A magnitude as a number, exactly if there are 53 bits for it.
+    #[must_use]
+    pub fn from_magnitude(value: Magnitude, bits: usize) -> Self {
+        let (mantissa, exponent) = value.parts();
+        Self::from_f64(mantissa, bits).scale(exponent)
+    }
+
+    /// A number whose bounds hold both.
+    ///
+    /// With c any point, |x - c| <= |a - c| + ra for x in the one and |b - c| + rb in the other; c is
+    /// the middle between the midpoints.
+    #[must_use]
+    pub fn hull(&self, other: &Self) -> Self {
+        if !(self.is_finite() && other.is_finite()) {
+            return Self::not_finite(self.bits.max(other.bits));
+        }
+        let center = (&self.center() + &other.center()).scale(-1).center();
+        let reach = |end: &Self| (&end.center() - &center).abs_upper().add(end.radius);
+        let radius = reach(self).max(reach(other));
+        center.with_added_radius(radius)
+    }
+
+    /// The number times 2^exponent.
+    #[must_use]
+    pub fn scale(&self, exponent: i64) -> Self {
+        if !self.is_finite() {
+            return self.clone();
+        }
+        Self::rounded(
+            self.significand.clone(),
+            self.exponent.saturating_add(exponent),
+            self.bits,
+            self.radius.scale(exponent),
+        )
+    }
+
+    /// Square root. A number that may be 0 gives [0, sqrt(upper)]; one below 0 is not finite.
+    ///
+    /// |sqrt(m + h) - sqrt(m)| = |h| / (sqrt(m + h) + sqrt(m)) for |h| <= r, largest at h = -r.
+    #[must_use]
+    pub fn sqrt(&self) -> Self {
+        if !self.is_finite() || self.is_negative() {
+            return Self::not_finite(self.bits);
+        }
+        if self.is_zero() {
+            return self.clone();
+        }
+        if !self.is_positive() {
+            return Self::from_zero_to(self.abs_upper().sqrt(), self.bits);
+        }
+        // floor(sqrt(s 4^k)) / 2^k with an even exponent left: off by less than one unit.
+        let wanted = 2 * (self.bits + EXTRA);
+        let mut shift = wanted.saturating_sub(length(&self.significand));
+        if (self.exponent - shift as i64).rem_euclid(2) == 1 {
+            shift += 1;
+        }
+        let square = self.significand.clone().unsigned_abs() << shift;
+        let (root, rest) = square.sqrt_rem();
+        let exponent = (self.exponent - shift as i64).div_euclid(2);
+        let mut radius = if rest.is_zero() {
+            Magnitude::ZERO
+        } else {
+            Magnitude::power_of_two(exponent)
+        };
+        if !self.is_exact() {
+            let (at, least) = (self.mid_lower(), self.abs_lower());
+            let sum = at.sqrt_down().add_down(least.sqrt_down());
+            radius = radius.add(self.radius.div(sum));
+        }
+        Self::rounded(IBig::from(root), exponent, self.bits, radius)
+    }
+
+    /// Integer power by repeated squaring, negative exponents included.
+    #[must_use]
+    pub fn powi(&self, exponent: i32) -> Self {
+        let mut left = exponent.unsigned_abs();
+        let mut square = self.clone();
+        let mut power: Option<Self> = None;
+        while left > 0 {
+            if left & 1 == 1 {
+                power = Some(match power {
+                    None => square.clone(),
+                    Some(power) => &power * &square,
+                });
+            }
+            left >>= 1;
+            if left > 0 {
+                square = &square * &square;
+            }
+        }
+        let power = power.unwrap_or_else(|| Self::one(self.bits));
+        if exponent < 0 {
+            &Self::one(self.bits) / &power
+        } else {
+            power
+        }
+    }
+}
+
+/// numerator / denominator 2^exponent with `bits` bits; `radius` is added.
+///
+/// The quotient of the integers is rounded towards 0: off by less than one unit, and by nothing
+/// where the division leaves no rest.
+fn quotient(
+    numerator: IBig,
+    denominator: &UBig,
+    exponent: i64,
+    bits: usize,
+    radius: Magnitude,
+) -> Big {
+    let wanted = (bits + EXTRA + denominator.bit_len()).saturating_sub(length(&numerator));
+    let (sign, magnitude) = numerator.into_parts();
+    let (digits, rest) = (magnitude << wanted).div_rem(denominator);
+    let exponent = exponent.saturating_sub(wanted as i64);
+    let radius = if rest.is_zero() {
+        radius
+    } else {
+        radius.add(Magnitude::power_of_two(exponent))
+    };
+    Big::rounded(IBig::from_parts(sign, digits), exponent, bits, radius)
+}
+
+impl Neg for &Big {
+    type Output = Big;
+
+    fn neg(self) -> Big {
+        Big {
+            significand: -&self.significand,
+            ..self.clone()
+        }
+    }
+}
+
+impl Add for &Big {
+    type Output = Big;
+
+    /// |(x + y) - (a + b)| <= ra + rb. A summand that is smaller than the last place by far is left
+    /// out and its size added to the radius.
+    fn add(self, other: &Big) -> Big {
+        let bits = self.bits.max(other.bits);
+        let radius = self.radius.add(other.radius);
+        if !radius.is_finite() {
+            return Big::not_finite(bits);
+        }
+        if self.is_mid_zero() {
+            return Big::rounded(other.significand.clone(), other.exponent, bits, radius);
+        }
+        if other.is_mid_zero() {
+            return Big::rounded(self.significand.clone(), self.exponent, bits, radius);
+        }
+        let (large, small) = if self.top() >= other.top() {
+            (self, other)
+        } else {
+            (other, self)
+        };
+        if large.top() - small.top() > bits as i64 + 64 && large.exponent > small.top() {
+            let radius = radius.add(small.mid_upper());
+            return Big::rounded(large.significand.clone(), large.exponent, bits, radius);
+        }
+        let exponent = self.exponent.min(other.exponent);
+        let aligned = |x: &Big| -> Option<usize> {
+            let shift = usize::try_from(x.exponent - exponent).ok()?;
+            (shift > 0).then_some(shift)
+        };
+        let sum = match (aligned(self), aligned(other)) {
+            (None, None) => &self.significand + &other.significand,
+            (Some(shift), _) => (&self.significand << shift) + &other.significand,
+            (None, Some(shift)) => &self.significand + (&other.significand << shift),
+        };
+        Big::rounded(sum, exponent, bits, radius)
+    }
+}
+
+impl Sub for &Big {
+    type Output = Big;
+
+    fn sub(self, other: &Big) -> Big {
+        self + &(-other)
+    }
+}
+
+impl Mul for &Big {
+    type Output = Big;
+
+    /// x y - a b = a (y - b) + b (x - a) + (x - a)(y - b), so the error is at most
+    /// |a| rb + |b| ra + ra rb.
+    fn mul(self, other: &Big) -> Big {
+        let bits = self.bits.max(other.bits);
+        let (ra, rb) = (self.radius, other.radius);
+        if !(ra.is_finite() && rb.is_finite()) {
+            return Big::not_finite(bits);
+        }
+        let mut radius = Magnitude::ZERO;
+        if !rb.is_zero() {
+            radius = self.mid_upper().add(ra).mul(rb);
+        }
+        if !ra.is_zero() {
+            radius = radius.add(other.mid_upper().mul(ra));
+        }
+        Big::rounded(
+            &self.significand * &other.significand,
+            self.exponent + other.exponent,
+            bits,
+            radius,
+        )
+    }
+}
+
+impl Div for &Big {
+    type Output = Big;
+
+    /// With q = a / b: x / y - q = ((x - a) - q (y - b)) / y, so the error is at most
+    /// (ra + |q| rb) / (|b| - rb). Not finite if the divisor may be 0.
+    fn div(self, other: &Big) -> Big {
+        let bits = self.bits.max(other.bits);
+        let least = other.abs_lower();
+        if least.is_zero() || !(self.is_finite() && other.is_finite()) {
+            return Big::not_finite(bits);
+        }
+        let mut radius = self.radius;
+        if !other.is_exact() {
+            let q = self.mid_upper().div(other.mid_lower());
+            radius = radius.add(q.mul(other.radius));
+        }
+        if !radius.is_zero() {
+            radius = radius.div(least);
+        }
+        let (sign, divisor) = other.significand.clone().into_parts();
+        let numerator = match sign {
+            Sign::Positive => self.significand.clone(),
+            Sign::Negative => -&self.significand,
+        };
+        quotient(
+            numerator,
+            &divisor,
+            self.exponent - other.exponent,
+            bits,
+            radius,
+        )
+    }
+}
