@@ -16,6 +16,7 @@ mod existence;
 mod facts;
 mod gyroscopic;
 mod mechanism;
+mod newton;
 mod parametric;
 mod precise;
 mod symbolic;
