@@ -46,15 +46,14 @@ pub struct Equilibrium {
     pub origins: Vec<Origin>,
     /// Newton steps of the search; 0 where nothing was searched for.
     pub steps: usize,
-    /// Whether the radii of the coordinates that were searched for are proved: that there is an
-    /// equilibrium within them, and (up to neutral motions) no other. True where nothing was searched
-    /// for. Where it is false (the stiffness is singular or nearly so, for no symmetry that was
-    /// found), the radii are an estimate, twice the last possible Newton step, and so is all that
-    /// depends on them.
+    /// Whether it is proved that an equilibrium lies within the radii of the coordinates that were
+    /// searched for. True where nothing was searched for. Where it is false (the stiffness is
+    /// singular or nearly so, for no symmetry that was found), the radii are an estimate, twice the
+    /// last possible Newton step, and so is all that depends on them.
     ///
     /// Coordinates that are given are given: the forces on them are zero to within rounding.
     pub proved: bool,
-    /// What was shown, where something was.
+    /// What was shown, unless the forces vanish exactly or nothing was.
     pub(crate) proof: Option<Arc<Proof>>,
 }
 
@@ -128,11 +127,12 @@ pub(crate) fn find(
             }
             let (steps, proof) = search.run(&mut point)?;
             search.verify_given(&point)?;
+            let proved = proof.is_some() || search.vanishes_exactly(&point);
             return Ok(Equilibrium {
                 values: point,
                 origins,
                 steps,
-                proved: proof.is_some(),
+                proved,
                 proof: proof.map(Arc::new),
             });
         }
@@ -151,6 +151,14 @@ pub(crate) fn find(
 impl Search<'_> {
     fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
         self.assembly.gradient(at, self.values)
+    }
+
+    /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
+    fn vanishes_exactly(&self, at: &[Ball]) -> bool {
+        let force = self.gradient(at);
+        self.free
+            .iter()
+            .all(|i| at[*i].is_exact() && force[*i].is_zero())
     }
 
     /// The point in words, for messages.

@@ -14,7 +14,7 @@ pub struct Precise {
     pub bits: usize,
     /// The equilibrium in SI, one number a coordinate. What was searched for and proved is known as
     /// well as forces of so many bits tell; what was not proved no better than in
-    /// [`Equilibrium::values`](super::Equilibrium::values).
+    /// [`Equilibrium::values`](super::Equilibrium::values), and no less of an estimate.
     pub equilibrium: Vec<Big>,
     /// The mass matrix, dense, column by column, in SI.
     pub mass: Vec<Big>,
@@ -27,7 +27,7 @@ impl Linearized {
     /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 53 are used).
     ///
     /// An equilibrium that was searched for and proved gets Newton steps with forces of that
-    /// precision; its radius is proved again ([`Proof::refine`](super::existence::Proof::refine)).
+    /// precision, and its radius is proved again by Krawczyk's theorem (Computing 4 (1969) 187).
     /// `None` where the energies are not finite there or a proved equilibrium gets no closer.
     #[must_use]
     pub fn precisely(&self, bits: usize) -> Option<Precise> {
