@@ -256,7 +256,8 @@ impl Search<'_> {
                     }
                 }
                 // Near rounding level the force can't fall any more: a last tiny step is taken.
-                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
+                let scale = way + self.weighted_size(at, &metric);
+                let tiny = direction.norm() <= 1e-14 * scale
                     && there.finite
                     && !spectrum.pushes_neutral(&force);
                 if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
@@ -316,6 +317,14 @@ impl Search<'_> {
             finite,
             rounding,
         }
+    }
+
+    /// How far the free coordinates are from 0, in mass-weighted coordinates.
+    fn weighted_size(&self, at: &[Ball], metric: &DMatrix<f64>) -> f64 {
+        let own = self.free.iter().map(|i| at[*i].mid_f64());
+        metric
+            .tr_mul(&DVector::from_iterator(self.free.len(), own))
+            .norm()
     }
 
     fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {

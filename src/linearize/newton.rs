@@ -2,8 +2,6 @@
 
 use nalgebra::{DVector, SymmetricEigen};
 
-use crate::precision::Ball;
-
 /// A force in mass-weighted coordinates.
 pub(super) struct Force {
     pub(super) vector: DVector<f64>,
@@ -94,9 +92,5 @@ impl Spectrum {
             .iter()
             .zip(self.eigen.eigenvalues.iter())
             .any(|(f, k)| k.abs() <= 1e-15 * largest && f.abs() > noise)
-    }
-
-    pub(super) fn size(&self, at: &[Ball]) -> f64 {
-        at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max)
     }
 }
