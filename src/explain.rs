@@ -117,6 +117,7 @@ const PAGES: &[(&str, &str)] = &[
     ("W0007", include_str!("../docs/errors/W0007.md")),
     ("W0101", include_str!("../docs/errors/W0101.md")),
     ("W0102", include_str!("../docs/errors/W0102.md")),
+    ("W0103", include_str!("../docs/errors/W0103.md")),
 ];
 
 /// All codes that have a page, ascending.

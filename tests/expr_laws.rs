@@ -98,7 +98,7 @@ fn build(pool: &mut Pool, tree: &Tree) -> ExprId {
 fn value(tree: &Tree, at: &[Approx]) -> Approx {
     match tree {
         Tree::Number(a, b) => Approx::from_number(&Number::ratio(*a, *b).unwrap(), ()),
-        Tree::Pi => Approx::pi(),
+        Tree::Pi => Approx::pi(()),
         Tree::Variable(v) => at[*v],
         Tree::Add(a, b) => value(a, at).add(&value(b, at)),
         Tree::Sub(a, b) => value(a, at).sub(&value(b, at)),
@@ -124,7 +124,7 @@ fn start() -> (Pool, Vec<Symbol>) {
     (pool, symbols)
 }
 
-fn evaluate<S: Scalar>(pool: &Pool, e: ExprId, symbols: &[Symbol], at: &[S]) -> S {
+fn evaluate<S: Scalar<Precision = ()>>(pool: &Pool, e: ExprId, symbols: &[Symbol], at: &[S]) -> S {
     Tape::compile(pool, &[e], symbols)
         .unwrap()
         .evaluate(at, &mut Vec::new())

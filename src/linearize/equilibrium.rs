@@ -17,6 +17,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::assemble::{Assembly, Values};
 use super::error::{LinearizeError, combination_words};
 use super::existence::{Proof, Setting};
+use super::newton::{Force, Spectrum};
 use super::symbolic::force_text;
 use super::symmetry::symmetries;
 use super::zero::independent_symmetries;
@@ -45,15 +46,14 @@ pub struct Equilibrium {
     pub origins: Vec<Origin>,
     /// Newton steps of the search; 0 where nothing was searched for.
     pub steps: usize,
-    /// Whether the radii of the coordinates that were searched for are proved: that there is an
-    /// equilibrium within them, and (up to neutral motions) no other. True where nothing was searched
-    /// for. Where it is false (the stiffness is singular or nearly so, for no symmetry that was
-    /// found), the radii are an estimate, twice the last possible Newton step, and so is all that
-    /// depends on them.
+    /// Whether it is proved that an equilibrium lies within the radii of the coordinates that were
+    /// searched for. True where nothing was searched for. Where it is false (the stiffness is
+    /// singular or nearly so, for no symmetry that was found), the radii are an estimate, twice the
+    /// last possible Newton step, and so is all that depends on them.
     ///
     /// Coordinates that are given are given: the forces on them are zero to within rounding.
     pub proved: bool,
-    /// What was shown, where something was.
+    /// What was shown, unless the forces vanish exactly or nothing was.
     pub(crate) proof: Option<Arc<Proof>>,
 }
 
@@ -127,11 +127,12 @@ pub(crate) fn find(
             }
             let (steps, proof) = search.run(&mut point)?;
             search.verify_given(&point)?;
+            let proved = proof.is_some() || search.vanishes_exactly(&point);
             return Ok(Equilibrium {
                 values: point,
                 origins,
                 steps,
-                proved: proof.is_some(),
+                proved,
                 proof: proof.map(Arc::new),
             });
         }
@@ -150,6 +151,14 @@ pub(crate) fn find(
 impl Search<'_> {
     fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
         self.assembly.gradient(at, self.values)
+    }
+
+    /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
+    fn vanishes_exactly(&self, at: &[Ball]) -> bool {
+        let force = self.gradient(at);
+        self.free
+            .iter()
+            .all(|i| at[*i].is_exact() && force[*i].is_zero())
     }
 
     /// The point in words, for messages.
@@ -247,7 +256,8 @@ impl Search<'_> {
                     }
                 }
                 // Near rounding level the force can't fall any more: a last tiny step is taken.
-                let tiny = direction.norm() <= 1e-14 * (1.0 + spectrum.size(at))
+                let scale = way + self.weighted_size(at, &metric);
+                let tiny = direction.norm() <= 1e-14 * scale
                     && there.finite
                     && !spectrum.pushes_neutral(&force);
                 if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
@@ -307,6 +317,14 @@ impl Search<'_> {
             finite,
             rounding,
         }
+    }
+
+    /// How far the free coordinates are from 0, in mass-weighted coordinates.
+    fn weighted_size(&self, at: &[Ball], metric: &DMatrix<f64>) -> f64 {
+        let own = self.free.iter().map(|i| at[*i].mid_f64());
+        metric
+            .tr_mul(&DVector::from_iterator(self.free.len(), own))
+            .norm()
     }
 
     fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
@@ -503,103 +521,6 @@ impl Search<'_> {
             point: self.describe(at),
             span: self.model.coordinates[worst].span,
         }
-    }
-}
-
-/// A force in mass-weighted coordinates.
-struct Force {
-    vector: DVector<f64>,
-    norm: f64,
-    noise: f64,
-    finite: bool,
-    rounding: bool,
-}
-
-/// The stiffness in mass-weighted coordinates, taken to its principal axes.
-struct Spectrum {
-    eigen: SymmetricEigen<f64, nalgebra::Dyn>,
-}
-
-impl Spectrum {
-    /// -K⁺F: components of the force that are rounding move nothing.
-    fn newton(&self, force: &Force) -> DVector<f64> {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
-        let largest = self.eigen.eigenvalues.amax();
-        let noise = force.noise * (components.len() as f64).sqrt() + 1e-18 * force.norm;
-        let steps = DVector::from_iterator(
-            components.len(),
-            components
-                .iter()
-                .zip(self.eigen.eigenvalues.iter())
-                .map(|(f, k)| {
-                    let neutral = k.abs() <= 1e-15 * largest || f.abs() <= noise;
-                    if neutral { 0.0 } else { -f / k }
-                }),
-        );
-        &self.eigen.eigenvectors * steps
-    }
-
-    /// How far each principal axis may still be off: (|F| + noise)/|k|; none along neutral ones.
-    fn reach(&self, force: &Force) -> Vec<f64> {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
-        let largest = self.eigen.eigenvalues.amax();
-        components
-            .iter()
-            .zip(self.eigen.eigenvalues.iter())
-            .map(|(f, k)| {
-                if k.abs() <= 1e-12 * largest {
-                    0.0
-                } else {
-                    (f.abs() + force.noise * (components.len() as f64).sqrt()) / k.abs()
-                }
-            })
-            .collect()
-    }
-
-    /// Whether the force after a damped step is what the linear model foresaw, (1 - damping)·F, to
-    /// within half the step. It keeps the path close to that of infinitely small Newton steps,
-    /// which leads to the equilibrium nearby, where a full step from a place of small stiffness
-    /// may land anywhere (Deuflhard, Newton Methods for Nonlinear Problems, sec. 3.1).
-    fn foresaw(&self, before: &Force, after: &Force, damping: f64, length: f64) -> bool {
-        if after.rounding {
-            return true;
-        }
-        let defect = Force {
-            vector: &after.vector - &before.vector * (1.0 - damping),
-            norm: before.norm,
-            noise: before.noise + after.noise,
-            finite: true,
-            rounding: false,
-        };
-        self.newton(&defect).norm() <= 0.5 * length
-    }
-
-    /// Whether the stiffness along a step is the same as before it to within its own size: a full
-    /// step from an inflection may land near another equilibrium by chance, which the force alone
-    /// does not tell.
-    fn resembles(&self, before: &Self, step: &DVector<f64>) -> bool {
-        let apply = |own: &Self| {
-            let mut components = own.eigen.eigenvectors.transpose() * step;
-            components.component_mul_assign(&own.eigen.eigenvalues);
-            &own.eigen.eigenvectors * components
-        };
-        let (now, then) = (apply(self), apply(before));
-        (&now - &then).norm() <= then.norm()
-    }
-
-    /// Whether a force acts along a direction without stiffness: Newton can't answer it.
-    fn pushes_neutral(&self, force: &Force) -> bool {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
-        let largest = self.eigen.eigenvalues.amax();
-        let noise = force.noise * (components.len() as f64).sqrt() + 1e-13 * force.norm;
-        components
-            .iter()
-            .zip(self.eigen.eigenvalues.iter())
-            .any(|(f, k)| k.abs() <= 1e-15 * largest && f.abs() > noise)
-    }
-
-    fn size(&self, at: &[Ball]) -> f64 {
-        at.iter().map(|x| x.mid_f64().abs()).fold(0.0, f64::max)
     }
 }
 

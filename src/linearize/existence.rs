@@ -207,7 +207,7 @@ impl Setting<'_> {
             0.0 => 1.0,
             scale => scale,
         };
-        for factor in [2.0, 64.0, 4096.0] {
+        for factor in [8.0, 64.0, 4096.0, 2.0] {
             // Any r will do; this one leaves room for points found later with more digits.
             let reach: Vec<f64> = (0..kept)
                 .map(|i| {

@@ -17,6 +17,7 @@ mod factors;
 mod facts;
 mod gyroscopic;
 mod mechanism;
+mod newton;
 mod parametric;
 mod precise;
 mod symbolic;

@@ -6,6 +6,9 @@ use super::equilibrium::Origin;
 use super::zero::{self, ZeroMode};
 use crate::precision::Big;
 
+/// With fewer bits than double-double has there is nothing to gain.
+const LEAST_BITS: usize = 128;
+
 /// M, K and the equilibrium to any number of bits, from the exact expressions.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -14,7 +17,7 @@ pub struct Precise {
     pub bits: usize,
     /// The equilibrium in SI, one number a coordinate. What was searched for and proved is known as
     /// well as forces of so many bits tell; what was not proved no better than in
-    /// [`Equilibrium::values`](super::Equilibrium::values).
+    /// [`Equilibrium::values`](super::Equilibrium::values), and no less of an estimate.
     pub equilibrium: Vec<Big>,
     /// The mass matrix, dense, column by column, in SI.
     pub mass: Vec<Big>,
@@ -24,14 +27,14 @@ pub struct Precise {
 }
 
 impl Linearized {
-    /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 53 are used).
+    /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 128 are used).
     ///
     /// An equilibrium that was searched for and proved gets Newton steps with forces of that
-    /// precision; its radius is proved again ([`Proof::refine`](super::existence::Proof::refine)).
+    /// precision, and its radius is proved again by Krawczyk's theorem (Computing 4 (1969) 187).
     /// `None` where the energies are not finite there or a proved equilibrium gets no closer.
     #[must_use]
     pub fn precisely(&self, bits: usize) -> Option<Precise> {
-        let bits = bits.max(53);
+        let bits = bits.max(LEAST_BITS);
         let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
         let found = &self.equilibrium;
         let mut equilibrium = Vec::with_capacity(found.values.len());

@@ -27,6 +27,14 @@ pub enum Warning {
         /// That coordinate.
         coordinate: String,
     },
+    /// The equilibrium was searched for, and that there is one where the search ended is not proved.
+    #[error("the equilibrium that was found is not proved")]
+    NotProved {
+        /// Where the first coordinate is declared that was searched for.
+        span: Span,
+        /// That coordinate.
+        coordinate: String,
+    },
 }
 
 impl Warning {
@@ -36,6 +44,7 @@ impl Warning {
         match self {
             Self::Maximum { .. } => "W0101",
             Self::Saddle { .. } => "W0102",
+            Self::NotProved { .. } => "W0103",
         }
     }
 }
@@ -54,6 +63,15 @@ impl From<&Warning> for Diagnostic {
                     "if a stable one was meant, start the search near it with `guess`; if this one, give it with `equilibrium`",
                 )
             }
+            Warning::NotProved { span, coordinate } => Self::warning(
+                warning.to_string(),
+                *span,
+                format!("how near `{coordinate}` is to it is an estimate, and so are all digits below"),
+            )
+            .with_code(warning.code())
+            .with_help(
+                "nothing holds some motion there, to second order at least; if the equilibrium is known, give it with `equilibrium`",
+            ),
         }
     }
 }
@@ -63,6 +81,29 @@ impl From<&Warning> for Diagnostic {
 /// An equilibrium that the file gives with `equilibrium` was meant.
 #[must_use]
 pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
+    let mut found = not_proved(linearized);
+    found.extend(runs_away(linearized, modes));
+    found
+}
+
+fn not_proved(linearized: &Linearized) -> Vec<Warning> {
+    let equilibrium = linearized.equilibrium();
+    if equilibrium.proved {
+        return Vec::new();
+    }
+    let coordinates = &linearized.model().coordinates;
+    let mut searched = coordinates.iter().zip(&equilibrium.origins);
+    searched
+        .find(|(_, origin)| **origin == Origin::Found)
+        .map(|(coordinate, _)| Warning::NotProved {
+            span: coordinate.span,
+            coordinate: coordinate.name.clone(),
+        })
+        .into_iter()
+        .collect()
+}
+
+fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     let origins = &linearized.equilibrium().origins;
     let unstable = modes
         .modes

@@ -12,9 +12,6 @@
 
 mod ball;
 mod big;
-mod big_functions;
-#[cfg(test)]
-mod big_tests;
 mod decimal;
 mod double;
 mod elementary;

@@ -4,7 +4,7 @@ use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
 use proptest::prelude::*;
 
-use super::*;
+use super::super::*;
 use crate::number::Number;
 
 fn power(exponent: i64) -> RBig {
@@ -168,7 +168,7 @@ fn parse(text: &str) -> RBig {
 #[test]
 fn functions_enclose_references_and_higher_precision() {
     let mut decided = 0;
-    for line in include_str!("elementary_reference.txt").lines() {
+    for line in include_str!("../elementary_reference.txt").lines() {
         let fields: Vec<&str> = line.split(' ').collect();
         let number = |k: usize| fields[k].parse::<f64>().unwrap();
         let argument = |high: usize, low: usize, bits: usize| {

@@ -15,9 +15,9 @@ use std::ops::{Add, Div, Mul};
 use dashu_float::round::{Rounded, mode::HalfEven};
 use dashu_float::{ConstCache, Context, FBig, FpResult, Repr};
 
-use super::big::{Big, MOST_BITS};
-use super::magnitude::Magnitude;
-use super::scalar::{Function, Scalar};
+use super::super::magnitude::Magnitude;
+use super::super::scalar::{Function, Scalar};
+use super::{Big, MOST_BITS};
 use crate::number::Number;
 
 /// Bits that the functions are evaluated with beyond those asked for.
