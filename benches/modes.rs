@@ -65,25 +65,25 @@ fn ring(n: usize) -> Problem {
     )
 }
 
-#[divan::bench(args = [1, 2, 3, 6, 10, 20, 40, 60, 100, 228])]
+#[divan::bench(max_time = 3, args = [1, 2, 3, 6, 10, 20, 24, 40, 60, 100, 228, 1000])]
 fn chains(bencher: Bencher<'_, '_>, n: usize) {
     let problem = chain(n);
     bencher.bench(|| solve(&problem, &Options::default()));
 }
 
-#[divan::bench(args = [3, 10, 50, 100, 228])]
+#[divan::bench(max_time = 3, args = [3, 10, 24, 50, 100, 228, 1000])]
 fn pendulums(bencher: Bencher<'_, '_>, n: usize) {
     let problem = pendulum(n);
     bencher.bench(|| solve(&problem, &Options::default()));
 }
 
-#[divan::bench(args = [3, 10, 50, 100, 228])]
+#[divan::bench(max_time = 3, args = [3, 10, 24, 50, 100, 228, 1000])]
 fn rings(bencher: Bencher<'_, '_>, n: usize) {
     let problem = ring(n);
     bencher.bench(|| solve(&problem, &Options::default()));
 }
 
-#[divan::bench(args = [3, 50, 228])]
+#[divan::bench(max_time = 3, args = [3, 50, 228])]
 fn frequencies_only(bencher: Bencher<'_, '_>, n: usize) {
     let problem = pendulum(n);
     let options = Options::default().without_vectors();

@@ -64,6 +64,24 @@ fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
 }
 
 #[test]
+fn a_period_without_time_is_told() {
+    let warned = |rest: &str| {
+        let model = format!("param W = 2  coord x  T = 1/2*x'^2  {rest}");
+        let run = with_input(&["check", "-", "--message-format", "json"], &model);
+        assert_eq!(run.status, 0, "{}", run.err);
+        lines(&run.err).iter().any(|line| line["code"] == "W0008")
+    };
+    assert!(warned("V = 1/2*W*x^2  period 2*pi/W"));
+    assert!(warned("V = 1/2*W*x^2  dissipation = x'^2  period 2*pi/W"));
+    assert!(!warned("V = 1/2*x^2*cos(W*t)  period 2*pi/W"));
+    assert!(!warned("let f = cos(W*t)  V = 1/2*x^2*f  period 2*pi/W"));
+    assert!(!warned(
+        "V = x^2  dissipation = (1 + cos(W*t)/2)*x'^2  period 2*pi/W"
+    ));
+    assert!(!warned("V = 1/2*W*x^2"));
+}
+
+#[test]
 fn messages_for_programs() {
     let model = "coord x\nT = 1/2*m*x'^2\nV = 1/2*x^2 + 2 x\n# ü\nlet ä = öde*2\n";
     for format in ["--message-format=json", "--message-format=text"] {

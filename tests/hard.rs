@@ -68,16 +68,10 @@ const FEWER: &[(&str, usize)] = &[
     ("body_off_origin", 10),
     ("cancelling_energies", 10),
     ("cancelling_energies_severe", 10),
-    ("chain_alternating", 15),
-    ("gear_train", 10),
     ("hilbert_mass", 15),
     ("hilbert_mass_rounded", 15),
-    ("masses_and_springs", 10),
     ("molecule_in_si", 10),
     ("nearly_massless_support", 10),
-    ("springs_0_16_8", 15),
-    ("springs_0_8_16", 15),
-    ("springs_8_0_16", 15),
 ];
 
 fn files() -> Vec<PathBuf> {

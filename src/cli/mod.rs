@@ -115,7 +115,7 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
         source,
         model,
         mut warnings,
-    } = load(&args.model)?;
+    } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = !args.no_vectors;
@@ -157,7 +157,7 @@ fn check_text(args: &args::Check) -> Result<Answer, Failure> {
         source,
         model,
         warnings,
-    } = load(&args.model)?;
+    } = load(&args.model, Size::Any)?;
     let name = model.name.as_ref().unwrap_or(&source.name);
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };
@@ -179,7 +179,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         source,
         model,
         warnings,
-    } = load(&args.model)?;
+    } = load(&args.model, Size::Any)?;
     let name = model.name.clone();
     let progress = Progress::start("deriving M and K");
     let derived = linearize::derive(model);
@@ -195,8 +195,16 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     })
 }
 
+/// How many coordinates a command can do with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Size {
+    Any,
+    /// As many as dense matrices can have; more are refused before the energies are worked out.
+    Dense,
+}
+
 /// The checked model, and its text for messages.
-fn load(args: &ModelArgs) -> Result<Loaded, Failure> {
+fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
     let mut settings = Settings::new();
     for text in &args.settings {
         settings.add(text).map_err(|error| {
@@ -217,6 +225,9 @@ fn load(args: &ModelArgs) -> Result<Loaded, Failure> {
         .map_err(Error::from)
         .and_then(|file| {
             let tables = input::read_tables(&args.file, &file);
+            if size == Size::Dense {
+                linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
+            }
             let model = model::elaborate(&file, &tables, &settings)?;
             let suspicious = model::warnings(&file, &model);
             Ok((model, suspicious.iter().map(Diagnostic::from).collect()))

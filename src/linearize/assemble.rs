@@ -46,7 +46,7 @@ pub(crate) struct Assembly {
 #[derive(Clone, Debug)]
 pub(crate) struct Values<S: Scalar> {
     parameters: Vec<Option<S>>,
-    constants: Vec<S>,
+    pub(super) constants: Vec<S>,
     precision: S::Precision,
 }
 
@@ -301,6 +301,14 @@ fn compile(
     })
 }
 
+impl ElementFamily {
+    /// The constants of an instance, by number, one a value slot.
+    pub(super) fn constants_of(&self, instance: usize) -> &[u32] {
+        let width = self.terms.values.len();
+        &self.constants[instance * width..(instance + 1) * width]
+    }
+}
+
 impl<S: Scalar> Values<S> {
     /// What the numbers were made with.
     pub(crate) fn precision(&self) -> S::Precision {
@@ -339,14 +347,14 @@ impl Assembly {
         })
     }
 
-    /// Runs one kind of tape for all instances: `scatter` gets the family, the coordinates of the
+    /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the
     /// instance, and the numbers in the order of the elements.
-    pub(super) fn run<S: Scalar>(
-        &self,
+    pub(super) fn run<'a, S: Scalar>(
+        &'a self,
         part: Part,
         at: &[S],
         values: &Values<S>,
-        mut scatter: impl FnMut(&ElementFamily, &[u32], &[S]),
+        mut scatter: impl FnMut(&'a ElementFamily, usize, &[S]),
     ) {
         let zero = S::from_number(&Number::from(0), values.precision);
         let mut scratch = Vec::new();
@@ -362,7 +370,6 @@ impl Assembly {
                 continue;
             }
             let prepared = tape.prepare::<S>(values.precision);
-            let width = family.terms.values.len();
             out.clear();
             out.resize(tape.outputs(), zero.clone());
             for instance in 0..family.terms.count {
@@ -373,9 +380,9 @@ impl Assembly {
                         .iter()
                         .map(|number| at.get(*number as usize).unwrap_or(&zero).clone()),
                 );
-                let constants = &family.constants[instance * width..(instance + 1) * width];
                 inputs.extend(
-                    constants
+                    family
+                        .constants_of(instance)
                         .iter()
                         .map(|number| values.constants[*number as usize].clone()),
                 );
@@ -386,7 +393,7 @@ impl Assembly {
                         .map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
                 );
                 prepared.evaluate_into(&inputs, &mut scratch, &mut out);
-                scatter(family, coordinates, &out);
+                scatter(family, instance, &out);
             }
         }
     }
@@ -394,7 +401,8 @@ impl Assembly {
     /// The gradient of the effective potential, one entry a coordinate.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
         let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
-        self.run(Part::Force, at, values, |family, coordinates, numbers| {
+        self.run(Part::Force, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
             for element in &family.potential {
                 let (first, slopes) = head(&mut rest, 1, element.slope.len());
@@ -424,7 +432,8 @@ impl Assembly {
             return None;
         }
         let mut rows = Vec::with_capacity(count);
-        self.run(Part::Force, at, values, |family, coordinates, numbers| {
+        self.run(Part::Force, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
             for element in &family.potential {
                 let (_, slopes) = head(&mut rest, 1, element.slope.len());
@@ -452,7 +461,8 @@ impl Assembly {
     fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
         let n = self.dimension;
         let mut matrix = vec![S::from_number(&Number::from(0), values.precision); n * n];
-        self.run(part, at, values, |family, coordinates, numbers| {
+        self.run(part, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
             let elements = if part == Part::Inertia {
                 &family.inertia
             } else {
@@ -500,19 +510,6 @@ impl Assembly {
             }
         }
         matrix
-    }
-
-    /// The first family whose numbers at a point are not finite.
-    pub(crate) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<Span> {
-        let mut place = None;
-        for part in [Part::Inertia, Part::Stiffness] {
-            self.run(part, at, values, |family, _, numbers| {
-                if place.is_none() && !numbers.iter().all(Scalar::is_finite) {
-                    place = Some(family.span);
-                }
-            });
-        }
-        place
     }
 }
 

@@ -20,6 +20,7 @@ use super::existence::{Proof, Setting};
 use super::newton::{Force, Spectrum};
 use super::symbolic::force_text;
 use super::symmetry::symmetries;
+use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
 use crate::model::Model;
 use crate::precision::{Ball, DoubleDouble, Scalar};
@@ -87,11 +88,10 @@ pub(crate) fn find(
                 .find(|number| model.parameters[*number].value.is_none());
             return Err(super::missing_value(model, number.unwrap_or(0)));
         };
-        Ok(super::assemble::evaluate_closed::<Ball>(
-            &model.pool,
-            value,
-            (),
-        ))
+        match super::assemble::evaluate_closed::<Ball>(&model.pool, value, ()) {
+            Some(number) if !number.is_finite() => Err(given_not_finite(model, given)),
+            number => Ok(number),
+        }
     };
     let mut point = vec![Ball::ZERO; count];
     let mut origins = vec![Origin::Zero; count];
@@ -163,31 +163,22 @@ impl Search<'_> {
 
     /// The point in words, for messages.
     fn describe(&self, at: &[Ball]) -> String {
-        let mut parts: Vec<String> = self
-            .model
-            .coordinates
-            .iter()
-            .zip(at)
-            .take(6)
-            .map(|(coordinate, value)| format!("{} = {}", coordinate.name, short(value.mid_f64())))
-            .collect();
-        if at.len() > 6 {
-            parts.push("…".to_owned());
-        }
-        parts.join(", ")
+        point_text(self.model, at)
     }
 
     fn not_finite(&self, at: &[Ball], what: &str) -> LinearizeError {
-        let span = self
-            .assembly
-            .not_finite(at, self.values)
-            .or_else(|| self.model.kinetic.first().map(|family| family.span))
-            .unwrap_or_default();
-        LinearizeError::NotFinite {
+        let told = self.assembly.not_finite(self.model, at, self.values, what);
+        told.unwrap_or_else(|| LinearizeError::NotFinite {
             what: what.to_owned(),
             point: self.describe(at),
-            span,
-        }
+            cause: None,
+            span: self
+                .model
+                .kinetic
+                .first()
+                .map(|family| family.span)
+                .unwrap_or_default(),
+        })
     }
 
     /// Checks that no force acts where the equilibrium is given.

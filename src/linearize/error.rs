@@ -17,6 +17,9 @@ pub enum Feature {
     SteadyMotion,
 }
 
+/// What is not defined where a `guess` or `equilibrium` comes to no number.
+pub(super) const GIVEN_VALUE: &str = "the given value";
+
 /// A model that can't be linearized.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -66,6 +69,8 @@ pub enum LinearizeError {
         what: String,
         /// The point.
         point: String,
+        /// What makes it undefined, if that can be told: `the divisor `a - b` is 0 for a = 1, b = 1`.
+        cause: Option<String>,
         /// Where the term stands.
         span: Span,
     },
@@ -199,8 +204,13 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 .with_help(format!(
                     "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
                 )),
-            LinearizeError::NotFinite { span, .. } => Diagnostic::error(message, *span, "in this term")
-                .with_help("is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point"),
+            LinearizeError::NotFinite { span, cause, what, .. } => {
+                let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
+                let help = cause.as_deref().unwrap_or(
+                    "is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point",
+                );
+                Diagnostic::error(message, *span, label).with_help(help)
+            }
             LinearizeError::SingularMass { span, .. } => Diagnostic::error(
                 message,
                 *span,

@@ -22,60 +22,56 @@ impl Assembly {
         let n = self.dimension;
         let mut factors = Factors::default();
         let mut rest: Vec<Ball> = Vec::new();
-        self.run(
-            Part::Stiffness,
-            at,
-            values,
-            |family, coordinates, numbers| {
-                let mut numbers = numbers;
-                for element in &family.potential {
-                    let (outer, slopes) = head(&mut numbers, 2, element.slope.len());
-                    let (curvature, _) = head(&mut numbers, element.curvature.len(), 0);
-                    let (tension, stiffness) = (outer[0], outer[1]);
-                    let mut entries: Vec<(usize, Ball)> = Vec::with_capacity(slopes.len());
-                    for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                        let coordinate = coordinates[*place] as usize;
-                        // One coordinate may fill two slots of a body.
-                        match entries.iter_mut().find(|(other, _)| *other == coordinate) {
-                            Some((_, entry)) => *entry = *entry + *slope,
-                            None => entries.push((coordinate, *slope)),
-                        }
+        self.run(Part::Stiffness, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
+            let mut numbers = numbers;
+            for element in &family.potential {
+                let (outer, slopes) = head(&mut numbers, 2, element.slope.len());
+                let (curvature, _) = head(&mut numbers, element.curvature.len(), 0);
+                let (tension, stiffness) = (outer[0], outer[1]);
+                let mut entries: Vec<(usize, Ball)> = Vec::with_capacity(slopes.len());
+                for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                    let coordinate = coordinates[*place] as usize;
+                    // One coordinate may fill two slots of a body.
+                    match entries.iter_mut().find(|(other, _)| *other == coordinate) {
+                        Some((_, entry)) => *entry = *entry + *slope,
+                        None => entries.push((coordinate, *slope)),
                     }
-                    entries.retain(|(_, entry)| !entry.is_exact_zero());
-                    let mut add = |i: usize, j: usize, value: Ball| {
-                        if rest.is_empty() {
-                            rest = vec![Ball::ZERO; n * n];
-                        }
-                        rest[i + n * j] = rest[i + n * j] + value;
-                    };
-                    if stiffness.is_positive() || stiffness.is_negative() {
-                        let root = stiffness.abs().sqrt();
-                        for (_, entry) in &mut entries {
-                            *entry = *entry * root;
-                        }
-                        if !entries.is_empty() {
-                            factors.rows.push((stiffness.is_positive(), entries));
-                        }
-                    } else if !stiffness.is_exact_zero() {
-                        for (i, x) in &entries {
-                            for (j, y) in &entries {
-                                add(*i, *j, stiffness * *x * *y);
-                            }
-                        }
+                }
+                entries.retain(|(_, entry)| !entry.is_exact_zero());
+                let mut add = |i: usize, j: usize, value: Ball| {
+                    if rest.is_empty() {
+                        rest = vec![Ball::ZERO; n * n];
                     }
-                    if !tension.is_exact_zero() {
-                        for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
-                            let (i, j) = (coordinates[*a] as usize, coordinates[*b] as usize);
-                            let value = tension * *bend;
-                            add(i, j, value);
-                            if a != b {
-                                add(j, i, value);
-                            }
+                    rest[i + n * j] = rest[i + n * j] + value;
+                };
+                if stiffness.is_positive() || stiffness.is_negative() {
+                    let root = stiffness.abs().sqrt();
+                    for (_, entry) in &mut entries {
+                        *entry = *entry * root;
+                    }
+                    if !entries.is_empty() {
+                        factors.rows.push((stiffness.is_positive(), entries));
+                    }
+                } else if !stiffness.is_exact_zero() {
+                    for (i, x) in &entries {
+                        for (j, y) in &entries {
+                            add(*i, *j, stiffness * *x * *y);
                         }
                     }
                 }
-            },
-        );
+                if !tension.is_exact_zero() {
+                    for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
+                        let (i, j) = (coordinates[*a] as usize, coordinates[*b] as usize);
+                        let value = tension * *bend;
+                        add(i, j, value);
+                        if a != b {
+                            add(j, i, value);
+                        }
+                    }
+                }
+            }
+        });
         factors.rest = rest;
         factors
     }

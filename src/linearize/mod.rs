@@ -22,6 +22,7 @@ mod parametric;
 mod precise;
 mod symbolic;
 mod symmetry;
+mod undefined;
 mod zero;
 
 pub use assemble::ElementFamily;
@@ -42,6 +43,21 @@ use crate::precision::Ball;
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
 
+/// Refuses more coordinates than [`linearize`] takes, for callers that know their number before
+/// there is a model: see [`coordinate_count`](crate::model::coordinate_count).
+///
+/// # Errors
+/// [`LinearizeError::TooLarge`] beyond [`MOST_COORDINATES`].
+pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
+    if coordinates <= MOST_COORDINATES {
+        return Ok(());
+    }
+    Err(LinearizeError::TooLarge {
+        coordinates,
+        most: MOST_COORDINATES,
+    })
+}
+
 /// A model about its equilibrium.
 #[derive(Clone, Debug)]
 pub struct Linearized {
@@ -58,13 +74,7 @@ pub struct Linearized {
 /// equilibrium, or the energies are not defined there.
 pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
     check_supported(&model)?;
-    let count = model.coordinates.len();
-    if count > MOST_COORDINATES {
-        return Err(LinearizeError::TooLarge {
-            coordinates: count,
-            most: MOST_COORDINATES,
-        });
-    }
+    check_size(model.coordinates.len())?;
     assemble::put_exponents_in(&mut model);
     let (assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
@@ -196,27 +206,11 @@ impl Linearized {
     /// The first term whose numbers at the equilibrium are not finite, as an error.
     #[must_use]
     pub fn not_finite(&self) -> Option<LinearizeError> {
-        let span = self
-            .assembly
-            .not_finite(&self.equilibrium.values, &self.values)?;
-        let point: Vec<String> = self
-            .model
-            .coordinates
-            .iter()
-            .zip(&self.equilibrium.values)
-            .take(6)
-            .map(|(coordinate, value)| {
-                format!(
-                    "{} = {}",
-                    coordinate.name,
-                    equilibrium::short(value.mid_f64())
-                )
-            })
-            .collect();
-        Some(LinearizeError::NotFinite {
-            what: "a second derivative of the energies".to_owned(),
-            point: point.join(", "),
-            span,
-        })
+        self.assembly.not_finite(
+            &self.model,
+            &self.equilibrium.values,
+            &self.values,
+            "a second derivative of the energies",
+        )
     }
 }

@@ -229,6 +229,7 @@ impl Compiler<'_> {
             self.fail(ModelError::Undefined {
                 what: format!("the number {text}: its exponent is out of range; it"),
                 span,
+                help: None,
             });
             Number::from(0)
         })

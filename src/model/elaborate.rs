@@ -6,7 +6,7 @@ use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
 use super::settings::Settings;
-use super::survey::{children, declared_names, structural_names};
+use super::survey::{children, declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::Value;
@@ -19,18 +19,7 @@ pub(super) fn elaborate(
     tables: &TableTexts,
     settings: &Settings,
 ) -> Result<Model, Vec<ModelError>> {
-    let mut elaborator = Elaborator {
-        file,
-        world: World::default(),
-        errors: Vec::new(),
-        later: declared_names(file),
-        structural: structural_names(file),
-        set: HashMap::new(),
-        model_name: None,
-        energies: Energies::default(),
-        has_units: false,
-        follow_ons: 0,
-    };
+    let mut elaborator = Elaborator::new(file);
     elaborator.read_settings(settings);
     for statement in &file.statements {
         let before = (elaborator.errors.len(), elaborator.follow_ons);
@@ -41,6 +30,49 @@ pub(super) fn elaborate(
     }
     elaborator.check_settings(settings);
     elaborator.finish()
+}
+
+/// The number of coordinates, from the declarations alone: the parameters and tables that set ranges,
+/// and those ranges. What can't be read counts nothing.
+pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
+    let mut elaborator = Elaborator::new(file);
+    elaborator.read_settings(settings);
+    let mut wanted = elaborator.structural.clone();
+    wanted.extend(tables_of_coordinates(file));
+    let mut count = 0_usize;
+    for statement in &file.statements {
+        match &statement.kind {
+            StatementKind::Param(binding) if wanted.contains(binding.name.text.as_str()) => {
+                elaborator.parameter(binding);
+            }
+            StatementKind::Table { name, .. } if wanted.contains(name.text.as_str()) => {
+                elaborator.declare(&statement.kind, statement.span, tables);
+            }
+            StatementKind::Coord { declarations } => {
+                for one in declarations {
+                    let members = elaborator.members(one.indices.as_deref(), &one.name);
+                    let own = members.map_or(0, |members| match &members.block {
+                        Some(block) => block.len(),
+                        None => members.keys.len(),
+                    });
+                    count = count.saturating_add(own);
+                }
+            }
+            StatementKind::Param(_)
+            | StatementKind::Table { .. }
+            | StatementKind::Model { .. }
+            | StatementKind::Let(_)
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Constraint { .. }
+            | StatementKind::Guess(_)
+            | StatementKind::Equilibrium { .. }
+            | StatementKind::Period(_) => {}
+        }
+    }
+    count
 }
 
 /// The statements that are worked on after all declarations.
@@ -75,6 +107,21 @@ pub(super) struct Elaborator<'a> {
 }
 
 impl<'a> Elaborator<'a> {
+    fn new(file: &'a File) -> Self {
+        Self {
+            file,
+            world: World::default(),
+            errors: Vec::new(),
+            later: declared_names(file),
+            structural: structural_names(file),
+            set: HashMap::new(),
+            model_name: None,
+            energies: Energies::default(),
+            has_units: false,
+            follow_ons: 0,
+        }
+    }
+
     pub(super) fn compiler(&mut self) -> Compiler<'_> {
         Compiler {
             file: self.file,

@@ -263,6 +263,8 @@ pub enum ModelError {
         what: String,
         /// Where.
         span: Span,
+        /// The rule that is broken, if there is a short one.
+        help: Option<&'static str>,
     },
     /// A unit that is not known.
     #[error("`{name}` is not a unit")]
@@ -541,7 +543,9 @@ fn described(error: &ModelError) -> Diagnostic {
         ModelError::NotForIndices { span, .. } => at(*span, "").with_help(
             "literals, parameters, table fields and outer indices can, with mod and floor",
         ),
-        ModelError::Undefined { span, .. } => at(*span, "not defined"),
+        ModelError::Undefined { span, help, .. } => {
+            or_help(at(*span, "not defined"), help.map(str::to_owned))
+        }
         ModelError::UnknownUnit {
             span,
             nearest,

@@ -6,7 +6,10 @@ use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
-use crate::syntax::Name;
+use crate::syntax::{FUNCTIONS, Name};
+
+/// Longer arguments are not quoted in messages.
+const LONGEST_ARGUMENT: usize = 40;
 
 /// A function of the language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -72,6 +75,65 @@ impl Builtin {
             "about" => Self::About,
             _ => return None,
         })
+    }
+
+    fn name(self) -> &'static str {
+        let own = |name: &&'static str| Self::from_name(name) == Some(self);
+        FUNCTIONS.iter().copied().find(own).unwrap_or("this")
+    }
+
+    /// The mistake of a call outside of where it is defined.
+    pub(super) fn undefined(self, pool: &Pool, arguments: &[Value], span: Span) -> ModelError {
+        let text = |value: &Value| {
+            let text = value.scalar("").map_or(String::new(), |e| pool.display(e));
+            let quoted = (1..=LONGEST_ARGUMENT).contains(&text.chars().count());
+            if quoted { text } else { "…".to_owned() }
+        };
+        let arguments: Vec<String> = arguments.iter().map(text).collect();
+        self.undefined_for(&arguments.join(", "), span)
+    }
+
+    /// The same, for arguments in words.
+    pub(super) fn undefined_for(self, arguments: &str, span: Span) -> ModelError {
+        ModelError::Undefined {
+            what: format!("`{}({arguments})`", self.name()),
+            span,
+            help: self.domain(),
+        }
+    }
+
+    /// Where it is defined, if not everywhere.
+    fn domain(self) -> Option<&'static str> {
+        match self {
+            Self::Elementary(Function::Asin | Function::Acos) => {
+                Some("the argument has to lie between -1 and 1")
+            }
+            Self::Elementary(Function::Ln) => Some("the argument has to be positive"),
+            Self::Elementary(Function::Tan) => Some("there is no tangent of a right angle"),
+            Self::Sqrt => Some("the argument can't be negative"),
+            Self::Atan2 => {
+                Some("the origin has no angle: one of the arguments has to differ from 0")
+            }
+            Self::Elementary(
+                Function::Sin
+                | Function::Cos
+                | Function::Atan
+                | Function::Sinh
+                | Function::Cosh
+                | Function::Tanh
+                | Function::Exp
+                | Function::Abs,
+            )
+            | Self::Norm
+            | Self::Dot
+            | Self::Cross
+            | Self::Transpose
+            | Self::Rotation(_)
+            | Self::AngularVelocity
+            | Self::Inertia(_)
+            | Self::Steiner
+            | Self::About => None,
+        }
     }
 
     fn arguments(self) -> usize {

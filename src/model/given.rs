@@ -43,6 +43,11 @@ impl Elaborator<'_> {
             });
             return;
         };
+        // What members there are is not known where the declaration has a mistake of its own.
+        let grid = &self.world.coordinate_families[family].grid;
+        if self.world.broken.contains(&entity) && grid.numbers().next().is_none() {
+            return;
+        }
         let Some(members) = self.members(binding.indices.as_deref(), name) else {
             return;
         };

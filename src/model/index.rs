@@ -1,6 +1,7 @@
 //! Running index programs: exact numbers for indices, ranges and filters.
 
 use super::ModelError;
+use super::functions::Builtin;
 use super::names::{Entity, World, key, member_name};
 use super::program::{IndexForm, IndexOp, IndexProgram};
 use super::table::Cell;
@@ -179,6 +180,7 @@ impl World {
             .ok_or_else(|| ModelError::Undefined {
                 what: format!("the value of `{}`", parameter.name),
                 span,
+                help: None,
             })
     }
 
@@ -207,6 +209,7 @@ impl World {
             let undefined = |what: &str| ModelError::Undefined {
                 what: what.to_owned(),
                 span,
+                help: None,
             };
             let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
             let result = match op {
@@ -315,9 +318,14 @@ impl World {
                     other => Quantity::Enclosed(other.ball().apply(Function::Abs)),
                 },
                 IndexOp::Apply(function) => {
-                    let ball = pop().ball().apply(*function);
+                    let x = pop();
+                    let ball = x.ball().apply(*function);
                     if !ball.is_finite() {
-                        return Err(undefined("this function value"));
+                        let x = match x {
+                            Quantity::Exact(number) => number.to_string(),
+                            Quantity::Enclosed(_) | Quantity::Truth(_) => "…".to_owned(),
+                        };
+                        return Err(Builtin::Elementary(*function).undefined_for(&x, span));
                     }
                     Quantity::Enclosed(ball)
                 }
@@ -341,6 +349,7 @@ impl World {
         stack.pop().ok_or(ModelError::Undefined {
             what: "this".to_owned(),
             span: whole,
+            help: None,
         })
     }
 }

@@ -134,3 +134,19 @@ pub fn elaborate(
 ) -> Result<Model, Vec<ModelError>> {
     elaborate::elaborate(file, tables, settings)
 }
+
+/// The number of coordinates of a parsed file, from its declarations alone: long before
+/// [`elaborate`] is through where there are many, and without looking at energies.
+///
+/// What has a mistake counts nothing; `elaborate` tells it.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param N = 1000000  coord x[1..N, 1..3]  T = 1/2*x[1,1]'^2")?;
+/// assert_eq!(model::coordinate_count(&file, &Default::default(), &Default::default()), 3000000);
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+#[must_use]
+pub fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
+    elaborate::coordinate_count(file, tables, settings)
+}

@@ -7,6 +7,7 @@
 //! run in full.
 
 use super::ModelError;
+use super::functions::Builtin;
 use super::index::Quantity;
 use super::names::World;
 use super::program::{Binder, BinderKind, IndexProgram, Op, Program, SumProgram};
@@ -190,23 +191,32 @@ impl World {
                 let base = base.unwrap_or(Value::Vector(Vec::new()));
                 component(base, &at, span, instance.as_deref_mut())?
             }
-            Op::Call(builtin, _) => self.call(*builtin, &operands, span)?,
+            Op::Call(builtin, _) => {
+                let value = self.call(*builtin, &operands, span)?;
+                if self.is_undefined(&value) {
+                    return Err(Stop::from(builtin.undefined(&self.pool, &operands, span)));
+                }
+                value
+            }
             Op::SumOver(sum) => self.sum_over(sum, slots, instance, span)?,
         };
-        if let Value::Scalar(e) = value
-            && matches!(self.pool.node(e), Node::Undefined)
-        {
+        if self.is_undefined(&value) {
             let what = match op {
                 Op::Product(_) => "a quotient with divisor 0",
                 Op::Power => "this power",
-                _ => "this function value",
+                _ => "this value",
             };
             return Err(Stop::from(ModelError::Undefined {
                 what: what.to_owned(),
                 span,
+                help: None,
             }));
         }
         Ok(Some(value))
+    }
+
+    fn is_undefined(&self, value: &Value) -> bool {
+        matches!(value, Value::Scalar(e) if matches!(self.pool.node(*e), Node::Undefined))
     }
 
     /// Runs a program without slots; everything is written out.
@@ -221,6 +231,7 @@ impl World {
             Stop::WriteOut => ModelError::Undefined {
                 what: "this".to_owned(),
                 span: program.span,
+                help: None,
             },
         })
     }
@@ -314,6 +325,7 @@ impl World {
             Quantity::Enclosed(_) | Quantity::Truth(_) => Err(ModelError::Undefined {
                 what: "a rational number; this".to_owned(),
                 span: number.span,
+                help: None,
             }),
         }
     }
@@ -507,16 +519,11 @@ impl World {
         value.map(&mut |_| rates.next().unwrap_or(zero))
     }
 
-    fn call(
-        &mut self,
-        builtin: super::functions::Builtin,
-        operands: &[Value],
-        span: Span,
-    ) -> Result<Value, Stop> {
+    fn call(&mut self, builtin: Builtin, operands: &[Value], span: Span) -> Result<Value, Stop> {
         // The only function that needs more than the pool differentiates its argument: the rates
         // are made beforehand and looked up.
         let mut rates = std::collections::HashMap::new();
-        if builtin == super::functions::Builtin::AngularVelocity {
+        if builtin == Builtin::AngularVelocity {
             let scalars: Vec<ExprId> = operands.iter().flat_map(Value::scalars).collect();
             let derivatives = self.time_derivative(&scalars);
             rates.extend(scalars.into_iter().zip(derivatives));

@@ -124,6 +124,24 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
     names
 }
 
+/// The tables whose rows number coordinates.
+pub(super) fn tables_of_coordinates(file: &File) -> impl Iterator<Item = String> {
+    let declarations = file
+        .statements
+        .iter()
+        .flat_map(|statement| match &statement.kind {
+            StatementKind::Coord { declarations } => declarations.as_slice(),
+            _ => &[],
+        });
+    declarations
+        .filter_map(|one| one.indices.as_deref())
+        .flat_map(|indices| &indices.entries)
+        .filter_map(|entry| match &entry.kind {
+            IndexKind::Rows { table, .. } => Some(table.text.to_string()),
+            IndexKind::Member(_) | IndexKind::Range { .. } => None,
+        })
+}
+
 /// The expressions directly below one, those of indices included.
 pub(super) fn children(file: &File, at: ExprRef, out: &mut Vec<ExprRef>) {
     match &file.expr(at).kind {

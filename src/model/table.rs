@@ -19,14 +19,16 @@ impl TableTexts {
         Self::default()
     }
 
-    /// Adds the text of the file that the model calls `path`.
+    /// Adds the text of the file that the model calls `path`; it takes the place of what was said
+    /// about that file before.
     #[must_use]
     pub fn with(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
         self.texts.push((path.into(), Ok(text.into())));
         self
     }
 
-    /// Remembers why the file that the model calls `path` could not be read, for the error message.
+    /// Remembers why the file that the model calls `path` could not be read, for the error message; a
+    /// text given before is forgotten.
     #[must_use]
     pub fn with_failure(mut self, path: impl Into<String>, reason: impl Into<String>) -> Self {
         self.texts.push((path.into(), Err(reason.into())));
@@ -34,7 +36,7 @@ impl TableTexts {
     }
 
     fn get(&self, path: &str) -> Option<&Result<String, String>> {
-        let found = self.texts.iter().find(|(name, _)| name == path);
+        let found = self.texts.iter().rev().find(|(name, _)| name == path);
         found.map(|(_, text)| text)
     }
 }

@@ -144,11 +144,19 @@ pub(super) fn exponents(name: &str) -> Option<[i8; 7]> {
 }
 
 fn unknown(name: &str, span: Span) -> ModelError {
+    let known = UNITS.iter().map(|known| known.name);
     ModelError::UnknownUnit {
         name: name.to_owned(),
         span,
-        nearest: nearest(name, UNITS.iter().map(|known| known.name)).map(str::to_owned),
+        nearest: power(name).or_else(|| nearest(name, known).map(str::to_owned)),
     }
+}
+
+/// `s2`, as many programs write it, in the language: `s^2`.
+fn power(name: &str) -> Option<String> {
+    let base = name.trim_end_matches(|c: char| c.is_ascii_digit());
+    let exponent = name.get(base.len()..).filter(|digits| !digits.is_empty())?;
+    look_up(base).map(|_| format!("{base}^{exponent}"))
 }
 
 /// The factor by which a number in a unit becomes a number in SI: an expression without symbols.

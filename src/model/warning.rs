@@ -69,6 +69,12 @@ pub enum Warning {
         /// Where it stands.
         span: Span,
     },
+    /// A period of a model in which nothing depends on the time.
+    #[error("a period is given, but nothing depends on the time")]
+    PeriodWithoutTime {
+        /// The statement.
+        span: Span,
+    },
 }
 
 impl Warning {
@@ -83,6 +89,7 @@ impl Warning {
             Self::NoRestoringForce { .. } => "W0005",
             Self::DecimalRange { .. } => "W0006",
             Self::UnusedIndex { .. } => "W0007",
+            Self::PeriodWithoutTime { .. } => "W0008",
         }
     }
 
@@ -94,7 +101,8 @@ impl Warning {
             | Self::UnusedCoordinate { span, .. }
             | Self::NoRestoringForce { span, .. }
             | Self::DecimalRange { span, .. }
-            | Self::UnusedIndex { span, .. } => *span,
+            | Self::UnusedIndex { span, .. }
+            | Self::PeriodWithoutTime { span } => *span,
         }
     }
 }
@@ -125,6 +133,9 @@ impl From<&Warning> for Diagnostic {
             }
             Warning::UnusedIndex { .. } => at("every term is the same")
                 .with_help("is an index in brackets missing behind a name?"),
+            Warning::PeriodWithoutTime { .. } => at("has no meaning here").with_help(
+                "leave it out, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
+            ),
         }
     }
 }
@@ -145,6 +156,7 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
     let mut found = unused_names(file);
     found.extend(decimal_ranges(file));
     found.extend(unused_indices(file));
+    found.extend(period_without_time(file, model));
     let unused: HashSet<String> = found
         .iter()
         .filter_map(|warning| match warning {
@@ -363,6 +375,20 @@ fn unused_indices(file: &File) -> Vec<Warning> {
         }
     }
     found
+}
+
+/// A `period` statement in a model that the time leaves alone.
+fn period_without_time(file: &File, model: &Model) -> Option<Warning> {
+    let period = model.period?;
+    // Of these the model keeps no more than the place.
+    let others = model.dissipation.is_some() || !model.constraints.is_empty();
+    let driven = model.time_dependent.is_some()
+        || others
+            && file
+                .expressions
+                .iter()
+                .any(|expr| matches!(expr.kind, ExprKind::Name("t")));
+    (!driven).then_some(Warning::PeriodWithoutTime { span: period.span })
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

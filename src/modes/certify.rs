@@ -209,6 +209,28 @@ impl<'a> Rows<'a> {
         })
     }
 
+    /// About max_c (|s_cc - μ_c g_cc| + Σ_{c'} |h_cc'| + Σ_i h_ci² / gap_i).
+    fn estimate(&self, start: usize, end: usize, gaps: &[f64]) -> f64 {
+        let Couplings {
+            order, defect, h, ..
+        } = self.couplings;
+        let mut most: f64 = 0.0;
+        for &c in &order[start..end] {
+            let column = h.column(c);
+            let mut sum = defect[c];
+            for positions in [0..start, end..order.len()] {
+                for (&i, gap) in order[positions.clone()].iter().zip(&gaps[positions]) {
+                    sum += column[i] * column[i] / gap;
+                }
+            }
+            for &i in &order[start..end] {
+                sum += column[i];
+            }
+            most = most.max(sum);
+        }
+        most
+    }
+
     /// The radius r and the reach τ of the positions `start..end`, or the position of a
     /// row that they cannot be separated from. `gaps` is memory to work in.
     fn enclose(
@@ -247,8 +269,12 @@ impl<'a> Rows<'a> {
         }
         let outside = || (0..start).chain(end..m);
         let mut tau = vec![0.0; m];
-        let mut radius = 0.0;
-        for attempt in 0..10 {
+        // Twice what the radius comes to if the columns are hardly coupled: mostly enough at once.
+        let mut radius = 2.0 * self.estimate(start, end, gaps);
+        if !radius.is_finite() {
+            radius = 0.0;
+        }
+        for _ in 0..10 {
             let reach = width + radius;
             // |s_ic - σ g_ic| <= |s_ic - μ_c g_ic| + |σ - μ_c| |g_ic| for columns c of the cluster.
             tau.fill(0.0);
@@ -301,7 +327,7 @@ impl<'a> Rows<'a> {
             } else {
                 up(needed * (1.0 + 1e-12))
             };
-            if attempt > 0 && needed <= radius || needed == 0.0 {
+            if needed <= radius {
                 return Ok((needed, tau));
             }
             radius = 2.0 * needed;

@@ -197,8 +197,14 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
 
 /// Appends a component, back in the original coordinates and rounded to a double.
 fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64, shift: i32) {
-    let value = value.scale(shift);
-    let error = DoubleDouble::exact(error).scale(shift).hi;
+    let (value, error) = if shift == 0 {
+        (value, error)
+    } else {
+        (
+            value.scale(shift),
+            DoubleDouble::exact(error).scale(shift).hi,
+        )
+    };
     vector.push(value.hi);
     let error = if error == 0.0 && value.lo == 0.0 {
         0.0

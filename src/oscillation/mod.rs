@@ -68,20 +68,20 @@ pub fn normal_modes(
     {
         return Err(error);
     }
-    let zero_modes = if may_be_singular(dimension, &stiffness) {
+    let searched = may_be_singular(dimension, &stiffness);
+    let mut zero_modes = if searched {
         linearized.zero_modes()
     } else {
         Vec::new()
     };
-    let problem = Problem {
+    let vectors = |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> {
+        zero_modes.iter().map(|mode| mode.vector.clone()).collect()
+    };
+    let mut problem = Problem {
         dimension,
         mass,
         stiffness,
-        zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
-    };
-    let model = Model {
-        linearized,
-        zeros: zero_modes.len(),
+        zero_vectors: vectors(&zero_modes),
     };
     let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness);
     // The classes are read off the shapes, whether or not these are wanted.
@@ -89,8 +89,25 @@ pub fn normal_modes(
         vectors: options.vectors || mirror.is_some(),
         ..options.clone()
     };
-    let spectrum =
-        modes::solve_from(&problem, &model, &inner).map_err(|error| named(linearized, &error))?;
+    let solve = |problem: &Problem| {
+        let zeros = problem.zero_vectors.len();
+        modes::solve_from(problem, &Model { linearized, zeros }, &inner)
+            .map_err(|error| named(linearized, &error))
+    };
+    let mut spectrum = solve(&problem)?;
+    // Pivots may have grown from rounding: then the bounds find the zero.
+    if !searched
+        && spectrum
+            .modes
+            .iter()
+            .any(|mode| mode.kind == Kind::Undecided)
+    {
+        zero_modes = linearized.zero_modes();
+        if !zero_modes.is_empty() {
+            problem.zero_vectors = vectors(&zero_modes);
+            spectrum = solve(&problem)?;
+        }
+    }
     let meanings = meanings(&zero_modes);
     let mut zeros = 0;
     let modes = spectrum
@@ -234,6 +251,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
         ModesError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
             what: format!("the {matrix} matrix"),
             point: "the equilibrium".to_owned(),
+            cause: None,
             span: first_term,
         },
         ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {

@@ -370,6 +370,13 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
     // A thousandth of the largest can't be seen in a shape.
     order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
+    if order.len() > MOST_COMPONENTS {
+        // Two digits are within 5 % of the number: below nine tenths of the last that may be shown
+        // nothing can print as large.
+        order.select_nth_unstable_by(MOST_COMPONENTS, |a, b| b.0.total_cmp(&a.0));
+        let last = order[MOST_COMPONENTS].0;
+        order.retain(|(size, _)| *size >= 0.9 * last);
+    }
     let mut texts: Vec<(f64, usize, String)> = order
         .into_iter()
         .map(|(_, at)| {

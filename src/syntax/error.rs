@@ -32,6 +32,8 @@ pub enum SyntaxError {
     MissingStatementWord {
         /// The name that stands in its place.
         name: String,
+        /// The statement in full, where the one before it tells which word is meant.
+        fix: Option<String>,
         /// The name's place.
         span: Span,
     },
@@ -322,6 +324,8 @@ pub enum SyntaxError {
     /// Quoted text where none belongs.
     #[error("text in quotes belongs only behind `table NAME =`")]
     MisplacedText {
+        /// The number within the quotes, if it is one.
+        number: Option<String>,
         /// The text.
         span: Span,
     },
@@ -405,10 +409,12 @@ pub enum SyntaxError {
         /// The prime.
         span: Span,
     },
-    /// `param g = 9.81 : m/s^2`
+    /// `param g = 9.81 : m/s^2`, `param l = 30 cm`
     #[error("the unit belongs behind the name")]
     UnitBehindValue {
-        /// The colon.
+        /// The statement with the unit where it belongs, if it is short.
+        fix: Option<String>,
+        /// The colon, or the unit.
         span: Span,
     },
     /// Something in a unit that is no part of one.
@@ -491,7 +497,7 @@ impl SyntaxError {
             | Self::NestingTooDeep { span, .. }
             | Self::IllegalCharacter { span, .. }
             | Self::OpenText { span }
-            | Self::MisplacedText { span }
+            | Self::MisplacedText { span, .. }
             | Self::SemicolonInBrackets { span, .. }
             | Self::MisplacedUncertainty { span }
             | Self::ConditionOutsideFilter { span }
@@ -511,7 +517,7 @@ impl SyntaxError {
             | Self::SeveralValues { span, .. }
             | Self::MisplacedUnit { span, .. }
             | Self::IndexWithoutIn { span, .. }
-            | Self::UnitBehindValue { span }
+            | Self::UnitBehindValue { span, .. }
             | Self::BadUnit { span }
             | Self::UnitExponent { span }
             | Self::BrokenName { span, .. }

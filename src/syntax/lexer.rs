@@ -6,6 +6,9 @@
 
 use crate::span::Span;
 
+/// In bytes; a longer group in braces is not read as one, so that looking ahead stays cheap.
+const LONGEST_GROUP: usize = 200;
+
 /// What a token is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TokenKind {
@@ -207,6 +210,33 @@ impl<'s> Lexer<'s> {
         TokenKind::Illegal
     }
 
+    /// `\dot{x}`, `\frac{1}{2}`: a backslash, a word and what belongs to it in braces.
+    fn command(&mut self) -> TokenKind {
+        self.at += 1;
+        self.word();
+        while self.byte(0) == b'{' {
+            let Some(length) = self.group() else { break };
+            self.at += length;
+        }
+        TokenKind::Illegal
+    }
+
+    /// The length of the group in braces that begins here, if it ends nearby on the line.
+    fn group(&self) -> Option<usize> {
+        let rest = &self.source.as_bytes()[self.at..self.end.min(self.at + LONGEST_GROUP)];
+        let mut depth = 0_usize;
+        for (at, byte) in rest.iter().enumerate() {
+            match byte {
+                b'{' => depth += 1,
+                b'}' if depth == 1 => return Some(at + 1),
+                b'}' => depth -= 1,
+                b'\n' => return None,
+                _ => {}
+            }
+        }
+        None
+    }
+
     fn sign(&mut self, kind: TokenKind, length: usize) -> TokenKind {
         self.at += length;
         kind
@@ -232,6 +262,8 @@ impl<'s> Lexer<'s> {
                 self.exponent();
                 TokenKind::HalfNumber
             }
+            // Not signs of the language, but of others that work on arrays.
+            b'.' if matches!(next, b'*' | b'/' | b'^') => self.sign(TokenKind::Illegal, 2),
             b'.' => self.sign(TokenKind::Dot, 1),
             b',' => self.sign(TokenKind::Comma, 1),
             b':' => self.sign(TokenKind::Colon, 1),
@@ -243,6 +275,7 @@ impl<'s> Lexer<'s> {
             b'*' => self.sign(TokenKind::Star, 1),
             b'/' => self.sign(TokenKind::Slash, 1),
             b'^' => self.sign(TokenKind::Caret, 1),
+            b'\\' if next.is_ascii_alphabetic() => self.command(),
             // Not signs of the language, but meant as one.
             b'<' if next == b'>' => self.sign(TokenKind::Illegal, 2),
             b'=' if matches!(next, b'<' | b'>') => self.sign(TokenKind::Illegal, 2),

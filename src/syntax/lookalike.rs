@@ -15,7 +15,19 @@ pub(super) fn advice(run: &str) -> Lookalike {
     let Some(first) = run.chars().next() else {
         return Lookalike::Unknown;
     };
+    if let Some(command) = run.strip_prefix('\\')
+        && command.starts_with(|c: char| c.is_ascii_alphabetic())
+    {
+        return typeset(command);
+    }
     match run {
+        ".*" | "./" | ".^" => {
+            return Lookalike::Say(match run {
+                ".*" => "write `*`; members of families are multiplied one by one: `a[i]*b[i]`",
+                "./" => "write `/`; members of families are divided one by one: `a[i]/b[i]`",
+                _ => "write `^`; members of families are raised one by one: `a[i]^2`",
+            });
+        }
         "<>" => return Lookalike::Write("!=".to_owned()),
         "=<" => return Lookalike::Write("<=".to_owned()),
         "=>" => return Lookalike::Write(">=".to_owned()),
@@ -61,6 +73,56 @@ pub(super) fn advice(run: &str) -> Lookalike {
         _ => return said(first),
     };
     Lookalike::Write(plain.to_owned())
+}
+
+/// What to write for a command of TeX, given without its backslash.
+fn typeset(command: &str) -> Lookalike {
+    let (word, group) = match command.split_once('{') {
+        Some((word, group)) => (word, group.strip_suffix('}').filter(|g| !g.contains('{'))),
+        None => (command, None),
+    };
+    let plain = match (word, group) {
+        ("sum" | "sum_", _) => return Lookalike::Say("write `sum(i in 1..n, …)`"),
+        (word, Some(index)) if word.ends_with('_') => {
+            return Lookalike::Write(format!("{word}{}", index.trim()));
+        }
+        ("dot", Some(name)) => return Lookalike::Write(format!("{}'", in_parentheses(name))),
+        ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
+        ("dot" | "ddot", None) => {
+            return Lookalike::Say("write the derivative by time behind the name: `x'`");
+        }
+        ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
+        ("sqrt", Some(inside)) => return Lookalike::Write(format!("sqrt({})", inside.trim())),
+        ("left" | "right" | "big" | "Big" | "quad" | "qquad", _) => {
+            return Lookalike::Say("leave it out");
+        }
+        ("cdot" | "times", _) => "*",
+        ("div", _) => "/",
+        ("pm", _) => "+/-",
+        ("leq" | "le", _) => "<=",
+        ("geq" | "ge", _) => ">=",
+        ("neq" | "ne", _) => "!=",
+        ("in", _) => "in",
+        ("log", _) => "ln",
+        ("arcsin", _) => "asin",
+        ("arccos", _) => "acos",
+        ("arctan", _) => "atan",
+        // Greek letters, functions, and names set upright.
+        (word, None) => word,
+        (_, Some(inside)) => inside.trim(),
+    };
+    Lookalike::Write(plain.to_owned())
+}
+
+/// As the operand of a prime: a name, with or without the backslash of a Greek letter, or parentheses.
+fn in_parentheses(operand: &str) -> String {
+    let operand = operand.trim();
+    let name = operand.strip_prefix('\\').unwrap_or(operand);
+    if name.chars().all(|c| c.is_alphanumeric() || c == '_') {
+        name.to_owned()
+    } else {
+        format!("({operand})")
+    }
 }
 
 fn said(character: char) -> Lookalike {

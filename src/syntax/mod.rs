@@ -42,6 +42,8 @@ pub use print::{print_expr, print_file, print_statement, print_unit};
 pub use text::Text;
 pub use words::{FUNCTIONS, STATEMENT_WORDS};
 
+use std::collections::HashSet;
+
 use crate::span::Span;
 use build::Builder;
 
@@ -114,6 +116,25 @@ fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
     } else {
         errors.truncate(split::MOST_ERRORS);
         errors.sort_by_key(SyntaxError::span);
-        Err(errors)
+        Err(without_follow_ons(source, errors))
     }
+}
+
+/// Drops what is said about the uses of a reserved word that the file tries to declare.
+fn without_follow_ons(source: &str, mut errors: Vec<SyntaxError>) -> Vec<SyntaxError> {
+    let declared: HashSet<String> = errors
+        .iter()
+        .filter_map(|error| match error {
+            SyntaxError::ReservedName { name, .. } => Some(name.clone()),
+            _ => None,
+        })
+        .collect();
+    if !declared.is_empty() {
+        errors.retain(|error| {
+            let used = source.get(error.span().range());
+            matches!(error, SyntaxError::ReservedName { .. })
+                || used.is_none_or(|word| !declared.contains(word))
+        });
+    }
+    errors
 }

@@ -49,7 +49,12 @@ impl SyntaxError {
                 suggestion: None, ..
             }
             | Self::NoStatement { .. } => plain("a statement begins here", STATEMENTS),
-            Self::MissingStatementWord { name, .. } => plain(
+            Self::MissingStatementWord { fix: Some(fix), .. } => {
+                plain("a statement begins here", &format!("write `{fix}`"))
+            }
+            Self::MissingStatementWord {
+                name, fix: None, ..
+            } => plain(
                 "a statement begins here",
                 &format!(
                     "write `param {name} = …` for a constant, `let {name} = …` for anything else"
@@ -110,6 +115,14 @@ impl SyntaxError {
                     _ => "a constraint is written `constraint EXPR = EXPR`",
                 },
             ),
+            Self::MissingName {
+                statement: "model",
+                found,
+                ..
+            } => plain(
+                &format!("{found} instead of a name"),
+                "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes",
+            ),
             Self::MissingName { found, .. } => plain(
                 &format!("{found} instead of a name"),
                 "a name is a letter or `_`, then letters, digits and `_`",
@@ -149,6 +162,7 @@ impl SyntaxError {
                 "not needed",
                 match *statement {
                     "period" => "write `period EXPR`",
+                    "model" => "write `model NAME`",
                     _ => "leave the `=` out",
                 },
             ),
@@ -184,7 +198,17 @@ impl SyntaxError {
                 "opened here, not closed on this line",
                 "end the text with `\"`",
             ),
-            Self::MisplacedText { .. } => plain("not a value", "names are written without quotes"),
+            Self::MisplacedText {
+                number: Some(number),
+                ..
+            } => plain(
+                "not a value",
+                &format!("numbers are written without quotes: `{number}`"),
+            ),
+            Self::MisplacedText { number: None, .. } => plain(
+                "not a value",
+                "names and numbers are written without quotes",
+            ),
             Self::SemicolonInBrackets { open, .. } => (
                 "ends a statement".to_owned(),
                 vec![(*open, "inside this bracket".to_owned())],
@@ -279,9 +303,13 @@ impl SyntaxError {
                 "an index and its range without a word between them",
                 &format!("write `{name} in 1..n`"),
             ),
-            Self::UnitBehindValue { .. } => {
-                plain("behind the value", "write `NAME : UNIT = VALUE`")
-            }
+            Self::UnitBehindValue { fix, .. } => plain(
+                "behind the value",
+                &format!(
+                    "write `{}`",
+                    fix.as_deref().unwrap_or("NAME : UNIT = VALUE")
+                ),
+            ),
             Self::BadUnit { .. } => plain(
                 "no part of a unit",
                 "a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number",

@@ -16,6 +16,8 @@ pub(super) struct Enclosure {
     pub(super) filter: bool,
     /// Whether an index with `in` has been seen at all.
     pub(super) indexed: bool,
+    /// The product around it.
+    chain: Option<u32>,
 }
 
 /// Where outside of brackets the place is.
@@ -40,6 +42,11 @@ pub(super) struct Context<'s> {
     pub(super) part: Part,
     /// A `==` outside of brackets.
     pub(super) comparison: Option<Token>,
+    /// Where the declared name and its indices end, and where the value begins.
+    pub(super) name_end: Option<u32>,
+    pub(super) value_start: Option<u32>,
+    /// Where the product begins that is being read.
+    pub(super) chain: Option<u32>,
     pub(super) end: u32,
 }
 
@@ -65,6 +72,9 @@ impl<'s> Context<'s> {
                 _ => Part::Name,
             },
             comparison: None,
+            name_end: None,
+            value_start: None,
+            chain: None,
             end: span.end,
         };
         for token in tokens {
@@ -84,6 +94,7 @@ impl<'s> Context<'s> {
     /// Takes note of a token before the place.
     fn pass(&mut self, token: Token) {
         let text = token.text(self.source);
+        self.follow_product(token);
         match token.kind {
             TokenKind::Open => self.enclosures.push(Enclosure {
                 sum: self.before.text(self.source) == "sum",
@@ -91,9 +102,10 @@ impl<'s> Context<'s> {
                 has_range: false,
                 filter: self.enclosures.last().is_some_and(|e| e.filter),
                 indexed: false,
+                chain: self.chain.take(),
             }),
             TokenKind::Close => {
-                self.enclosures.pop();
+                self.chain = self.enclosures.pop().and_then(|enclosure| enclosure.chain);
             }
             TokenKind::Comma => match self.enclosures.last_mut() {
                 Some(enclosure) => {
@@ -119,8 +131,15 @@ impl<'s> Context<'s> {
                     }
                 }
             }
-            TokenKind::Colon if self.enclosures.is_empty() => self.part = Part::Unit,
-            TokenKind::Equals if self.enclosures.is_empty() => self.part = Part::Value,
+            TokenKind::Colon if self.enclosures.is_empty() => {
+                self.part = Part::Unit;
+                self.name_end.get_or_insert(token.start);
+            }
+            TokenKind::Equals if self.enclosures.is_empty() => {
+                self.part = Part::Value;
+                self.name_end.get_or_insert(token.start);
+                self.value_start.get_or_insert(token.end);
+            }
             TokenKind::Comparison if self.enclosures.is_empty() && text == "==" => {
                 self.comparison = Some(token);
             }
@@ -147,6 +166,20 @@ impl<'s> Context<'s> {
         self.third_last = self.before_last;
         self.before_last = Some(self.before);
         self.before = token;
+    }
+
+    /// Keeps the beginning of the product that a token belongs to.
+    fn follow_product(&mut self, token: Token) {
+        let ends = expects_operand(token.kind, token.text(self.source))
+            && !matches!(
+                token.kind,
+                TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open
+            );
+        if ends {
+            self.chain = None;
+        } else {
+            self.chain.get_or_insert(token.start);
+        }
     }
 
     pub(super) fn text(&self, token: Token) -> &'s str {
@@ -242,6 +275,9 @@ impl<'s> Context<'s> {
                 TokenKind::Word => words::reserved_for(text),
                 _ => None,
             };
+            if found.kind == TokenKind::Equals && statement == "model" {
+                return Some(SyntaxError::NeedlessEquals { statement, span });
+            }
             return Some(match reserved {
                 Some(meaning) => SyntaxError::ReservedName {
                     name: text.to_owned(),
@@ -352,7 +388,10 @@ impl<'s> Context<'s> {
                 Some(SyntaxError::UnaryPlus { span })
             }
             TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
-            TokenKind::Text => Some(SyntaxError::MisplacedText { span }),
+            TokenKind::Text => Some(SyntaxError::MisplacedText {
+                number: quoted_number(text),
+                span,
+            }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
             TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),
             TokenKind::Prime if self.before.kind == TokenKind::Number => {
@@ -367,9 +406,10 @@ impl<'s> Context<'s> {
             }
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
-                Part::Value if words::is_naming(statement) => {
-                    Some(SyntaxError::UnitBehindValue { span })
-                }
+                Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
+                    fix: self.after.and_then(|unit| self.with_unit_behind_name(unit)),
+                    span,
+                }),
                 Part::Name if matches!(statement, "param" | "coord" | "let") => None,
                 Part::Unit => None,
                 Part::Name | Part::Value => Some(SyntaxError::MisplacedUnit { statement, span }),
@@ -498,4 +538,14 @@ impl<'s> Context<'s> {
             ),
         }
     }
+}
+
+/// The number in a text in quotes, if there is nothing else.
+fn quoted_number(text: &str) -> Option<String> {
+    let inside = text.trim_matches('"').trim();
+    let digits = inside.strip_prefix('-').unwrap_or(inside);
+    let span = Span::new(0, u32::try_from(digits.len()).ok()?);
+    let mut tokens = Lexer::new(digits, span);
+    let number = tokens.next()?.kind == TokenKind::Number && tokens.next().is_none();
+    (number && inside.len() <= 40).then(|| inside.to_owned())
 }

@@ -5,6 +5,7 @@
 //! the kind of mistake. It never decides whether a text is right.
 
 mod context;
+mod fixes;
 mod operands;
 
 use super::error::SyntaxError;
@@ -49,6 +50,7 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
     if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
         SyntaxError::MissingStatementWord {
             name: text.to_owned(),
+            fix: None,
             span: token.span(),
         }
     } else {
@@ -101,6 +103,8 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
         .peekable();
     let mut depth = 0_usize;
     let mut before = None;
+    // A word that is told, or was before; what follows it may be its name.
+    let mut told = span.start;
     while let Some(token) = tokens.next() {
         match token.kind {
             TokenKind::Open => depth += 1,
@@ -113,12 +117,19 @@ pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxErr
         if let Some(before) = before.replace(token)
             && depth == 0
         {
-            errors.extend(unknown_statement(
-                source,
-                before,
-                token,
-                tokens.peek().copied(),
-            ));
+            let next = tokens.peek().copied();
+            let error = unknown_statement(source, before, token, next);
+            let begins = error.is_none()
+                && before.start != told
+                && token.kind == TokenKind::Word
+                && words::reserved_for(token.text(source)).is_none()
+                && !expects_operand(before.kind, before.text(source))
+                && fixes::binds(source, token, span.end);
+            let error = error.or_else(|| begins.then(|| no_statement(source, token, next)));
+            if error.is_some() {
+                told = token.start;
+            }
+            errors.extend(error);
         }
     }
     errors

@@ -4,6 +4,8 @@ use super::super::error::SyntaxError;
 use super::super::lexer::{Token, TokenKind};
 use super::super::words;
 use super::context::{Context, Part};
+use super::fixes;
+use crate::span::Span;
 
 impl Context<'_> {
     /// A word, a number or an opening bracket where none can be.
@@ -72,6 +74,25 @@ impl Context<'_> {
                 span: self.before.span().to(span),
             });
         }
+        if word
+            && self.part == Part::Value
+            && self.enclosures.is_empty()
+            && self.statement != "constraint"
+            && words::reserved_for(text).is_none()
+            && fixes::binds(self.source, found, self.end)
+        {
+            return Some(SyntaxError::MissingStatementWord {
+                name: text.to_owned(),
+                fix: self.with_statement_word(found),
+                span,
+            });
+        }
+        if self.is_unit_behind_number(found) {
+            return Some(SyntaxError::UnitBehindValue {
+                fix: self.with_unit_behind_name(found),
+                span: Span::new(found.start, self.unit_end(found).unwrap_or(found.end)),
+            });
+        }
         Some(self.side_by_side(found))
     }
 
@@ -108,7 +129,9 @@ impl Context<'_> {
     }
 
     pub(super) fn missing_multiplication(&self, found: Token) -> SyntaxError {
+        let product = self.product_before();
         let left = match (self.before.kind, self.before_last) {
+            _ if product.is_some() => product.unwrap_or_default(),
             (TokenKind::Close, _) if self.text(self.before) == ")" => "(…)".to_owned(),
             (TokenKind::Close, _) => "[…]".to_owned(),
             (TokenKind::Prime, Some(last)) => format!("{}'", self.text(last)),
