@@ -150,7 +150,7 @@ fn outcome(path: &Path, digits: usize) -> Result<bool, String> {
         .iter()
         .zip(want["equilibrium"].as_array().unwrap())
     {
-        let want = Ball::from_number(&exact(want.as_str().unwrap()));
+        let want = Ball::from_number(&exact(want.as_str().unwrap()), ());
         let off = own.sub(&want).mid_f64().abs();
         if off > own.radius + 1e-31 * want.mid_f64().abs() {
             return Err(format!(
