@@ -64,6 +64,27 @@ fn ill_conditioned_mass_matrices() {
 }
 
 #[test]
+fn ill_conditioned_with_a_zero_mode() {
+    // Relative coordinates of a free chain in a bad basis: K z = 0 for z = (1, ..., 1).
+    let (_, k) = chain(
+        &ones(24),
+        &[vec![RBig::ZERO], ones(23), vec![RBig::ZERO]].concat(),
+    );
+    let m = hilbert(24);
+    let (spectrum, _) = solved_precisely(&m, &k, &[ones(24)], &with_digits(40));
+    assert_eq!(spectrum.stability, Stability::Neutral);
+    check_printed(&m, &k, &spectrum, 40);
+}
+
+#[test]
+fn beyond_the_range_of_double_double() {
+    let springs: Vec<RBig> = (0..7).map(|i| power_of_ten(60 * (i % 2))).collect();
+    let (m, k) = chain(&ones(6), &springs);
+    check(&m, &k, 10);
+    check(&m, &k, 60);
+}
+
+#[test]
 fn stiff_springs_beside_soft_ones() {
     let springs: Vec<RBig> = (0..11).map(|i| power_of_ten(30 * (i % 2))).collect();
     let (m, k) = chain(&ones(10), &springs);

@@ -106,6 +106,8 @@ const ROUNDS: usize = 48;
 /// Rounds without gain until nothing more is expected: close columns take some to become orthogonal
 /// before it shows in the bounds.
 const STALLED: usize = 4;
+/// Rounds without gain until columns in double-double are no longer good enough beside the others.
+const WIDENED: usize = 2;
 /// Bits more than planned, so that a plan that grows a little needs no new matrices.
 const HEADROOM: i64 = 32;
 
@@ -126,16 +128,22 @@ fn climb(
     let total = scaled.n - zero.mid.columns;
     let (mut columns, mut background) = match solved {
         Some(solution) => {
-            let background = Background::new(scaled, zero, &solution.x)?;
-            let own = background.lacking(options);
-            goal.largest = largest(&background.couplings);
+            let mut own = lacking(&solution.certificate, options);
+            let mut estimates = estimates(&solution.certificate);
+            let mut background = None;
+            if own.len() < total {
+                let some = Background::new(scaled, zero, &solution.x)?;
+                own = some.lacking(options);
+                estimates = some.couplings.clone();
+                background = Some(some);
+            }
+            goal.largest = largest(&estimates);
             // Rows of the scaled matrices are seldom much larger than their diagonal.
-            let norms = (4.0, 4.0);
-            let plan = Plan::new(&background.couplings, &solution.x, &own, &goal, norms);
+            let plan = Plan::new(&estimates, &solution.x, &own, &goal, (4.0, 4.0));
             let scale = plan.columns.max(112);
             matrices.at_least(plan.matrices)?;
             let x = own.iter().map(|&j| column(&solution.x, j, scale)).collect();
-            (Columns { scale, own, x }, Some(background))
+            (Columns { scale, own, x }, background)
         }
         None => (begin(&mut matrices)?, None),
     };
@@ -153,6 +161,7 @@ fn climb(
             goal.target(size)
         })?;
         goal.largest = largest(&measured.couplings);
+        let mut more = Vec::new();
         if let Some(enclosures) = certify(&measured.couplings) {
             let background = background.as_ref();
             let solution = assemble(data, &columns, &measured, enclosures, solved, background);
@@ -170,21 +179,33 @@ fn climb(
                 break;
             }
             stalled = if gained { 0 } else { stalled + 1 };
-            if stalled >= STALLED || verdict.met {
+            if !(stalled < WIDENED || verdict.met || background.is_none()) {
+                more = (0..total).collect();
+            } else if stalled >= STALLED || verdict.met {
                 // Nothing gained: a sign or a rounding is left to decide, or it is beyond reach.
                 if !goal.raise(verdict.signs, verdict.roundings) {
                     break;
                 }
                 stalled = 0;
             }
+        } else if background.is_some() {
+            more = (0..total).collect();
         }
         let norms = (data.stiffness.norm, data.mass.norm);
         let plan = Plan::new(&measured.couplings, &measured.x, &columns.own, &goal, norms);
         let scale = plan.columns.max(columns.scale);
-        columns = match improve::improve(data, &columns, &measured, scale) {
-            Ok(better) => better,
-            Err(more) => widened(&columns, more, &background.as_ref()?.x),
-        };
+        if more.is_empty() {
+            match improve::improve(data, &columns, &measured, scale) {
+                Ok(better) => columns = better,
+                Err(mixed) => more = mixed,
+            }
+        }
+        if !more.is_empty() {
+            columns = widened(&columns, more, &background.as_ref()?.x);
+            // Scores of different columns do not compare.
+            best = best.map(|(_, solution)| (f64::INFINITY, solution));
+            stalled = 0;
+        }
         if matrices.at_least(plan.matrices).is_none() {
             break;
         }
@@ -249,7 +270,8 @@ fn column(x: &Matrix, column: usize, scale: i64) -> Vec<IBig> {
 fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
     let own = columns.own.iter().copied().zip(columns.x.iter().cloned());
     let mut all: Vec<(usize, Vec<IBig>)> = own.collect();
-    all.extend(more.into_iter().map(|j| (j, column(x, j, columns.scale))));
+    let more = more.into_iter().filter(|j| !columns.own.contains(j));
+    all.extend(more.map(|j| (j, column(x, j, columns.scale))));
     all.sort_by_key(|(j, _)| *j);
     let (own, x) = all.into_iter().unzip();
     Columns {
@@ -272,29 +294,46 @@ impl Background {
         })
     }
 
-    /// The columns of all clusters with a wanted mode that lacks digits; all columns where double-double
-    /// shows nothing of them.
+    /// [`lacking`] by what double-double shows; all columns where it shows nothing.
     fn lacking(&self, options: &Options) -> Vec<usize> {
-        let Some(certificate) = Certificate::new(&self.quotients, self.couplings.clone()) else {
-            return (0..self.quotients.len()).collect();
-        };
-        let Certificate {
-            order,
-            eigenvalues,
-            clusters,
-        } = certificate;
-        let wanted = options.lowest.unwrap_or(usize::MAX);
-        let mut own: Vec<usize> = clusters
-            .iter()
-            .filter(|cluster| {
-                (cluster.start..cluster.end.min(wanted))
-                    .any(|position| !covers(&eigenvalues[position], options.digits))
-            })
-            .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
-            .collect();
-        own.sort_unstable();
-        own
+        match Certificate::new(&self.quotients, self.couplings.clone()) {
+            Some(certificate) => lacking(&certificate, options),
+            None => (0..self.quotients.len()).collect(),
+        }
     }
+}
+
+/// The columns of all clusters with a wanted mode that lacks digits.
+fn lacking(certificate: &Certificate, options: &Options) -> Vec<usize> {
+    let Certificate {
+        order,
+        eigenvalues,
+        clusters,
+    } = certificate;
+    let wanted = options.lowest.unwrap_or(usize::MAX);
+    let lacks = |position: usize| !covers(&eigenvalues[position], options.digits);
+    let mut own: Vec<usize> = clusters
+        .iter()
+        .filter(|cluster| (cluster.start..cluster.end.min(wanted)).any(lacks))
+        .flat_map(|cluster| order[cluster.start..cluster.end].iter().copied())
+        .collect();
+    own.sort_unstable();
+    own
+}
+
+/// Sizes and distances of eigenvalues, for a first plan.
+fn estimates(certificate: &Certificate) -> Couplings {
+    let values = &certificate.eigenvalues;
+    let mut couplings = Couplings::zeros(values.len());
+    couplings.order = certificate.order.clone();
+    let steps = values.windows(2);
+    couplings.steps = steps
+        .map(|pair| (pair[1].mid - pair[0].mid).hi.max(0.0))
+        .collect();
+    for (&column, value) in certificate.order.iter().zip(values) {
+        couplings.size[column] = value.abs_upper();
+    }
+    couplings
 }
 
 fn largest(couplings: &Couplings) -> f64 {
