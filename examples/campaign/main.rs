@@ -35,7 +35,7 @@ use comfy_table::{CellAlignment, Table, presets};
 
 use check::{WRONGS, Wrong};
 use kinds::KINDS;
-use survey::{Plan, Survey, Tally, current};
+use survey::{Failure, Plan, Survey, Tally, current};
 
 struct Request {
     plan: Plan,
@@ -114,7 +114,15 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         plan.threads
     );
     println!("{}", table(&survey));
-    for failure in &survey.failures {
+    let only_lost = |failure: &&Failure| failure.violations.iter().all(|v| v.0 == Wrong::Lost);
+    let (lost, others): (Vec<&Failure>, Vec<&Failure>) =
+        survey.failures.iter().partition(only_lost);
+    if !lost.is_empty() {
+        let numbers: Vec<String> = lost.iter().map(|f| f.index.to_string()).collect();
+        println!("no equilibrium found in: {}", numbers.join(" "));
+    }
+    // A few of a sort say as much as all.
+    for failure in others.into_iter().chain(lost.into_iter().take(20)) {
         println!(
             "--seed {} --kind {} --model {}",
             plan.seed, KINDS[failure.kind].0, failure.index
@@ -150,7 +158,7 @@ fn text(plan: &Plan, index: usize) -> String {
 }
 
 /// Writes the model where it can be run: its tables beside it.
-fn keep_model(plan: &Plan, failure: &survey::Failure, folder: &Path) -> Result<(), Box<dyn Error>> {
+fn keep_model(plan: &Plan, failure: &Failure, folder: &Path) -> Result<(), Box<dyn Error>> {
     let own = folder.join(format!("{}-{}", KINDS[failure.kind].0, failure.index));
     std::fs::create_dir_all(&own)?;
     let (model, asked) = plan.model(failure.index);
@@ -220,6 +228,7 @@ fn table(survey: &Survey) -> Table {
         Wrong::Kind => "kind!",
         Wrong::Shape => "shape!",
         Wrong::Equilibrium => "place!",
+        Wrong::Lost => "lost!",
         Wrong::Error => "error!",
     }));
     header.extend([

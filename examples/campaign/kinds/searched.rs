@@ -50,6 +50,15 @@ fn empty(n: usize, bits: usize) -> (Vec<Real>, Square) {
     (vec![integer(0, bits); n], to_reals(&zeros(n), bits))
 }
 
+/// Numbers alike, or over many decades.
+fn some(draw: &mut Draw, count: usize) -> Vec<Number> {
+    if draw.once_in(3) {
+        draw.spread(count, 6)
+    } else {
+        draw.plains(count)
+    }
+}
+
 /// Quartic wells with a force on them, coupled.
 struct Wells {
     m: Vec<Number>,
@@ -62,11 +71,11 @@ struct Wells {
 pub(super) fn wells(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16);
     let wells = Wells {
-        m: draw.plains(n),
+        m: some(draw, n),
         a: draw.plains(n),
         b: draw.plains(n),
         f: draw.plains(n),
-        k: draw.plains(n - 1),
+        k: some(draw, n - 1),
     };
     let start: Vec<Number> = (0..n)
         .map(|_| Number::integer(draw.pick(&[-1, 1, 2])))
@@ -128,8 +137,8 @@ pub(super) fn hanging(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(20);
     let problem = Hanging {
         m: draw.plains(n),
-        k: draw.plains(n),
-        b: draw.plains(n),
+        k: some(draw, n),
+        b: some(draw, n),
     };
     let text = format!(
         "param n = {n}
@@ -178,7 +187,7 @@ struct Ions {
 pub(super) fn ions(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(10);
     let problem = Ions {
-        m: draw.plains(n),
+        m: some(draw, n),
         q: (0..n).map(|_| draw.decimal(0)).collect(),
         k: draw.plain(),
     };
@@ -237,13 +246,13 @@ struct Torsion {
 pub(super) fn torsion(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16);
     let problem = Torsion {
-        m: draw.plains(n),
+        m: some(draw, n),
         l: draw.plains(n),
-        k: draw.plains(n),
+        k: some(draw, n),
         a: (0..n)
             .map(|_| Number::scaled(draw.int(1, 200), -2))
             .collect(),
-        c: draw.plains(n - 1),
+        c: some(draw, n - 1),
     };
     let mut text = format!("param n = {n}\nparam g = 9.81\n");
     text += &family("m", &problem.m);
