@@ -489,7 +489,9 @@ impl Judge {
                     }
                     let allowed = real(&exact(bound), bits);
                     let slack = scale(&allowed, -40);
-                    if end - start == 1 {
+                    // Where the exact eigenvalue is repeated, no single vector can be meant.
+                    let members = self.truth.group.iter().filter(|g| groups.contains(g));
+                    if end - start == 1 && members.count() == 1 {
                         let norm = sqrt(&inner(&projected, &times(m, &projected, bits), bits));
                         let worst = x
                             .iter()

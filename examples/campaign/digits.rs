@@ -20,7 +20,7 @@ pub(crate) fn digits(x: &Real) -> String {
         exponent -= 1;
     }
     while unit > RBig::ONE {
-        unit = unit / RBig::from(10);
+        unit /= RBig::from(10);
         exponent += 1;
     }
     let sign = if negative { "-" } else { "" };

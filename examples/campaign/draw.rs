@@ -143,11 +143,12 @@ fn regular(a: &[Vec<i64>]) -> bool {
             return false;
         };
         a.swap(k, at);
-        for i in k + 1..n {
+        let pivot = a[k].clone();
+        for row in a.iter_mut().skip(k + 1) {
             // Cross-multiplied: no inverse is needed to see zeros.
-            let (head, factor) = (a[k][k], a[i][k]);
-            for j in k..n {
-                a[i][j] = (a[i][j] * head - a[k][j] * factor).rem_euclid(P);
+            let factor = row[k];
+            for (x, y) in row.iter_mut().zip(&pivot) {
+                *x = (*x * pivot[k] - y * factor).rem_euclid(P);
             }
         }
     }
@@ -202,6 +203,11 @@ impl Number {
 pub(crate) fn power_of_ten(exponent: i64) -> RBig {
     let size = (0..exponent.abs()).fold(RBig::ONE, |p, _| p * RBig::from(10));
     if exponent < 0 { RBig::ONE / size } else { size }
+}
+
+/// All pairs, the second fastest.
+pub(crate) fn pairs(rows: usize, columns: usize) -> impl Iterator<Item = (usize, usize)> {
+    (0..rows).flat_map(move |i| (0..columns).map(move |j| (i, j)))
 }
 
 pub(crate) fn zeros(n: usize) -> Exact {

@@ -47,9 +47,9 @@ impl Truth {
         let mut number = 0;
         for k in 0..values.len() {
             let own = log2(&values[k]) - size;
-            let vanishes = own < -CLEAR;
+            let vanishes = is_zero(&values[k]) || own < -CLEAR;
             // Between what rounding leaves and what is drawn there has to be nothing.
-            if (-CLEAR - 60..-CLEAR + 60).contains(&own) {
+            if !is_zero(&values[k]) && (-CLEAR - 60..-CLEAR + 60).contains(&own) {
                 return None;
             }
             if k > 0 {

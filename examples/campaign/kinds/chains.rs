@@ -220,13 +220,13 @@ impl Copies {
     fn matrices(&self) -> (Exact, Exact) {
         let p = self.m.len();
         let n = p * self.copies;
-        let (mut mass, mut stiffness) = (zeros(n), zeros(n));
+        let mut stiffness = zeros(n);
         for at in 0..n {
             let j = at % p;
-            mass[at][at] = self.m[j].value.clone();
             let below = (j > 0).then(|| at - 1);
             add_spring(&mut stiffness, &self.k[j].value, at, below);
         }
+        let mass = diagonal((0..n).map(|at| &self.m[at % p]));
         (mass, stiffness)
     }
 

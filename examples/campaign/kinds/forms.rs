@@ -155,11 +155,9 @@ pub(super) fn dense(draw: &mut Draw) -> Model {
         positive(draw)
     } else {
         let mut a = zeros(n);
-        for i in 0..n {
-            for j in 0..=i {
-                a[i][j] = draw.fraction().value;
-                a[j][i] = a[i][j].clone();
-            }
+        for (i, j) in pairs(n, n).filter(|(i, j)| j <= i) {
+            a[i][j] = draw.fraction().value;
+            a[j][i] = a[i][j].clone();
         }
         a
     };

@@ -35,29 +35,25 @@ pub(super) fn net(draw: &mut Draw) -> Model {
     let (k, c, m) = (draw.decimal(stiff), draw.plain(), draw.plain());
     let mut stiffness = zeros(2 * n);
     let u = |i: usize, j: usize| i * columns + j;
-    for i in 0..rows {
-        for j in 0..=columns {
-            let across = &tau[i].value / &s[j].value;
-            let (own, other) = match j {
-                0 => (u(i, 0), None),
-                _ if j == columns => (u(i, j - 1), None),
-                _ => (u(i, j), Some(u(i, j - 1))),
-            };
-            add_spring(&mut stiffness, &k.value, own, other);
-            add_spring(&mut stiffness, &across, own + n, other.map(|o| o + n));
-        }
+    for (i, j) in pairs(rows, columns + 1) {
+        let across = &tau[i].value / &s[j].value;
+        let (own, other) = match j {
+            0 => (u(i, 0), None),
+            _ if j == columns => (u(i, j - 1), None),
+            _ => (u(i, j), Some(u(i, j - 1))),
+        };
+        add_spring(&mut stiffness, &k.value, own, other);
+        add_spring(&mut stiffness, &across, own + n, other.map(|o| o + n));
     }
-    for i in 0..=rows {
-        for j in 0..columns {
-            let across = &sigma[j].value / &t[i].value;
-            let (own, other) = match i {
-                0 => (u(0, j), None),
-                _ if i == rows => (u(i - 1, j), None),
-                _ => (u(i, j), Some(u(i - 1, j))),
-            };
-            add_spring(&mut stiffness, &across, own, other);
-            add_spring(&mut stiffness, &c.value, own + n, other.map(|o| o + n));
-        }
+    for (i, j) in pairs(rows + 1, columns) {
+        let across = &sigma[j].value / &t[i].value;
+        let (own, other) = match i {
+            0 => (u(0, j), None),
+            _ if i == rows => (u(i - 1, j), None),
+            _ => (u(i, j), Some(u(i - 1, j))),
+        };
+        add_spring(&mut stiffness, &across, own, other);
+        add_spring(&mut stiffness, &c.value, own + n, other.map(|o| o + n));
     }
     let text = format!(
         "param R = {rows}  param C = {columns}
