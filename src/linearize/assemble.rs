@@ -415,37 +415,34 @@ impl Assembly {
         gradient
     }
 
-    /// ∇s of all elements of the effective potential, one dense row each; `None` where there are
-    /// as many as coordinates.
-    pub(crate) fn slopes<S: Scalar>(
-        &self,
-        at: &[S],
-        values: &Values<S>,
-        columns: usize,
-    ) -> Option<Vec<Vec<S>>> {
-        let count: usize = self
-            .families
-            .iter()
-            .map(|family| family.potential.len() * family.terms.count)
-            .sum();
-        if count >= columns {
-            return None;
-        }
-        let mut rows = Vec::with_capacity(count);
+    /// ∇s of all elements of the effective potential: coordinates, each once, and entries. All that s
+    /// depends on is there, also where the entry happens to be zero.
+    pub(crate) fn slopes<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<Vec<(usize, S)>> {
+        let mut rows = Vec::new();
+        let zero = S::from_number(&Number::ZERO, values.precision);
         self.run(Part::Force, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
             let mut rest = numbers;
             for element in &family.potential {
                 let (_, slopes) = head(&mut rest, 1, element.slope.len());
-                let mut row = vec![S::from_number(&Number::ZERO, values.precision); columns];
+                let mut row: Vec<(usize, S)> = Vec::with_capacity(slopes.len());
                 for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                    let entry = &mut row[coordinates[*place] as usize];
-                    *entry = entry.add(slope);
+                    let coordinate = coordinates[*place] as usize;
+                    match row.iter_mut().find(|(other, _)| *other == coordinate) {
+                        Some((_, entry)) => *entry = entry.add(slope),
+                        None => row.push((coordinate, slope.clone())),
+                    }
+                }
+                for place in element.curvature.iter().flat_map(|(a, b, _)| [*a, *b]) {
+                    let coordinate = coordinates[place] as usize;
+                    if row.iter().all(|(other, _)| *other != coordinate) {
+                        row.push((coordinate, zero.clone()));
+                    }
                 }
                 rows.push(row);
             }
         });
-        Some(rows)
+        rows
     }
 
     /// The stiffness matrix, dense, column by column.

@@ -1,10 +1,18 @@
 //! Motions that stretch no element: the kernel of the matrix of all ∇s.
 //!
-//! Where the forces vanish, sum of phi_e' ∇s_e = 0; if the ∇s_e are linearly independent, every
-//! phi_e' is 0 exactly, however the numbers round, and K = sum of phi_e'' ∇s_e∇s_eᵀ. With fewer
-//! elements than coordinates its kernel is proved by counting, and balls enclose a basis of it: a
+//! Take coordinates S and the elements E that depend on any of them, fewer than S has coordinates. The
+//! forces on S vanish: Σ_E phi_e' ∇s_e = 0 in S. If these ∇s_e, cut to S, are linearly independent, every
+//! phi_e' of E is 0 exactly, however the numbers round; so K x = Σ phi_e'' ∇s_e (∇s_e·x) for x in S, and it
+//! vanishes for the x that all ∇s_e annihilate, |S| - |E| of them at least. Balls enclose a basis: a
 //! pivot whose ball excludes 0 proves the independence of its row. Nothing is concluded where a
 //! pivot's ball contains 0.
+//!
+//! The largest such S is found by counting alone: what a largest matching of coordinates with
+//! elements leaves over, and what can be reached from there (Dulmage, Mendelsohn, "Coverings of
+//! bipartite graphs", Canad. J. Math. 10 (1958)). It is all of a chain without walls, or one mass that
+//! hangs loose on a rigid body.
+
+use std::collections::VecDeque;
 
 use super::assemble::{Assembly, Values};
 use super::zero::Enclosure;
@@ -13,20 +21,37 @@ use crate::number::Number;
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;
 
-/// Vectors that all ∇s annihilate, one a column without a pivot; `None` where the elements are too
-/// many or can't be shown to be independent.
+/// Vectors that all ∇s annihilate, one a coordinate without a pivot; `None` where counting finds none
+/// or the elements can't be shown to be independent.
 pub(crate) fn kernel<S: Enclosure>(
     assembly: &Assembly,
     at: &[S],
     values: &Values<S>,
 ) -> Option<Vec<Vec<S>>> {
     let n = at.len();
-    if n > MOST {
-        return None;
-    }
     let number = |value: i64| S::from_number(&Number::from(value), values.precision());
     let (zero, one) = (number(0), number(1));
-    let mut rows = assembly.slopes(at, values, n)?;
+    let slopes = assembly.slopes(at, values);
+    let (loose, touching) = loose(n, &slopes);
+    if loose.is_empty() || loose.len() > MOST {
+        return None;
+    }
+    let mut place = vec![usize::MAX; n];
+    for (at, coordinate) in loose.iter().enumerate() {
+        place[*coordinate] = at;
+    }
+    let mut rows: Vec<Vec<S>> = touching
+        .iter()
+        .map(|element| {
+            let mut row = vec![zero.clone(); loose.len()];
+            for (coordinate, entry) in &slopes[*element] {
+                if let Some(to) = row.get_mut(place[*coordinate]) {
+                    *to = entry.clone();
+                }
+            }
+            row
+        })
+        .collect();
     let mut pivots: Vec<usize> = Vec::with_capacity(rows.len());
     // Gauss-Jordan elimination, the largest entry of all that are left as pivot.
     for done in 0..rows.len() {
@@ -58,16 +83,112 @@ pub(crate) fn kernel<S: Enclosure>(
         }
         pivots.push(column);
     }
-    let free = (0..n).filter(|column| !pivots.contains(column));
+    let free = (0..loose.len()).filter(|column| !pivots.contains(column));
     Some(
         free.map(|column| {
             let mut vector = vec![zero.clone(); n];
-            vector[column] = one.clone();
+            vector[loose[column]] = one.clone();
             for (row, pivot) in pivots.iter().enumerate() {
-                vector[*pivot] = rows[row][column].neg();
+                vector[loose[*pivot]] = rows[row][column].neg();
             }
             vector
         })
         .collect(),
     )
+}
+
+/// The coordinates that a largest matching with elements leaves over or that can be reached from
+/// those, and the elements that depend on these, fewer by as many as were left over.
+fn loose<S>(n: usize, slopes: &[Vec<(usize, S)>]) -> (Vec<usize>, Vec<usize>) {
+    let mut elements: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for (element, row) in slopes.iter().enumerate() {
+        for (coordinate, _) in row {
+            elements[*coordinate].push(element);
+        }
+    }
+    const NONE: usize = usize::MAX;
+    // The coordinate that each element is matched with.
+    let mut matched = vec![NONE; slopes.len()];
+    let mut left: Vec<usize> = Vec::new();
+    // The search that last came by, and the coordinate it came from.
+    let mut seen = vec![NONE; slopes.len()];
+    let mut from = vec![NONE; slopes.len()];
+    let mut own = vec![NONE; n];
+    for start in 0..n {
+        // Breadth first along alternating paths to an element without a partner.
+        let mut queue = VecDeque::from([start]);
+        let mut end = NONE;
+        while let Some(coordinate) = queue.pop_front() {
+            for &element in &elements[coordinate] {
+                if seen[element] == start || end != NONE {
+                    continue;
+                }
+                seen[element] = start;
+                from[element] = coordinate;
+                match matched[element] {
+                    NONE => end = element,
+                    partner => queue.push_back(partner),
+                }
+            }
+            if end != NONE {
+                break;
+            }
+        }
+        if end == NONE {
+            left.push(start);
+        }
+        while end != NONE {
+            let coordinate = from[end];
+            let before = own[coordinate];
+            matched[end] = coordinate;
+            own[coordinate] = end;
+            end = before;
+        }
+    }
+    let mut inside = vec![false; n];
+    let mut touched = vec![false; slopes.len()];
+    let mut queue: VecDeque<usize> = left.iter().copied().collect();
+    left.iter()
+        .for_each(|&coordinate| inside[coordinate] = true);
+    while let Some(coordinate) = queue.pop_front() {
+        for &element in &elements[coordinate] {
+            let partner = matched[element];
+            touched[element] = true;
+            // An element without a partner would have lengthened the matching.
+            if partner != NONE && !inside[partner] {
+                inside[partner] = true;
+                queue.push_back(partner);
+            }
+        }
+    }
+    let all = |marks: &[bool]| -> Vec<usize> {
+        let marked = marks.iter().enumerate().filter(|(_, mark)| **mark);
+        marked.map(|(at, _)| at).collect()
+    };
+    (all(&inside), all(&touched))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::loose;
+
+    fn rows(elements: &[&[usize]]) -> Vec<Vec<(usize, ())>> {
+        let row = |element: &&[usize]| element.iter().map(|&at| (at, ())).collect();
+        elements.iter().map(row).collect()
+    }
+
+    #[test]
+    fn what_is_held_by_too_little_is_found() {
+        // A chain without walls: everything; with one: nothing.
+        assert_eq!(
+            loose(3, &rows(&[&[0, 1], &[1, 2]])),
+            (vec![0, 1, 2], vec![0, 1])
+        );
+        assert_eq!(loose(3, &rows(&[&[0, 1], &[1, 2], &[2]])), (vec![], vec![]));
+        // 3 and 4 hang on 2 by one element, while the rest has more than it needs.
+        let held = rows(&[&[0], &[0, 1], &[1], &[1, 2], &[2], &[2, 3, 4]]);
+        assert_eq!(loose(5, &held), (vec![3, 4], vec![5]));
+        // Nothing at all holds coordinate 1.
+        assert_eq!(loose(2, &rows(&[&[0]])), (vec![1], vec![]));
+    }
 }

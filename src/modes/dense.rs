@@ -10,8 +10,9 @@ use crate::precision::{DoubleDouble, fast_two_sum, two_sum};
 
 /// From so many terms on, products of doubles are left to faer.
 const LARGE: usize = 32;
-/// Terms summed before the result is carried over into a double-double total.
-const BLOCK: usize = 8;
+/// Terms summed before the result is carried over into a double-double total: with more, bounds are
+/// larger; with fewer, products slower.
+const BLOCK: usize = 4;
 
 /// A matrix of double-doubles.
 #[derive(Clone, Debug)]
@@ -306,19 +307,20 @@ pub(super) enum Part {
 /// c u^2 such that every entry of [`product`] differs from the exact one by at most
 /// c u^2 sum |a_k| |b_k|, u = 2^-53, for `inner` terms.
 ///
-/// With P the sum of magnitudes over one block of b = 8 terms: a term a b is split into the exact
+/// With P the sum of magnitudes over one block of b terms: a term a b is split into the exact
 /// product of the high parts, p + e, and the cross terms; dropping lo lo costs u^2 |ab|, the at
 /// most four roundings of the cross terms and e, none of them above 3 u |ab|, cost 7 u^2 |ab|:
 /// together 8 u^2 P. Adding p to the running s is exact with remainder |r| <= u P. Rounding r + e
 /// costs at most u^2 (P + 3 |ab|), in all (b + 3) u^2 P; the running t is at most k u P + 3 u P
-/// after k terms, so its roundings cost (b (b + 1)/2 + 3 b) u^2 P. The sum for b = 8 is
-/// (8 + 11 + 60) u^2 P = 79 u^2 P; 80 covers the higher powers of u. (This is the argument of
-/// Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J. Sci. Comput. 26 (2005), for
-/// double-double data.) Each carry into the total costs 3 u^2 of the total (AccurateDWPlusDW), the
-/// first none.
+/// after k terms, so its roundings cost (b (b + 1)/2 + 3 b) u^2 P. One more u^2 P covers the higher
+/// powers of u. (This is the argument of Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J.
+/// Sci. Comput. 26 (2005), for double-double data.) Each carry into the total costs 3 u^2 of the total
+/// (AccurateDWPlusDW), the first none.
 pub(super) fn product_bound(inner: usize) -> f64 {
+    let b = inner.min(BLOCK) as f64;
+    let block = 8.0 + (b + 3.0) + (0.5 * b * (b + 1.0) + 3.0 * b) + 1.0;
     let carries = inner.div_ceil(BLOCK).saturating_sub(1) as f64;
-    (80.0 + 3.1 * carries) * 2f64.powi(-106)
+    (block + 3.1 * carries) * 2f64.powi(-106)
 }
 
 /// The matrix product a b; see [`product_bound`].
