@@ -101,6 +101,8 @@ fn is_final(error: &ModesError) -> bool {
 const MOST_BITS: i64 = 1000;
 /// Products of machine words for a round that are still worth starting: minutes.
 const MOST_WORK: f64 = 2e11;
+/// The same for a Cholesky factor, which fails where M is singular: seconds.
+const MOST_START: f64 = 4e9;
 /// Rounds of improvement, start and rises of precision included.
 const ROUNDS: usize = 48;
 /// Rounds without gain until nothing more is expected: close columns take some to become orthogonal
@@ -153,13 +155,14 @@ fn climb(
         if columns.own.len() == total {
             background = None;
         }
-        let data = matrices.data.as_ref()?;
+        let Some(data) = &matrices.data else { break };
         if work(data, &columns) > MOST_WORK {
             break;
         }
-        let measured = measure(data, &columns, background.as_ref(), &|size| {
-            goal.target(size)
-        })?;
+        let target = |size| goal.target(size);
+        let Some(measured) = measure(data, &columns, background.as_ref(), &target) else {
+            break;
+        };
         goal.largest = largest(&measured.couplings);
         let mut more = Vec::new();
         if let Some(enclosures) = certify(&measured.couplings) {
@@ -201,7 +204,8 @@ fn climb(
             }
         }
         if !more.is_empty() {
-            columns = widened(&columns, more, &background.as_ref()?.x);
+            let Some(background) = &background else { break };
+            columns = widened(&columns, more, &background.x);
             // Scores of different columns do not compare.
             best = best.map(|(_, solution)| (f64::INFINITY, solution));
             stalled = 0;
@@ -243,7 +247,7 @@ fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
         matrices.at_least(bits)?;
         let data = matrices.data.as_ref()?;
         let words = (bits / 64) as f64;
-        if (data.n as f64).powi(3) * words * words > MOST_WORK {
+        if (data.n as f64).powi(3) * words * words > MOST_START {
             return None;
         }
         if let Some(columns) = start::start(data) {
@@ -355,8 +359,7 @@ struct Verdict {
 }
 
 fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
-    let found = solution.certificate.eigenvalues.len();
-    let wanted = options.lowest.unwrap_or(usize::MAX).min(found);
+    let wanted = options.lowest.unwrap_or(usize::MAX);
     let mut result = Verdict {
         satisfied: true,
         met: true,
@@ -364,17 +367,24 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
         roundings: false,
         score: 0.0,
     };
-    for position in 0..wanted {
-        let Some(Some(value)) = solution.precise.get(position) else {
-            continue;
+    let values = solution.certificate.eigenvalues.iter();
+    for (ball, precise) in values.zip(&solution.precise).take(wanted) {
+        let (size, radius, covered) = match precise {
+            Some(value) => {
+                let covered = covers_precisely(value, options.digits);
+                (value.abs_upper().to_f64(), value.radius().log2(), covered)
+            }
+            None => (
+                ball.abs_upper(),
+                ball.radius.log2(),
+                covers(ball, options.digits),
+            ),
         };
         // Beyond what is aimed at nothing is gained.
-        let size = value.abs_upper().to_f64();
-        let radius = value.radius().log2();
         let target = goal.target(size).log2();
         result.score += radius.max(target);
-        if !covers_precisely(value, options.digits) {
-            let small = value.contains_zero() || size < goal.floor();
+        if !covered {
+            let small = ball.contains_zero() || size < goal.floor();
             result.signs |= small;
             result.roundings |= !small;
             result.satisfied = false;
@@ -423,12 +433,18 @@ fn assemble(
         let bits = (length(quotient) + 8).max(64);
         let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
             .with_added_radius(Magnitude::from_f64(radius));
-        let ball = value.to_ball();
         // Both bounds hold for the same eigenvalue.
         let before = solved.map(|solved| solved.certificate.eigenvalues[position]);
-        let keep = before.filter(|before| own[i].is_none() && before.radius <= ball.radius);
-        eigenvalues.push(keep.unwrap_or(ball));
-        precise.push(own[i].map(|_| value));
+        match before.filter(|before| before.radius <= value.radius().to_f64()) {
+            Some(before) => {
+                eigenvalues.push(before);
+                precise.push(None);
+            }
+            None => {
+                eigenvalues.push(value.to_ball());
+                precise.push(own[i].map(|_| value));
+            }
+        }
     }
     let mut clusters = enclosures.clusters;
     for cluster in &mut clusters {
