@@ -1,0 +1,129 @@
+//! The kinds of models. Each draws numbers once and uses them twice: in a text, written the way a user
+//! would, and in M and K, written down by hand.
+
+mod chains;
+mod forms;
+mod lattices;
+mod plane;
+mod searched;
+
+use super::draw::{Draw, Exact, mix};
+use super::real::Real;
+use super::reference::{Matrices, Square};
+
+/// A drawn model.
+pub(crate) struct Model {
+    pub(crate) text: String,
+    /// File names and contents.
+    pub(crate) tables: Vec<(String, String)>,
+    pub(crate) reference: Reference,
+}
+
+/// M and K once more.
+pub(crate) enum Reference {
+    Exact { mass: Exact, stiffness: Exact },
+    Real(Box<dyn Fn(usize) -> Matrices>),
+    Searched(Box<dyn Searched>),
+}
+
+/// A model whose equilibrium the reference has to search for as well.
+pub(crate) trait Searched {
+    fn mass(&self, bits: usize) -> Square;
+    /// The gradient of V and its second derivatives.
+    fn derivatives(&self, x: &[Real], bits: usize) -> (Vec<Real>, Square);
+}
+
+impl Model {
+    fn exact(text: String, mass: Exact, stiffness: Exact) -> Self {
+        Self {
+            text,
+            tables: Vec::new(),
+            reference: Reference::Exact { mass, stiffness },
+        }
+    }
+
+    fn with_table(mut self, name: &str, text: String) -> Self {
+        self.tables.push((name.to_owned(), text));
+        self
+    }
+}
+
+type Drawing = fn(&mut Draw) -> Model;
+
+/// All kinds, each with the ways it is drawn.
+pub(crate) const KINDS: [(&str, &[Drawing]); 9] = [
+    (
+        "graded",
+        &[
+            chains::graded,
+            chains::powers,
+            chains::network,
+            chains::pendulums,
+        ],
+    ),
+    (
+        "clustered",
+        &[chains::copies, chains::copies, chains::detuned],
+    ),
+    (
+        "degenerate",
+        &[
+            lattices::ring,
+            lattices::square,
+            lattices::torus,
+            lattices::uncoupled,
+            lattices::complete,
+            forms::hidden,
+        ],
+    ),
+    (
+        "indefinite",
+        &[
+            chains::negative_springs,
+            chains::inverted,
+            plane::links,
+            forms::indefinite,
+        ],
+    ),
+    (
+        "free",
+        &[
+            chains::free,
+            lattices::free_ring,
+            plane::network,
+            plane::network,
+            forms::few,
+        ],
+    ),
+    (
+        "prestressed",
+        &[
+            plane::net,
+            plane::string,
+            plane::hanging,
+            plane::wheel,
+            plane::hanging_links,
+        ],
+    ),
+    ("dense", &[forms::dense, forms::dense, forms::squares]),
+    ("singular", &[forms::light, forms::nearly_rigid]),
+    (
+        "searched",
+        &[
+            searched::wells,
+            searched::hanging,
+            searched::ions,
+            searched::torsion,
+            searched::sagging,
+        ],
+    ),
+];
+
+/// The model with this number: a function of its arguments alone.
+pub(crate) fn draw(seed: u64, kind: usize, index: usize) -> (Model, Draw) {
+    let mut draw = Draw::new(mix(seed) ^ mix(index as u64 * 64 + kind as u64 + 1));
+    let ways = KINDS[kind].1;
+    let way = draw.size(0, ways.len() - 1);
+    let model = ways[way](&mut draw);
+    (model, draw)
+}
