@@ -7,7 +7,7 @@ mod modes_support;
 
 use dashu_ratio::RBig;
 use librate::modes::{
-    Kind, ModesError, Options, PreciseProblem, Source, Stability, solve, solve_from,
+    Kind, ModesError, Options, PreciseProblem, Source, Spectrum, Stability, solve, solve_from,
 };
 use librate::precision::{Big, Magnitude, Rounding};
 use modes_support::precise::*;
@@ -56,6 +56,30 @@ fn only_columns_that_need_it() {
     let options = with_digits(200).lowest(3);
     let (spectrum, _) = solved_precisely(&m, &k, &[], &options);
     check_printed(&m, &k, &spectrum, 200);
+    // A few of many, taken on from what doubles give.
+    let springs = [vec![RBig::ZERO], ones(59), vec![RBig::ZERO]].concat();
+    let (m, k) = chain(&ones(60), &springs);
+    let (spectrum, asked) = solved_precisely(&m, &k, &[ones(60)], &with_digits(100).lowest(5));
+    assert!(spectrum.modes.len() == 5 && asked.len() == 1, "{asked:?}");
+    check_printed(&m, &k, &spectrum, 100);
+    check_vectors_of(&spectrum, 1e-14);
+    let (m, k) = ring(40);
+    let (spectrum, _) = solved_precisely(&m, &k, &[ones(40)], &with_digits(100).lowest(5));
+    check_printed(&m, &k, &spectrum, 100);
+    check_vectors_of(&spectrum, 1e-12);
+}
+
+/// All bounds below a limit, and the shapes as long as they should be in unit masses.
+fn check_vectors_of(spectrum: &Spectrum, limit: f64) {
+    for mode in &spectrum.modes {
+        let square: f64 = mode.vector.iter().map(|x| x * x).sum();
+        assert!(
+            mode.vector_error_bound < limit,
+            "{}",
+            mode.vector_error_bound
+        );
+        assert!((square - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]

@@ -68,15 +68,31 @@ impl Precise {
     }
 }
 
+/// More digits than double-double has.
+const MANY: usize = 32;
+/// Fewer modes than this part of all are better taken on from what doubles give.
+const FEW: usize = 8;
+
 /// The outcome of the rungs below, or a better one where digits are missing or there is none.
 pub(super) fn further(
     scaled: &Scaled,
     zero: &ZeroSpace,
-    below: Result<Solution, ModesError>,
+    below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
     source: &dyn Source,
     options: &Options,
 ) -> Result<Solution, ModesError> {
-    match below {
+    let few = options
+        .lowest
+        .is_some_and(|wanted| FEW * wanted <= scaled.n);
+    if few
+        && options.digits >= MANY
+        && let Ok(solution) = below(&options.clone().digits(15))
+        && let Some(better) = climb(scaled, zero, Some(&solution), source, options)
+        && verdict(&better, options, &Goal::new(options.digits)).satisfied
+    {
+        return Ok(better);
+    }
+    match below(options) {
         Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
         Ok(solution) => {
             Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution))
@@ -134,7 +150,7 @@ fn climb(
             let mut estimates = estimates(&solution.certificate);
             let mut background = None;
             if own.len() < total {
-                let some = Background::new(scaled, zero, &solution.x)?;
+                let some = Background::new(scaled, zero, solution)?;
                 own = some.lacking(options);
                 estimates = some.couplings.clone();
                 background = Some(some);
@@ -286,11 +302,29 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
 }
 
 impl Background {
-    fn new(scaled: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Option<Self> {
-        let pencil = pencil(scaled, None, zero, x);
+    fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
+        let x = solution.x.clone();
+        if let Gram::Factors(round) = &solution.gram {
+            let couplings = round.couplings()?;
+            let m = x.columns;
+            // Midpoints beside the diagonal are used without bounds, and nearly 0.
+            let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
+            for k in 0..m {
+                mid.set(k, k, round.norm(k).mid);
+                radius.set(k, k, round.norm(k).radius);
+            }
+            return Some(Self {
+                x,
+                quotients: round.quotients().to_vec(),
+                couplings,
+                leak: round.leak().to_vec(),
+                g: Bounded { mid, radius },
+            });
+        }
+        let pencil = pencil(scaled, None, zero, &x);
         let (quotients, couplings) = couplings(&pencil)?;
         Some(Self {
-            x: x.clone(),
+            x,
             quotients,
             couplings,
             leak: pencil.leak,
