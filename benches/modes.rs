@@ -3,8 +3,8 @@
 //! `cargo bench --bench modes --no-default-features --features engine`
 
 use divan::Bencher;
-use librate::modes::{Options, Problem, solve};
-use librate::precision::Ball;
+use librate::modes::{Options, PreciseProblem, Problem, Source, solve, solve_from};
+use librate::precision::{Ball, Big};
 
 fn main() {
     divan::main();
@@ -81,6 +81,32 @@ fn pendulums(bencher: Bencher<'_, '_>, n: usize) {
 fn rings(bencher: Bencher<'_, '_>, n: usize) {
     let problem = ring(n);
     bencher.bench(|| solve(&problem, &Options::default()));
+}
+
+/// Matrices of doubles, which are exact at any precision.
+struct Doubles(Problem);
+
+impl Source for Doubles {
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        let exact =
+            |a: &[Ball]| -> Vec<Big> { a.iter().map(|x| Big::from_ball(x, bits)).collect() };
+        Some(PreciseProblem {
+            dimension: self.0.dimension,
+            mass: exact(&self.0.mass),
+            stiffness: exact(&self.0.stiffness),
+            zero_vectors: Vec::new(),
+        })
+    }
+}
+
+/// Dense M and K, all frequencies. python-flint 0.9 takes 14 and 156 ms for K alone at n = 20 and 50.
+#[divan::bench(max_time = 3, args = [3, 20, 50, 100])]
+fn hundred_digits(bencher: Bencher<'_, '_>, n: usize) {
+    let entry = |i: usize, j: usize| ((1 + i * j) as f64).sin() / 3.0;
+    let dense = |i: usize, j: usize| entry(i, j) + if i == j { n as f64 } else { 0.0 };
+    let source = Doubles(problem(n, |i, j| dense(i + 1, j + 1), dense));
+    let options = Options::default().digits(100);
+    bencher.bench(|| solve_from(&source.0, &source, &options));
 }
 
 #[divan::bench(max_time = 3, args = [3, 50, 228])]

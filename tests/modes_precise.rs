@@ -6,8 +6,10 @@
 mod modes_support;
 
 use dashu_ratio::RBig;
-use librate::modes::{Kind, ModesError, Options, Stability, solve};
-use librate::precision::Rounding;
+use librate::modes::{
+    Kind, ModesError, Options, PreciseProblem, Source, Spectrum, Stability, solve, solve_from,
+};
+use librate::precision::{Big, Magnitude, Rounding};
 use modes_support::precise::*;
 use modes_support::*;
 use proptest::prelude::*;
@@ -54,6 +56,30 @@ fn only_columns_that_need_it() {
     let options = with_digits(200).lowest(3);
     let (spectrum, _) = solved_precisely(&m, &k, &[], &options);
     check_printed(&m, &k, &spectrum, 200);
+    // A few of many, taken on from what doubles give.
+    let springs = [vec![RBig::ZERO], ones(59), vec![RBig::ZERO]].concat();
+    let (m, k) = chain(&ones(60), &springs);
+    let (spectrum, asked) = solved_precisely(&m, &k, &[ones(60)], &with_digits(100).lowest(5));
+    assert!(spectrum.modes.len() == 5 && asked.len() == 1, "{asked:?}");
+    check_printed(&m, &k, &spectrum, 100);
+    check_vectors_of(&spectrum, 1e-14);
+    let (m, k) = ring(40);
+    let (spectrum, _) = solved_precisely(&m, &k, &[ones(40)], &with_digits(100).lowest(5));
+    check_printed(&m, &k, &spectrum, 100);
+    check_vectors_of(&spectrum, 1e-12);
+}
+
+/// All bounds below a limit, and the shapes as long as they should be in unit masses.
+fn check_vectors_of(spectrum: &Spectrum, limit: f64) {
+    for mode in &spectrum.modes {
+        let square: f64 = mode.vector.iter().map(|x| x * x).sum();
+        assert!(
+            mode.vector_error_bound < limit,
+            "{}",
+            mode.vector_error_bound
+        );
+        assert!((square - 1.0).abs() < 1e-12);
+    }
 }
 
 #[test]
@@ -177,6 +203,40 @@ fn a_zero_that_is_not_proved_stays_open() {
     let (spectrum, _) = solved_precisely(&m, &k, &[], &Options::default());
     assert_eq!(spectrum.stability, Stability::Unstable);
     check_printed(&m, &k, &spectrum, 10);
+}
+
+/// Matrices that are no better known than to 20 digits, whatever is asked.
+struct Vague(Exact, Exact);
+
+impl Source for Vague {
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        let radius = Magnitude::from_f64(1e-20);
+        let vague = |a: &Exact| -> Vec<Big> {
+            let entries = a.iter().flatten();
+            entries
+                .map(|x| big(x, bits).with_added_radius(radius))
+                .collect()
+        };
+        Some(PreciseProblem {
+            dimension: self.0.len(),
+            mass: vague(&self.0),
+            stiffness: vague(&self.1),
+            zero_vectors: Vec::new(),
+        })
+    }
+}
+
+#[test]
+fn what_is_known_better_stays() {
+    let (m, k) = chain(&ones(5), &ones(6));
+    let problem = problem(&m, &k);
+    let options = with_digits(50);
+    let alone = solve(&problem, &options).unwrap();
+    let helped = solve_from(&problem, &Vague(m, k), &options).unwrap();
+    for (a, b) in alone.modes.iter().zip(&helped.modes) {
+        assert!(b.precise.is_none() && b.omega.radius <= a.omega.radius);
+        assert!(b.omega.radius < 1e-28);
+    }
 }
 
 #[test]

@@ -313,8 +313,8 @@ pub fn solve_from(
             return Err(ModesError::ZeroVector { index });
         }
     };
-    let solution = climb(&scaled, &zero, source, options);
-    let solution = precise::further(&scaled, &zero, solution, source, options)?;
+    let below = |options: &Options| climb(&scaled, &zero, source, options);
+    let solution = precise::further(&scaled, &zero, &below, source, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))
 }
 

@@ -68,15 +68,31 @@ impl Precise {
     }
 }
 
+/// More digits than double-double has.
+const MANY: usize = 32;
+/// Fewer modes than this part of all are better taken on from what doubles give.
+const FEW: usize = 8;
+
 /// The outcome of the rungs below, or a better one where digits are missing or there is none.
 pub(super) fn further(
     scaled: &Scaled,
     zero: &ZeroSpace,
-    below: Result<Solution, ModesError>,
+    below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
     source: &dyn Source,
     options: &Options,
 ) -> Result<Solution, ModesError> {
-    match below {
+    let few = options
+        .lowest
+        .is_some_and(|wanted| FEW * wanted <= scaled.n);
+    if few
+        && options.digits >= MANY
+        && let Ok(solution) = below(&options.clone().digits(15))
+        && let Some(better) = climb(scaled, zero, Some(&solution), source, options)
+        && verdict(&better, options, &Goal::new(options.digits)).satisfied
+    {
+        return Ok(better);
+    }
+    match below(options) {
         Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
         Ok(solution) => {
             Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution))
@@ -101,6 +117,8 @@ fn is_final(error: &ModesError) -> bool {
 const MOST_BITS: i64 = 1000;
 /// Products of machine words for a round that are still worth starting: minutes.
 const MOST_WORK: f64 = 2e11;
+/// The same for a Cholesky factor, which fails where M is singular: seconds.
+const MOST_START: f64 = 4e9;
 /// Rounds of improvement, start and rises of precision included.
 const ROUNDS: usize = 48;
 /// Rounds without gain until nothing more is expected: close columns take some to become orthogonal
@@ -132,7 +150,7 @@ fn climb(
             let mut estimates = estimates(&solution.certificate);
             let mut background = None;
             if own.len() < total {
-                let some = Background::new(scaled, zero, &solution.x)?;
+                let some = Background::new(scaled, zero, solution)?;
                 own = some.lacking(options);
                 estimates = some.couplings.clone();
                 background = Some(some);
@@ -153,13 +171,14 @@ fn climb(
         if columns.own.len() == total {
             background = None;
         }
-        let data = matrices.data.as_ref()?;
+        let Some(data) = &matrices.data else { break };
         if work(data, &columns) > MOST_WORK {
             break;
         }
-        let measured = measure(data, &columns, background.as_ref(), &|size| {
-            goal.target(size)
-        })?;
+        let target = |size| goal.target(size);
+        let Some(measured) = measure(data, &columns, background.as_ref(), &target) else {
+            break;
+        };
         goal.largest = largest(&measured.couplings);
         let mut more = Vec::new();
         if let Some(enclosures) = certify(&measured.couplings) {
@@ -201,7 +220,8 @@ fn climb(
             }
         }
         if !more.is_empty() {
-            columns = widened(&columns, more, &background.as_ref()?.x);
+            let Some(background) = &background else { break };
+            columns = widened(&columns, more, &background.x);
             // Scores of different columns do not compare.
             best = best.map(|(_, solution)| (f64::INFINITY, solution));
             stalled = 0;
@@ -243,7 +263,7 @@ fn begin(matrices: &mut Matrices<'_>) -> Option<Columns> {
         matrices.at_least(bits)?;
         let data = matrices.data.as_ref()?;
         let words = (bits / 64) as f64;
-        if (data.n as f64).powi(3) * words * words > MOST_WORK {
+        if (data.n as f64).powi(3) * words * words > MOST_START {
             return None;
         }
         if let Some(columns) = start::start(data) {
@@ -282,11 +302,29 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
 }
 
 impl Background {
-    fn new(scaled: &Scaled, zero: &ZeroSpace, x: &Matrix) -> Option<Self> {
-        let pencil = pencil(scaled, None, zero, x);
+    fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
+        let x = solution.x.clone();
+        if let Gram::Factors(round) = &solution.gram {
+            let couplings = round.couplings()?;
+            let m = x.columns;
+            // Midpoints beside the diagonal are used without bounds, and nearly 0.
+            let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
+            for k in 0..m {
+                mid.set(k, k, round.norm(k).mid);
+                radius.set(k, k, round.norm(k).radius);
+            }
+            return Some(Self {
+                x,
+                quotients: round.quotients().to_vec(),
+                couplings,
+                leak: round.leak().to_vec(),
+                g: Bounded { mid, radius },
+            });
+        }
+        let pencil = pencil(scaled, None, zero, &x);
         let (quotients, couplings) = couplings(&pencil)?;
         Some(Self {
-            x: x.clone(),
+            x,
             quotients,
             couplings,
             leak: pencil.leak,
@@ -355,8 +393,7 @@ struct Verdict {
 }
 
 fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
-    let found = solution.certificate.eigenvalues.len();
-    let wanted = options.lowest.unwrap_or(usize::MAX).min(found);
+    let wanted = options.lowest.unwrap_or(usize::MAX);
     let mut result = Verdict {
         satisfied: true,
         met: true,
@@ -364,17 +401,24 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
         roundings: false,
         score: 0.0,
     };
-    for position in 0..wanted {
-        let Some(Some(value)) = solution.precise.get(position) else {
-            continue;
+    let values = solution.certificate.eigenvalues.iter();
+    for (ball, precise) in values.zip(&solution.precise).take(wanted) {
+        let (size, radius, covered) = match precise {
+            Some(value) => {
+                let covered = covers_precisely(value, options.digits);
+                (value.abs_upper().to_f64(), value.radius().log2(), covered)
+            }
+            None => (
+                ball.abs_upper(),
+                ball.radius.log2(),
+                covers(ball, options.digits),
+            ),
         };
         // Beyond what is aimed at nothing is gained.
-        let size = value.abs_upper().to_f64();
-        let radius = value.radius().log2();
         let target = goal.target(size).log2();
         result.score += radius.max(target);
-        if !covers_precisely(value, options.digits) {
-            let small = value.contains_zero() || size < goal.floor();
+        if !covered {
+            let small = ball.contains_zero() || size < goal.floor();
             result.signs |= small;
             result.roundings |= !small;
             result.satisfied = false;
@@ -423,12 +467,18 @@ fn assemble(
         let bits = (length(quotient) + 8).max(64);
         let value = Big::from_parts(quotient.clone(), -data.quotient_scale(), bits)
             .with_added_radius(Magnitude::from_f64(radius));
-        let ball = value.to_ball();
         // Both bounds hold for the same eigenvalue.
         let before = solved.map(|solved| solved.certificate.eigenvalues[position]);
-        let keep = before.filter(|before| own[i].is_none() && before.radius <= ball.radius);
-        eigenvalues.push(keep.unwrap_or(ball));
-        precise.push(own[i].map(|_| value));
+        match before.filter(|before| before.radius <= value.radius().to_f64()) {
+            Some(before) => {
+                eigenvalues.push(before);
+                precise.push(None);
+            }
+            None => {
+                eigenvalues.push(value.to_ball());
+                precise.push(own[i].map(|_| value));
+            }
+        }
     }
     let mut clusters = enclosures.clusters;
     for cluster in &mut clusters {
