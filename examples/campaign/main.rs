@@ -203,7 +203,10 @@ fn row(name: &str, tallies: &[&Tally]) -> Vec<String> {
     cells.extend((0..WRONGS.len()).map(|w| sum(&|t| t.wrong[w]).to_string()));
     let least = tallies.iter().flat_map(|t| &t.fewer).min();
     let fewer = sum(&|t| t.fewer.len());
-    cells.push(least.map_or("0".to_owned(), |least| format!("{fewer} (≥ {least})")));
+    cells.push(match least {
+        Some((digits, index)) => format!("{fewer} (model {index}: {digits})"),
+        None => "0".to_owned(),
+    });
     cells.push(sum(&|t| t.undecided).to_string());
     cells.push(sum(&|t| t.zeros).to_string());
     cells.push(sum(&|t| t.ties).to_string());

@@ -33,7 +33,8 @@ pub(crate) struct Tally {
     pub(crate) coordinates: Vec<usize>,
     pub(crate) numbers: usize,
     pub(crate) wrong: [usize; WRONGS.len()],
-    pub(crate) fewer: Vec<usize>,
+    /// Digits of numbers with fewer than asked for, and the models they are from.
+    pub(crate) fewer: Vec<(usize, usize)>,
     pub(crate) undecided: usize,
     pub(crate) zeros: usize,
     pub(crate) ties: usize,
@@ -146,7 +147,9 @@ impl Survey {
         tally.models += 1;
         tally.coordinates.push(outcome.coordinates);
         tally.numbers += outcome.numbers;
-        tally.fewer.extend(outcome.fewer);
+        tally
+            .fewer
+            .extend(outcome.fewer.iter().map(|digits| (*digits, index)));
         tally.undecided += outcome.undecided;
         tally.zeros += outcome.zeros;
         tally.ties += outcome.ties;
