@@ -249,6 +249,20 @@ proptest! {
     }
 }
 
+/// x + |x| vanishes for one sign of |x| only; for the other one a point modulo a prime has no 64th root,
+/// mostly, and would never tell.
+#[test]
+fn a_root_of_what_vanishes_on_one_side_is_not_zero() {
+    let (mut pool, symbols) = start();
+    let x = pool.symbol_expr(symbols[0]);
+    let size = pool.abs(x);
+    let sum = pool.add(x, size);
+    for degree in [2, 4, 64] {
+        let root = pool.powr(sum, &Number::ratio(1, degree).unwrap());
+        assert_ne!(pool.is_zero(root), ZeroVerdict::Zero, "{degree}");
+    }
+}
+
 /// The other tests would pass on expressions that have no values; most have.
 #[test]
 fn most_random_expressions_have_values() {

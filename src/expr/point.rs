@@ -31,6 +31,9 @@ pub struct Certainty {
     pub random_function: bool,
     /// Angles or exponents may depend on each other in a way that is not taken account of.
     pub dependent_angles: bool,
+    /// A root was taken of something that vanishes at this point, which it may do for one choice of
+    /// signs only, while for the other the root does not exist.
+    pub vanishing_root: bool,
 }
 
 impl Certainty {
@@ -326,6 +329,7 @@ impl Point<'_> {
 
     /// The square root (or a higher one) of a value that is not a number's.
     pub(super) fn root(&mut self, value: u64, degree: u64) -> u64 {
+        self.certainty.vanishing_root |= value == 0;
         let mut root = value;
         let mut rest = degree;
         while rest.is_multiple_of(2) {

@@ -57,6 +57,9 @@ impl Pool {
                 continue;
             };
             let certainty = point.certainty;
+            if certainty.vanishing_root {
+                return ZeroVerdict::Unknown;
+            }
             if point.values.first() == Some(&0) {
                 zeros += 1;
                 let enough = if certainty.random_sign || certainty.missing_root {

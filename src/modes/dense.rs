@@ -386,9 +386,9 @@ fn tile<const FUSED: bool, const N: usize>(
         }
         carry_over(&mut total, &s, &t);
     }
-    for l in 0..N {
-        c.hi[to + l] = total[l].hi;
-        c.lo[to + l] = total[l].lo;
+    for (l, total) in total.iter().enumerate() {
+        c.hi[to + l] = total.hi;
+        c.lo[to + l] = total.lo;
     }
 }
 
@@ -408,9 +408,9 @@ fn add_product<const FUSED: bool>(a: (f64, f64), b: (f64, f64), s: &mut f64, t: 
 
 #[inline(always)]
 fn carry_over<const N: usize>(total: &mut [DoubleDouble; N], s: &[f64; N], t: &[f64; N]) {
-    for l in 0..N {
-        let (hi, lo) = two_sum(s[l], t[l]);
-        total[l] = total[l] + DoubleDouble { hi, lo };
+    for (total, (s, t)) in total.iter_mut().zip(s.iter().zip(t)) {
+        let (hi, lo) = two_sum(*s, *t);
+        *total = *total + DoubleDouble { hi, lo };
     }
 }
 

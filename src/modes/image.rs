@@ -260,7 +260,7 @@ mod tests {
         for (m, n, slices, grading) in [(3, 30, 4, 0.0), (5, 40, 6, 0.0), (4, 33, 6, 20.0)] {
             let (xt, a) = (sample(m, n, grading, 3), sample(n, n, grading, 5));
             let (value, error) = sliced_product(&xt, &a, slices);
-            for row in 0..m {
+            for (row, bound) in error.iter().enumerate() {
                 let mut squares = RBig::ZERO;
                 for column in 0..n {
                     let sum = (0..n).fold(RBig::ZERO, |sum, k| {
@@ -268,7 +268,7 @@ mod tests {
                     });
                     squares += square(&(exact(value.get(row, column)) - sum));
                 }
-                let bound = RBig::try_from(error[row]).unwrap();
+                let bound = RBig::try_from(*bound).unwrap();
                 assert!(squares <= square(&bound), "{m} {n} {slices}");
                 // The bound is of use: not a million times too large where nothing is graded.
                 let close = square(&(bound * RBig::try_from(1e-6).unwrap()));
@@ -302,7 +302,7 @@ mod tests {
         let sums = row_products(&xt, &image);
         let size = |x: RBig| if x < RBig::ZERO { -x } else { x };
         let unit = RBig::try_from(super::super::dense::product_bound(n)).unwrap();
-        for row in 0..m {
+        for (row, found) in sums.iter().enumerate() {
             let (mut total, mut sizes) = (RBig::ZERO, RBig::ZERO);
             for column in 0..n {
                 let terms = (0..n).map(|k| exact(xt.get(row, k)) * exact(a.get(k, column)));
@@ -315,7 +315,7 @@ mod tests {
                 total += &term;
                 sizes += size(term);
             }
-            assert!(size(exact(sums[row]) - total) <= &unit * sizes);
+            assert!(size(exact(*found) - total) <= &unit * sizes);
         }
     }
 }

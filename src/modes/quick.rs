@@ -239,9 +239,8 @@ impl Round {
             .collect();
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
         let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
-        for j in 0..m {
-            let (h_error, g_error, leak, mu) =
-                (self.h_error[j], self.g_error[j], self.leak[j], size[j]);
+        for (j, &mu) in size.iter().enumerate() {
+            let (h_error, g_error, leak) = (self.h_error[j], self.g_error[j], self.leak[j]);
             let columns = self.h.column(j).iter().zip(self.g.column(j));
             let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
             for ((((to_h, to_g), (x, y)), length), other) in

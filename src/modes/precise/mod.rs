@@ -247,7 +247,9 @@ impl Matrices<'_> {
         if self.data.as_ref().is_some_and(|data| data.scale >= bits) {
             return Some(());
         }
-        let scale = (bits + HEADROOM).min(MOST_BITS);
+        // By half at least, so that all steps together cost little more than the last one.
+        let before = self.data.as_ref().map_or(0, |data| data.scale);
+        let scale = (bits + HEADROOM).max(before + before / 2).min(MOST_BITS);
         // The largest entries are below 4.
         let problem = self.source.precisely(usize::try_from(scale + 4).ok()?)?;
         let (shift, power) = (&self.scaled.shift, self.scaled.power);
