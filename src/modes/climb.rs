@@ -1,0 +1,388 @@
+//! The ladder: from doubles upwards until every digit that is wanted is covered.
+//!
+//! The same loop on every rung: look at columns, enclose all eigenvalues, refine the columns. Large
+//! problems start with products of doubles (`quick`), small ones with double-double; where entries
+//! have lost what is wanted the energies are asked for (`factored`).
+
+use super::certify::{Cluster, Couplings, certify};
+use super::dense::Matrix;
+use super::factored::Factored;
+use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
+use super::quick::{Quick, Round};
+use super::start::{self, Failure};
+use super::{ModesError, Options, Source, refine, shape};
+use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
+
+/// Most rounds of refinement; each squares the error, so that more do not help.
+const ROUNDS: usize = 6;
+
+/// From this dimension on most of the work is left to doubles (`quick`): as fast at 60, three times as fast
+/// at 228 (benches/modes.rs, `chains`).
+const QUICK: usize = 60;
+
+/// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
+/// digits of eigenvalues a millionth of the largest, or all of a double-double.
+const SLICES: [usize; 2] = [4, 6];
+
+/// How accurate shapes have to be.
+const SHAPES: f64 = 1e-12;
+
+/// Certified columns.
+pub(super) struct Solution {
+    pub(super) x: Matrix,
+    pub(super) gram: Gram,
+    /// A bound, for each column, of the M-length of its part along the zero vectors.
+    pub(super) leak: Vec<f64>,
+    pub(super) certificate: Certificate,
+    /// Eigenvalues beyond double-double, by position; may end early.
+    pub(super) precise: Vec<Option<Big>>,
+}
+
+/// XᵀMX, in the form in which a rung leaves it.
+pub(super) enum Gram {
+    Entries(pencil::Bounded),
+    Factors(Box<Round>),
+}
+
+impl Gram {
+    pub(super) fn diagonal(&self, k: usize) -> Ball {
+        match self {
+            Self::Entries(g) => g.ball(k, k),
+            Self::Factors(round) => round.norm(k),
+        }
+    }
+
+    /// The entries of some columns, without bounds.
+    pub(super) fn block(&self, columns: &[usize]) -> Matrix {
+        match self {
+            Self::Factors(round) => round.gram(columns),
+            Self::Entries(g) => {
+                let mut block = Matrix::zeros(columns.len(), columns.len());
+                for (q, &j) in columns.iter().enumerate() {
+                    for (p, &i) in columns.iter().enumerate() {
+                        block.set(p, q, g.mid.get(i, j));
+                    }
+                }
+                block
+            }
+        }
+    }
+}
+
+/// What is proved about the columns.
+pub(super) struct Certificate {
+    /// The columns by rising eigenvalue.
+    pub(super) order: Vec<usize>,
+    /// The eigenvalues by rising position: the k-th ball holds the k-th eigenvalue.
+    pub(super) eigenvalues: Vec<Ball>,
+    /// The clusters by rising position; together they hold every position once.
+    pub(super) clusters: Vec<Cluster>,
+}
+
+impl Certificate {
+    pub(super) fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
+        let enclosures = certify(&couplings)?;
+        let order = couplings.order;
+        let eigenvalues = order
+            .iter()
+            .zip(&enclosures.radii)
+            .map(|(&column, &radius)| Ball::new(quotients[column], radius))
+            .collect();
+        Some(Self {
+            order,
+            eigenvalues,
+            clusters: enclosures.clusters,
+        })
+    }
+}
+
+/// The first approximation, in doubles if they will do.
+pub(super) fn first(scaled: &Scaled, zero: &Matrix) -> Result<(Matrix, bool), ModesError> {
+    match start::in_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
+        Ok(x) => Ok((x, false)),
+        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
+        Err(Failure::NotPositiveDefinite(_)) => Ok((careful(scaled, zero)?, true)),
+    }
+}
+
+pub(super) fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesError> {
+    match start::in_double_doubles(&scaled.mass.mid, &scaled.stiffness.mid, zero) {
+        Ok(x) => Ok(x),
+        Err(Failure::NoConvergence) => Err(ModesError::NoConvergence),
+        Err(Failure::NotPositiveDefinite(direction)) => {
+            let balls: Vec<Ball> = direction.into_iter().map(Ball::from).collect();
+            Err(not_positive_definite(scaled, &balls))
+        }
+    }
+}
+
+pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
+    let singular = !scaled.mass.form(direction).is_negative();
+    let physical: Vec<f64> = direction
+        .iter()
+        .zip(&scaled.shift)
+        .map(|(x, &s)| x.mid.scale(s).hi)
+        .collect();
+    // Out of range the direction cannot be told; what is finite of it still points somewhere.
+    let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
+    let larger = |a: f64, &b: &f64| if finite(b).abs() > a.abs() { b } else { a };
+    let largest = physical.iter().fold(0.0, larger);
+    let direction = if largest == 0.0 {
+        vec![1.0; physical.len()]
+    } else {
+        physical
+            .iter()
+            .map(|&x| finite(x) / largest + 0.0)
+            .collect()
+    };
+    ModesError::NotPositiveDefinite {
+        direction,
+        singular,
+    }
+}
+
+/// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
+pub(super) fn climb(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Solution, ModesError> {
+    let mut climb = Climb {
+        scaled,
+        zero,
+        options,
+        best: None,
+    };
+    let (mut x, careful) = first(scaled, &zero.mid)?;
+    if scaled.n >= QUICK && !careful {
+        match quick(scaled, zero, options, &x) {
+            Tried::Satisfied(solution) => return Ok(*solution),
+            Tried::Improved(better) => x = better,
+        }
+    }
+    let failed = match climb.rounds(None, x, careful) {
+        Ok(true) => None,
+        Ok(false) => Some(ModesError::NoConvergence),
+        Err(error) => Some(error),
+    };
+    // The same once more with energies in place of entries.
+    if failed.is_some()
+        && let Some(factors) = source.factors()
+    {
+        let factored = Factored::new(scaled, &factors)?;
+        let columns = scaled.n - zero.mid.columns;
+        let start = factored.singular_vectors(scaled, columns);
+        let x = match (start, &climb.best) {
+            (Some(x), _) => x,
+            (None, Some((_, solution))) => solution.x.clone(),
+            (None, None) => self::careful(scaled, &zero.mid)?,
+        };
+        // What has been found so far still stands if this finds nothing.
+        let _ = climb.rounds(Some(&factored), x, true);
+    }
+    match (climb.best, failed) {
+        (Some((_, solution)), _) => Ok(solution),
+        (None, Some(error)) => Err(error),
+        (None, None) => Err(ModesError::NoConvergence),
+    }
+}
+
+/// The best columns so far, with their score.
+struct Climb<'a> {
+    scaled: &'a Scaled,
+    zero: &'a ZeroSpace,
+    options: &'a Options,
+    best: Option<(f64, Solution)>,
+}
+
+impl Climb<'_> {
+    /// Refines from x on, in double-double; whether everything that is wanted is covered.
+    fn rounds(
+        &mut self,
+        factored: Option<&Factored>,
+        mut x: Matrix,
+        mut tried_careful: bool,
+    ) -> Result<bool, ModesError> {
+        let (scaled, zero, options) = (self.scaled, self.zero, self.options);
+        let (mut before, mut idle) = (f64::INFINITY, 0);
+        for round in 0..=ROUNDS {
+            let pencil = pencil(scaled, factored, zero, &x);
+            let certificate = couplings(&pencil)
+                .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+            let Some(certificate) = certificate else {
+                if before.is_finite() {
+                    break;
+                }
+                if round == ROUNDS {
+                    return Err(unproved(scaled, &pencil, &x));
+                }
+                if tried_careful {
+                    x = refine::refine(&pencil, zero, &x);
+                } else {
+                    tried_careful = true;
+                    x = careful(scaled, &zero.mid)?;
+                }
+                continue;
+            };
+            let satisfied = satisfied(&certificate, options, round);
+            let score = score(&certificate, options);
+            let next = (!satisfied && round < ROUNDS).then(|| refine::refine(&pencil, zero, &x));
+            // Less than a few bits gained in all: double-double has nothing more to give. Graded
+            // problems may lose a little first, while clusters are taken apart.
+            idle = if score > before - 4.0 { idle + 1 } else { 0 };
+            let stuck = idle > usize::from(factored.is_some());
+            before = before.min(score);
+            if satisfied || self.best.as_ref().is_none_or(|(best, _)| score <= *best) {
+                let solution = Solution {
+                    x,
+                    gram: Gram::Entries(pencil.g),
+                    leak: pencil.leak,
+                    certificate,
+                    precise: Vec::new(),
+                };
+                self.best = Some((score, solution));
+            }
+            match next {
+                Some(next) if !stuck => x = next,
+                _ => return Ok(satisfied),
+            }
+        }
+        Ok(false)
+    }
+}
+
+/// What the rung in doubles comes to.
+enum Tried {
+    Satisfied(Box<Solution>),
+    /// Not everything that is wanted is covered; better columns than before.
+    Improved(Matrix),
+}
+
+/// The rung in doubles: as long as refinement gains something.
+fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
+    let quick = Quick::new(scaled, zero);
+    let mut xt = x.transposed();
+    let mut before = f64::INFINITY;
+    for number in 0..=ROUNDS {
+        let few = number == 0 || number == 1 && options.digits <= 12;
+        let round = quick.round(xt, SLICES[usize::from(!few)]);
+        // What doubles come to may be known to be too little for the shapes before it is certified.
+        let step = (number == 0 && options.vectors)
+            .then(|| refine::Step::new(&round, round.columns().rows))
+            .filter(|step| step.size() > SHAPES);
+        if let Some(step) = step {
+            xt = refine::refine_rows(&quick, &round, &step);
+            continue;
+        }
+        let certificate = round
+            .couplings()
+            .and_then(|couplings| Certificate::new(round.quotients(), couplings));
+        let Some(certificate) = certificate else {
+            return Tried::Improved(round.columns().transposed());
+        };
+        if satisfied(&certificate, options, number) {
+            return Tried::Satisfied(Box::new(Solution {
+                x: round.columns().transposed(),
+                leak: round.leak().to_vec(),
+                gram: Gram::Factors(Box::new(round)),
+                certificate,
+                precise: Vec::new(),
+            }));
+        }
+        let score = score(&certificate, options);
+        if score > before - 4.0 {
+            return Tried::Improved(round.columns().transposed());
+        }
+        before = score;
+        let step = refine::Step::new(&round, round.columns().rows);
+        xt = refine::refine_rows(&quick, &round, &step);
+    }
+    Tried::Improved(xt.transposed())
+}
+
+/// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
+/// of the column that is known worst.
+fn unproved(scaled: &Scaled, pencil: &Pencil, x: &Matrix) -> ModesError {
+    let worst = (0..x.columns)
+        .max_by(|&i, &j| {
+            pencil
+                .g
+                .radius
+                .get(i, i)
+                .total_cmp(&pencil.g.radius.get(j, j))
+        })
+        .unwrap_or(0);
+    let direction: Vec<Ball> = (0..scaled.n)
+        .map(|row| Ball::from(x.get(row, worst)))
+        .collect();
+    not_positive_definite(scaled, &direction)
+}
+
+/// The bits of all radii and vector errors together: what a round has gained shows here.
+fn score(certificate: &Certificate, options: &Options) -> f64 {
+    let values: f64 = certificate
+        .eigenvalues
+        .iter()
+        .map(|x| (x.radius + 1e-300).log2())
+        .sum();
+    let vectors = certificate
+        .clusters
+        .iter()
+        .map(|c| (shape::rough_error(c) + 1e-17).log2());
+    if options.vectors {
+        values + vectors.sum::<f64>()
+    } else {
+        values
+    }
+}
+
+/// Whether the enclosures cover the wanted digits, and the vectors are good enough.
+pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usize) -> bool {
+    let wanted = options.lowest.unwrap_or(usize::MAX);
+    // Columns that are not separated in doubles may well be in double-double, and whether they are
+    // in doubles depends on rounding errors: one round decides alike on every machine.
+    let separated = |cluster: &Cluster| {
+        cluster.start >= wanted
+            || if cluster.len() == 1 {
+                shape::rough_error(cluster) < SHAPES
+            } else {
+                round > 0
+            }
+    };
+    if options.vectors && !certificate.clusters.iter().all(separated) {
+        return false;
+    }
+    covered(certificate, options)
+}
+
+/// Whether the enclosures cover the wanted digits.
+pub(super) fn covered(certificate: &Certificate, options: &Options) -> bool {
+    certificate
+        .eigenvalues
+        .iter()
+        .take(options.lowest.unwrap_or(usize::MAX))
+        .all(|x| covers(x, options.digits))
+}
+
+/// Whether √|x| has `digits` digits, correctly rounded, with two to spare for what is derived.
+pub(super) fn covers(x: &Ball, digits: usize) -> bool {
+    if x.contains_zero() {
+        return false;
+    }
+    let relative = x.radius / x.mid.hi.abs();
+    if relative > 10f64.powi(-(digits.min(300) as i32) - 3) {
+        return false;
+    }
+    // Near a tie the bound has to be narrower. In doubles, if they can tell: 10^12 has a spacing
+    // of 1e-4.
+    let root = x.mid.hi.abs().sqrt();
+    if digits <= 12 {
+        let place = 10f64.powi(digits as i32 - 1 - root.log10().floor() as i32);
+        let fraction = (root * place).fract();
+        if root.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
+            return true;
+        }
+    }
+    decimal(&x.abs().sqrt(), digits).rounding == Rounding::Correct
+}
