@@ -56,10 +56,7 @@ const FAILS: &[(&str, &str)] = &[
 /// has no more. But for three: in `gear_train` nothing sets off the search for the zero mode, in
 /// `body_off_origin` the rotation is found and dropped as if it were one of the translations, and in
 /// `molecule_in_si` the search for the equilibrium stops at its first step.
-const FEWER: &[(&str, usize)] = &[
-    ("body_off_origin", 10),
-    ("cancelling_energies_severe", 10),
-];
+const FEWER: &[(&str, usize)] = &[("body_off_origin", 10), ("cancelling_energies_severe", 10)];
 
 fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir("models/hard")
