@@ -9,7 +9,6 @@ use nalgebra::DMatrix;
 
 use super::assemble::{Assembly, Values, evaluate_closed, parameters_of};
 use super::equilibrium::Search;
-use super::newton::Spectrum;
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 use crate::precision::{Ball, Scalar};
@@ -179,18 +178,19 @@ impl Search<'_> {
     }
 
     /// Whether a point without a proof may pass for one at rest: what is left to go is next to
-    /// nothing in units in which no coordinate hides behind another.
-    pub(super) fn rests(&self, at: &[Ball]) -> bool {
+    /// nothing beside the way from the start, in units in which no coordinate hides behind another.
+    pub(super) fn rests(&self, at: &[Ball], start: &[Ball]) -> bool {
         let gradient = self.gradient(at);
         if self.free.iter().all(|i| gradient[*i].contains_zero()) {
             return true;
         }
         let metric = self.stiffness_metric(at);
         let force = self.weighted(&gradient, &metric);
-        let spectrum: Option<Spectrum> = self.spectrum(at, &metric);
-        spectrum.is_some_and(|spectrum| {
+        let way: Vec<Ball> = at.iter().zip(start).map(|(a, b)| a.sub(b)).collect();
+        let scale = self.weighted_size(at, &metric) + self.weighted_size(&way, &metric);
+        self.spectrum(at, &metric).is_some_and(|spectrum| {
             let left = spectrum.newton(&force).norm();
-            !spectrum.pushes_neutral(&force) && left <= 1e-10 * self.weighted_size(at, &metric)
+            !spectrum.pushes_neutral(&force) && left <= 1e-10 * scale
         })
     }
 }

@@ -3,7 +3,8 @@
 //! The search is a Newton iteration on the generalised forces, so that saddles and maxima count as
 //! well as minima; it works in mass-weighted coordinates, in which forces on coordinates of
 //! different units can be compared, and is damped so that the force falls at every step the way the
-//! linear model foresees, which keeps it near its start. The forces themselves are evaluated in
+//! linear model foresees, which keeps it near its start. Where that way ends, the units are those of
+//! the stiffness, and then the potential is gone down (`descent`). The forces themselves are evaluated in
 //! double-double with bounds: a component whose enclosure holds zero is at rounding level and does not
 //! move the point, which is how neutral directions (free bodies) stay where they are. Then a proof is
 //! tried that an equilibrium is there ([`Setting`]), which also says how close: that is the radius of
@@ -53,7 +54,8 @@ pub struct Equilibrium {
     /// singular or nearly so, for no symmetry that was found), the radii are an estimate, twice the
     /// last possible Newton step, and so is all that depends on them.
     ///
-    /// Coordinates that are given are given: the forces on them are zero to within rounding.
+    /// Coordinates that are given are given: the forces on them are zero to within the rounding of
+    /// numbers of 320 bits, or of doubled doubles beside coordinates that are not proved.
     pub proved: bool,
     /// What was shown, unless the forces vanish exactly or nothing was.
     pub(crate) proof: Option<Arc<Proof>>,
@@ -260,7 +262,7 @@ impl Search<'_> {
         let start = at.clone();
         let masses = self.metric(&start);
         let spectrum = match self.run(at, &masses)? {
-            Outcome::Rests(steps, proof) if proof.is_some() || self.rests(at) => {
+            Outcome::Rests(steps, proof) if proof.is_some() || self.rests(at, &start) => {
                 return Ok((steps, proof));
             }
             Outcome::Rests(..) => None,
@@ -273,7 +275,7 @@ impl Search<'_> {
         let metrics = [masses, self.stiffness_metric(&start)];
         let mut trial = start.clone();
         if let Ok(Outcome::Rests(steps, proof)) = self.run(&mut trial, &metrics[1])
-            && (proof.is_some() || self.rests(&trial))
+            && (proof.is_some() || self.rests(&trial, &start))
         {
             *at = trial;
             return Ok((steps, proof));
