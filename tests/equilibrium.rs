@@ -118,3 +118,42 @@ fn a_claimed_equilibrium_is_verified() {
     let fine = found("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2  equilibrium x = 1");
     assert_eq!(fine, [1.0, 1.0]);
 }
+
+#[test]
+fn where_newton_has_no_way_on_a_minimum_is_found() {
+    for k in ["1e6", "1e8", "1e10", "1e12"] {
+        let text = format!(
+            "param k = {k}  coord x, y  T = 1/2*(x'^2 + y'^2)
+            V = 1/2*k*(norm([x, y]) - 1)^2 + 9.81*y - 3*x  guess x = 0.1  guess y = -1"
+        );
+        let weight = 3.0_f64.hypot(9.81);
+        let length = 1.0 + weight / k.parse::<f64>().unwrap();
+        let point = found(&text);
+        assert!((point[0] - 3.0 / weight * length).abs() < 1e-14, "{k}");
+        assert!((point[1] + 9.81 / weight * length).abs() < 1e-14, "{k}");
+    }
+}
+
+#[test]
+fn a_force_that_differs_from_place_to_place_is_not_called_the_same() {
+    // Hardly any stiffness where the search starts: yet the springs hold.
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)
+        V = 1/2*1e-8*x^2 + 15*x^4 + 1e6*(y - x)^2 - 60*x - 60*y";
+    let point = found(text);
+    let x: f64 = point[0];
+    assert!((60.0 * x.powi(3) + 1e-8 * x - 120.0).abs() < 1e-9, "{x}");
+}
+
+#[test]
+fn a_force_within_its_bound_is_not_called_none() {
+    let energies = "param c = ln(6) - ln(2) - ln(3)  coord x  T = 1/2*x'^2
+        V = 1e25*c*x + 1/2*x^2 - 1e-8*x";
+    let linearized = at(energies).unwrap();
+    let x = linearized.equilibrium().values[0];
+    assert!(x.lower() <= 1e-8 && x.upper() >= 1e-8);
+    let error = at(&format!("{energies}  equilibrium x = 0")).unwrap_err();
+    assert!(
+        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
+        "{error}"
+    );
+}

@@ -29,28 +29,13 @@ use serde_json::Value;
 const SLOW: &[&str] = &["chain_2000"];
 
 /// Not solved, or not rightly, and why.
-const FAILS: &[(&str, &str)] = &[
-    (
-        "gear_train_uneven",
-        "a zero vector is read off modulo a prime that is too small for its fractions, and refused later",
-    ),
-    (
-        "hidden_force",
-        "what the bound of the force leaves open is not carried on to a place that is not searched for",
-    ),
-    (
-        "irrational_equilibrium",
-        "the search makes no way along a curved valley",
-    ),
-    (
-        "irrational_equilibrium_stiff",
-        "the search takes a soft direction beside a stiff one for none at all",
-    ),
-    (
-        "light_beside_heavy",
-        "the rounding of the force on a light coordinate hides any force on a heavy one",
-    ),
-];
+const FAILS: &[(&str, &str)] = &[(
+    "gear_train_uneven",
+    "a zero vector is read off modulo a prime that is too small for its fractions, and refused later",
+)(
+    "irrational_equilibrium_stiff",
+    "the minimum is reached downhill, but Newton's finish and its proof fail beside a stiffness of 1e14",
+)];
 
 /// Right, but fewer digits than asked for, or undecided, from this number of digits on: double-double
 /// has no more. But for three: in `gear_train` nothing sets off the search for the zero mode, in

@@ -25,6 +25,8 @@ pub struct ElementFamily {
     pub potential: Vec<Element>,
     /// The instances: coordinates and constants.
     pub terms: TermFamily,
+    /// The term's share of V - T0.
+    pub(super) effective: ExprId,
     parameters: Vec<usize>,
     constants: Vec<u32>,
     inertia_tape: Tape,
@@ -135,7 +137,8 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
         if family.count == 0 {
             continue;
         }
-        let (parts, coefficients) = split(&mut model.pool, &mut splitter, &family, negative);
+        let (effective, parts, coefficients) =
+            split(&mut model.pool, &mut splitter, &family, negative);
         if !coefficients.is_empty() {
             linear.push(VelocityLinear {
                 family: family.clone(),
@@ -155,7 +158,7 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
             });
             indices.push(index);
         }
-        if let Some(family) = compile(model, family, inertia, potential, indices) {
+        if let Some(family) = compile(model, family, effective, (inertia, potential), indices) {
             families.push(family);
         }
     }
@@ -176,13 +179,13 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
 
 type Parts = (Vec<Element>, Vec<Element>);
 
-/// Inertia, effective potential and velocity-linear coefficients of one term.
+/// V - T0 of one term; inertia, effective potential and velocity-linear coefficients.
 fn split(
     pool: &mut Pool,
     splitter: &mut Splitter,
     family: &TermFamily,
     negative: bool,
-) -> (Parts, Vec<(usize, ExprId)>) {
+) -> (ExprId, Parts, Vec<(usize, ExprId)>) {
     let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
     let mut at_rest = Substitution::default();
@@ -213,7 +216,7 @@ fn split(
         Variable::Coordinate,
     );
     if !moving {
-        return ((Vec::new(), potential), Vec::new());
+        return (effective, (Vec::new(), potential), Vec::new());
     }
     let mut inertia = Vec::new();
     let mut coefficients: Vec<Vec<ExprId>> = vec![Vec::new(); velocities.len()];
@@ -236,7 +239,7 @@ fn split(
             linear.push((place, coefficient));
         }
     }
-    ((inertia, potential), linear)
+    (effective, (inertia, potential), linear)
 }
 
 fn is_zero(pool: &Pool, e: ExprId) -> bool {
@@ -261,8 +264,8 @@ pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
 fn compile(
     model: &Model,
     terms: TermFamily,
-    inertia: Vec<Element>,
-    potential: Vec<Element>,
+    effective: ExprId,
+    (inertia, potential): Parts,
     constants: Vec<u32>,
 ) -> Option<ElementFamily> {
     let mut force_roots = Vec::new();
@@ -296,6 +299,7 @@ fn compile(
         inertia,
         potential,
         terms,
+        effective,
         parameters,
         constants,
     })

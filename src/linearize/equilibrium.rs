@@ -3,7 +3,8 @@
 //! The search is a Newton iteration on the generalised forces, so that saddles and maxima count as
 //! well as minima; it works in mass-weighted coordinates, in which forces on coordinates of
 //! different units can be compared, and is damped so that the force falls at every step the way the
-//! linear model foresees, which keeps it near its start. The forces themselves are evaluated in
+//! linear model foresees, which keeps it near its start. Where that way ends, the units are those of
+//! the stiffness, and then the potential is gone down (`descent`). The forces themselves are evaluated in
 //! double-double with bounds: a component whose enclosure holds zero is at rounding level and does not
 //! move the point, which is how neutral directions (free bodies) stay where they are. Then a proof is
 //! tried that an equilibrium is there ([`Setting`]), which also says how close: that is the radius of
@@ -14,16 +15,17 @@ use std::sync::Arc;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use super::assemble::{Assembly, Values};
-use super::error::{LinearizeError, combination_words};
+use super::assemble::{Assembly, Values, evaluate_closed};
+use super::descent::Energy;
+use super::error::LinearizeError;
 use super::existence::{Proof, Setting};
 use super::newton::{Force, Spectrum};
-use super::symbolic::force_text;
+use super::symbolic::{equilibrium_expressions, force_text, forces_vanish};
 use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
 use crate::model::Model;
-use crate::precision::{Ball, DoubleDouble, Scalar};
+use crate::precision::{Ball, Big, DoubleDouble, Scalar};
 
 /// Where a coordinate of the equilibrium comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,7 +54,8 @@ pub struct Equilibrium {
     /// singular or nearly so, for no symmetry that was found), the radii are an estimate, twice the
     /// last possible Newton step, and so is all that depends on them.
     ///
-    /// Coordinates that are given are given: the forces on them are zero to within rounding.
+    /// Coordinates that are given are given: the forces on them are zero to within the rounding of
+    /// numbers of 320 bits, or of doubled doubles beside coordinates that are not proved.
     pub proved: bool,
     /// What was shown, unless the forces vanish exactly or nothing was.
     pub(crate) proof: Option<Arc<Proof>>,
@@ -64,13 +67,22 @@ const NEARLY_SINGULAR: f64 = 1e-10;
 /// More Newton steps than this find nothing either.
 const MOST_STEPS: usize = 300;
 
+/// Enough to tell a force of 1e-90 from none.
+const BITS_TO_VERIFY: usize = 320;
+
 /// What the search works with.
-struct Search<'a> {
-    model: &'a Model,
-    assembly: &'a Assembly,
-    values: &'a Values<Ball>,
+pub(super) struct Search<'a> {
+    pub(super) model: &'a Model,
+    pub(super) assembly: &'a Assembly,
+    pub(super) values: &'a Values<Ball>,
     /// The coordinates that are searched for.
-    free: Vec<usize>,
+    pub(super) free: Vec<usize>,
+}
+
+/// What a search came to: steps and a proof, or nothing, and the spectrum where it ended.
+enum Outcome {
+    Rests(usize, Option<Proof>),
+    Stuck(Option<Spectrum>),
 }
 
 /// Finds or verifies the equilibrium.
@@ -118,15 +130,17 @@ pub(crate) fn find(
                 .free
                 .iter()
                 .all(|i| force[*i].contains_zero() && force[*i].is_finite());
-        if !vanishes {
+        // A force that is zero within its bounds may still be one.
+        let exactly = || search.free.iter().all(|i| force[*i].is_zero());
+        if !(vanishes && (exactly() || vanishes_identically(model, assembly))) {
             for i in &search.free {
                 origins[*i] = Origin::Found;
                 if let Some(value) = closed(&model.guesses[*i])? {
                     point[*i] = Ball::exact(value.mid_f64());
                 }
             }
-            let (steps, proof) = search.run(&mut point)?;
-            search.verify_given(&point)?;
+            let (steps, proof) = search.search(&mut point)?;
+            search.verify_given(&point, proof.as_ref())?;
             let proved = proof.is_some() || search.vanishes_exactly(&point);
             return Ok(Equilibrium {
                 values: point,
@@ -138,7 +152,7 @@ pub(crate) fn find(
         }
         search.free.clear();
     }
-    search.verify_given(&point)?;
+    search.verify_given(&point, None)?;
     Ok(Equilibrium {
         values: point,
         origins,
@@ -148,8 +162,15 @@ pub(crate) fn find(
     })
 }
 
+/// Whether the forces vanish where the model says, or at 0, for any values of the parameters.
+fn vanishes_identically(model: &Model, assembly: &Assembly) -> bool {
+    let mut pool = model.pool.clone();
+    let point = equilibrium_expressions(model, &mut pool, None);
+    forces_vanish(model, assembly, &point) == Some(true)
+}
+
 impl Search<'_> {
-    fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
+    pub(super) fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
         self.assembly.gradient(at, self.values)
     }
 
@@ -162,7 +183,7 @@ impl Search<'_> {
     }
 
     /// The point in words, for messages.
-    fn describe(&self, at: &[Ball]) -> String {
+    pub(super) fn describe(&self, at: &[Ball]) -> String {
         point_text(self.model, at)
     }
 
@@ -181,11 +202,19 @@ impl Search<'_> {
         })
     }
 
-    /// Checks that no force acts where the equilibrium is given.
-    fn verify_given(&self, at: &[Ball]) -> Result<(), LinearizeError> {
-        let force = self.gradient(at);
+    /// Checks that no force acts where the equilibrium is given. What double-double leaves open is
+    /// asked again with more bits.
+    fn verify_given(&self, at: &[Ball], proof: Option<&Proof>) -> Result<(), LinearizeError> {
+        let mut force = self.gradient(at);
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));
+        }
+        let held = |i: &usize| !self.free.contains(i);
+        let open = (0..at.len())
+            .filter(held)
+            .any(|i| !force[i].is_zero() && force[i].contains_zero());
+        if open && let Some(closer) = self.closer_force(at, proof) {
+            force = closer;
         }
         for (i, component) in force.iter().enumerate() {
             let place = match (&self.model.equilibria[i], self.free.contains(&i)) {
@@ -204,10 +233,77 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.
+    fn closer_force(&self, at: &[Ball], proof: Option<&Proof>) -> Option<Vec<Ball>> {
+        let bits = BITS_TO_VERIFY;
+        let values = self.assembly.values::<Big>(self.model, bits).ok()?;
+        let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
+        let mut point = Vec::with_capacity(at.len());
+        for (i, value) in at.iter().enumerate() {
+            point.push(
+                match self.model.equilibria[i].and_then(|given| given.value) {
+                    Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
+                    None if value.is_exact() || proof.is_some() => Big::from_ball(value, bits),
+                    None => return None,
+                },
+            );
+        }
+        if let Some(proof) = proof {
+            point = proof.refine(point, bits, gradient)?;
+        }
+        Some(gradient(&point).iter().map(Big::to_ball).collect())
+    }
+
     /// Searches from `at`; gives the number of steps, and a proof if there is one.
-    fn run(&self, at: &mut [Ball]) -> Result<(usize, Option<Proof>), LinearizeError> {
-        let metric = self.metric(at);
-        let mut force = self.weighted(&self.gradient(at), &metric);
+    ///
+    /// First along the path of Newton steps, with forces compared by the masses, then by the
+    /// stiffness; where both paths end, down the potential from the same start.
+    fn search(&self, at: &mut Vec<Ball>) -> Result<(usize, Option<Proof>), LinearizeError> {
+        let start = at.clone();
+        let masses = self.metric(&start);
+        let spectrum = match self.run(at, &masses)? {
+            Outcome::Rests(steps, proof) if proof.is_some() || self.rests(at, &start) => {
+                return Ok((steps, proof));
+            }
+            Outcome::Rests(..) => None,
+            Outcome::Stuck(spectrum) => spectrum,
+        };
+        let spectrum = spectrum.or_else(|| self.spectrum(at, &masses));
+        if let Some(error) = self.nowhere(at, &masses, spectrum.as_ref()) {
+            return Err(error);
+        }
+        let metrics = [masses, self.stiffness_metric(&start)];
+        let mut trial = start.clone();
+        if let Ok(Outcome::Rests(steps, proof)) = self.run(&mut trial, &metrics[1])
+            && (proof.is_some() || self.rests(&trial, &start))
+        {
+            *at = trial;
+            return Ok((steps, proof));
+        }
+        if let Some(energy) = Energy::new(self.model, self.assembly, self.values) {
+            for metric in &metrics {
+                let mut low = start.clone();
+                if !self.descend(&mut low, metric, &energy) {
+                    continue;
+                }
+                for metric in [metric, &self.stiffness_metric(&low)] {
+                    let mut trial = low.clone();
+                    // What only fades away with the distance is as flat as a minimum: a proof is asked for.
+                    if let Ok(Outcome::Rests(steps, proof)) = self.run(&mut trial, metric)
+                        && (proof.is_some() || self.vanishes_exactly(&trial))
+                    {
+                        *at = trial;
+                        return Ok((steps, proof));
+                    }
+                }
+            }
+        }
+        Err(self.not_found(at))
+    }
+
+    /// Newton's way from `at`.
+    fn run(&self, at: &mut [Ball], metric: &DMatrix<f64>) -> Result<Outcome, LinearizeError> {
+        let mut force = self.weighted(&self.gradient(at), metric);
         if !force.finite {
             return Err(self.not_finite(at, "the force"));
         }
@@ -217,9 +313,9 @@ impl Search<'_> {
         let (mut way, mut length) = (0.0, f64::INFINITY);
         for step in 0..MOST_STEPS {
             if force.rounding {
-                return Ok((step, self.settle(at, &metric)));
+                return Ok(Outcome::Rests(step, self.settle(at, metric)));
             }
-            let Some(spectrum) = next.take().or_else(|| self.spectrum(at, &metric)) else {
+            let Some(spectrum) = next.take().or_else(|| self.spectrum(at, metric)) else {
                 return Err(self.not_finite(at, "the stiffness"));
             };
             let newton = spectrum.newton(&force);
@@ -227,12 +323,12 @@ impl Search<'_> {
             damping = (4.0 * damping).min(1.0);
             for attempt in 0..40 {
                 let direction = &newton * damping;
-                let trial = self.moved(at, &metric, &direction);
-                let there = self.weighted(&self.gradient(&trial), &metric);
+                let trial = self.moved(at, metric, &direction);
+                let there = self.weighted(&self.gradient(&trial), metric);
                 let better =
                     there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
                 if better && spectrum.foresaw(&force, &there, damping, direction.norm()) {
-                    let changed = self.spectrum(&trial, &metric);
+                    let changed = self.spectrum(&trial, metric);
                     let alike = changed
                         .as_ref()
                         .is_some_and(|changed| changed.resembles(&spectrum, &direction));
@@ -247,20 +343,20 @@ impl Search<'_> {
                     }
                 }
                 // Near rounding level the force can't fall any more: a last tiny step is taken.
-                let scale = way + self.weighted_size(at, &metric);
+                let scale = way + self.weighted_size(at, metric);
                 let tiny = direction.norm() <= 1e-14 * scale
                     && there.finite
                     && !spectrum.pushes_neutral(&force);
                 if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
                     at.clone_from_slice(&trial);
-                    return Ok((step + 1, self.settle(at, &metric)));
+                    return Ok(Outcome::Rests(step + 1, self.settle(at, metric)));
                 }
                 damping *= 0.5;
             }
             if !accepted {
                 last = Some(spectrum);
-                if let Some(trial) = self.along_force(at, &metric, &force) {
-                    force = self.weighted(&self.gradient(&trial), &metric);
+                if let Some(trial) = self.along_force(at, metric, &force) {
+                    force = self.weighted(&self.gradient(&trial), metric);
                     at.clone_from_slice(&trial);
                     damping = 1.0;
                     continue;
@@ -272,11 +368,10 @@ impl Search<'_> {
             }
             // Where the stiffness vanishes too, every step is a fixed part of the one before.
             if step + 1 == MOST_STEPS && length <= 1e-20 * way {
-                return Ok((MOST_STEPS, self.settle(at, &metric)));
+                return Ok(Outcome::Rests(MOST_STEPS, self.settle(at, metric)));
             }
         }
-        let spectrum = last.or_else(|| self.spectrum(at, &metric));
-        Err(self.failure(at, &metric, spectrum.as_ref()))
+        Ok(Outcome::Stuck(last))
     }
 
     /// The square root of the mass matrix of the free coordinates, as a Cholesky factor; the unit
@@ -293,17 +388,23 @@ impl Search<'_> {
     }
 
     /// L⁻¹F: the force in mass-weighted coordinates, and whether it is nothing but rounding.
-    fn weighted(&self, gradient: &[Ball], metric: &DMatrix<f64>) -> Force {
+    pub(super) fn weighted(&self, gradient: &[Ball], metric: &DMatrix<f64>) -> Force {
         let own: Vec<&Ball> = self.free.iter().map(|i| &gradient[*i]).collect();
         let raw = DVector::from_iterator(own.len(), own.iter().map(|g| g.mid_f64()));
         let noise = DVector::from_iterator(own.len(), own.iter().map(|g| g.radius));
         let finite = own.iter().all(|g| g.is_finite());
         let rounding = own.iter().all(|g| g.is_finite() && g.contains_zero());
         let vector = metric.solve_lower_triangular(&raw).unwrap_or(raw);
-        let noise = metric.abs().solve_lower_triangular(&noise).unwrap_or(noise);
+        // |L⁻¹| of the radii is at most the inverse of the comparison matrix of them.
+        let m = own.len();
+        let comparison = DMatrix::from_fn(m, m, |i, j| {
+            let entry = metric[(i, j)].abs();
+            if i == j { entry } else { -entry }
+        });
+        let noise = comparison.solve_lower_triangular(&noise).unwrap_or(noise);
         Force {
             norm: vector.norm(),
-            noise: noise.amax(),
+            noise,
             vector,
             finite,
             rounding,
@@ -311,14 +412,14 @@ impl Search<'_> {
     }
 
     /// How far the free coordinates are from 0, in mass-weighted coordinates.
-    fn weighted_size(&self, at: &[Ball], metric: &DMatrix<f64>) -> f64 {
+    pub(super) fn weighted_size(&self, at: &[Ball], metric: &DMatrix<f64>) -> f64 {
         let own = self.free.iter().map(|i| at[*i].mid_f64());
         metric
             .tr_mul(&DVector::from_iterator(self.free.len(), own))
             .norm()
     }
 
-    fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
+    pub(super) fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
         let stiffness = self.assembly.stiffness(at, self.values);
@@ -337,7 +438,12 @@ impl Search<'_> {
     }
 
     /// The point moved by a step in mass-weighted coordinates.
-    fn moved(&self, at: &[Ball], metric: &DMatrix<f64>, step: &DVector<f64>) -> Vec<Ball> {
+    pub(super) fn moved(
+        &self,
+        at: &[Ball],
+        metric: &DMatrix<f64>,
+        step: &DVector<f64>,
+    ) -> Vec<Ball> {
         let step = metric
             .transpose()
             .solve_upper_triangular(step)
@@ -435,83 +541,6 @@ impl Search<'_> {
             free: &self.free,
         };
         setting.prove(at, &axes, eigen.eigenvalues.as_slice(), &symmetries)
-    }
-
-    /// Why the search failed: forces that vanish nowhere, or simply no way on.
-    fn failure(
-        &self,
-        at: &[Ball],
-        metric: &DMatrix<f64>,
-        spectrum: Option<&Spectrum>,
-    ) -> LinearizeError {
-        let gradient = self.gradient(at);
-        let mut forces = Vec::new();
-        let mut span = None;
-        for i in &self.free {
-            if let Some(text) =
-                super::symbolic::constant_force(self.model, *i, -gradient[*i].mid_f64())
-            {
-                span = span.or(Some(self.model.coordinates[*i].span));
-                forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
-            }
-        }
-        // A combination that nothing holds although a force acts along it.
-        if forces.is_empty()
-            && let Some(spectrum) = spectrum
-        {
-            let force = self.weighted(&gradient, metric);
-            let largest = spectrum.eigen.eigenvalues.amax();
-            for (mode, value) in spectrum.eigen.eigenvalues.iter().enumerate() {
-                let vector = spectrum.eigen.eigenvectors.column(mode);
-                let along = vector.dot(&force.vector);
-                if value.abs() > 1e-12 * largest || along.abs() < 1e-6 * force.norm {
-                    continue;
-                }
-                let Some(motion) = metric.transpose().solve_upper_triangular(&vector) else {
-                    continue;
-                };
-                let scale = motion.amax();
-                let combination: Vec<(String, f64)> = self
-                    .free
-                    .iter()
-                    .zip(motion.iter())
-                    .filter(|(_, x)| x.abs() > 1e-9 * scale)
-                    .map(|(i, x)| (self.model.coordinates[*i].name.clone(), x / scale))
-                    .collect();
-                let total: f64 = -self
-                    .free
-                    .iter()
-                    .zip(motion.iter())
-                    .map(|(i, x)| gradient[*i].mid_f64() * x / scale)
-                    .sum::<f64>();
-                span = span.or_else(|| {
-                    let first = self.free.iter().zip(motion.iter());
-                    first
-                        .filter(|(_, x)| x.abs() > 1e-9 * scale)
-                        .map(|(i, _)| self.model.coordinates[*i].span)
-                        .next()
-                });
-                forces.push((combination_words(&combination), short(total)));
-            }
-        }
-        if let Some(span) = span {
-            return LinearizeError::NoEquilibrium { forces, span };
-        }
-        let worst = self
-            .free
-            .iter()
-            .copied()
-            .max_by(|a, b| {
-                let size = |i: &usize| gradient[*i].mid_f64().abs();
-                size(a).total_cmp(&size(b))
-            })
-            .unwrap_or(0);
-        LinearizeError::EquilibriumNotFound {
-            coordinate: self.model.coordinates[worst].name.clone(),
-            force: short(-gradient[worst].mid_f64()),
-            point: self.describe(at),
-            span: self.model.coordinates[worst].span,
-        }
     }
 }
 

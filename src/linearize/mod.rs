@@ -6,8 +6,10 @@
 //! [`Linearized::stiffness`] add them up in double-double with rigorous bounds, from the exact
 //! expressions. Eigenvalues are not this stage's business.
 
+mod absent;
 mod assemble;
 mod codes;
+mod descent;
 mod elements;
 mod equilibrium;
 mod error;

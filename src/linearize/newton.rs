@@ -6,7 +6,9 @@ use nalgebra::{DVector, SymmetricEigen};
 pub(super) struct Force {
     pub(super) vector: DVector<f64>,
     pub(super) norm: f64,
-    pub(super) noise: f64,
+    /// What rounding may have done to each component: a light coordinate's must not hide a heavy
+    /// one's force.
+    pub(super) noise: DVector<f64>,
     pub(super) finite: bool,
     pub(super) rounding: bool,
 }
@@ -17,36 +19,93 @@ pub(super) struct Spectrum {
 }
 
 impl Spectrum {
+    /// The force along each principal axis, and what of it may be rounding, of which `share` is that
+    /// of the products taken here.
+    pub(super) fn components(&self, force: &Force, share: f64) -> (DVector<f64>, DVector<f64>) {
+        let axes = &self.eigen.eigenvectors;
+        let slack = &force.noise + force.vector.abs() * share;
+        let noise = axes.column_iter().map(|axis| axis.abs().dot(&slack));
+        (
+            axes.tr_mul(&force.vector),
+            DVector::from_iterator(slack.len(), noise),
+        )
+    }
+
+    /// The step of least size that lowers the quadratic model with |K| in place of K, no longer than
+    /// `radius` (Dauphin and others, NIPS 27 (2014) 2933), and whether it is that of Newton; and how
+    /// much the force foretells that V falls.
+    pub(super) fn downhill(&self, force: &Force, radius: f64) -> (DVector<f64>, bool, f64) {
+        let (components, noise) = self.components(force, 1e-18);
+        let largest = self.eigen.eigenvalues.amax();
+        let at = |shift: f64| {
+            DVector::from_fn(components.len(), |mode, _| {
+                let f = components[mode];
+                let k = self.eigen.eigenvalues[mode].abs().max(1e-16 * largest) + shift;
+                if f.abs() <= noise[mode] || k == 0.0 {
+                    0.0
+                } else {
+                    -f / k
+                }
+            })
+        };
+        let mut steps = at(0.0);
+        let whole = steps.norm() <= radius;
+        if !whole {
+            // |step| falls with the shift, and is below the radius at |F|/radius.
+            let (mut low, mut high) = (0.0, components.norm() / radius);
+            for _ in 0..60 {
+                // The shift may be of any size.
+                let middle = if low > 0.0 {
+                    f64::sqrt(low * high)
+                } else {
+                    high * 1e-12
+                };
+                if at(middle).norm() > radius {
+                    low = middle;
+                } else {
+                    high = middle;
+                }
+                if high <= 1.05 * low || (low == 0.0 && high <= 1e-16 * largest) {
+                    break;
+                }
+            }
+            steps = at(high);
+        }
+        let falls = -steps.dot(&components);
+        (&self.eigen.eigenvectors * steps, whole, falls)
+    }
+
+    /// Whether K is nowhere negative beyond rounding.
+    pub(super) fn is_bowl(&self) -> bool {
+        let floor = -1e-12 * self.eigen.eigenvalues.amax();
+        self.eigen.eigenvalues.iter().all(|k| *k >= floor)
+    }
+
     /// -K⁺F: components of the force that are rounding move nothing.
     pub(super) fn newton(&self, force: &Force) -> DVector<f64> {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let (components, noise) = self.components(force, 1e-18);
         let largest = self.eigen.eigenvalues.amax();
-        let noise = force.noise * (components.len() as f64).sqrt() + 1e-18 * force.norm;
-        let steps = DVector::from_iterator(
-            components.len(),
-            components
-                .iter()
-                .zip(self.eigen.eigenvalues.iter())
-                .map(|(f, k)| {
-                    let neutral = k.abs() <= 1e-15 * largest || f.abs() <= noise;
-                    if neutral { 0.0 } else { -f / k }
-                }),
-        );
+        let steps = DVector::from_fn(components.len(), |mode, _| {
+            let (f, k) = (components[mode], self.eigen.eigenvalues[mode]);
+            let neutral = k.abs() <= 1e-15 * largest || f.abs() <= noise[mode];
+            if neutral { 0.0 } else { -f / k }
+        });
         &self.eigen.eigenvectors * steps
     }
 
     /// How far each principal axis may still be off: (|F| + noise)/|k|; none along neutral ones.
     pub(super) fn reach(&self, force: &Force) -> Vec<f64> {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let (components, noise) = self.components(force, 0.0);
         let largest = self.eigen.eigenvalues.amax();
         components
             .iter()
+            .zip(noise.iter())
             .zip(self.eigen.eigenvalues.iter())
-            .map(|(f, k)| {
+            .map(|((f, noise), k)| {
                 if k.abs() <= 1e-12 * largest {
                     0.0
                 } else {
-                    (f.abs() + force.noise * (components.len() as f64).sqrt()) / k.abs()
+                    (f.abs() + noise) / k.abs()
                 }
             })
             .collect()
@@ -63,7 +122,7 @@ impl Spectrum {
         let defect = Force {
             vector: &after.vector - &before.vector * (1.0 - damping),
             norm: before.norm,
-            noise: before.noise + after.noise,
+            noise: &before.noise + &after.noise,
             finite: true,
             rounding: false,
         };
@@ -85,12 +144,12 @@ impl Spectrum {
 
     /// Whether a force acts along a direction without stiffness: Newton can't answer it.
     pub(super) fn pushes_neutral(&self, force: &Force) -> bool {
-        let components = self.eigen.eigenvectors.transpose() * &force.vector;
+        let (components, noise) = self.components(force, 1e-13);
         let largest = self.eigen.eigenvalues.amax();
-        let noise = force.noise * (components.len() as f64).sqrt() + 1e-13 * force.norm;
         components
             .iter()
+            .zip(noise.iter())
             .zip(self.eigen.eigenvalues.iter())
-            .any(|(f, k)| k.abs() <= 1e-15 * largest && f.abs() > noise)
+            .any(|((f, noise), k)| k.abs() <= 1e-15 * largest && f.abs() > *noise)
     }
 }

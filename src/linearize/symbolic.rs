@@ -114,6 +114,29 @@ pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Op
     (constant && value != 0.0).then(|| force_text(model, coordinate, value))
 }
 
+/// Whether the force along a combination of coordinates is the same everywhere, with the values
+/// that the parameters have; `None` where there is too much to write out.
+pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Option<bool> {
+    let mut pool = model.pool.clone();
+    let mut parts = Vec::new();
+    for (coordinate, factor) in motion {
+        let own = force(model, &mut pool, *coordinate)?;
+        parts.push(pool.scale(own, factor));
+    }
+    let total = pool.sum(&parts);
+    let mut known = Substitution::default();
+    for parameter in &model.parameters {
+        if let Some(value) = parameter.value {
+            known.insert(parameter.symbol, value);
+        }
+    }
+    let total = pool.substitute_one(total, &known);
+    Some(model.coordinates.iter().all(|coordinate| {
+        let slope = pool.diff(total, coordinate.symbol);
+        pool.is_zero(slope) == ZeroVerdict::Zero
+    }))
+}
+
 /// The equilibrium as `derive` shows it.
 pub(crate) fn equilibrium_expressions(
     model: &Model,

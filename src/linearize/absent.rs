@@ -1,0 +1,148 @@
+//! Why no equilibrium was found: a force that is proved to be the same everywhere, or simply no way on.
+
+use nalgebra::DMatrix;
+
+use super::equilibrium::{Search, short};
+use super::error::{LinearizeError, combination_words};
+use super::newton::Spectrum;
+use super::symbolic::{constant_along, constant_force};
+use crate::number::Number;
+use crate::precision::{Ball, Scalar};
+
+/// Combinations with larger denominators are not tried.
+const LARGEST_DENOMINATOR: i64 = 10_000;
+
+/// The fraction that a double seems to stand for.
+fn fraction(x: f64) -> Option<Number> {
+    let (mut rest, mut before, mut now) = (x, (0_i64, 1_i64), (1_i64, 0_i64));
+    for _ in 0..16 {
+        let whole = rest.floor();
+        if whole.abs() > 1e9 {
+            return None;
+        }
+        let part = whole as i64;
+        let next = (
+            part.checked_mul(now.0)?.checked_add(before.0)?,
+            part.checked_mul(now.1)?.checked_add(before.1)?,
+        );
+        (before, now) = (now, next);
+        if now.1 > LARGEST_DENOMINATOR {
+            return None;
+        }
+        if (now.0 as f64 / now.1 as f64 - x).abs() <= 1e-9 {
+            return Number::ratio(now.0, now.1);
+        }
+        rest = 1.0 / (rest - whole);
+    }
+    None
+}
+
+/// The columns in reduced echelon form, by the largest pivots.
+fn reduced(mut columns: DMatrix<f64>) -> DMatrix<f64> {
+    let mut used = vec![false; columns.nrows()];
+    for k in 0..columns.ncols() {
+        let column = columns.column(k);
+        let pivot = (0..used.len())
+            .filter(|i| !used[*i])
+            .max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs()));
+        let Some(pivot) = pivot else { break };
+        used[pivot] = true;
+        let own = columns.column(k) / columns[(pivot, k)];
+        for other in 0..columns.ncols() {
+            let factor = columns[(pivot, other)];
+            if other != k {
+                let rest = columns.column(other) - &own * factor;
+                columns.set_column(other, &rest);
+            }
+        }
+        columns.set_column(k, &own);
+    }
+    columns
+}
+
+impl Search<'_> {
+    /// The error that there is none, if a force along a coordinate or a combination of them is proved to be
+    /// the same everywhere.
+    pub(super) fn nowhere(
+        &self,
+        at: &[Ball],
+        metric: &DMatrix<f64>,
+        spectrum: Option<&Spectrum>,
+    ) -> Option<LinearizeError> {
+        let gradient = self.gradient(at);
+        let mut forces = Vec::new();
+        let mut span = None;
+        for i in &self.free {
+            if let Some(text) = constant_force(self.model, *i, -gradient[*i].mid_f64()) {
+                span = span.or(Some(self.model.coordinates[*i].span));
+                forces.push((format!("`{}`", self.model.coordinates[*i].name), text));
+            }
+        }
+        if forces.is_empty() {
+            for motion in self.unheld(metric, spectrum?) {
+                let total = motion.iter().fold(Ball::ZERO, |sum, (i, factor)| {
+                    sum.sub(&gradient[*i].mul(&Ball::from_number(factor, ())))
+                });
+                let acts = total.is_finite() && !total.contains_zero();
+                let Some(((first, _), true)) = motion.first().zip(Some(acts)) else {
+                    continue;
+                };
+                if constant_along(self.model, &motion) != Some(true) {
+                    continue;
+                }
+                let words: Vec<(String, f64)> = motion
+                    .iter()
+                    .map(|(i, factor)| {
+                        let name = self.model.coordinates[*i].name.clone();
+                        (name, Ball::from_number(factor, ()).mid_f64())
+                    })
+                    .collect();
+                span = span.or(Some(self.model.coordinates[*first].span));
+                forces.push((combination_words(&words), short(total.mid_f64())));
+            }
+        }
+        span.map(|span| LinearizeError::NoEquilibrium { forces, span })
+    }
+
+    /// Motions against which there seems to be no stiffness, as the fractions they seem to be.
+    fn unheld(&self, metric: &DMatrix<f64>, spectrum: &Spectrum) -> Vec<Vec<(usize, Number)>> {
+        let values = &spectrum.eigen.eigenvalues;
+        let floor = 1e-12 * values.amax();
+        let soft: Vec<usize> = (0..values.len())
+            .filter(|mode| values[*mode].abs() <= floor)
+            .collect();
+        let axes = spectrum.eigen.eigenvectors.select_columns(&soft);
+        let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else {
+            return Vec::new();
+        };
+        let motions = reduced(motions);
+        let rational = |column: nalgebra::DVectorView<'_, f64>| {
+            let entries = self.free.iter().zip(column.iter());
+            entries
+                .filter(|(_, x)| x.abs() > 1e-9)
+                .map(|(i, x)| Some((*i, fraction(*x)?)))
+                .collect::<Option<Vec<_>>>()
+        };
+        motions.column_iter().filter_map(rational).collect()
+    }
+
+    /// The error that the search ended here.
+    pub(super) fn not_found(&self, at: &[Ball]) -> LinearizeError {
+        let gradient = self.gradient(at);
+        let worst = self
+            .free
+            .iter()
+            .copied()
+            .max_by(|a, b| {
+                let size = |i: &usize| gradient[*i].mid_f64().abs();
+                size(a).total_cmp(&size(b))
+            })
+            .unwrap_or(0);
+        LinearizeError::EquilibriumNotFound {
+            coordinate: self.model.coordinates[worst].name.clone(),
+            force: short(-gradient[worst].mid_f64()),
+            point: self.describe(at),
+            span: self.model.coordinates[worst].span,
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! Down the potential, where the search along the forces has no way on.
+//!
+//! Trust-region steps with |K| in place of K, which lead off saddles and, where the potential rises
+//! on all sides, always end at a minimum. A straight step along a curved valley leaves its floor, and V
+//! rises by the stiffness of its walls: before a step is judged, up to three more steps may bring it
+//! back to the floor (the watchdog technique; Chamberlain and others, Math. Prog. Study 16 (1982) 1).
+
+use nalgebra::DMatrix;
+
+use super::assemble::{Assembly, Values, evaluate_closed, parameters_of};
+use super::equilibrium::Search;
+use crate::expr::{Symbol, Tape};
+use crate::model::Model;
+use crate::precision::{Ball, Scalar};
+
+/// More steps than this find nothing either.
+const MOST_STEPS: usize = 1000;
+
+/// Steps that may follow one before it is judged.
+const MOST_RETURNS: usize = 3;
+
+/// About so many multiplications may go into principal axes, ten or so m^3 each time.
+const MOST_WORK: f64 = 2e11;
+
+/// V - T0, but for what is the same everywhere.
+pub(super) struct Energy<'a> {
+    assembly: &'a Assembly,
+    values: &'a Values<Ball>,
+    /// Per family: the term, and the parameters in it.
+    terms: Vec<(Tape, Vec<Ball>)>,
+}
+
+impl<'a> Energy<'a> {
+    pub(super) fn new(
+        model: &Model,
+        assembly: &'a Assembly,
+        values: &'a Values<Ball>,
+    ) -> Option<Self> {
+        let term = |family: &super::ElementFamily| {
+            let parameters = parameters_of(model, &[family.effective]);
+            let locals = family.terms.locals.iter().map(|local| local.coordinate);
+            let mut inputs: Vec<Symbol> = locals.chain(family.terms.values.clone()).collect();
+            let mut numbers = Vec::new();
+            for parameter in parameters {
+                let parameter = &model.parameters[parameter];
+                inputs.push(parameter.symbol);
+                numbers.push(evaluate_closed(&model.pool, parameter.value?, ())?);
+            }
+            let tape = Tape::compile(&model.pool, &[family.effective], &inputs).ok()?;
+            Some((tape, numbers))
+        };
+        Some(Self {
+            assembly,
+            values,
+            terms: assembly.families.iter().map(term).collect::<Option<_>>()?,
+        })
+    }
+
+    fn at(&self, point: &[Ball]) -> Ball {
+        let mut total = Ball::ZERO;
+        let mut scratch = Vec::new();
+        for (family, (tape, parameters)) in self.assembly.families.iter().zip(&self.terms) {
+            if family.potential.is_empty() {
+                continue;
+            }
+            for instance in 0..family.terms.count {
+                let coordinates = family.terms.coordinates_of(instance).iter();
+                let constants = family.constants_of(instance).iter();
+                let inputs: Vec<Ball> = coordinates
+                    .map(|i| point[*i as usize])
+                    .chain(constants.map(|i| self.values.constants[*i as usize]))
+                    .chain(parameters.iter().copied())
+                    .collect();
+                let mut out = [Ball::ZERO];
+                tape.evaluate_into(&inputs, &mut scratch, &mut out);
+                total = total.add(&out[0]);
+            }
+        }
+        total
+    }
+}
+
+impl Search<'_> {
+    /// Leads down to a minimum, near enough for Newton steps to take over; whether it got there.
+    pub(super) fn descend(
+        &self,
+        at: &mut Vec<Ball>,
+        metric: &DMatrix<f64>,
+        energy: &Energy<'_>,
+    ) -> bool {
+        let size = self.free.len() as f64;
+        // A number between 50 and 10000: the cast can't go wrong.
+        let mut budget = (MOST_WORK / (10.0 * size.powi(3))).clamp(50.0, 10_000.0) as usize;
+        let mut radius = f64::INFINITY;
+        let mut height = energy.at(at);
+        let Some(mut spectrum) = self.spectrum(at, metric) else {
+            return false;
+        };
+        for _ in 0..MOST_STEPS {
+            let force = self.weighted(&self.gradient(at), metric);
+            if !force.finite || !height.is_finite() || at.iter().any(|x| x.mid_f64().abs() > 1e150)
+            {
+                return false;
+            }
+            let (step, whole, falls) = spectrum.downhill(&force, radius);
+            let length = step.norm();
+            let scale = self.weighted_size(at, metric);
+            if spectrum.is_bowl() && whole && (length <= 1e-7 * scale || falls <= height.radius) {
+                return true;
+            }
+            if budget == 0 || length <= 1e-30 * scale || falls.is_nan() {
+                return false;
+            }
+            let mut place = self.moved(at, metric, &step);
+            let mut better = None;
+            for back in 0..=MOST_RETURNS {
+                let there = energy.at(&place);
+                if !there.is_finite() || budget == 0 {
+                    break;
+                }
+                let lower = height.sub(&there).mid_f64() >= 1e-4 * falls;
+                if !lower && back == MOST_RETURNS {
+                    break;
+                }
+                let Some(changed) = self.spectrum(&place, metric) else {
+                    break;
+                };
+                budget -= 1;
+                if lower {
+                    better = Some((place, there, changed));
+                    break;
+                }
+                let force = self.weighted(&self.gradient(&place), metric);
+                if !force.finite {
+                    break;
+                }
+                let (step, ..) = changed.downhill(&force, length);
+                place = self.moved(&place, metric, &step);
+            }
+            match better {
+                Some((place, there, changed)) => {
+                    *at = place;
+                    height = there;
+                    spectrum = changed;
+                    if !whole {
+                        radius *= 3.0;
+                    } else if radius.is_finite() {
+                        radius = radius.max(3.0 * length);
+                    }
+                }
+                None => radius = 0.25 * length,
+            }
+        }
+        false
+    }
+
+    /// A metric in which the stiffness at a point has entries of about 1 at most, whatever the masses:
+    /// each coordinate in a unit of its own (Ruiz, RAL-TR-2001-034).
+    pub(super) fn stiffness_metric(&self, at: &[Ball]) -> DMatrix<f64> {
+        let (n, m) = (self.model.coordinates.len(), self.free.len());
+        let stiffness = self.assembly.stiffness(at, self.values);
+        let size = |i: usize, j: usize| stiffness[self.free[i] + n * self.free[j]].mid_f64().abs();
+        let mut units = vec![1.0_f64; m];
+        for _ in 0..6 {
+            let largest: Vec<f64> = (0..m)
+                .map(|i| {
+                    let row = (0..m).map(|j| size(i, j) / (units[i] * units[j]));
+                    row.fold(0.0, f64::max)
+                })
+                .collect();
+            for (unit, largest) in units.iter_mut().zip(largest) {
+                if largest > 0.0 && largest.is_finite() {
+                    *unit *= largest.sqrt();
+                }
+            }
+        }
+        DMatrix::from_diagonal(&nalgebra::DVector::from_vec(units))
+    }
+
+    /// Whether a point without a proof may pass for one at rest: what is left to go is next to
+    /// nothing beside the way from the start, in units in which no coordinate hides behind another.
+    pub(super) fn rests(&self, at: &[Ball], start: &[Ball]) -> bool {
+        let gradient = self.gradient(at);
+        if self.free.iter().all(|i| gradient[*i].contains_zero()) {
+            return true;
+        }
+        let metric = self.stiffness_metric(at);
+        let force = self.weighted(&gradient, &metric);
+        let way: Vec<Ball> = at.iter().zip(start).map(|(a, b)| a.sub(b)).collect();
+        let scale = self.weighted_size(at, &metric) + self.weighted_size(&way, &metric);
+        self.spectrum(at, &metric).is_some_and(|spectrum| {
+            let left = spectrum.newton(&force).norm();
+            !spectrum.pushes_neutral(&force) && left <= 1e-10 * scale
+        })
+    }
+}
