@@ -89,12 +89,18 @@ pub fn normal_modes(
         vectors: options.vectors || mirror.is_some(),
         ..options.clone()
     };
-    let solve = |problem: &Problem| {
+    let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
         let zeros = problem.zero_vectors.len();
-        modes::solve_from(problem, &Model { linearized, zeros }, &inner)
-            .map_err(|error| named(linearized, &error))
+        match modes::solve_from(problem, &Model { linearized, zeros }, &inner) {
+            // What was found modulo a prime does not hold in true numbers: it is no zero mode.
+            Err(ModesError::ZeroVector { index }) if index < zeros => {
+                zero_modes.remove(index);
+                problem.zero_vectors.remove(index);
+            }
+            result => return result.map_err(|error| named(linearized, &error)),
+        }
     };
-    let mut spectrum = solve(&problem)?;
+    let mut spectrum = solve(&mut problem, &mut zero_modes)?;
     // Pivots may have grown from rounding: then the bounds find the zero.
     if !searched
         && spectrum
@@ -105,7 +111,7 @@ pub fn normal_modes(
         zero_modes = linearized.zero_modes();
         if !zero_modes.is_empty() {
             problem.zero_vectors = vectors(&zero_modes);
-            spectrum = solve(&problem)?;
+            spectrum = solve(&mut problem, &mut zero_modes)?;
         }
     }
     let meanings = meanings(&zero_modes);
