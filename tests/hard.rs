@@ -29,13 +29,16 @@ use serde_json::Value;
 const SLOW: &[&str] = &["chain_2000"];
 
 /// Not solved, or not rightly, and why.
-const FAILS: &[(&str, &str)] = &[(
-    "gear_train_uneven",
-    "a zero vector is read off modulo a prime that is too small for its fractions, and refused later",
-)(
-    "irrational_equilibrium_stiff",
-    "the minimum is reached downhill, but Newton's finish and its proof fail beside a stiffness of 1e14",
-)];
+const FAILS: &[(&str, &str)] = &[
+    (
+        "gear_train_uneven",
+        "a zero vector is read off modulo a prime that is too small for its fractions, and refused later",
+    ),
+    (
+        "irrational_equilibrium_stiff",
+        "the minimum is reached downhill, but Newton's finish and its proof fail beside a stiffness of 1e14",
+    ),
+];
 
 /// Right, but fewer digits than asked for, or undecided, from this number of digits on: double-double
 /// has no more. But for three: in `gear_train` nothing sets off the search for the zero mode, in
