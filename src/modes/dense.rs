@@ -222,8 +222,8 @@ impl Plain {
 }
 
 /// Rounding of a product of doubles with `inner` terms, whatever the order of summation, fused or not:
-/// |computed - exact| <= γ Σ |a| |b| (Higham, Accuracy and Stability of Numerical Algorithms, 3.1).
-/// 2^-1000 more than covers underflow.
+/// |computed - exact| <= γ Σ |a| |b|, but for underflow (Higham, Accuracy and Stability of Numerical
+/// Algorithms, 3.1).
 pub(super) fn gamma(inner: usize) -> f64 {
     let nu = (inner as f64 + 2.0) * 0.5 * f64::EPSILON;
     nu / (1.0 - nu)

@@ -207,11 +207,14 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
     Sliced { parts, scales }
 }
 
-/// Upper bounds of the lengths of the rows.
-pub(super) fn row_lengths(a: &Matrix) -> Vec<f64> {
-    let mut squares = vec![0.0; a.rows];
-    for column in 0..a.columns {
-        for (square, x) in squares.iter_mut().zip(a.column_hi(column)) {
+/// Upper bounds of the lengths of the rows of a matrix with these columns, low parts included.
+///
+/// Sums of less than 2^20 squares in doubles, covered by 1e-6; nothing counts below 1e-150, as its
+/// square is lost.
+pub(super) fn row_lengths<'a>(rows: usize, columns: impl Iterator<Item = &'a [f64]>) -> Vec<f64> {
+    let mut squares = vec![0.0; rows];
+    for column in columns {
+        for (square, x) in squares.iter_mut().zip(column) {
             *square += x * x;
         }
     }

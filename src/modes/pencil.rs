@@ -396,6 +396,21 @@ pub(super) fn pencil(
     }
 }
 
+/// The columns by rising quotient, and the distances between neighbours in this order.
+pub(super) fn ordered(quotient: &[DoubleDouble]) -> (Vec<usize>, Vec<f64>) {
+    let mut order: Vec<usize> = (0..quotient.len()).collect();
+    order.sort_by(|&i, &j| {
+        let order = quotient[i].partial_cmp(&quotient[j]);
+        order.unwrap_or(std::cmp::Ordering::Equal)
+    });
+    // The difference of two double-doubles is off by at most 3 u² of itself.
+    let steps = order
+        .windows(2)
+        .map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0))
+        .collect();
+    (order, steps)
+}
+
 /// The columns' quotients in double-double and how the columns are coupled; `None` where a number
 /// is out of range.
 pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings)> {
@@ -409,16 +424,7 @@ pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings
         quotient.push(mu);
         defect.push(error);
     }
-    let mut order: Vec<usize> = (0..m).collect();
-    order.sort_by(|&i, &j| {
-        let order = quotient[i].partial_cmp(&quotient[j]);
-        order.unwrap_or(std::cmp::Ordering::Equal)
-    });
-    // The difference of two double-doubles is off by at most 3 u² of itself.
-    let steps = order
-        .windows(2)
-        .map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0))
-        .collect();
+    let (order, steps) = ordered(&quotient);
     let size: Vec<f64> = quotient.iter().map(|mu| up(mu.hi.abs())).collect();
     let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
     let (mut least, mut most) = (Vec::with_capacity(m), Vec::with_capacity(m));

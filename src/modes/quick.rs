@@ -11,7 +11,7 @@
 use super::certify::Couplings;
 use super::dense::{Matrix, Part, Plain, gamma, multiply, product, product_bound, row_products};
 use super::image::{Image, Operator, row_lengths};
-use super::pencil::{Scaled, ZeroSpace};
+use super::pencil::{Scaled, ZeroSpace, ordered};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// The problem, prepared for several rounds.
@@ -61,10 +61,11 @@ impl<'a> Quick<'a> {
     /// Looks at columns X, given as Xᵀ.
     pub(super) fn round(&self, xt: Matrix, slices: usize) -> Round {
         let (m, n) = (xt.rows, xt.columns);
-        let lengths = row_lengths(&xt);
+        let of_rows = |a: &Matrix| row_lengths(m, (0..n).map(|i| a.column_hi(i)));
+        let lengths = of_rows(&xt);
         let y = self.stiffness.image(&xt, &lengths, slices);
         let z = self.mass.image(&xt, &lengths, slices);
-        let (y_lengths, z_lengths) = (row_lengths(&y.value), row_lengths(&z.value));
+        let (y_lengths, z_lengths) = (of_rows(&y.value), of_rows(&z.value));
         let form = |image: &Image, image_lengths: &[f64]| -> Vec<Ball> {
             let unit = product_bound(n);
             row_products(&xt, &image.value)
@@ -92,7 +93,7 @@ impl<'a> Quick<'a> {
             });
         }
         let residual = residuals(&y.value, &z.value, &quotient);
-        let residual_lengths = plain_row_lengths(&residual);
+        let residual_lengths = row_lengths(m, (0..n).map(|i| residual.column(i)));
         let h = multiply(xt.hi(), residual.view().transposed());
         let g = multiply(xt.hi(), z.value.hi().transposed());
         // |fl(XᵀR) - XᵀR| <= γ |X|ᵀ|R|; the low parts of X are below u |X|. The residuals themselves are off by
@@ -175,19 +176,6 @@ fn residuals(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
     r
 }
 
-fn plain_row_lengths(a: &Plain) -> Vec<f64> {
-    let mut squares = vec![0.0; a.rows];
-    for column in 0..a.columns {
-        for (square, x) in squares.iter_mut().zip(a.column(column)) {
-            *square += x * x;
-        }
-    }
-    squares
-        .iter()
-        .map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150)
-        .collect()
-}
-
 impl Round {
     pub(super) fn columns(&self) -> &Matrix {
         &self.xt
@@ -224,19 +212,7 @@ impl Round {
         if !self.quotient.iter().all(|mu| mu.is_finite()) {
             return None;
         }
-        let mut order: Vec<usize> = (0..m).collect();
-        order.sort_by(|&i, &j| {
-            let order = self.quotient[i].partial_cmp(&self.quotient[j]);
-            order.unwrap_or(std::cmp::Ordering::Equal)
-        });
-        let steps = order
-            .windows(2)
-            .map(|pair| {
-                (self.quotient[pair[1]] - self.quotient[pair[0]])
-                    .hi
-                    .max(0.0)
-            })
-            .collect();
+        let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
         let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
         for (j, &mu) in size.iter().enumerate() {
