@@ -10,10 +10,9 @@
 
 use faer::{Mat, Side};
 
-use super::dense::{
-    Columns, Matrix, Part, Plain, bound_product, product, product_bound, product_sparse,
-};
+use super::dense::{Columns, Matrix, Plain};
 use super::pencil::{Bounded, Enclosed, Scaled};
+use super::product::{Part, TERM, bound_product, measured_product, product_bound, product_sparse};
 use super::{ModesError, Which};
 use crate::precision::{Ball, up};
 
@@ -44,11 +43,11 @@ impl Factored {
     pub(super) fn new(scaled: &Scaled, factors: &Factors) -> Result<Self, ModesError> {
         let n = scaled.n;
         let half = scaled.power / 2;
-        let unit = product_bound(n);
         let mut columns = Columns::default();
         let mut weights = Vec::new();
         columns.starts.push(0);
         for (number, (_, entries)) in factors.rows.iter().enumerate() {
+            let unit = product_bound(entries.len());
             for (place, entry) in entries {
                 if *place >= n {
                     return Err(ModesError::Shape {
@@ -93,8 +92,8 @@ impl Factored {
 
     /// XᵀKX.
     ///
-    /// With E = XᵀA off by at most D, |fl(EEᵀ) - EEᵀ| <= c |E||E|ᵀ for c from [`product_bound`], and
-    /// |EEᵀ - (E ± D)(E ± D)ᵀ| <= |E|Dᵀ + D(|E| + D)ᵀ; signs change nothing of that.
+    /// With E = XᵀA off by at most D, |fl(EEᵀ) - EEᵀ| <= c |E||E|ᵀ + noise for c and noise of
+    /// [`measured_product`], and |EEᵀ - (E ± D)(E ± D)ᵀ| <= |E|Dᵀ + D(|E| + D)ᵀ; signs change nothing of that.
     pub(super) fn form(&self, x: &Matrix) -> Bounded {
         let xt = x.transposed();
         let elongation = product_sparse(&xt, &self.columns);
@@ -114,7 +113,6 @@ impl Factored {
             off.iter_mut().for_each(|off| *off *= factor);
         }
         let sizes = elongation.magnitudes();
-        let unit = product_bound(count);
         let (mut near, mut far) = (Plain::zeros(xt.rows, count), Plain::zeros(xt.rows, count));
         for element in 0..count {
             let (size, off) = (sizes.column(element), off.column(element));
@@ -123,7 +121,7 @@ impl Factored {
                 .iter_mut()
                 .zip(far.column_mut(element));
             for ((near, far), (size, off)) in to.zip(size.iter().zip(off)) {
-                *near = up(unit * size + off);
+                *near = up(TERM * size + off);
                 *far = up(size + off);
             }
         }
@@ -136,11 +134,12 @@ impl Factored {
                 hi.iter_mut().chain(lo).for_each(|x| *x = -*x);
             }
         }
-        let mut mid = product(&signed, &elongation.transposed(), Part::Lower);
+        let (mut mid, noise) = measured_product(&signed, &elongation.transposed(), Part::Lower);
         let rest = self.rest.as_ref().map(|rest| rest.congruent(x, &xt));
         for column in 0..radius.columns {
             for row in 0..radius.rows {
-                let mut total = radius.get(row, column) + other.get(row, column);
+                let mut total =
+                    radius.get(row, column) + other.get(row, column) + noise.get(row, column);
                 if let Some(rest) = &rest {
                     let sum = Ball::new(mid.get(row, column), 0.0) + rest.ball(row, column);
                     mid.set(row, column, sum.mid);

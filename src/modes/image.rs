@@ -7,8 +7,9 @@
 //! multiplication by using fast routines of matrix multiplication and its applications", Numer.
 //! Algorithms 59 (2012)); faer multiplies the slices.
 
-use super::dense::{Columns, Matrix, Plain, add_to, multiply, product_sparse};
+use super::dense::{Columns, Matrix, Plain, add_to, multiply};
 use super::pencil::Enclosed;
+use super::product::{product_bound, product_sparse};
 use crate::precision::{U2, exponent_of, power_of_two, two_sum, up};
 
 /// A matrix with fewer nonzero entries than this part of all counts as sparse.
@@ -56,6 +57,8 @@ impl<'a> Operator<'a> {
             };
         }
         let mut columns = Columns::default();
+        let most = (0..n).map(|column| nonzero(column).count()).max();
+        let unit = product_bound(most.unwrap_or(0));
         let mut weights = Vec::with_capacity(count);
         columns.starts.push(0);
         for column in 0..n {
@@ -64,7 +67,7 @@ impl<'a> Operator<'a> {
                 columns.places.push(row);
                 columns.hi.push(entry.hi);
                 columns.lo.push(entry.lo);
-                weights.push(matrix.weight.get(row, column));
+                weights.push(up(matrix.weight.get(row, column) + unit * entry.hi.abs()));
             }
             columns.starts.push(columns.places.len());
         }
@@ -226,7 +229,7 @@ pub(super) fn row_lengths<'a>(rows: usize, columns: impl Iterator<Item = &'a [f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::dense::row_products;
+    use super::super::product::row_products;
     use super::*;
     use crate::precision::DoubleDouble;
     use dashu_ratio::RBig;
@@ -304,7 +307,7 @@ mod tests {
         let image = product_sparse(&xt, &columns);
         let sums = row_products(&xt, &image);
         let size = |x: RBig| if x < RBig::ZERO { -x } else { x };
-        let unit = RBig::try_from(super::super::dense::product_bound(n)).unwrap();
+        let unit = RBig::try_from(super::super::product::product_bound(n)).unwrap();
         for (row, found) in sums.iter().enumerate() {
             let (mut total, mut sizes) = (RBig::ZERO, RBig::ZERO);
             for column in 0..n {

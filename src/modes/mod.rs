@@ -19,6 +19,7 @@ mod factored;
 mod image;
 mod pencil;
 mod precise;
+mod product;
 mod quick;
 mod refine;
 mod shape;

@@ -1,16 +1,17 @@
 //! The problem in scaled coordinates, and the pencil (XᵀKX, XᵀMX) with proved error bounds.
 
 use super::certify::Couplings;
-use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use super::dense::{Matrix, Plain};
 use super::factored::Factored;
+use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::{ModesError, Problem, Which};
-use crate::precision::{Ball, DoubleDouble, U2, exponent_of, up};
+use crate::precision::{Ball, DoubleDouble, U2, exponent_of, two_prod, up};
 
 /// A symmetric matrix of balls: midpoints, and weights for the error of products with it.
 pub(super) struct Enclosed {
     pub(super) mid: Matrix,
-    /// radius + c u² |mid|, entry by entry: what a product with the matrix is off by, per unit of
-    /// the other factor.
+    /// radius + c u² |mid|, entry by entry, with c u² = [`TERM`]: what a measured product with the matrix is off
+    /// by, per unit of the other factor, beside its noise.
     pub(super) weight: Plain,
     diagonal: bool,
 }
@@ -91,7 +92,6 @@ impl Enclosed {
         let mut mid = Matrix::zeros(n, n);
         let mut weight = Plain::zeros(n, n);
         let mut diagonal = true;
-        let unit = product_bound(n);
         for column in 0..n {
             for row in column..n {
                 let entry = entries[column * n + row];
@@ -101,7 +101,7 @@ impl Enclosed {
                 let entry = entry.scale(shift[row] + shift[column] - power);
                 mid.set(row, column, entry.mid);
                 mid.set(column, row, entry.mid);
-                let bound = up(entry.radius + unit * entry.mid.hi.abs());
+                let bound = up(entry.radius + TERM * entry.mid.hi.abs());
                 weight.set(row, column, bound);
                 weight.set(column, row, bound);
                 diagonal &= row == column;
@@ -114,10 +114,12 @@ impl Enclosed {
         }
     }
 
-    /// The matrix times x.
-    fn times(&self, x: &Matrix) -> Matrix {
+    /// The matrix times x, with its noise; see [`measured_product`].
+    ///
+    /// A product of two double-doubles is off by 5 u² of itself, less than [`TERM`]: no noise.
+    fn times(&self, x: &Matrix) -> (Matrix, Plain) {
         if !self.diagonal {
-            return product(&self.mid, x, Part::All);
+            return measured_product(&self.mid, x, Part::All);
         }
         let mut y = Matrix::zeros(x.rows, x.columns);
         for column in 0..x.columns {
@@ -125,7 +127,7 @@ impl Enclosed {
                 y.set(row, column, self.mid.get(row, row) * x.get(row, column));
             }
         }
-        y
+        (y, Plain::zeros(x.rows, x.columns))
     }
 
     /// The weights times magnitudes.
@@ -148,23 +150,31 @@ impl Enclosed {
 
     /// XᵀAX.
     ///
-    /// With w = radius + c u² |A| (c from [`product_bound`]), the computed image Y of A X is off by at
-    /// most w |X|, and XᵀY by at most |X|ᵀ (w |X| + c u² |Y|).
+    /// With w = radius + c u² |A| (c u² = [`TERM`]), the computed image Y of A X is off by at most
+    /// w |X| + its noise E, and XᵀY by at most |X|ᵀ (w |X| + E + c u² |Y|) + its own noise.
     pub(super) fn congruent(&self, x: &Matrix, xt: &Matrix) -> Bounded {
         let sizes = x.magnitudes();
-        let image = self.times(x);
+        let (image, noise) = self.times(x);
         let mut error = self.weigh(&sizes);
-        let unit = product_bound(x.rows);
         for column in 0..x.columns {
             let bounds = error.column_mut(column).iter_mut();
-            for (e, y) in bounds.zip(image.column_hi(column)) {
-                *e = up(*e + unit * y.abs());
+            let more = image.column_hi(column).iter().zip(noise.column(column));
+            for (e, (y, noise)) in bounds.zip(more) {
+                *e = up(*e + noise + TERM * y.abs());
             }
         }
-        Bounded {
-            mid: product(xt, &image, Part::Lower),
-            radius: bound_product(&sizes.transposed(), &error, Part::Lower),
+        let (mid, noise) = measured_product(xt, &image, Part::Lower);
+        let mut radius = bound_product(&sizes.transposed(), &error, Part::Lower);
+        for column in 0..radius.columns {
+            for (r, noise) in radius
+                .column_mut(column)
+                .iter_mut()
+                .zip(noise.column(column))
+            {
+                *r = up(*r + noise);
+            }
         }
+        Bounded { mid, radius }
     }
 
     /// Whether nothing is left of the matrix but uncertainty.
@@ -459,12 +469,27 @@ pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings
 }
 
 /// The quotient s_ii / g_ii in double-double, and a bound of |s_ii - mu g_ii| for the exact entries.
+///
+/// What the division leaves over, s - mu g, is taken as it is. With p + e the exact product of the high parts,
+/// s.hi - p is exact (Sterbenz; s.hi and p agree to a few units), and each of the following
+/// operations in doubles is off by at most u of its result.
 pub(super) fn rayleigh(pencil: &Pencil, i: usize) -> (DoubleDouble, f64) {
     let (s, g) = (pencil.s.mid.get(i, i), pencil.g.mid.get(i, i));
     let mu = s / g;
-    // The division is off by 16 u² of the quotient.
-    let defect = up(17.0 * U2 * s.hi.abs()
-        + pencil.s.radius.get(i, i)
-        + mu.hi.abs() * pencil.g.radius.get(i, i));
+    let (p, e) = two_prod(mu.hi, g.hi);
+    let high = (s.hi - p) - e;
+    let (first, second) = (mu.hi * g.lo, mu.lo * g.hi);
+    let cross = first + second;
+    let low = s.lo - cross;
+    let left = high + low;
+    let rounded = high.abs() + first.abs() + second.abs() + cross.abs() + low.abs() + left.abs();
+    let exact = (s.hi - p).abs() <= 0.25 * s.hi.abs();
+    let division = if exact {
+        left.abs() + 0.5 * f64::EPSILON * rounded + (mu.lo * g.lo).abs()
+    } else {
+        // Out of range: the division is off by 16 u² of the quotient.
+        17.0 * U2 * s.hi.abs()
+    };
+    let defect = up(division + pencil.s.radius.get(i, i) + mu.hi.abs() * pencil.g.radius.get(i, i));
     (mu, defect)
 }

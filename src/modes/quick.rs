@@ -9,9 +9,10 @@
 //! whose grading is lost in them is left to the pencil in double-double.
 
 use super::certify::Couplings;
-use super::dense::{Matrix, Part, Plain, gamma, multiply, product, product_bound, row_products};
+use super::dense::{Matrix, Plain, gamma, multiply};
 use super::image::{Image, Operator, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
+use super::product::{Part, product, product_bound, row_products};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// The problem, prepared for several rounds.

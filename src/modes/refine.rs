@@ -9,8 +9,9 @@
 //!
 //! The result is approximate, as X itself is: the certificate is computed anew.
 
-use super::dense::{Matrix, Part, Plain, add_to, multiply, product};
+use super::dense::{Matrix, Plain, add_to, multiply};
 use super::pencil::{Pencil, ZeroSpace, rayleigh};
+use super::product::{Part, product};
 use super::quick::{Quick, Round};
 use crate::precision::DoubleDouble;
 

@@ -2,8 +2,9 @@
 //! a bound of the error of every component.
 
 use super::certify::Cluster;
-use super::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use super::dense::{Matrix, Plain};
 use super::pencil::{Scaled, ZeroSpace};
+use super::product::{Part, bound_product, product, product_bound};
 use super::{Certificate, Solution};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 

@@ -12,8 +12,9 @@ use dashu_int::IBig;
 use super::data::Data;
 use super::fixed::{LOST, Sum, dot, double, double_double, from_double_double, length, shifted};
 use crate::modes::certify::Couplings;
-use crate::modes::dense::{Matrix, Part, Plain, bound_product, product, product_bound};
+use crate::modes::dense::{Matrix, Plain};
 use crate::modes::pencil::Bounded;
+use crate::modes::product::{Part, bound_product, product, product_bound};
 use crate::precision::{DoubleDouble, up};
 
 /// Columns at full precision.

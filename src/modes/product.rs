@@ -1,0 +1,436 @@
+//! Products of matrices in double-double with a proved error bound.
+
+use super::dense::{Columns, Matrix, Plain, multiply};
+use crate::precision::{DoubleDouble, two_sum};
+
+/// From so many terms on, products of doubles are left to faer.
+const LARGE: usize = 32;
+/// Terms summed before the result is carried over into a double-double total: with more, bounds are
+/// larger; with fewer, products slower.
+const BLOCK: usize = 4;
+/// u = 2^-53.
+const UNIT: f64 = 0.5 * f64::EPSILON;
+
+/// Wraps loops in a function that runs them compiled for fused multiply-add and four lanes where the
+/// machine has these: without them they cost five times as much. The results are the same.
+macro_rules! kernel {
+    ($name:ident, $loops:ident, ($($argument:ident: $type:ty),*)) => {
+        fn $name($($argument: $type),*) {
+            #[cfg(target_arch = "x86_64")]
+            if std::arch::is_x86_feature_detected!("avx2")
+                && std::arch::is_x86_feature_detected!("fma")
+            {
+                #[target_feature(enable = "avx2,fma")]
+                fn fused($($argument: $type),*) {
+                    $loops::<true>($($argument),*);
+                }
+                #[allow(unsafe_code)]
+                // SAFETY: the features that the function is compiled for were detected just above.
+                unsafe {
+                    fused($($argument),*);
+                }
+                return;
+            }
+            $loops::<{ cfg!(any(target_feature = "fma", target_arch = "aarch64")) }>($($argument),*);
+        }
+    };
+}
+
+kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part));
+kernel!(run_measured, measured_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part));
+kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
+kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
+kernel!(run_bound, bound_loops, (a: &Plain, b: &Plain, c: &mut Plain, part: Part));
+
+/// Which part of a product is computed.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Part {
+    /// Every entry.
+    All,
+    /// The lower triangle, mirrored into the upper: for products known to be symmetric.
+    Lower,
+}
+
+/// c u^2 such that every entry of [`product`] differs from the exact one by at most
+/// c u^2 sum |a_k| |b_k|, u = 2^-53, for `inner` terms.
+///
+/// With P the sum of magnitudes over one block of b terms: a term a b is split into the exact
+/// product of the high parts, p + e, and the cross terms; dropping lo lo costs u^2 |ab|, the at
+/// most four roundings of the cross terms and e, none of them above 3 u |ab|, cost 7 u^2 |ab|:
+/// together 8 u^2 P. Adding p to the running s is exact with remainder |r| <= u P. Rounding r + e
+/// costs at most u^2 (P + 3 |ab|), in all (b + 3) u^2 P; the running t is at most k u P + 3 u P
+/// after k terms, so its roundings cost (b (b + 1)/2 + 3 b) u^2 P. One more u^2 P covers the higher
+/// powers of u. (This is the argument of Ogita, Rump, Oishi, "Accurate sum and dot product", SIAM J.
+/// Sci. Comput. 26 (2005), for double-double data.) Each carry into the total costs 3 u^2 of the total
+/// (AccurateDWPlusDW), the first none.
+pub(super) fn product_bound(inner: usize) -> f64 {
+    let b = inner.min(BLOCK) as f64;
+    let block = 8.0 + (b + 3.0) + (0.5 * b * (b + 1.0) + 3.0 * b) + 1.0;
+    let carries = inner.div_ceil(BLOCK).saturating_sub(1) as f64;
+    (block + 3.1 * carries) * 2f64.powi(-106)
+}
+
+/// c u^2 such that every entry of [`measured_product`] differs from the exact one by at most
+/// c u^2 sum |a_k| |b_k| and the noise beside it: what [`product_bound`] says of a term but for its sum.
+pub(super) const TERM: f64 = 8.5 / (1u128 << 106) as f64;
+
+/// The matrix product a b, and bounds of what its sums are rounded by, taken while they are formed: mostly
+/// a tenth of [`product_bound`], which has to expect the worst of every sum. See [`TERM`].
+///
+/// With q = fl(r + e) for each term (see [`product_bound`]) and Q the sum of |q| over a block of b terms, the
+/// roundings of all q cost at most u Q, and those of the running t, which are at most Q (1 + b u) and of
+/// which the first is exact, (b - 1) u Q: together b u Q. Each carry into the total costs 3 u² of the new
+/// total, the first none. The noise is a sum of nonnegative doubles, whose own rounding the
+/// last factor covers.
+pub(super) fn measured_product(a: &Matrix, b: &Matrix, part: Part) -> (Matrix, Plain) {
+    let mut c = Matrix::zeros(a.rows, b.columns);
+    let mut noise = Plain::zeros(a.rows, b.columns);
+    run_measured(a, b, &mut c, &mut noise, part);
+    if part == Part::Lower {
+        for column in 0..c.columns {
+            for row in 0..column {
+                noise.set(row, column, noise.get(column, row));
+            }
+        }
+    }
+    (mirrored(c, part), noise)
+}
+
+/// The matrix product a b; see [`product_bound`].
+pub(super) fn product(a: &Matrix, b: &Matrix, part: Part) -> Matrix {
+    let mut c = Matrix::zeros(a.rows, b.columns);
+    run_product(a, b, &mut c, part);
+    mirrored(c, part)
+}
+
+fn mirrored(mut c: Matrix, part: Part) -> Matrix {
+    if part == Part::Lower {
+        for column in 0..c.columns {
+            for row in 0..column {
+                c.set(row, column, c.get(column, row));
+            }
+        }
+    }
+    c
+}
+
+#[inline(always)]
+fn product_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part) {
+    loops::<FUSED, false>(a, b, c, &mut [], part);
+}
+
+#[inline(always)]
+fn measured_loops<const FUSED: bool>(
+    a: &Matrix,
+    b: &Matrix,
+    c: &mut Matrix,
+    noise: &mut Plain,
+    part: Part,
+) {
+    loops::<FUSED, true>(a, b, c, &mut noise.data, part);
+}
+
+#[inline(always)]
+fn loops<const FUSED: bool, const MEASURED: bool>(
+    a: &Matrix,
+    b: &Matrix,
+    c: &mut Matrix,
+    noise: &mut [f64],
+    part: Part,
+) {
+    let stride = a.stride;
+    for column in 0..b.columns {
+        let from = column * b.stride;
+        let b_hi = &b.hi[from..from + a.columns];
+        let b_lo = &b.lo[from..from + a.columns];
+        let to = column * c.stride;
+        let mut row = if part == Part::Lower { column & !3 } else { 0 };
+        while row + 8 <= stride {
+            tile::<FUSED, MEASURED, 8>(a, row, |k| k, (b_hi, b_lo), (c, noise), to + row);
+            row += 8;
+        }
+        if row < stride {
+            tile::<FUSED, MEASURED, 4>(a, row, |k| k, (b_hi, b_lo), (c, noise), to + row);
+        }
+    }
+}
+
+/// N rows of one column of the product: the columns of `a` at `places` times the numbers of `b`.
+#[inline(always)]
+fn tile<const FUSED: bool, const MEASURED: bool, const N: usize>(
+    a: &Matrix,
+    row: usize,
+    places: impl Fn(usize) -> usize,
+    (b_hi, b_lo): (&[f64], &[f64]),
+    (c, noise): (&mut Matrix, &mut [f64]),
+    to: usize,
+) {
+    let mut total = [DoubleDouble::ZERO; N];
+    let mut rounded = [0.0; N];
+    let mut at = 0;
+    for (block_hi, block_lo) in b_hi.chunks(BLOCK).zip(b_lo.chunks(BLOCK)) {
+        let mut s = [0.0; N];
+        let mut t = [0.0; N];
+        let mut size = [0.0; N];
+        let first = at == 0;
+        for (&bh, &bl) in block_hi.iter().zip(block_lo) {
+            let start = places(at) * a.stride + row;
+            let ah = &a.hi[start..start + N];
+            let al = &a.lo[start..start + N];
+            for l in 0..N {
+                let q = add_product::<FUSED>((ah[l], al[l]), (bh, bl), &mut s[l], &mut t[l]);
+                if MEASURED {
+                    size[l] += q.abs();
+                }
+            }
+            at += 1;
+        }
+        carry_over(&mut total, &s, &t);
+        if MEASURED {
+            for l in 0..N {
+                rounded[l] += BLOCK as f64 * UNIT * size[l];
+                if !first {
+                    rounded[l] += 3.1 * UNIT * UNIT * total[l].hi.abs();
+                }
+            }
+        }
+    }
+    for (l, total) in total.iter().enumerate() {
+        c.hi[to + l] = total.hi;
+        c.lo[to + l] = total.lo;
+    }
+    if MEASURED {
+        // The sum has two terms a block, and each of them lost at most a few units.
+        let slack = 1.0 + 4.0 * (at as f64 + 8.0) * f64::EPSILON;
+        for l in 0..N {
+            noise[to + l] = rounded[l] * slack;
+        }
+    }
+}
+
+/// s + t <- s + t + a b, s rounded and t collecting what that leaves over, which is returned.
+#[inline(always)]
+fn add_product<const FUSED: bool>(a: (f64, f64), b: (f64, f64), s: &mut f64, t: &mut f64) -> f64 {
+    let p = a.0 * b.0;
+    let e = if FUSED {
+        a.0.mul_add(b.1, a.1.mul_add(b.0, a.0.mul_add(b.0, -p)))
+    } else {
+        crate::precision::product_error(a.0, b.0, p) + (a.0 * b.1 + a.1 * b.0)
+    };
+    let (sum, r) = two_sum(*s, p);
+    *s = sum;
+    let left = r + e;
+    *t += left;
+    left
+}
+
+#[inline(always)]
+fn carry_over<const N: usize>(total: &mut [DoubleDouble; N], s: &[f64; N], t: &[f64; N]) {
+    for (total, (s, t)) in total.iter_mut().zip(s.iter().zip(t)) {
+        let (hi, lo) = two_sum(*s, *t);
+        *total = *total + DoubleDouble { hi, lo };
+    }
+}
+
+/// The matrix product a b for a sparse b, with the bound of [`product`].
+pub(super) fn product_sparse(a: &Matrix, b: &Columns) -> Matrix {
+    let mut c = Matrix::zeros(a.rows, b.starts.len().saturating_sub(1));
+    run_sparse(a, b, &mut c);
+    c
+}
+
+#[inline(always)]
+fn sparse_loops<const FUSED: bool>(a: &Matrix, b: &Columns, c: &mut Matrix) {
+    for column in 0..c.columns {
+        let range = b.starts[column]..b.starts[column + 1];
+        let numbers = (&b.hi[range.clone()], &b.lo[range.clone()]);
+        let places = &b.places[range];
+        let to = column * c.stride;
+        let mut row = 0;
+        while row + 8 <= a.stride {
+            tile::<FUSED, false, 8>(a, row, |k| places[k], numbers, (c, &mut []), to + row);
+            row += 8;
+        }
+        if row < a.stride {
+            tile::<FUSED, false, 4>(a, row, |k| places[k], numbers, (c, &mut []), to + row);
+        }
+    }
+}
+
+/// Σ_k a_ik b_ik for every row i, with the bound of [`product`].
+pub(super) fn row_products(a: &Matrix, b: &Matrix) -> Vec<DoubleDouble> {
+    let mut result = Vec::with_capacity(a.stride);
+    run_rows(a, b, &mut result);
+    result.truncate(a.rows);
+    result
+}
+
+#[inline(always)]
+fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>) {
+    for row in (0..a.stride).step_by(4) {
+        let mut total = [DoubleDouble::ZERO; 4];
+        for first in (0..a.columns).step_by(BLOCK) {
+            let (mut s, mut t) = ([0.0; 4], [0.0; 4]);
+            for column in first..(first + BLOCK).min(a.columns) {
+                let at = column * a.stride + row;
+                for l in 0..4 {
+                    let (x, y) = ((a.hi[at + l], a.lo[at + l]), (b.hi[at + l], b.lo[at + l]));
+                    add_product::<FUSED>(x, y, &mut s[l], &mut t[l]);
+                }
+            }
+            carry_over(&mut total, &s, &t);
+        }
+        result.extend(total);
+    }
+}
+
+/// An upper bound, entry by entry, of the product of two matrices of nonnegative doubles.
+///
+/// A sum of m products in doubles is off by less than a factor 1 + 2 m u and m 2^-1074 for
+/// underflow.
+pub(super) fn bound_product(a: &Plain, b: &Plain, part: Part) -> Plain {
+    let mut c = if a.columns < LARGE {
+        let mut c = Plain::zeros(a.rows, b.columns);
+        run_bound(a, b, &mut c, part);
+        c
+    } else {
+        multiply(a.view(), b.view())
+    };
+    let factor = 1.0 + 4.0 * (a.columns as f64 + 2.0) * f64::EPSILON;
+    for column in 0..c.columns {
+        let from = if part == Part::Lower { column } else { 0 };
+        for row in from..c.rows {
+            let bound = c.get(row, column) * factor + 1e-300;
+            c.set(row, column, bound);
+            if part == Part::Lower {
+                c.set(column, row, bound);
+            }
+        }
+    }
+    c
+}
+
+#[inline(always)]
+fn bound_loops<const FUSED: bool>(a: &Plain, b: &Plain, c: &mut Plain, part: Part) {
+    for column in 0..b.columns {
+        let from = column * b.stride;
+        let factors = &b.data[from..from + a.columns];
+        let to = column * c.stride;
+        let mut row = if part == Part::Lower { column & !3 } else { 0 };
+        while row + 16 <= a.stride {
+            bound_tile::<FUSED, 16>(a, row, factors, &mut c.data[to + row..]);
+            row += 16;
+        }
+        while row < a.stride {
+            bound_tile::<FUSED, 4>(a, row, factors, &mut c.data[to + row..]);
+            row += 4;
+        }
+    }
+}
+
+#[inline(always)]
+fn bound_tile<const FUSED: bool, const N: usize>(
+    a: &Plain,
+    row: usize,
+    factors: &[f64],
+    c: &mut [f64],
+) {
+    let mut sum = [0.0; N];
+    let mut start = row;
+    for &factor in factors {
+        let column = &a.data[start..start + N];
+        for l in 0..N {
+            sum[l] = if FUSED {
+                column[l].mul_add(factor, sum[l])
+            } else {
+                sum[l] + column[l] * factor
+            };
+        }
+        start += a.stride;
+    }
+    c[..N].copy_from_slice(&sum);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use dashu_ratio::RBig;
+
+    fn sample(rows: usize, columns: usize, seed: u64) -> Matrix {
+        let mut state = seed;
+        let mut next = || {
+            state = state
+                .wrapping_mul(6364136223846793005)
+                .wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+        };
+        let mut matrix = Matrix::zeros(rows, columns);
+        for column in 0..columns {
+            for row in 0..rows {
+                let scale = 10f64.powf(12.0 * next());
+                matrix.set(
+                    row,
+                    column,
+                    DoubleDouble::new(next() * scale, next() * scale * 1e-17),
+                );
+            }
+        }
+        matrix
+    }
+
+    fn exact(x: DoubleDouble) -> RBig {
+        RBig::try_from(x.hi).unwrap() + RBig::try_from(x.lo).unwrap()
+    }
+
+    #[test]
+    fn products_keep_their_bound_with_and_without_vector_instructions() {
+        for (rows, inner, columns) in [(1, 1, 1), (3, 3, 3), (5, 9, 4), (13, 40, 11), (8, 17, 3)] {
+            let (a, b) = (sample(rows, inner, 7), sample(inner, columns, 11));
+            let fast = product(&a, &b, Part::All);
+            let mut slow = Matrix::zeros(rows, columns);
+            product_loops::<false>(&a, &b, &mut slow, Part::All);
+            let sizes = bound_product(&a.magnitudes(), &b.magnitudes(), Part::All);
+            let (mut plain, mut plain_noise) =
+                (Matrix::zeros(rows, columns), Plain::zeros(rows, columns));
+            measured_loops::<false>(&a, &b, &mut plain, &mut plain_noise, Part::All);
+            let (measured, noise) = measured_product(&a, &b, Part::All);
+            for row in 0..rows {
+                for column in 0..columns {
+                    let sum = (0..inner).fold(RBig::ZERO, |s, k| {
+                        s + exact(a.get(row, k)) * exact(b.get(k, column))
+                    });
+                    let size = sizes.get(row, column);
+                    let within = |c: &Matrix, bound: f64| {
+                        let error = exact(c.get(row, column)) - &sum;
+                        let error = if error < RBig::ZERO { -error } else { error };
+                        assert!(
+                            error <= RBig::try_from(bound).unwrap(),
+                            "{rows} {inner} {columns}"
+                        );
+                    };
+                    within(&fast, product_bound(inner) * size);
+                    within(&slow, product_bound(inner) * size);
+                    within(&measured, TERM * size + noise.get(row, column));
+                    within(&plain, TERM * size + plain_noise.get(row, column));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn lower_part_is_mirrored() {
+        let a = sample(21, 9, 3);
+        let (_, noise) = measured_product(&a, &a.transposed(), Part::Lower);
+        assert_eq!(noise.get(2, 17), noise.get(17, 2));
+        let (full, half) = (
+            product(&a, &a.transposed(), Part::All),
+            product(&a, &a.transposed(), Part::Lower),
+        );
+        for row in 0..21 {
+            for column in 0..21 {
+                let low = full.get(row.max(column), row.min(column));
+                assert_eq!(half.get(row, column), low);
+            }
+        }
+    }
+}
