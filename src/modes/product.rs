@@ -40,6 +40,7 @@ kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, par
 kernel!(run_measured, measured_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part));
 kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
 kernel!(run_rows, row_loops, (a: &Matrix, b: &Matrix, result: &mut Vec<DoubleDouble>));
+kernel!(run_residuals, residual_loops, (y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain));
 kernel!(run_bound, bound_loops, (a: &Plain, b: &Plain, c: &mut Plain, part: Part));
 
 /// Which part of a product is computed.
@@ -281,6 +282,43 @@ fn row_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, result: &mut Vec<DoubleD
             carry_over(&mut total, &s, &t);
         }
         result.extend(total);
+    }
+}
+
+/// y_j - μ_j z_j for every row j, rounded to doubles: off by at most 16 u² (|y_j| + |μ_j| |z_j|) and u of
+/// the result.
+///
+/// The product costs 8 u² |μ z|, as in [`product_bound`]; the difference of the high parts is exact, and what it
+/// leaves over, together with the low part of the product, is at most u |y| + 4 u |μ z|, whose sum is rounded
+/// by u of that; the low part of y makes it 2 u |y| + 4 u |μ z|, rounded once more.
+pub(super) fn residuals(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
+    let mut r = Plain::zeros(y.rows, y.columns);
+    run_residuals(y, z, quotient, &mut r);
+    r
+}
+
+#[inline(always)]
+fn residual_loops<const FUSED: bool>(
+    y: &Matrix,
+    z: &Matrix,
+    quotient: &[DoubleDouble],
+    r: &mut Plain,
+) {
+    for column in 0..y.columns {
+        let (yh, yl) = (y.column_hi(column), y.column_lo(column));
+        let (zh, zl) = (z.column_hi(column), z.column_lo(column));
+        let to = r.column_mut(column);
+        for ((((to, mu), (yh, yl)), zh), zl) in to
+            .iter_mut()
+            .zip(quotient)
+            .zip(yh.iter().zip(yl))
+            .zip(zh)
+            .zip(zl)
+        {
+            let (mut s, mut t) = (*yh, *yl);
+            add_product::<FUSED>((-mu.hi, -mu.lo), (*zh, *zl), &mut s, &mut t);
+            *to = s + t;
+        }
     }
 }
 

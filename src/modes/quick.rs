@@ -12,7 +12,7 @@ use super::certify::Couplings;
 use super::dense::{Matrix, Plain, gamma, multiply};
 use super::image::{Image, Operator, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
-use super::product::{Part, product, product_bound, row_products};
+use super::product::{Part, product, product_bound, residuals, row_products};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// The problem, prepared for several rounds.
@@ -159,22 +159,6 @@ impl<'a> Quick<'a> {
         along.negate();
         xt.add_assign(&along);
     }
-}
-
-/// K x_j - μ_j M x_j in the rows, rounded to doubles.
-fn residuals(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Plain {
-    let mut r = Plain::zeros(y.rows, y.columns);
-    for column in 0..y.columns {
-        let (yh, yl) = (y.column_hi(column), y.column_lo(column));
-        let (zh, zl) = (z.column_hi(column), z.column_lo(column));
-        for (j, to) in r.column_mut(column).iter_mut().enumerate() {
-            let (hi, lo) = (yh[j], yl[j]);
-            let image = DoubleDouble { hi, lo };
-            let (hi, lo) = (zh[j], zl[j]);
-            *to = (image - quotient[j] * DoubleDouble { hi, lo }).hi;
-        }
-    }
-    r
 }
 
 impl Round {

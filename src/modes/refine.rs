@@ -137,31 +137,35 @@ impl Step {
 
     pub(super) fn new(mixed: &impl Mixed, m: usize) -> Self {
         let mut leader: Vec<usize> = (0..m).collect();
-        for j in 0..m {
-            for i in 0..j {
-                let pair = Pair::new(mixed, i, j);
-                if !pair.is_separated() && pair.coupling > pair.noise {
-                    join(&mut leader, i, j);
-                }
-            }
-        }
-        let own: Vec<usize> = (0..m).map(|i| root(&mut leader, i)).collect();
         let mut w = Plain::zeros(m, m);
         for j in 0..m {
             w.set(j, j, -0.5 * mixed.excess(j));
             for i in 0..j {
                 let pair = Pair::new(mixed, i, j);
-                // What a rotation is going to mend must not be mended here too.
-                if own[i] != own[j] && pair.is_separated() {
+                if pair.is_separated() {
                     w.set(i, j, pair.upper / pair.gap);
                     w.set(j, i, -pair.lower / pair.gap);
-                } else {
-                    w.set(i, j, -0.5 * pair.g);
-                    w.set(j, i, -0.5 * pair.g);
+                    continue;
+                }
+                w.set(i, j, -0.5 * pair.g);
+                w.set(j, i, -0.5 * pair.g);
+                if pair.coupling > pair.noise {
+                    join(&mut leader, i, j);
                 }
             }
         }
-        let rotations = groups(&mut leader)
+        let clusters = groups(&mut leader);
+        // What a rotation is going to mend must not be mended here too.
+        for cluster in &clusters {
+            for (q, &j) in cluster.iter().enumerate() {
+                for &i in &cluster[..q] {
+                    let half = -0.5 * mixed.overlap(i, j);
+                    w.set(i, j, half);
+                    w.set(j, i, half);
+                }
+            }
+        }
+        let rotations = clusters
             .into_iter()
             .map(|cluster| {
                 let rotation = block_eigenvectors(mixed, &cluster);

@@ -21,7 +21,9 @@ struct Texts {
     recent: Vec<u32>,
 }
 
-const SLOTS: usize = 1 << 12;
+/// Slots of a small file, and the most there are.
+const FEW_SLOTS: usize = 1 << 6;
+const MOST_SLOTS: usize = 1 << 12;
 
 impl Texts {
     fn get(&self, number: u32) -> &str {
@@ -37,14 +39,18 @@ impl Texts {
     }
 
     fn add(&mut self, text: &str) -> u32 {
-        if self.recent.is_empty() {
-            self.recent.resize(SLOTS, u32::MAX);
+        let slots = self.recent.len();
+        if self.ends.len() >= slots && slots < MOST_SLOTS {
+            self.recent.clear();
+            let slots = (8 * slots).clamp(FEW_SLOTS, MOST_SLOTS);
+            self.recent.resize(slots, u32::MAX);
         }
         // The hash of Fowler, Noll and Vo.
         let hash = text.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
             (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
         });
-        let slot = (hash ^ hash >> 16) as usize % SLOTS;
+        // A power of two.
+        let slot = (hash ^ hash >> 16) as usize & (self.recent.len() - 1);
         if let Some(&number) = self.recent.get(slot)
             && number != u32::MAX
             && self.get(number) == text
