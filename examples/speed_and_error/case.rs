@@ -145,12 +145,16 @@ impl Case {
         if n <= MANY_DIGITS
             && let Some(precise) = linearized.precisely(BITS)
         {
-            if let Some(longer) = computed(&rationals(&precise.mass, n), &rationals(&precise.stiffness, n))
-            {
+            if let Some(longer) = computed(
+                &rationals(&precise.mass, n),
+                &rationals(&precise.stiffness, n),
+            ) {
                 // Beyond 40 digits they are those of a solver of its own, held against the reference.
-                let off = judge::judge(&longer.values, &truth);
+                let off = judge::judge(&longer.values, &truth, longer.digits);
                 if off.error > 1e-39 || off.zero.unwrap_or(0.0) > 0.0 {
-                    return Err(format!("two references for {name} differ by {:e}", off.error).into());
+                    return Err(
+                        format!("two references for {name} differ by {:e}", off.error).into(),
+                    );
                 }
                 (truth, digits) = (longer.values, longer.digits);
             }
@@ -227,7 +231,9 @@ fn rationals(a: &[Big], n: usize) -> Vec<Vec<RBig>> {
             RBig::from(significand.clone()) * power
         }
     };
-    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
+    (0..n)
+        .map(|i| (0..n).map(|j| entry(i, j)).collect())
+        .collect()
 }
 
 /// A model file with its tables, at its equilibrium.
@@ -268,7 +274,7 @@ pub(crate) struct Family {
     pub(crate) make: fn(usize) -> Option<Case>,
 }
 
-pub(crate) const FAMILIES: [Family; 3] = [
+pub(crate) const FAMILIES: [Family; 4] = [
     Family {
         slug: "chain",
         title: "free chain (tridiagonal, one zero mode)",
@@ -286,6 +292,12 @@ pub(crate) const FAMILIES: [Family; 3] = [
         title: "network of all pairs (full K)",
         sizes: &[3, 10, 30, 60],
         make: network,
+    },
+    Family {
+        slug: "hilbert",
+        title: "Hilbert's mass matrix (ever nearer to singular)",
+        sizes: &[3, 6, 9, 12, 15, 20],
+        make: hilbert,
     },
 ];
 
@@ -305,6 +317,12 @@ fn anchor(weight: f64, i: usize) -> Square {
     Square { weight, entries }
 }
 
+/// The rows of a symmetric matrix of doubles, exactly.
+fn rows(a: &[f64], n: usize) -> Vec<Vec<RBig>> {
+    let row = |row: &[f64]| row.iter().map(|&x| exact(x)).collect();
+    a.chunks(n).map(row).collect()
+}
+
 /// Equal masses on equal springs, both ends free.
 fn chain(n: usize) -> Option<Case> {
     let mass = flat(n, |i, j| f64::from(u8::from(i == j)));
@@ -317,7 +335,13 @@ fn chain(n: usize) -> Option<Case> {
     let springs = (1..n).map(|i| spring(1.0, i - 1, i)).collect();
     let drift = vec![vec![1.0; n]];
     let name = format!("free chain, n = {n}");
-    Some(Case::exact(&name, [mass, stiffness], drift, springs, free_chain(n)))
+    Some(Case::exact(
+        &name,
+        [mass, stiffness],
+        drift,
+        springs,
+        free_chain(n),
+    ))
 }
 
 /// A pendulum of n equal links in angles, in units of its link and of gravity.
@@ -327,7 +351,13 @@ fn pendulum(n: usize) -> Option<Case> {
     let stiffness = flat(n, |i, j| if i == j { below(i) } else { 0.0 });
     let weights = (0..n).map(|i| anchor(below(i), i)).collect();
     let name = format!("pendulum, n = {n}");
-    Some(Case::exact(&name, [mass, stiffness], Vec::new(), weights, laguerre_zeros(n)?))
+    Some(Case::exact(
+        &name,
+        [mass, stiffness],
+        Vec::new(),
+        weights,
+        laguerre_zeros(n)?,
+    ))
 }
 
 /// Masses on a line, a spring between any two and one to the wall from each; all numbers between 1 and 2,
@@ -352,12 +382,45 @@ fn network(n: usize) -> Option<Case> {
         squares.push(anchor(constant(i, i), i));
         squares.extend((0..i).map(|j| spring(constant(i, j), j, i)));
     }
-    let exactly = |a: &[f64]| -> Vec<Vec<RBig>> {
-        a.chunks(n)
-            .map(|column| column.iter().map(|&x| exact(x)).collect())
-            .collect()
-    };
-    let known = computed(&exactly(&mass), &exactly(&stiffness))?;
+    let known = computed(&rows(&mass, n), &rows(&stiffness, n))?;
     let name = format!("network, n = {n}");
-    Some(Case::exact(&name, [mass, stiffness], Vec::new(), squares, known))
+    Some(Case::exact(
+        &name,
+        [mass, stiffness],
+        Vec::new(),
+        squares,
+        known,
+    ))
+}
+
+/// A chain between walls whose M is Hilbert's matrix 1/(i + j - 1) times the least common multiple of the
+/// denominators: up to n = 20 whole numbers below 2^53.
+fn hilbert(n: usize) -> Option<Case> {
+    let gcd = |mut a: u64, mut b: u64| {
+        while b > 0 {
+            (a, b) = (b, a % b);
+        }
+        a
+    };
+    let multiple = (1..2 * n as u64).fold(1, |all, k| all / gcd(all, k) * k);
+    if multiple >= 1 << 53 {
+        return None;
+    }
+    let mass = flat(n, |i, j| (multiple / (i + j + 1) as u64) as f64);
+    let stiffness = flat(n, |i, j| match i.abs_diff(j) {
+        0 => 2.0,
+        1 => -1.0,
+        _ => 0.0,
+    });
+    let mut springs = vec![anchor(1.0, 0), anchor(1.0, n - 1)];
+    springs.extend((1..n).map(|i| spring(1.0, i - 1, i)));
+    let known = computed(&rows(&mass, n), &rows(&stiffness, n))?;
+    let name = format!("Hilbert, n = {n}");
+    Some(Case::exact(
+        &name,
+        [mass, stiffness],
+        Vec::new(),
+        springs,
+        known,
+    ))
 }

@@ -72,7 +72,9 @@ fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
 
 fn header(first: &[&str], rest: &[&PathInfo]) -> Vec<String> {
     let first = first.iter().map(|x| (*x).to_owned());
-    first.chain(rest.iter().map(|path| path.label.to_owned())).collect()
+    first
+        .chain(rest.iter().map(|path| path.label.to_owned()))
+        .collect()
 }
 
 /// The paths that gave anything on some of the problems.
@@ -81,22 +83,27 @@ fn present<'a>(
     keep: impl Fn(&PathInfo) -> bool,
 ) -> Vec<&'static PathInfo> {
     let some = |path: &PathInfo| {
-        let at = PATHS.iter().position(|other| other.label == path.label);
         let mut all = measured.clone();
-        at.is_some_and(|at| all.any(|m| !matches!(m.verdicts[at], Verdict::Absent)))
+        all.any(|m| !matches!(verdict(m, path), Verdict::Absent))
     };
-    PATHS.iter().filter(|path| keep(path) && some(path)).collect()
+    PATHS
+        .iter()
+        .filter(|path| keep(path) && some(path))
+        .collect()
 }
 
 fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdict {
-    let at = PATHS.iter().position(|other| other.label == path.label);
-    at.map_or(&Verdict::Absent, |at| &measured.verdicts[at])
+    measured.verdict(path.label).unwrap_or(&Verdict::Absent)
 }
 
 fn error_cell(measured: &Measured, path: &PathInfo) -> String {
     match verdict(measured, path) {
         Verdict::Done(outcome) if outcome.judged.wrong_signs > 0 => {
-            format!("**{}** (±{})", error(outcome.judged.error), outcome.judged.wrong_signs)
+            format!(
+                "**{}** (±{})",
+                error(outcome.judged.error),
+                outcome.judged.wrong_signs
+            )
         }
         Verdict::Done(outcome) if outcome.judged.error > 1e-9 => {
             format!("**{}**", error(outcome.judged.error))
@@ -144,11 +151,18 @@ fn introduction(report: &Report) -> String {
                 .map(|(name, _)| name.as_str())
                 .collect();
             if !missing.is_empty() {
-                let _ = writeln!(out, "Not installed in this run, and left out: {}.\n", missing.join(", "));
+                let _ = writeln!(
+                    out,
+                    "Not installed in this run, and left out: {}.\n",
+                    missing.join(", ")
+                );
             }
         }
         Err(reason) => {
-            let _ = writeln!(out, "Without the peers in Python ({reason}); the paths they take are left out.\n");
+            let _ = writeln!(
+                out,
+                "Without the peers in Python ({reason}); the paths they take are left out.\n"
+            );
         }
     }
     let _ = writeln!(
@@ -184,10 +198,14 @@ fn summary(report: &Report) -> String {
             .hard()
             .filter_map(|m| Some(m.of(path.label)?.judged.error))
             .collect();
-        let times: Vec<f64> =
-            report.hard().filter_map(|m| report.ratio(m, path.label)).collect();
+        let times: Vec<f64> = report
+            .hard()
+            .filter_map(|m| report.ratio(m, path.label))
+            .collect();
         let worst = errors.iter().copied().fold(0.0, f64::max);
-        let bounds = report.hard().filter_map(|m| m.of(path.label)?.certified.as_ref());
+        let bounds = report
+            .hard()
+            .filter_map(|m| m.of(path.label)?.certified.as_ref());
         let bound = bounds.map(|c| c.bound).reduce(f64::max);
         rows.push(vec![
             path.label.to_owned(),
@@ -200,13 +218,34 @@ fn summary(report: &Report) -> String {
             median(times).map_or(String::new(), ratio),
         ]);
     }
-    let titles = ["path", "applies", "gives up", "wrong sign", "error, median", "error, worst", "bound, worst", "time, median"];
+    let titles = [
+        "path",
+        "applies",
+        "gives up",
+        "wrong sign",
+        "error, median",
+        "error, worst",
+        "bound, worst",
+        "time, median",
+    ];
     table(&mut out, &titles.map(str::to_owned), &rows);
     out.push('\n');
     for path in &PATHS {
         let _ = writeln!(out, "- **{}**: {}", path.label, path.what);
     }
     out
+}
+
+/// What the rotations cost at the largest size that they were given.
+fn jacobi_cost(report: &Report) -> String {
+    let of = |m: &Measured| Some((m.n, report.ratio(m, "Jacobi on the factor")?));
+    let all = FAMILIES
+        .iter()
+        .filter_map(|family| report.family(family.slug).filter_map(of).last());
+    let costs: Vec<String> = all
+        .map(|(n, cost)| format!("{} at n = {n}", ratio(cost)))
+        .collect();
+    format!(" (times `{}`: {})", report.unit, costs.join(", "))
 }
 
 /// What the ladder does, and on which problems.
@@ -218,32 +257,66 @@ fn choice(report: &Report) -> String {
          each rung costs more than the one before, and is only tried where that one could not prove enough.\n\n\
          1. **Doubles.** Eigenvectors from nalgebra (below 60 coordinates) or faer. Quotients xᵀKx / xᵀMx and residuals of these \
          vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors of 16 digits are \
-         enough for eigenvalues of more. Where: whatever M and K determine well.\n\
+         good for eigenvalues of more. Where: whatever M and K determine well.\n\
          2. **Double-double refinement.** The same vectors, made better by products in double-double; each round squares their error. \
-         Where: more than about 15 digits are wanted, or modes are so close together that doubles mix their shapes.\n\
+         Where: more digits are wanted than the first vectors are good for, or modes are so close together that doubles mix their shapes.\n\
          3. **Full double-double.** M has no Cholesky factor in doubles, or what it gives is of no use: \
          factor and reduction in double-double. Where: coordinates almost without mass, M nearly singular.\n\
          4. **Jacobi on the factor.** Adding up K has lost what is soft beside what is stiff, and no solver can find it again. \
          K is known as a sum of squares, one an element: one-sided Jacobi rotations of the factor, and energies in place \
-         of entries. Where: springs over more than about 25 powers of ten; below that double-double is wide enough.\n\
+         of entries. Where: entries of K in double-double do not hold the soft springs to the digits that are asked for.\n\
          5. **Arbitrary precision.** M, K and the equilibrium from the exact expressions once more, with as many bits as the \
-         missing digits take, for the modes that miss them. Where: about 30 digits and more, or grading beyond all the rungs below.\n\n\
-         Plain Jacobi rotations in doubles, without a ladder, would be right on most of what doubles get wrong, but they \
-         prove nothing, cost several times a dense solver, and are no help where K is no sum of squares (gravity, tension) or \
-         M is nearly singular.\n\n\
-         The rung that answered:\n\n",
+         missing digits take, for the modes that miss them. Where: more digits than double-double has, or whatever is beyond all the rungs below.\n\n",
     );
-    let mut titles = vec!["problem".to_owned()];
+    let _ = writeln!(
+        out,
+        "Plain Jacobi rotations in doubles, without a ladder, are right on most of what other solvers in doubles get wrong. But they \
+         prove nothing, are no help where K is no sum of squares (gravity, tension) or M is nearly singular, and cost more \
+         the larger the problem{}.\n\nThe highest rung that was needed, on how many of the {} problems of this document:\n",
+        jacobi_cost(report),
+        report.measured.len()
+    );
+    let rungs = [
+        Rung::Doubles,
+        Rung::Refined,
+        Rung::DoubleDouble,
+        Rung::Factors,
+        Rung::Precise,
+    ];
+    let answered = |label: &str, rung: Rung| {
+        let all = report
+            .measured
+            .iter()
+            .filter_map(|m| m.of(label)?.certified.as_ref());
+        all.filter(|certified| certified.rung == rung)
+            .count()
+            .to_string()
+    };
+    let row = |rung: Rung| {
+        let mut cells = vec![rung_name(rung).to_owned()];
+        cells.extend(librate_paths().map(|(label, _)| answered(label, rung)));
+        cells
+    };
+    let mut titles = vec!["rung".to_owned()];
     titles.extend(librate_paths().map(|(_, digits)| format!("{digits} digits")));
+    table(&mut out, &titles, &rungs.map(row));
+    out.push_str("\nAnd on each of them:\n\n");
+    titles[0] = "problem".to_owned();
     let row = |measured: &Measured| {
         let mut cells = vec![measured.name.replace('_', " ")];
         cells.extend(librate_paths().map(|(label, _)| {
             let certified = measured.of(label).and_then(|o| o.certified.as_ref());
-            certified.map_or(String::new(), |certified| rung_name(certified.rung).to_owned())
+            certified.map_or(String::new(), |certified| {
+                rung_name(certified.rung).to_owned()
+            })
         }));
         cells
     };
-    table(&mut out, &titles, &report.measured.iter().map(row).collect::<Vec<_>>());
+    table(
+        &mut out,
+        &titles,
+        &report.measured.iter().map(row).collect::<Vec<_>>(),
+    );
     out.push_str("\nAn empty cell: the true values are not known to so many digits, or it would have taken too long.\n");
     out
 }
@@ -271,7 +344,11 @@ fn hard(report: &Report) -> String {
         };
         report.hard().map(row).collect()
     };
-    table(&mut out, &header(&["error", "n"], &paths), &rows(&error_cell));
+    table(
+        &mut out,
+        &header(&["error", "n"], &paths),
+        &rows(&error_cell),
+    );
     let _ = writeln!(
         out,
         "\nTimes, `{}` = 1. librate's include evaluating M and K with bounds from the expressions, and proving zero modes; \
@@ -283,6 +360,35 @@ fn hard(report: &Report) -> String {
         &header(&["time", "n"], &paths),
         &rows(&|m, path| time_cell(report, m, path)),
     );
+    let reasons = report.hard().flat_map(|m| {
+        let failed = PATHS
+            .iter()
+            .zip(&m.verdicts)
+            .filter_map(|(path, verdict)| match verdict {
+                Verdict::Failed(reason) => Some((path.label, reason.as_str())),
+                Verdict::Done(_) | Verdict::Absent | Verdict::TooLong => None,
+            });
+        failed.map(|(label, reason)| (m.name.as_str(), label, reason))
+    });
+    // Several paths may say the same.
+    let mut said: Vec<(&str, &str, Vec<&str>)> = Vec::new();
+    for (name, label, reason) in reasons {
+        match said.iter_mut().find(|(n, r, _)| (*n, *r) == (name, reason)) {
+            Some((_, _, labels)) => labels.push(label),
+            None => said.push((name, reason, vec![label])),
+        }
+    }
+    if !said.is_empty() {
+        out.push_str("\nWhat those say that give up:\n\n");
+    }
+    for (name, reason, labels) in said {
+        let _ = writeln!(
+            out,
+            "- {}, {}: {reason}",
+            name.replace('_', " "),
+            labels.join(", ")
+        );
+    }
     out
 }
 
@@ -293,7 +399,9 @@ fn zeros(report: &Report) -> String {
          proved to be zero.\n\n",
     );
     let singular = || report.measured.iter().filter(|m| m.zeros > 0);
-    let paths = present(singular(), |path| !matches!(path.group, Group::Librate(15..)));
+    let paths = present(singular(), |path| {
+        !matches!(path.group, Group::Librate(15..))
+    });
     let mut rows = Vec::new();
     for measured in singular() {
         let mut cells = vec![measured.name.replace('_', " "), measured.zeros.to_string()];
@@ -312,14 +420,17 @@ fn zeros(report: &Report) -> String {
 fn sizes(report: &Report) -> String {
     let mut out = String::from(
         "## Against n\n\n\
-         Three families whose M and K are exact in doubles, so that every error is the solver's: a chain that floats freely (closed form), \
-         a pendulum of n links (zeros of Laguerre's polynomials), and a network in which every mass is tied to every other by a \
-         spring of its own. All paths are given the matrices, librate also the zero vector of the chain.\n\n\
+         Families whose M and K are exact in doubles, so that every error is the solver's: a chain that floats freely, \
+         a pendulum of n links, a network in which every mass is tied to every other by a \
+         spring of its own, and a chain whose mass matrix is Hilbert's, with a condition number that grows thirtyfold with each n. All paths are given the matrices, librate also the zero vector of the chain.\n\n\
          ![Time and error against n](speed-and-error/sizes.svg)\n\n",
     );
     for family in &FAMILIES {
         let paths = present(report.family(family.slug), |_| true);
-        let sizes: Vec<String> = report.family(family.slug).map(|m| m.n.to_string()).collect();
+        let sizes: Vec<String> = report
+            .family(family.slug)
+            .map(|m| m.n.to_string())
+            .collect();
         let mut titles = vec![family.title.to_owned()];
         titles.extend(sizes.iter().map(|n| format!("n = {n}")));
         let row = |path: &&PathInfo| {
@@ -334,10 +445,18 @@ fn sizes(report: &Report) -> String {
             }));
             cells
         };
-        table(&mut out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
+        table(
+            &mut out,
+            &titles,
+            &paths.iter().map(row).collect::<Vec<_>>(),
+        );
         out.push('\n');
     }
-    let _ = writeln!(out, "Time by that of `{}`, and the error in brackets.", report.unit);
+    let _ = writeln!(
+        out,
+        "Time by that of `{}`, and the error in brackets.",
+        report.unit
+    );
     out
 }
 
@@ -354,7 +473,12 @@ fn many_digits(report: &Report) -> String {
         Group::Mpmath(_) | Group::Flint(_) => true,
         Group::Doubles | Group::Peer | Group::Jacobi => false,
     };
-    let some = || report.measured.iter().filter(|m| m.n <= MANY_DIGITS && m.n > 2);
+    let some = || {
+        report
+            .measured
+            .iter()
+            .filter(|m| m.n <= MANY_DIGITS && m.n > 2)
+    };
     let paths = present(some(), many);
     let row = |m: &Measured| {
         let mut cells = vec![m.name.replace('_', " "), m.n.to_string()];
@@ -366,7 +490,11 @@ fn many_digits(report: &Report) -> String {
         }));
         cells
     };
-    table(&mut out, &header(&["problem", "n"], &paths), &some().map(row).collect::<Vec<_>>());
+    table(
+        &mut out,
+        &header(&["problem", "n"], &paths),
+        &some().map(row).collect::<Vec<_>>(),
+    );
     out
 }
 
@@ -399,7 +527,15 @@ fn bounds(report: &Report) -> String {
             broken.to_string(),
         ]);
     }
-    let titles = ["digits asked for", "problems", "largest bound", "bound / error, median", "largest", "fewer digits covered", "bounds that do not hold"];
+    let titles = [
+        "digits asked for",
+        "problems",
+        "largest bound",
+        "bound / error, median",
+        "largest",
+        "fewer digits covered",
+        "bounds that do not hold",
+    ];
     table(&mut out, &titles.map(str::to_owned), &rows);
     out
 }
@@ -411,7 +547,13 @@ fn losses(report: &Report) -> String {
         let all: Vec<&Measured> = report.family(family.slug).collect();
         let costs: Vec<String> = all
             .iter()
-            .filter_map(|m| Some(format!("{} at n = {}", ratio(report.ratio(m, DEFAULT)?), m.n)))
+            .filter_map(|m| {
+                Some(format!(
+                    "{} at n = {}",
+                    ratio(report.ratio(m, DEFAULT)?),
+                    m.n
+                ))
+            })
             .collect();
         let _ = writeln!(
             out,
@@ -451,7 +593,7 @@ fn losses(report: &Report) -> String {
         }
     }
     out.push_str(
-        "- Large sparse problems are solved as dense ones: LAPACK's tridiagonal solver and ARPACK, which make use of the zeros, are far ahead there.\n",
+        "- Sparse problems are solved as dense ones: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate does not.\n",
     );
     out
 }
@@ -460,8 +602,12 @@ fn losses(report: &Report) -> String {
 fn locked(name: &str) -> &'static str {
     let all = include_str!("../../Cargo.lock");
     let at = all.split("[[package]]").find_map(|package| {
-        let own = package.lines().any(|line| line == format!("name = \"{name}\""));
-        let version = package.lines().find_map(|line| line.strip_prefix("version = "));
+        let own = package
+            .lines()
+            .any(|line| line == format!("name = \"{name}\""));
+        let version = package
+            .lines()
+            .find_map(|line| line.strip_prefix("version = "));
         version.filter(|_| own)
     });
     at.map_or("?", |version| version.trim_matches('"'))
@@ -469,20 +615,27 @@ fn locked(name: &str) -> &'static str {
 
 /// What a program prints, the first line of it.
 fn said(program: &str, argument: &str) -> Option<String> {
-    let output = std::process::Command::new(program).arg(argument).output().ok()?;
+    let output = std::process::Command::new(program)
+        .arg(argument)
+        .output()
+        .ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     text.lines().next().map(str::to_owned)
 }
 
 fn machine() -> String {
-    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
-        let line = text.lines().find(|line| line.starts_with("model name"))?;
-        line.split(':').nth(1).map(|name| name.trim().to_owned())
-    });
-    let vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")].into_iter().find(|(_, flag)| {
-        let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-        text.split_whitespace().any(|word| word == *flag)
-    });
+    let model = std::fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            line.split(':').nth(1).map(|name| name.trim().to_owned())
+        });
+    let vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")]
+        .into_iter()
+        .find(|(_, flag)| {
+            let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+            text.split_whitespace().any(|word| word == *flag)
+        });
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!(
         "{} ({}{}), {cores} cores of it, {}",
@@ -510,7 +663,11 @@ fn method(report: &Report, plan: &Plan) -> String {
             .iter()
             .filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?)))
             .collect();
-        let _ = writeln!(out, "- Peers: {}; one thread, as everything here.", all.join(", "));
+        let _ = writeln!(
+            out,
+            "- Peers: {}; one thread, as everything here.",
+            all.join(", ")
+        );
     }
     let _ = writeln!(
         out,
@@ -520,7 +677,7 @@ fn method(report: &Report, plan: &Plan) -> String {
          {MANY_DIGITS} coordinates; everything else M and K in doubles.\n\
          - True values. Hard models: references of 40 digits made by other means ([`tests/reference/hard`](../tests/reference/hard)), up to {MANY_DIGITS} coordinates continued to \
          over 150 digits by Householder and QL in big floats of two precisions that share nothing with the solver (`examples/campaign/reference.rs`), and held against those 40. \
-         Chain: 4 sin²(jπ/2n) in 448 bits. Pendulum: zeros of Laguerre's polynomial, each with a proof by signs. Network: the same Householder and QL.\n\
+         Chain: 4 sin²(jπ/2n) in 448 bits. Pendulum: zeros of Laguerre's polynomial, each with a proof by signs. Network and Hilbert: the same Householder and QL.\n\
          - A path is run to so many digits only where the true values are known to five more. Errors of librate are those of the midpoints of its balls; what it prints is rounded \
          to the digits asked for.",
         plan.patience, plan.longest

@@ -42,8 +42,10 @@ fn of_frequency(delta: f64) -> f64 {
     }
 }
 
-/// Rising eigenvalues, all or the lowest ones, against all the true ones.
-pub(crate) fn judge(values: &[Number], truth: &[Number]) -> Judged {
+/// Rising eigenvalues, all or the lowest ones, against all the true ones; what is below the digits of these
+/// is no error.
+pub(crate) fn judge(values: &[Number], truth: &[Number], digits: usize) -> Judged {
+    let resolution = 10f64.powi(-(digits.min(300) as i32));
     let least = truth.iter().filter(|x| !x.is_zero()).map(Number::abs);
     let least = least.reduce(|a, b| if a.sub(&b).is_negative() { a } else { b });
     let mut judged = Judged::default();
@@ -54,7 +56,8 @@ pub(crate) fn judge(values: &[Number], truth: &[Number]) -> Judged {
             judged.zero = Some(judged.zero.unwrap_or(0.0).max(size));
         } else {
             let delta = value.sub(truth).div(truth).map_or(0.0, |x| x.to_f64());
-            let error = of_frequency(delta);
+            let error = Some(of_frequency(delta)).filter(|error| *error > resolution);
+            let error = error.unwrap_or(0.0);
             judged.wrong_signs += usize::from(delta <= -1.0);
             judged.error = judged.error.max(error);
             judged.errors.push(error);

@@ -29,7 +29,11 @@ pub(crate) fn with_nalgebra(case: &Case, patience: f64) -> Doubles {
     let mass = DMatrix::from_column_slice(n, n, &case.mass);
     let stiffness = DMatrix::from_column_slice(n, n, &case.stiffness);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass.clone().cholesky().ok_or("M is not positive definite")?.l();
+        let lower = mass
+            .clone()
+            .cholesky()
+            .ok_or("M is not positive definite")?
+            .l();
         let half = lower.solve_lower_triangular(&stiffness);
         let whole = half.and_then(|half| lower.solve_lower_triangular(&half.transpose()));
         let reduced = whole.ok_or("a factor of M is singular")?;
@@ -47,7 +51,9 @@ pub(crate) fn with_faer(case: &Case, patience: f64) -> Doubles {
     let mass = Mat::from_fn(n, n, |i, j| case.mass[i + n * j]);
     let stiffness = Mat::from_fn(n, n, |i, j| case.stiffness[i + n * j]);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass.llt(Side::Lower).map_err(|_| "M is not positive definite")?;
+        let lower = mass
+            .llt(Side::Lower)
+            .map_err(|_| "M is not positive definite")?;
         let mut half = stiffness.clone();
         solve_lower_triangular_in_place(lower.L(), half.as_mut(), Par::Seq);
         let mut reduced = half.transpose().to_owned();
@@ -69,7 +75,9 @@ pub(crate) fn with_jacobi(case: &Case, patience: f64) -> Option<Doubles> {
     let n = case.n;
     let mass = Mat::from_fn(n, n, |i, j| case.mass[i + n * j]);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass.llt(Side::Lower).map_err(|_| "M is not positive definite")?;
+        let lower = mass
+            .llt(Side::Lower)
+            .map_err(|_| "M is not positive definite")?;
         let mut factor = Mat::<f64>::zeros(n, squares.len());
         for (to, square) in squares.iter().enumerate() {
             for &(place, entry) in &square.entries {
@@ -91,7 +99,11 @@ pub(crate) fn with_jacobi(case: &Case, patience: f64) -> Option<Doubles> {
         let square = |column: &Vec<f64>| dot(&column[..squares.len()], &column[..squares.len()]);
         Ok::<_, &str>(columns.iter().map(square).collect())
     });
-    Some(result.map_err(str::to_owned).and_then(|values| Ok((seconds, rising(values)?))))
+    Some(
+        result
+            .map_err(str::to_owned)
+            .and_then(|values| Ok((seconds, rising(values)?))),
+    )
 }
 
 fn dot(x: &[f64], y: &[f64]) -> f64 {
@@ -164,8 +176,9 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
             })
         }
         Origin::Matrices(exact) => {
-            let (seconds, result) =
-                fastest(patience, || solve_from(&exact.problem, exact.as_ref(), &options));
+            let (seconds, result) = fastest(patience, || {
+                solve_from(&exact.problem, exact.as_ref(), &options)
+            });
             let spectrum = result.map_err(|error| error.to_string())?;
             let modes = spectrum.modes.iter();
             Ok(Answer {

@@ -44,7 +44,9 @@ impl Peers {
             versions: Vec::new(),
         };
         let versions = peers.answer()?;
-        let versions = versions.as_object().ok_or("Python does not tell its versions")?;
+        let versions = versions
+            .as_object()
+            .ok_or("Python does not tell its versions")?;
         peers.versions = versions
             .iter()
             .map(|(name, version)| (name.clone(), version.as_str().map(str::to_owned)))

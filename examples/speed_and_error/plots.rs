@@ -3,12 +3,14 @@
 use std::error::Error;
 
 use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::case::FAMILIES;
 use super::judge::median;
-use super::run::{DEFAULT, Group, Measured, PATHS, PathInfo, Report};
+use super::paths::ASKED;
+use super::run::{DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};
 
 type Result<T> = std::result::Result<T, Box<dyn Error>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
@@ -34,8 +36,15 @@ fn color(path: &PathInfo) -> RGBColor {
             26..=50 => RGBColor(90, 5, 40),
             _ => RGBColor(60, 0, 40),
         },
-        (Group::Mpmath(_), _) => RGBColor(120, 90, 180),
-        (Group::Flint(_), _) => RGBColor(110, 110, 110),
+        (Group::Mpmath(digits), _) => match digits {
+            0..=30 => RGBColor(165, 140, 215),
+            31..=50 => RGBColor(120, 90, 180),
+            _ => RGBColor(75, 45, 140),
+        },
+        (Group::Flint(digits), _) => match digits {
+            0..=50 => RGBColor(140, 140, 140),
+            _ => RGBColor(80, 80, 80),
+        },
     }
 }
 
@@ -61,15 +70,56 @@ fn power(exponent: f64) -> String {
 }
 
 fn times(exponent: f64) -> String {
-    format!("{} ×", match exponent.round() as i64 {
-        -1 => "0.1".to_owned(),
-        -2 => "0.01".to_owned(),
-        _ => power(exponent),
-    })
+    format!(
+        "{} ×",
+        match exponent.round() as i64 {
+            -1 => "0.1".to_owned(),
+            -2 => "0.01".to_owned(),
+            _ => power(exponent),
+        }
+    )
 }
 
 fn whole(value: f64) -> String {
     format!("{:.0}", 10f64.powf(value))
+}
+
+/// A range of powers of ten with marks where they are wanted.
+struct Axis {
+    range: (f64, f64),
+    marks: Vec<f64>,
+}
+
+impl Axis {
+    fn new(range: (f64, f64), marks: &[f64]) -> Self {
+        let marks = marks.iter().copied();
+        Self {
+            range,
+            marks: marks.filter(|x| (range.0..=range.1).contains(x)).collect(),
+        }
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() {
+            Vec::new()
+        } else {
+            self.marks.clone()
+        }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.0..self.range.1
+    }
 }
 
 /// A frame with two logarithmic axes, both given as powers of ten.
@@ -81,15 +131,11 @@ struct Frame<'a> {
     y_title: &'a str,
     x_label: fn(f64) -> String,
     y_label: fn(f64) -> String,
-    x_count: usize,
-    y_count: usize,
+    x_marks: &'a [f64],
+    y_marks: &'a [f64],
 }
 
-type Chart<'a, 'b> = ChartContext<
-    'a,
-    SVGBackend<'b>,
-    Cartesian2d<plotters::coord::types::RangedCoordf64, plotters::coord::types::RangedCoordf64>,
->;
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
 
 impl Frame<'_> {
     fn draw<'a, 'b>(&self, area: &'a Area<'b>) -> Result<Chart<'a, 'b>> {
@@ -98,7 +144,10 @@ impl Frame<'_> {
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(66)
-            .build_cartesian_2d(self.x.0..self.x.1, self.y.0..self.y.1)?;
+            .build_cartesian_2d(
+                Axis::new(self.x, self.x_marks),
+                Axis::new(self.y, self.y_marks),
+            )?;
         chart
             .configure_mesh()
             .light_line_style(PAPER)
@@ -108,8 +157,8 @@ impl Frame<'_> {
             .axis_desc_style((FONT, 13).into_font().color(&INK))
             .x_desc(self.x_title)
             .y_desc(self.y_title)
-            .x_labels(self.x_count)
-            .y_labels(self.y_count)
+            .x_labels(self.x_marks.len())
+            .y_labels(self.y_marks.len())
             .x_label_formatter(&|x| (self.x_label)(*x))
             .y_label_formatter(&|y| (self.y_label)(*y))
             .draw()?;
@@ -143,6 +192,8 @@ fn legend(area: &Area<'_>, at: (i32, i32), paths: &[&PathInfo]) -> Result<()> {
 /// The lowest error that is drawn; what is below stands at the edge.
 const FLOOR: f64 = -34.0;
 const TOP: f64 = 1.5;
+/// Where errors have marks.
+const ERRORS: [f64; 7] = [-30.0, -25.0, -20.0, -15.0, -10.0, -5.0, 0.0];
 
 fn drawn_error(error: f64) -> f64 {
     error.max(1e-300).log10().clamp(FLOOR + 0.5, TOP - 0.3)
@@ -154,14 +205,14 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
     let reference = format!("CPU time, {} of the same problem = 1", report.unit);
     let frame = Frame {
         caption: "Hard problems: time against true error of the worst frequency",
-        x: (-1.2, 4.2),
+        x: (-2.0, 4.0),
         y: (FLOOR, TOP),
         x_title: &reference,
         y_title: "largest relative error of a frequency",
         x_label: times,
         y_label: power,
-        x_count: 6,
-        y_count: 8,
+        x_marks: &[-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0],
+        y_marks: &ERRORS,
     };
     let shown: Vec<&PathInfo> = PATHS
         .iter()
@@ -181,7 +232,7 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
                 .filter_map(|m| {
                     let time = report.ratio(m, path.label)?.log10();
                     let error = m.of(path.label)?.judged.error;
-                    Some((time.clamp(-1.2, 4.2), drawn_error(error)))
+                    Some((time.clamp(-2.0, 4.0), drawn_error(error)))
                 })
                 .collect();
             let style = color(path).mix(0.45).filled();
@@ -195,14 +246,26 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
             let edge = ShapeStyle::from(&INK).stroke_width(1);
             chart.draw_series([Circle::new(at, 8, color(path).filled())])?;
             chart.draw_series([Circle::new(at, 8, edge)])?;
+            if let Group::Librate(digits) | Group::Mpmath(digits) | Group::Flint(digits) =
+                path.group
+            {
+                let style = (FONT, 9).into_font().color(&WHITE);
+                let style = style.pos(Pos::new(HPos::Center, VPos::Center));
+                chart.draw_series([Text::new(digits.to_string(), at, style)])?;
+            }
         }
         legend(&right, (14, 60), &shown)?;
-        note(&right, (8, 60 + 19 * shown.len() as i32 + 14), &[
-            "small: one problem",
-            "large: the median",
-            "top: wrong altogether",
-            "bottom edge: below 10⁻³³",
-        ])
+        note(
+            &right,
+            (8, 60 + 19 * shown.len() as i32 + 14),
+            &[
+                "small: one problem",
+                "large: the median",
+                "number: digits asked for",
+                "above 1: sign of ω² wrong",
+                "bottom edge: below 10⁻³³",
+            ],
+        )
     })
 }
 
@@ -228,18 +291,21 @@ pub(crate) fn problems(report: &Report) -> Result<String> {
         let share = (drawn_error(error) - FLOOR) / (TOP - FLOOR);
         left + (share * f64::from(width)) as i32
     };
-    svg((940, (top + height + 60) as u32), |area| {
+    svg((960, (top + height + 60) as u32), |area| {
         let text = |size: i32, horizontal| {
             let style = (FONT, size).into_font().color(&INK);
             style.pos(Pos::new(horizontal, VPos::Center))
         };
         let title = "Hard problems one by one: the largest relative error of a frequency";
         area.draw(&Text::new(title, (left, 20), text(16, HPos::Left)))?;
-        for exponent in [-30, -25, -20, -15, -10, -5, 0] {
-            let at = x(10f64.powi(exponent));
-            area.draw(&PathElement::new(vec![(at, top - 8), (at, top + height)], FAINT))?;
+        for exponent in ERRORS {
+            let at = x(10f64.powf(exponent));
+            area.draw(&PathElement::new(
+                vec![(at, top - 8), (at, top + height)],
+                FAINT,
+            ))?;
             let label = (at, top + height + 14);
-            area.draw(&Text::new(power(f64::from(exponent)), label, text(12, HPos::Center)))?;
+            area.draw(&Text::new(power(exponent), label, text(12, HPos::Center)))?;
         }
         for (row, measured) in rows.iter().enumerate() {
             let y = top + 24 * row as i32 + 8;
@@ -247,12 +313,12 @@ pub(crate) fn problems(report: &Report) -> Result<String> {
             area.draw(&Text::new(name, (left - 10, y), text(12, HPos::Right)))?;
             let line = vec![(left, y), (left + width, y)];
             area.draw(&PathElement::new(line, FAINT.mix(0.6)))?;
-            for path in &shown {
+            for (place, path) in shown.iter().enumerate() {
+                if let Some(Verdict::Failed(_)) = measured.verdict(path.label) {
+                    let at = (left + width + 8 + 12 * place as i32, y);
+                    area.draw(&Cross::new(at, 4, color(path).stroke_width(2)))?;
+                }
                 let Some(outcome) = measured.of(path.label) else {
-                    if !matches!(path.group, Group::Jacobi) {
-                        let cross = Cross::new((left + width + 8, y), 4, color(path).stroke_width(2));
-                        area.draw(&cross)?;
-                    }
                     continue;
                 };
                 let at = x(outcome.judged.error);
@@ -266,12 +332,13 @@ pub(crate) fn problems(report: &Report) -> Result<String> {
                 area.draw(&Circle::new((at, y), 5, color(path).mix(0.85).filled()))?;
             }
         }
-        let beside = left + width + 30;
+        let beside = left + width + 50;
         legend(area, (beside, top + 10), &shown)?;
-        note(area, (beside - 6, top + 10 + 19 * shown.len() as i32 + 8), &[
-            "line to a bar: librate's bound",
-            "cross: gives up",
-        ])
+        note(
+            area,
+            (beside - 6, top + 10 + 19 * shown.len() as i32 + 8),
+            &["line to a bar: librate's bound", "cross: gives up"],
+        )
     })
 }
 
@@ -291,6 +358,7 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
         for (cell, family) in left.split_evenly((FAMILIES.len(), 1)).iter().zip(&FAMILIES) {
             let largest = report.family(family.slug).map(|m| m.n).max().unwrap_or(3);
             let x = (0.4, (largest as f64).log10() + 0.1);
+            let marks: Vec<f64> = family.sizes.iter().map(|n| (*n as f64).log10()).collect();
             let halves = cell.split_evenly((1, 2));
             let time = Frame {
                 caption: family.title,
@@ -300,15 +368,15 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
                 y_title: &reference,
                 x_label: whole,
                 y_label: times,
-                x_count: 4,
-                y_count: 6,
+                x_marks: &marks,
+                y_marks: &[-1.0, 0.0, 1.0, 2.0, 3.0, 4.0],
             };
             let error = Frame {
                 caption: "true error",
                 y: (FLOOR, TOP),
                 y_title: "largest relative error",
                 y_label: power,
-                y_count: 8,
+                y_marks: &ERRORS,
                 ..time
             };
             for (half, frame, is_time) in [(&halves[0], &time, true), (&halves[1], &error, false)] {
@@ -340,6 +408,7 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
 /// Time against the digits that are asked for, at one size of a family.
 pub(crate) fn digits(report: &Report) -> Result<String> {
     let reference = format!("CPU time, {} = 1", report.unit);
+    let marks = ASKED.map(|digits| (digits as f64).log10());
     let frame = Frame {
         caption: "What digits cost: a pendulum of 30 links",
         x: (0.8, 2.2),
@@ -348,8 +417,8 @@ pub(crate) fn digits(report: &Report) -> Result<String> {
         y_title: &reference,
         x_label: whole,
         y_label: times,
-        x_count: 3,
-        y_count: 6,
+        x_marks: &marks,
+        y_marks: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
     };
     let Some(measured) = report.family("pendulum").filter(|m| m.n <= 30).last() else {
         return svg((680, 100), |_| Ok(()));

@@ -54,23 +54,83 @@ pub(crate) const FAER: &str = "faer";
 pub(crate) const DEFAULT: &str = "librate, 10 digits";
 
 pub(crate) const PATHS: [PathInfo; 17] = [
-    path("nalgebra", Group::Doubles, "", "Cholesky factor of M, then `SymmetricEigen`"),
-    path(FAER, Group::Doubles, "", "Cholesky factor of M, then `self_adjoint_eigen`"),
-    path("numpy", Group::Peer, "numpy", "Cholesky factor of M, then `numpy.linalg.eigh`"),
-    path(SCIPY, Group::Peer, "scipy", "`scipy.linalg.eigh(K, M)`: LAPACK's dsygvd"),
-    path("LAPACK tridiagonal", Group::Peer, "scipy", "`scipy.linalg.eigh_tridiagonal` (stemr), chains only"),
-    path("ARPACK", Group::Peer, "scipy", "`scipy.sparse.linalg.eigsh`, shift-invert: the ten lowest of sparse problems"),
-    path("Jacobi on the factor", Group::Jacobi, "", "one-sided Jacobi rotations of A where K = A Aᵀ is known so; doubles, K never added up"),
+    path(
+        "nalgebra",
+        Group::Doubles,
+        "",
+        "Cholesky factor of M, then `SymmetricEigen`",
+    ),
+    path(
+        FAER,
+        Group::Doubles,
+        "",
+        "Cholesky factor of M, then `self_adjoint_eigen`",
+    ),
+    path(
+        "numpy",
+        Group::Peer,
+        "numpy",
+        "Cholesky factor of M, then `numpy.linalg.eigh`",
+    ),
+    path(
+        SCIPY,
+        Group::Peer,
+        "scipy",
+        "`scipy.linalg.eigh(K, M)`: LAPACK's dsygvd",
+    ),
+    path(
+        "LAPACK tridiagonal",
+        Group::Peer,
+        "scipy",
+        "`scipy.linalg.eigh_tridiagonal` (stemr), chains only",
+    ),
+    path(
+        "ARPACK",
+        Group::Peer,
+        "scipy",
+        "`scipy.sparse.linalg.eigsh`, shift-invert: the ten lowest of sparse problems",
+    ),
+    path(
+        "Jacobi on the factor",
+        Group::Jacobi,
+        "",
+        "one-sided Jacobi rotations of A where K = A Aᵀ is known so; doubles, K never added up",
+    ),
     path(DEFAULT, Group::Librate(10), "", "the default, with bounds"),
     path("librate, 15 digits", Group::Librate(15), "", "with bounds"),
     path("librate, 25 digits", Group::Librate(25), "", "with bounds"),
     path("librate, 50 digits", Group::Librate(50), "", "with bounds"),
-    path("librate, 100 digits", Group::Librate(100), "", "with bounds"),
-    path("mpmath, 30 digits", Group::Mpmath(30), "mpmath", "Cholesky factor of M, `mpmath.eigsy`, values only"),
+    path(
+        "librate, 100 digits",
+        Group::Librate(100),
+        "",
+        "with bounds",
+    ),
+    path(
+        "mpmath, 30 digits",
+        Group::Mpmath(30),
+        "mpmath",
+        "Cholesky factor of M, `mpmath.eigsy`, values only",
+    ),
     path("mpmath, 50 digits", Group::Mpmath(50), "mpmath", "the same"),
-    path("mpmath, 100 digits", Group::Mpmath(100), "mpmath", "the same"),
-    path("python-flint, 50 digits", Group::Flint(50), "python-flint", "`acb_mat.eig` of M⁻¹K in balls, values only"),
-    path("python-flint, 100 digits", Group::Flint(100), "python-flint", "the same"),
+    path(
+        "mpmath, 100 digits",
+        Group::Mpmath(100),
+        "mpmath",
+        "the same",
+    ),
+    path(
+        "python-flint, 50 digits",
+        Group::Flint(50),
+        "python-flint",
+        "`acb_mat.eig` of M⁻¹K in balls, values only",
+    ),
+    path(
+        "python-flint, 100 digits",
+        Group::Flint(100),
+        "python-flint",
+        "the same",
+    ),
 ];
 
 /// What came of a path on a problem.
@@ -113,11 +173,15 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    pub(crate) fn of(&self, label: &str) -> Option<&Outcome> {
+    pub(crate) fn verdict(&self, label: &str) -> Option<&Verdict> {
         let at = PATHS.iter().position(|path| path.label == label)?;
-        match self.verdicts.get(at)? {
+        self.verdicts.get(at)
+    }
+
+    pub(crate) fn of(&self, label: &str) -> Option<&Outcome> {
+        match self.verdict(label)? {
             Verdict::Done(outcome) => Some(outcome),
-            _ => None,
+            Verdict::Failed(_) | Verdict::Absent | Verdict::TooLong => None,
         }
     }
 }
@@ -132,11 +196,14 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    pub(crate) fn hard(&self) -> impl Iterator<Item = &Measured> {
+    pub(crate) fn hard(&self) -> impl Iterator<Item = &Measured> + Clone {
         self.measured.iter().filter(|m| m.family.is_none())
     }
 
-    pub(crate) fn family<'a>(&'a self, slug: &'a str) -> impl Iterator<Item = &'a Measured> {
+    pub(crate) fn family<'a>(
+        &'a self,
+        slug: &'a str,
+    ) -> impl Iterator<Item = &'a Measured> + Clone {
         self.measured.iter().filter(move |m| m.family == Some(slug))
     }
 
@@ -216,7 +283,10 @@ impl Plan {
         Ok(Report {
             measured,
             unit: if has("scipy") { SCIPY } else { FAER },
-            peers: peers.as_ref().map(|p| p.versions.clone()).map_err(Clone::clone),
+            peers: peers
+                .as_ref()
+                .map(|p| p.versions.clone())
+                .map_err(Clone::clone),
         })
     }
 
@@ -234,7 +304,9 @@ impl Plan {
         }
         let verdicts = PATHS.iter().enumerate().map(|(at, path)| {
             let expected = before.map(|before| match &before.verdicts[at] {
-                Verdict::Done(outcome) => outcome.seconds * (case.n as f64 / before.n as f64).powi(3),
+                Verdict::Done(outcome) => {
+                    outcome.seconds * (case.n as f64 / before.n as f64).powi(3)
+                }
                 Verdict::TooLong => f64::INFINITY,
                 Verdict::Failed(_) | Verdict::Absent => 0.0,
             });
@@ -298,7 +370,7 @@ impl Plan {
         match peers.run(path.label, self.patience) {
             Ok((seconds, values)) => Verdict::Done(Outcome {
                 seconds,
-                judged: judge(&values, &case.truth),
+                judged: judge(&values, &case.truth, case.digits),
                 certified: None,
             }),
             Err(error) => Verdict::Failed(error),
@@ -313,7 +385,7 @@ fn plain(case: &Case, result: Doubles) -> Verdict {
                 values.into_iter().map(Number::from_f64_exact).collect();
             Verdict::Done(Outcome {
                 seconds,
-                judged: judge(&values.unwrap_or_default(), &case.truth),
+                judged: judge(&values.unwrap_or_default(), &case.truth, case.digits),
                 certified: None,
             })
         }
@@ -323,7 +395,7 @@ fn plain(case: &Case, result: Doubles) -> Verdict {
 
 fn certified(case: &Case, answer: Answer, digits: usize) -> Outcome {
     let mids: Vec<Number> = answer.values.iter().map(|x| x.mid.clone()).collect();
-    let judged = judge(&mids, &case.truth);
+    let judged = judge(&mids, &case.truth, case.digits);
     let pairs = || answer.values.iter().zip(&case.truth);
     let holds = answer.values.len() == case.truth.len()
         && pairs().all(|(value, truth)| {
@@ -335,12 +407,10 @@ fn certified(case: &Case, answer: Answer, digits: usize) -> Outcome {
         .map(|(value, _)| value.bound().unwrap_or(f64::INFINITY))
         .collect();
     let bound = bounds.iter().copied().fold(0.0, f64::max);
-    // What the true values end at can't be told apart.
-    let least = 10f64.powi(-(case.digits.min(300) as i32) + 1);
     let slack = bounds
         .iter()
         .zip(&judged.errors)
-        .filter(|(_, error)| **error > least)
+        .filter(|(_, error)| **error > 0.0)
         .map(|(bound, error)| bound / error)
         .collect();
     Outcome {

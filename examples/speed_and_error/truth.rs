@@ -121,8 +121,10 @@ pub(crate) fn computed(mass: &[Vec<RBig>], stiffness: &[Vec<RBig>]) -> Option<Kn
         if is_zero(a) != is_zero(b) {
             return None;
         }
-        let off = log2(b) - log2(&(a - b));
-        bits = bits.min(usize::try_from(off).ok()?);
+        let apart = a - b;
+        if !is_zero(&apart) {
+            bits = bits.min(usize::try_from(log2(b) - log2(&apart)).ok()?);
+        }
     }
     Some(Known {
         values: fine.values.iter().map(number).collect(),

@@ -120,8 +120,8 @@ pub enum Rung {
     Doubles,
     /// Eigenvectors of doubles, refined in double-double.
     Refined,
-    /// A decomposition in double-double from the start: M is not positive definite in doubles, or their
-    /// eigenvectors are of no use.
+    /// Cholesky factor of M and reduction of K in double-double from the start: M is not positive definite in
+    /// doubles, or their eigenvectors are of no use.
     DoubleDouble,
     /// One-sided Jacobi rotations of the stiffness as a sum of squares, and energies in place of entries.
     Factors,
