@@ -4,14 +4,17 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use librate::modes::Rung;
+
 use super::case::{FAMILIES, MANY_DIGITS};
+use super::cells::{
+    error, error_cell, header, present, ratio, rung_name, table, time_cell, verdict,
+};
 use super::judge::median;
 use super::plots;
 use super::run::{
     DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths,
 };
-use librate::modes::Rung;
-
 /// Writes the document into a folder, and its pictures into one beside it.
 ///
 /// # Errors
@@ -43,105 +46,11 @@ fn text(report: &Report, plan: &Plan) -> String {
     .join("\n")
 }
 
-/// A number with one digit, as errors are told.
-fn error(value: f64) -> String {
-    if value == 0.0 {
-        "0".to_owned()
-    } else if (0.001..1000.0).contains(&value) {
-        format!("{}", format!("{value:.0e}").parse().unwrap_or(value))
-    } else {
-        format!("{value:.0e}")
-    }
-}
-
-/// A ratio with two digits.
-fn ratio(value: f64) -> String {
-    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
-    format!("{rounded}")
-}
-
-fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
-    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
-    out.push_str(&line(header));
-    let rule = (0..header.len()).map(|at| if at == 0 { "---" } else { "---:" });
-    out.push_str(&line(&rule.map(str::to_owned).collect::<Vec<_>>()));
-    for row in rows {
-        out.push_str(&line(row));
-    }
-}
-
-fn header(first: &[&str], rest: &[&PathInfo]) -> Vec<String> {
-    let first = first.iter().map(|x| (*x).to_owned());
-    first
-        .chain(rest.iter().map(|path| path.label.to_owned()))
-        .collect()
-}
-
-/// The paths that gave anything on some of the problems.
-fn present<'a>(
-    measured: impl Iterator<Item = &'a Measured> + Clone,
-    keep: impl Fn(&PathInfo) -> bool,
-) -> Vec<&'static PathInfo> {
-    let some = |path: &PathInfo| {
-        let mut all = measured.clone();
-        all.any(|m| !matches!(verdict(m, path), Verdict::Absent))
-    };
-    PATHS
-        .iter()
-        .filter(|path| keep(path) && some(path))
-        .collect()
-}
-
-fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdict {
-    measured.verdict(path.label).unwrap_or(&Verdict::Absent)
-}
-
-fn error_cell(measured: &Measured, path: &PathInfo) -> String {
-    match verdict(measured, path) {
-        Verdict::Done(outcome) if outcome.judged.wrong_signs > 0 => {
-            format!(
-                "**{}** (±{})",
-                error(outcome.judged.error),
-                outcome.judged.wrong_signs
-            )
-        }
-        Verdict::Done(outcome) if outcome.judged.error > 1e-9 => {
-            format!("**{}**", error(outcome.judged.error))
-        }
-        Verdict::Done(outcome) => error(outcome.judged.error),
-        Verdict::Failed(_) => "gives up".to_owned(),
-        Verdict::Absent => String::new(),
-        Verdict::TooLong => "too long".to_owned(),
-    }
-}
-
-fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -> String {
-    match verdict(measured, path) {
-        Verdict::Done(_) => report
-            .ratio(measured, path.label)
-            .map_or("?".to_owned(), ratio),
-        Verdict::Failed(_) => "gives up".to_owned(),
-        Verdict::Absent => String::new(),
-        Verdict::TooLong => "too long".to_owned(),
-    }
-}
-
-fn rung_name(rung: Rung) -> &'static str {
-    match rung {
-        Rung::Doubles => "doubles",
-        Rung::Refined => "double-double refinement",
-        Rung::DoubleDouble => "full double-double",
-        Rung::Factors => "Jacobi on the factor",
-        Rung::Precise => "arbitrary precision",
-        _ => "another",
-    }
-}
-
 fn introduction(report: &Report) -> String {
     let mut out = String::from(
         "# Speed against error\n\nWhat each way to the normal frequencies costs, and how wrong it is. Written by\n\n    \
          cargo run --release --example speed_and_error\n\nwhich measures everything anew; \
-         no number below is typed by hand. `--python PATH` names the interpreter that has the peers.\n\n",
+         no measured number below is typed by hand. `--python PATH` names the interpreter that has the peers.\n\n",
     );
     match &report.peers {
         Ok(versions) => {
@@ -255,8 +164,8 @@ fn choice(report: &Report) -> String {
          librate has one path, a ladder, and stops on the first rung whose proved bounds cover the digits that are \
          asked for (ten unless told otherwise). Nobody chooses a method, and the problem is not classified beforehand: \
          each rung costs more than the one before, and is only tried where that one could not prove enough.\n\n\
-         1. **Doubles.** Eigenvectors from nalgebra (below 60 coordinates) or faer. Quotients xᵀKx / xᵀMx and residuals of these \
-         vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors of 16 digits are \
+         1. **Doubles.** Eigenvectors from nalgebra (small problems) or faer (large ones). Quotients xᵀKx / xᵀMx and residuals of these \
+         vectors, as they are, in double-double. The bound is quadratic in the residuals, so vectors in doubles are \
          good for eigenvalues of more. Where: whatever M and K determine well.\n\
          2. **Double-double refinement.** The same vectors, made better by products in double-double; each round squares their error. \
          Where: more digits are wanted than the first vectors are good for, or modes are so close together that doubles mix their shapes.\n\

@@ -16,6 +16,7 @@
 )]
 
 mod case;
+mod cells;
 mod clock;
 mod document;
 mod judge;
