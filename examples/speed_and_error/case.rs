@@ -296,7 +296,7 @@ pub(crate) const FAMILIES: [Family; 4] = [
     Family {
         slug: "hilbert",
         title: "Hilbert's mass matrix (ever nearer to singular)",
-        sizes: &[3, 6, 9, 12, 15, 20],
+        sizes: &[3, 6, 9, 12, 13, 14, 15, 20],
         make: hilbert,
     },
 ];

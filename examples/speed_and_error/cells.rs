@@ -15,8 +15,11 @@ pub(crate) fn error(value: f64) -> String {
     }
 }
 
-/// A ratio with two digits.
+/// A ratio with two digits, a very large one with one.
 pub(crate) fn ratio(value: f64) -> String {
+    if value >= 1e5 {
+        return error(value);
+    }
     let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
     format!("{rounded}")
 }

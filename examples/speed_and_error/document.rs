@@ -147,12 +147,16 @@ fn summary(report: &Report) -> String {
 
 /// What the rotations cost at the largest size that they were given.
 fn jacobi_cost(report: &Report) -> String {
-    let of = |m: &Measured| Some((m.n, report.ratio(m, "Jacobi on the factor")?));
-    let all = FAMILIES
+    let largest = |slug| {
+        let costs = report
+            .family(slug)
+            .filter_map(|m| Some((m.n, report.ratio(m, "Jacobi on the factor")?)));
+        let (n, cost) = costs.last()?;
+        Some(format!("{slug} {} at n = {n}", ratio(cost)))
+    };
+    let costs: Vec<String> = FAMILIES
         .iter()
-        .filter_map(|family| report.family(family.slug).filter_map(of).last());
-    let costs: Vec<String> = all
-        .map(|(n, cost)| format!("{} at n = {n}", ratio(cost)))
+        .filter_map(|family| largest(family.slug))
         .collect();
     format!(" (times `{}`: {})", report.unit, costs.join(", "))
 }
@@ -363,8 +367,9 @@ fn sizes(report: &Report) -> String {
     }
     let _ = writeln!(
         out,
-        "Time by that of `{}`, and the error in brackets.",
-        report.unit
+        "Time by that of `{}`, and the error in brackets. A question mark: `{}` itself gives up. Too long: more than the \
+         limit [below](#how-it-was-measured).",
+        report.unit, report.unit
     );
     out
 }
@@ -500,6 +505,15 @@ fn losses(report: &Report) -> String {
                 ratio(largest)
             );
         }
+    }
+    if let (_, _, Some(middle), largest) = slower("librate, 25 digits", "librate, 15 digits") {
+        let _ = writeln!(
+            out,
+            "- 25 digits take {} times as long as 15 in the median, {} at most: where double-double does not quite reach, \
+             all modes that miss digits go to arbitrary precision.",
+            ratio(middle),
+            ratio(largest)
+        );
     }
     out.push_str(
         "- Sparse problems are solved as dense ones: LAPACK's tridiagonal solver and ARPACK make use of the zeros, librate does not.\n",

@@ -358,7 +358,13 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
         for (cell, family) in left.split_evenly((FAMILIES.len(), 1)).iter().zip(&FAMILIES) {
             let largest = report.family(family.slug).map(|m| m.n).max().unwrap_or(3);
             let x = (0.4, (largest as f64).log10() + 0.1);
-            let marks: Vec<f64> = family.sizes.iter().map(|n| (*n as f64).log10()).collect();
+            // No two marks on top of each other.
+            let mut marks: Vec<f64> = Vec::new();
+            for mark in family.sizes.iter().map(|n| (*n as f64).log10()) {
+                if marks.last().is_none_or(|last| mark > last + 0.07) {
+                    marks.push(mark);
+                }
+            }
             let halves = cell.split_evenly((1, 2));
             let time = Frame {
                 caption: family.title,
