@@ -19,6 +19,8 @@ mod clock;
 mod document;
 #[path = "../examples/speed_and_error/judge.rs"]
 mod judge;
+#[path = "../examples/speed_and_error/machine.rs"]
+mod machine;
 #[path = "../examples/speed_and_error/paths.rs"]
 mod paths;
 #[path = "../examples/speed_and_error/peers.rs"]

@@ -20,6 +20,7 @@ mod cells;
 mod clock;
 mod document;
 mod judge;
+mod machine;
 mod paths;
 mod peers;
 mod plots;

@@ -414,9 +414,13 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
 /// Time against the digits that are asked for, at one size of a family.
 pub(crate) fn digits(report: &Report) -> Result<String> {
     let reference = format!("CPU time, {} = 1", report.unit);
+    let Some(measured) = report.family("pendulum").filter(|m| m.n <= 30).last() else {
+        return svg((680, 100), |_| Ok(()));
+    };
+    let caption = format!("What digits cost: a pendulum of {} links", measured.n);
     let marks = ASKED.map(|digits| (digits as f64).log10());
     let frame = Frame {
-        caption: "What digits cost: a pendulum of 30 links",
+        caption: &caption,
         x: (0.8, 2.2),
         y: (-0.6, 5.0),
         x_title: "digits asked for",
@@ -425,9 +429,6 @@ pub(crate) fn digits(report: &Report) -> Result<String> {
         y_label: times,
         x_marks: &marks,
         y_marks: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
-    };
-    let Some(measured) = report.family("pendulum").filter(|m| m.n <= 30).last() else {
-        return svg((680, 100), |_| Ok(()));
     };
     let kinds: [(&str, fn(Group) -> Option<usize>); 3] = [
         (DEFAULT, |group| match group {
