@@ -411,6 +411,9 @@ pub(crate) fn sizes(report: &Report) -> Result<String> {
     })
 }
 
+/// The digits of one kind of path.
+type DigitsOf = fn(Group) -> Option<usize>;
+
 /// Time against the digits that are asked for, at one size of a family.
 pub(crate) fn digits(report: &Report) -> Result<String> {
     let reference = format!("CPU time, {} = 1", report.unit);
@@ -430,7 +433,7 @@ pub(crate) fn digits(report: &Report) -> Result<String> {
         x_marks: &marks,
         y_marks: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
     };
-    let kinds: [(&str, fn(Group) -> Option<usize>); 3] = [
+    let kinds: [(&str, DigitsOf); 3] = [
         (DEFAULT, |group| match group {
             Group::Librate(digits) => Some(digits),
             _ => None,
