@@ -10,7 +10,7 @@ use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Quick, Round};
 use super::start::{self, Failure};
-use super::{ModesError, Options, Source, refine, shape};
+use super::{ModesError, Options, Rung, Source, refine, shape};
 use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
@@ -36,6 +36,8 @@ pub(super) struct Solution {
     pub(super) certificate: Certificate,
     /// Eigenvalues beyond double-double, by position; may end early.
     pub(super) precise: Vec<Option<Big>>,
+    /// Where the columns come from.
+    pub(super) rung: Rung,
 }
 
 /// XᵀMX, in the form in which a rung leaves it.
@@ -155,13 +157,18 @@ pub(super) fn climb(
         best: None,
     };
     let (mut x, careful) = first(scaled, &zero.mid)?;
+    let mut rung = if careful {
+        Rung::DoubleDouble
+    } else {
+        Rung::Doubles
+    };
     if scaled.n >= QUICK && !careful {
         match quick(scaled, zero, options, &x) {
             Tried::Satisfied(solution) => return Ok(*solution),
-            Tried::Improved(better) => x = better,
+            Tried::Improved(better) => (x, rung) = (better, Rung::Refined),
         }
     }
-    let failed = match climb.rounds(None, x, careful) {
+    let failed = match climb.rounds(None, x, rung) {
         Ok(true) => None,
         Ok(false) => Some(ModesError::NoConvergence),
         Err(error) => Some(error),
@@ -179,7 +186,7 @@ pub(super) fn climb(
             (None, None) => self::careful(scaled, &zero.mid)?,
         };
         // What has been found so far still stands if this finds nothing.
-        let _ = climb.rounds(Some(&factored), x, true);
+        let _ = climb.rounds(Some(&factored), x, Rung::Factors);
     }
     match (climb.best, failed) {
         (Some((_, solution)), _) => Ok(solution),
@@ -202,7 +209,7 @@ impl Climb<'_> {
         &mut self,
         factored: Option<&Factored>,
         mut x: Matrix,
-        mut tried_careful: bool,
+        mut rung: Rung,
     ) -> Result<bool, ModesError> {
         let (scaled, zero, options) = (self.scaled, self.zero, self.options);
         let (mut before, mut idle) = (f64::INFINITY, 0);
@@ -217,10 +224,10 @@ impl Climb<'_> {
                 if round == ROUNDS {
                     return Err(unproved(scaled, &pencil, &x));
                 }
-                if tried_careful {
+                if rung >= Rung::DoubleDouble {
                     x = refine::refine(&pencil, zero, &x);
                 } else {
-                    tried_careful = true;
+                    rung = Rung::DoubleDouble;
                     x = careful(scaled, &zero.mid)?;
                 }
                 continue;
@@ -240,11 +247,12 @@ impl Climb<'_> {
                     leak: pencil.leak,
                     certificate,
                     precise: Vec::new(),
+                    rung,
                 };
                 self.best = Some((score, solution));
             }
             match next {
-                Some(next) if !stuck => x = next,
+                Some(next) if !stuck => (x, rung) = (next, rung.max(Rung::Refined)),
                 _ => return Ok(satisfied),
             }
         }
@@ -265,6 +273,11 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
     let mut xt = x.transposed();
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
+        let rung = if number == 0 {
+            Rung::Doubles
+        } else {
+            Rung::Refined
+        };
         let few = number == 0 || number == 1 && options.digits <= 12;
         let round = quick.round(xt, SLICES[usize::from(!few)]);
         // What doubles come to may be known to be too little for the shapes before it is certified.
@@ -288,6 +301,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
                 gram: Gram::Factors(Box::new(round)),
                 certificate,
                 precise: Vec::new(),
+                rung,
             }));
         }
         let score = score(&certificate, options);

@@ -109,6 +109,25 @@ pub struct Spectrum {
     pub modes: Vec<Mode>,
     /// What all modes together, asked for or not, say about stability.
     pub stability: Stability,
+    /// The highest rung that any of the numbers comes from.
+    pub rung: Rung,
+}
+
+/// The rungs of the precision ladder, from the cheapest to the most expensive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Rung {
+    /// Eigenvectors of doubles as they are; only quotients and residuals are more precise.
+    Doubles,
+    /// Eigenvectors of doubles, refined in double-double.
+    Refined,
+    /// Cholesky factor of M and reduction of K in double-double from the start: M is not positive definite in
+    /// doubles, or their eigenvectors are of no use.
+    DoubleDouble,
+    /// One-sided Jacobi rotations of the stiffness as a sum of squares, and energies in place of entries.
+    Factors,
+    /// As many bits as it takes; only the modes that need it have [`Mode::precise`].
+    Precise,
 }
 
 /// One normal mode.
@@ -298,6 +317,7 @@ pub fn solve_from(
         return Ok(Spectrum {
             modes: Vec::new(),
             stability: Stability::Stable,
+            rung: Rung::Doubles,
         });
     }
     if problem.zero_vectors.len() > n {

@@ -3,7 +3,7 @@
 use super::climb::Solution;
 use super::pencil::{Scaled, ZeroSpace};
 use super::precise::Precise;
-use super::{Kind, Mode, Options, Spectrum, Stability, shape};
+use super::{Kind, Mode, Options, Rung, Spectrum, Stability, shape};
 use crate::precision::{Ball, Big};
 
 /// The modes in printing order.
@@ -96,7 +96,17 @@ pub(super) fn spectrum(
         put_zeros(&mut modes, &mut number);
     }
     modes.truncate(wanted);
-    Spectrum { modes, stability }
+    let precise = modes.iter().any(|mode| mode.precise.is_some());
+    let rung = if precise {
+        Rung::Precise
+    } else {
+        solution.rung
+    };
+    Spectrum {
+        modes,
+        stability,
+        rung,
+    }
 }
 
 fn mode(

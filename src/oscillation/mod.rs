@@ -11,7 +11,8 @@ pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, ZeroMode};
 use crate::modes::{
-    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Source, Stability,
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source,
+    Stability,
 };
 use crate::precision::Ball;
 
@@ -23,6 +24,8 @@ pub struct NormalModes {
     pub stability: Stability,
     /// Unstable modes by falling growth, then zero modes, then by rising frequency.
     pub modes: Vec<NormalMode>,
+    /// The highest rung of the precision ladder that any of the numbers comes from.
+    pub rung: Rung,
 }
 
 /// One normal mode of a model.
@@ -148,6 +151,7 @@ pub fn normal_modes(
     Ok(NormalModes {
         stability: spectrum.stability,
         modes,
+        rung: spectrum.rung,
     })
 }
 

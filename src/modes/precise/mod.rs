@@ -19,7 +19,9 @@ use dashu_int::IBig;
 use super::certify::{Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
-use super::{Certificate, Gram, Kind, ModesError, Options, Solution, Source, covered, covers};
+use super::{
+    Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers,
+};
 use crate::precision::{Big, Magnitude, Rounding};
 use data::Data;
 use fixed::{LOST, length};
@@ -521,5 +523,6 @@ fn assemble(
             clusters,
         },
         precise,
+        rung: solved.map_or(Rung::Precise, |solved| solved.rung),
     }
 }

@@ -1,0 +1,102 @@
+//! Cells and tables of the document.
+
+use librate::modes::Rung;
+
+use super::run::{Measured, PATHS, PathInfo, Report, Verdict};
+
+/// A number with one digit, as errors are told.
+pub(crate) fn error(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (0.001..1000.0).contains(&value) {
+        format!("{}", format!("{value:.0e}").parse().unwrap_or(value))
+    } else {
+        format!("{value:.0e}")
+    }
+}
+
+/// A ratio with two digits, a very large one with one.
+pub(crate) fn ratio(value: f64) -> String {
+    if value >= 1e5 {
+        return error(value);
+    }
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    format!("{rounded}")
+}
+
+pub(crate) fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
+    let line = |cells: &[String]| format!("| {} |\n", cells.join(" | "));
+    out.push_str(&line(header));
+    let rule = (0..header.len()).map(|at| if at == 0 { "---" } else { "---:" });
+    out.push_str(&line(&rule.map(str::to_owned).collect::<Vec<_>>()));
+    for row in rows {
+        out.push_str(&line(row));
+    }
+}
+
+pub(crate) fn header(first: &[&str], rest: &[&PathInfo]) -> Vec<String> {
+    let first = first.iter().map(|x| (*x).to_owned());
+    first
+        .chain(rest.iter().map(|path| path.label.to_owned()))
+        .collect()
+}
+
+/// The paths that gave anything on some of the problems.
+pub(crate) fn present<'a>(
+    measured: impl Iterator<Item = &'a Measured> + Clone,
+    keep: impl Fn(&PathInfo) -> bool,
+) -> Vec<&'static PathInfo> {
+    let some = |path: &PathInfo| {
+        let mut all = measured.clone();
+        all.any(|m| !matches!(verdict(m, path), Verdict::Absent))
+    };
+    PATHS
+        .iter()
+        .filter(|path| keep(path) && some(path))
+        .collect()
+}
+
+pub(crate) fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdict {
+    measured.verdict(path.label).unwrap_or(&Verdict::Absent)
+}
+
+pub(crate) fn error_cell(measured: &Measured, path: &PathInfo) -> String {
+    match verdict(measured, path) {
+        Verdict::Done(outcome) if outcome.judged.wrong_signs > 0 => {
+            format!(
+                "**{}** (±{})",
+                error(outcome.judged.error),
+                outcome.judged.wrong_signs
+            )
+        }
+        Verdict::Done(outcome) if outcome.judged.error > 1e-9 => {
+            format!("**{}**", error(outcome.judged.error))
+        }
+        Verdict::Done(outcome) => error(outcome.judged.error),
+        Verdict::Failed(_) => "gives up".to_owned(),
+        Verdict::Absent => String::new(),
+        Verdict::TooLong => "too long".to_owned(),
+    }
+}
+
+pub(crate) fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -> String {
+    match verdict(measured, path) {
+        Verdict::Done(_) => report
+            .ratio(measured, path.label)
+            .map_or("?".to_owned(), ratio),
+        Verdict::Failed(_) => "gives up".to_owned(),
+        Verdict::Absent => String::new(),
+        Verdict::TooLong => "too long".to_owned(),
+    }
+}
+
+pub(crate) fn rung_name(rung: Rung) -> &'static str {
+    match rung {
+        Rung::Doubles => "doubles",
+        Rung::Refined => "double-double refinement",
+        Rung::DoubleDouble => "full double-double",
+        Rung::Factors => "Jacobi on the factor",
+        Rung::Precise => "arbitrary precision",
+        _ => "another",
+    }
+}

@@ -1,0 +1,477 @@
+//! The pictures, as SVG. They bring their own light background, so that they can be read on dark pages too.
+
+use std::error::Error;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::case::FAMILIES;
+use super::judge::median;
+use super::paths::ASKED;
+use super::run::{DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+const PAPER: RGBColor = RGBColor(252, 252, 250);
+const INK: RGBColor = RGBColor(40, 44, 52);
+const FAINT: RGBColor = RGBColor(222, 222, 218);
+const FONT: &str = "Helvetica, Arial, sans-serif";
+
+fn color(path: &PathInfo) -> RGBColor {
+    match (path.group, path.label) {
+        (Group::Doubles, "faer") => RGBColor(31, 119, 180),
+        (Group::Doubles, _) => RGBColor(23, 170, 190),
+        (Group::Peer, "numpy") => RGBColor(188, 160, 34),
+        (Group::Peer, "LAPACK tridiagonal") => RGBColor(140, 86, 75),
+        (Group::Peer, "ARPACK") => RGBColor(227, 119, 194),
+        (Group::Peer, _) => RGBColor(255, 127, 14),
+        (Group::Jacobi, _) => RGBColor(44, 150, 60),
+        (Group::Librate(digits), _) => match digits {
+            0..=10 => RGBColor(214, 39, 40),
+            11..=15 => RGBColor(170, 24, 40),
+            16..=25 => RGBColor(128, 12, 40),
+            26..=50 => RGBColor(90, 5, 40),
+            _ => RGBColor(60, 0, 40),
+        },
+        (Group::Mpmath(digits), _) => match digits {
+            0..=30 => RGBColor(165, 140, 215),
+            31..=50 => RGBColor(120, 90, 180),
+            _ => RGBColor(75, 45, 140),
+        },
+        (Group::Flint(digits), _) => match digits {
+            0..=50 => RGBColor(140, 140, 140),
+            _ => RGBColor(80, 80, 80),
+        },
+    }
+}
+
+/// 10 to a whole power, as one writes it.
+fn power(exponent: f64) -> String {
+    let exponent = exponent.round() as i64;
+    match exponent {
+        0 => return "1".to_owned(),
+        1 => return "10".to_owned(),
+        2 => return "100".to_owned(),
+        _ => {}
+    }
+    let superscript = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32(c as u32 - '0' as u32 + 0x2070).unwrap_or(c),
+        other => other,
+    };
+    let text: String = exponent.to_string().chars().map(superscript).collect();
+    format!("10{text}")
+}
+
+fn times(exponent: f64) -> String {
+    format!(
+        "{} ×",
+        match exponent.round() as i64 {
+            -1 => "0.1".to_owned(),
+            -2 => "0.01".to_owned(),
+            _ => power(exponent),
+        }
+    )
+}
+
+fn whole(value: f64) -> String {
+    format!("{:.0}", 10f64.powf(value))
+}
+
+/// A range of powers of ten with marks where they are wanted.
+struct Axis {
+    range: (f64, f64),
+    marks: Vec<f64>,
+}
+
+impl Axis {
+    fn new(range: (f64, f64), marks: &[f64]) -> Self {
+        let marks = marks.iter().copied();
+        Self {
+            range,
+            marks: marks.filter(|x| (range.0..=range.1).contains(x)).collect(),
+        }
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() {
+            Vec::new()
+        } else {
+            self.marks.clone()
+        }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.0..self.range.1
+    }
+}
+
+/// A frame with two logarithmic axes, both given as powers of ten.
+struct Frame<'a> {
+    caption: &'a str,
+    x: (f64, f64),
+    y: (f64, f64),
+    x_title: &'a str,
+    y_title: &'a str,
+    x_label: fn(f64) -> String,
+    y_label: fn(f64) -> String,
+    x_marks: &'a [f64],
+    y_marks: &'a [f64],
+}
+
+type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+
+impl Frame<'_> {
+    fn draw<'a, 'b>(&self, area: &'a Area<'b>) -> Result<Chart<'a, 'b>> {
+        let mut chart = ChartBuilder::on(area)
+            .caption(self.caption, (FONT, 16).into_font().color(&INK))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(66)
+            .build_cartesian_2d(
+                Axis::new(self.x, self.x_marks),
+                Axis::new(self.y, self.y_marks),
+            )?;
+        chart
+            .configure_mesh()
+            .light_line_style(PAPER)
+            .bold_line_style(FAINT)
+            .axis_style(INK)
+            .label_style((FONT, 12).into_font().color(&INK))
+            .axis_desc_style((FONT, 13).into_font().color(&INK))
+            .x_desc(self.x_title)
+            .y_desc(self.y_title)
+            .x_labels(self.x_marks.len())
+            .y_labels(self.y_marks.len())
+            .x_label_formatter(&|x| (self.x_label)(*x))
+            .y_label_formatter(&|y| (self.y_label)(*y))
+            .draw()?;
+        Ok(chart)
+    }
+}
+
+/// An SVG of a size, drawn by a function.
+fn svg(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result<String> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        area.fill(&PAPER)?;
+        draw(&area)?;
+        area.present()?;
+    }
+    Ok(text)
+}
+
+fn legend(area: &Area<'_>, at: (i32, i32), paths: &[&PathInfo]) -> Result<()> {
+    for (row, path) in paths.iter().enumerate() {
+        let y = at.1 + 19 * row as i32;
+        area.draw(&Circle::new((at.0, y), 5, color(path).filled()))?;
+        let style = (FONT, 13).into_font().color(&INK);
+        let style = style.pos(Pos::new(HPos::Left, VPos::Center));
+        area.draw(&Text::new(path.label, (at.0 + 11, y), style))?;
+    }
+    Ok(())
+}
+
+/// The lowest error that is drawn; what is below stands at the edge.
+const FLOOR: f64 = -34.0;
+const TOP: f64 = 1.5;
+/// Where errors have marks.
+const ERRORS: [f64; 7] = [-30.0, -25.0, -20.0, -15.0, -10.0, -5.0, 0.0];
+
+fn drawn_error(error: f64) -> f64 {
+    error.max(1e-300).log10().clamp(FLOOR + 0.5, TOP - 0.3)
+}
+
+/// Time against true error on the hard problems: a dot for each problem and path, a larger one where the
+/// medians of a path meet.
+pub(crate) fn hard(report: &Report) -> Result<String> {
+    let reference = format!("CPU time, {} of the same problem = 1", report.unit);
+    let frame = Frame {
+        caption: "Hard problems: time against true error of the worst frequency",
+        x: (-2.0, 4.0),
+        y: (FLOOR, TOP),
+        x_title: &reference,
+        y_title: "largest relative error of a frequency",
+        x_label: times,
+        y_label: power,
+        x_marks: &[-2.0, -1.0, 0.0, 1.0, 2.0, 3.0, 4.0],
+        y_marks: &ERRORS,
+    };
+    let shown: Vec<&PathInfo> = PATHS
+        .iter()
+        .filter(|path| report.hard().any(|m| m.of(path.label).is_some()))
+        .filter(|path| match path.group {
+            Group::Librate(digits) | Group::Mpmath(digits) | Group::Flint(digits) => digits <= 50,
+            Group::Doubles | Group::Peer | Group::Jacobi => true,
+        })
+        .collect();
+    svg((940, 560), |area| {
+        let (left, right) = area.split_horizontally(740);
+        let mut chart = frame.draw(&left)?;
+        let mut medians = Vec::new();
+        for path in &shown {
+            let points: Vec<(f64, f64)> = report
+                .hard()
+                .filter_map(|m| {
+                    let time = report.ratio(m, path.label)?.log10();
+                    let error = m.of(path.label)?.judged.error;
+                    Some((time.clamp(-2.0, 4.0), drawn_error(error)))
+                })
+                .collect();
+            let style = color(path).mix(0.45).filled();
+            chart.draw_series(points.iter().map(|&at| Circle::new(at, 3, style)))?;
+            let middle = |of: fn(&(f64, f64)) -> f64| median(points.iter().map(of).collect());
+            if let (Some(x), Some(y)) = (middle(|p| p.0), middle(|p| p.1)) {
+                medians.push((path, (x, y)));
+            }
+        }
+        for (path, at) in medians {
+            let edge = ShapeStyle::from(&INK).stroke_width(1);
+            chart.draw_series([Circle::new(at, 8, color(path).filled())])?;
+            chart.draw_series([Circle::new(at, 8, edge)])?;
+            if let Group::Librate(digits) | Group::Mpmath(digits) | Group::Flint(digits) =
+                path.group
+            {
+                let style = (FONT, 9).into_font().color(&WHITE);
+                let style = style.pos(Pos::new(HPos::Center, VPos::Center));
+                chart.draw_series([Text::new(digits.to_string(), at, style)])?;
+            }
+        }
+        legend(&right, (14, 60), &shown)?;
+        note(
+            &right,
+            (8, 60 + 19 * shown.len() as i32 + 14),
+            &[
+                "small: one problem",
+                "large: the median",
+                "number: digits asked for",
+                "above 1: sign of ω² wrong",
+                "bottom edge: below 10⁻³³",
+            ],
+        )
+    })
+}
+
+fn note(area: &Area<'_>, at: (i32, i32), lines: &[&str]) -> Result<()> {
+    for (row, line) in lines.iter().enumerate() {
+        let style = (FONT, 12).into_font().color(&INK.mix(0.75));
+        area.draw(&Text::new(*line, (at.0, at.1 + 17 * row as i32), style))?;
+    }
+    Ok(())
+}
+
+/// One row a hard problem: the errors of the main paths, and librate's bound.
+pub(crate) fn problems(report: &Report) -> Result<String> {
+    let rows: Vec<&Measured> = report.hard().collect();
+    let labels = ["faer", report.unit, "Jacobi on the factor", DEFAULT];
+    let shown: Vec<&PathInfo> = PATHS
+        .iter()
+        .filter(|path| labels.contains(&path.label))
+        .collect();
+    let height = 24 * rows.len() as i32;
+    let (left, top, width) = (200, 50, 520);
+    let x = |error: f64| {
+        let share = (drawn_error(error) - FLOOR) / (TOP - FLOOR);
+        left + (share * f64::from(width)) as i32
+    };
+    svg((960, (top + height + 60) as u32), |area| {
+        let text = |size: i32, horizontal| {
+            let style = (FONT, size).into_font().color(&INK);
+            style.pos(Pos::new(horizontal, VPos::Center))
+        };
+        let title = "Hard problems one by one: the largest relative error of a frequency";
+        area.draw(&Text::new(title, (left, 20), text(16, HPos::Left)))?;
+        for exponent in ERRORS {
+            let at = x(10f64.powf(exponent));
+            area.draw(&PathElement::new(
+                vec![(at, top - 8), (at, top + height)],
+                FAINT,
+            ))?;
+            let label = (at, top + height + 14);
+            area.draw(&Text::new(power(exponent), label, text(12, HPos::Center)))?;
+        }
+        for (row, measured) in rows.iter().enumerate() {
+            let y = top + 24 * row as i32 + 8;
+            let name = measured.name.replace('_', " ");
+            area.draw(&Text::new(name, (left - 10, y), text(12, HPos::Right)))?;
+            let line = vec![(left, y), (left + width, y)];
+            area.draw(&PathElement::new(line, FAINT.mix(0.6)))?;
+            for (place, path) in shown.iter().enumerate() {
+                if let Some(Verdict::Failed(_)) = measured.verdict(path.label) {
+                    let at = (left + width + 8 + 12 * place as i32, y);
+                    area.draw(&Cross::new(at, 4, color(path).stroke_width(2)))?;
+                }
+                let Some(outcome) = measured.of(path.label) else {
+                    continue;
+                };
+                let at = x(outcome.judged.error);
+                if let Some(certified) = &outcome.certified {
+                    let bound = x(certified.bound);
+                    let line = vec![(at, y), (bound, y)];
+                    area.draw(&PathElement::new(line, color(path).stroke_width(2)))?;
+                    let mark = vec![(bound, y - 5), (bound, y + 5)];
+                    area.draw(&PathElement::new(mark, color(path).stroke_width(2)))?;
+                }
+                area.draw(&Circle::new((at, y), 5, color(path).mix(0.85).filled()))?;
+            }
+        }
+        let beside = left + width + 50;
+        legend(area, (beside, top + 10), &shown)?;
+        note(
+            area,
+            (beside - 6, top + 10 + 19 * shown.len() as i32 + 8),
+            &["line to a bar: librate's bound", "cross: gives up"],
+        )
+    })
+}
+
+/// Time and error against the number of coordinates, one row a family.
+pub(crate) fn sizes(report: &Report) -> Result<String> {
+    let reference = format!("CPU time, {} = 1", report.unit);
+    let shown: Vec<&PathInfo> = PATHS
+        .iter()
+        .filter(|path| {
+            let mut all = report.measured.iter().filter(|m| m.family.is_some());
+            all.any(|m| m.of(path.label).is_some())
+        })
+        .collect();
+    let count = FAMILIES.len() as u32;
+    svg((1120, 330 * count), |area| {
+        let (left, right) = area.split_horizontally(920);
+        for (cell, family) in left.split_evenly((FAMILIES.len(), 1)).iter().zip(&FAMILIES) {
+            let largest = report.family(family.slug).map(|m| m.n).max().unwrap_or(3);
+            let x = (0.4, (largest as f64).log10() + 0.1);
+            // No two marks on top of each other.
+            let mut marks: Vec<f64> = Vec::new();
+            for mark in family.sizes.iter().map(|n| (*n as f64).log10()) {
+                if marks.last().is_none_or(|last| mark > last + 0.07) {
+                    marks.push(mark);
+                }
+            }
+            let halves = cell.split_evenly((1, 2));
+            let time = Frame {
+                caption: family.title,
+                x,
+                y: (-1.5, 4.2),
+                x_title: "coordinates n",
+                y_title: &reference,
+                x_label: whole,
+                y_label: times,
+                x_marks: &marks,
+                y_marks: &[-1.0, 0.0, 1.0, 2.0, 3.0, 4.0],
+            };
+            let error = Frame {
+                caption: "true error",
+                y: (FLOOR, TOP),
+                y_title: "largest relative error",
+                y_label: power,
+                y_marks: &ERRORS,
+                ..time
+            };
+            for (half, frame, is_time) in [(&halves[0], &time, true), (&halves[1], &error, false)] {
+                let mut chart = frame.draw(half)?;
+                for path in &shown {
+                    let points: Vec<(f64, f64)> = report
+                        .family(family.slug)
+                        .filter_map(|m| {
+                            let outcome = m.of(path.label)?;
+                            let y = if is_time {
+                                report.ratio(m, path.label)?.log10().clamp(-1.4, 4.1)
+                            } else {
+                                drawn_error(outcome.judged.error)
+                            };
+                            Some(((m.n as f64).log10(), y))
+                        })
+                        .collect();
+                    let style = color(path).stroke_width(2);
+                    chart.draw_series(LineSeries::new(points.clone(), style))?;
+                    let dot = color(path).filled();
+                    chart.draw_series(points.iter().map(|&at| Circle::new(at, 3, dot)))?;
+                }
+            }
+        }
+        legend(&right, (14, 60), &shown)
+    })
+}
+
+/// The digits of one kind of path.
+type DigitsOf = fn(Group) -> Option<usize>;
+
+/// Time against the digits that are asked for, at one size of a family.
+pub(crate) fn digits(report: &Report) -> Result<String> {
+    let reference = format!("CPU time, {} = 1", report.unit);
+    let Some(measured) = report.family("pendulum").filter(|m| m.n <= 30).last() else {
+        return svg((680, 100), |_| Ok(()));
+    };
+    let caption = format!("What digits cost: a pendulum of {} links", measured.n);
+    let marks = ASKED.map(|digits| (digits as f64).log10());
+    let frame = Frame {
+        caption: &caption,
+        x: (0.8, 2.2),
+        y: (-0.6, 5.0),
+        x_title: "digits asked for",
+        y_title: &reference,
+        x_label: whole,
+        y_label: times,
+        x_marks: &marks,
+        y_marks: &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0],
+    };
+    let kinds: [(&str, DigitsOf); 3] = [
+        (DEFAULT, |group| match group {
+            Group::Librate(digits) => Some(digits),
+            _ => None,
+        }),
+        ("mpmath, 50 digits", |group| match group {
+            Group::Mpmath(digits) => Some(digits),
+            _ => None,
+        }),
+        ("python-flint, 50 digits", |group| match group {
+            Group::Flint(digits) => Some(digits),
+            _ => None,
+        }),
+    ];
+    svg((680, 420), |area| {
+        let mut chart = frame.draw(area)?;
+        for (label, digits) in kinds {
+            let points: Vec<(f64, f64)> = PATHS
+                .iter()
+                .filter_map(|path| {
+                    let digits = digits(path.group)?;
+                    let time = report.ratio(measured, path.label)?;
+                    Some(((digits as f64).log10(), time.log10()))
+                })
+                .collect();
+            let Some(path) = PATHS.iter().find(|path| path.label == label) else {
+                continue;
+            };
+            let style = color(path).stroke_width(2);
+            chart.draw_series(LineSeries::new(points.clone(), style))?;
+            let dot = color(path).filled();
+            chart.draw_series(points.iter().map(|&at| Circle::new(at, 4, dot)))?;
+            if let Some(&(x, y)) = points.last() {
+                let name = label.split(',').next().unwrap_or(label).to_owned();
+                let style = (FONT, 13).into_font().color(&color(path));
+                let style = style.pos(Pos::new(HPos::Left, VPos::Center));
+                chart.draw_series([Text::new(name, (x + 0.03, y), style)])?;
+            }
+        }
+        Ok(())
+    })
+}
