@@ -74,7 +74,7 @@ fn all_entries(linearized: &Linearized) {
         }
     }
     let modes = linearized.zero_modes();
-    let precise = linearized.precise_zero_modes(&precise);
+    let precise = linearized.precise_zero_modes(&precise, &modes).unwrap();
     assert_eq!(modes.len(), precise.len());
     for (mode, precise) in modes.iter().zip(&precise) {
         assert_eq!(mode.meaning, precise.meaning);

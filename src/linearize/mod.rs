@@ -11,12 +11,14 @@ mod assemble;
 mod codes;
 mod descent;
 mod elements;
+mod enclosure;
 mod equilibrium;
 mod error;
 mod exact;
 mod existence;
 mod factors;
 mod facts;
+mod finish;
 mod gyroscopic;
 mod mechanism;
 mod newton;
@@ -25,6 +27,7 @@ mod precise;
 mod symbolic;
 mod symmetry;
 mod undefined;
+mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
@@ -199,7 +202,6 @@ impl Linearized {
         zero::zero_modes(
             &self.model,
             &self.assembly,
-            &self.equilibrium.values,
             &self.equilibrium.values,
             &self.values,
         )

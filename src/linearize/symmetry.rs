@@ -9,13 +9,14 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
+use super::verify::hold_in_true_numbers;
 use crate::expr::{
     ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
     rational_reconstruct,
 };
 use crate::model::Model;
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Ball, Scalar};
 
 /// An identity is tested at so many points.
 const POINTS: u64 = 6;
@@ -65,6 +66,14 @@ impl Symmetry {
         }
     }
 
+    /// The generator, if it is the same everywhere.
+    pub(crate) fn constant(&self) -> Option<&[Number]> {
+        match &self.generator {
+            Generator::Constant(vector) => Some(vector),
+            Generator::Rotation(_) => None,
+        }
+    }
+
     /// Whether it never moves any but these coordinates.
     fn moves_only(&self, allowed: &[bool]) -> bool {
         match &self.generator {
@@ -76,15 +85,22 @@ impl Symmetry {
     }
 }
 
-/// The symmetries that never move any but the coordinates allowed to.
-pub(crate) fn symmetries(model: &Model, assembly: &Assembly, allowed: &[bool]) -> Vec<Symmetry> {
+/// The symmetries that never move any but the coordinates allowed to. Those read off modulo a prime
+/// are tried in true numbers near `at`.
+pub(crate) fn symmetries(
+    model: &Model,
+    assembly: &Assembly,
+    at: &[Ball],
+    allowed: &[bool],
+) -> Vec<Symmetry> {
     let mut pool = model.pool.clone();
     let gradients: Vec<Vec<ExprId>> = assembly
         .families
         .iter()
         .map(|family| gradient(&mut pool, family))
         .collect();
-    let mut found = constant_generators(model, assembly, &pool, &gradients, allowed);
+    let found = constant_generators(model, assembly, &pool, &gradients, allowed);
+    let mut found = hold_in_true_numbers(model, assembly, at, found);
     found.extend(rotations(model, assembly, &pool, &gradients));
     found.retain(|symmetry| symmetry.moves_only(allowed));
     found

@@ -90,8 +90,12 @@ pub fn normal_modes(
         ..options.clone()
     };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
-        let zeros = problem.zero_vectors.len();
-        match modes::solve_from(problem, &Model { linearized, zeros }, &inner) {
+        let zeros = zero_modes.len();
+        let model = Model {
+            linearized,
+            zero_modes: zero_modes.as_slice(),
+        };
+        match modes::solve_from(problem, &model, &inner) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zeros => {
                 zero_modes.remove(index);
@@ -154,8 +158,7 @@ pub fn normal_modes(
 /// A model as the source of a problem.
 struct Model<'a> {
     linearized: &'a Linearized,
-    /// How many zero modes were proved.
-    zeros: usize,
+    zero_modes: &'a [ZeroMode],
 }
 
 impl Source for Model<'_> {
@@ -169,12 +172,10 @@ impl Source for Model<'_> {
 
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let precise = self.linearized.precisely(bits)?;
-        let zero_modes = if self.zeros > 0 {
-            self.linearized.precise_zero_modes(&precise)
-        } else {
-            Vec::new()
-        };
-        (zero_modes.len() == self.zeros).then(|| PreciseProblem {
+        let zero_modes = self
+            .linearized
+            .precise_zero_modes(&precise, self.zero_modes)?;
+        Some(PreciseProblem {
             dimension: self.linearized.dimension(),
             mass: precise.mass,
             stiffness: precise.stiffness,
