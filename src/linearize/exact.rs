@@ -137,7 +137,11 @@ impl Scalar for Exact {
             let whole = a.radicand.powi(exponent.div_euclid(2))?;
             let factor = a.factor.powi(exponent)?.mul(&whole);
             let odd = exponent.rem_euclid(2) == 1;
-            let rest = if odd { a.radicand.clone() } else { Number::from(1) };
+            let rest = if odd {
+                a.radicand.clone()
+            } else {
+                Number::from(1)
+            };
             Some(Self::new(factor, rest))
         };
         self.0.as_ref().and_then(power).unwrap_or(Self(None))

@@ -173,7 +173,10 @@ impl Axes {
     /// From axes along which WᵀKW is nearly the diagonal matrix `stiffness`; as many of the softest
     /// as `fewer` are left out.
     pub(crate) fn new(axes: &DMatrix<f64>, stiffness: &[f64], fewer: usize) -> Option<Self> {
-        let kept = stiffness.len().checked_sub(fewer).filter(|kept| *kept > 0)?;
+        let kept = stiffness
+            .len()
+            .checked_sub(fewer)
+            .filter(|kept| *kept > 0)?;
         let mut order: Vec<usize> = (0..stiffness.len()).collect();
         order.sort_by(|a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
         order.truncate(kept);
@@ -245,13 +248,13 @@ pub(crate) fn congruent<S: Enclosure>(
             }
         }
         for i in 0..=j {
-            let entry = exact[m * i..m * (i + 1)]
-                .iter()
-                .zip(&column)
-                .fold(zero.clone(), |sum, (x, entry)| match x {
+            let entry = exact[m * i..m * (i + 1)].iter().zip(&column).fold(
+                zero.clone(),
+                |sum, (x, entry)| match x {
                     Some(x) => sum.add(&entry.mul(x)),
                     None => sum,
-                });
+                },
+            );
             image[j + kept * i] = entry.clone();
             image[i + kept * j] = entry;
         }
@@ -512,18 +515,25 @@ impl Proof {
         self.bits
     }
 
-    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
-    /// the coordinates that are not searched for; `gradient` is all of ∇U.
-    ///
-    /// Newton steps with WSWᵀ as the inverse of K gain the same number of digits each (a factor θ,
-    /// at the least). The radius is |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where the steps
-    /// leave the box.
-    pub(crate) fn refine(
+    /// The equilibrium of forces that are a little different, as near as Newton steps come. Nothing is
+    /// proved.
+    pub(crate) fn follow(
+        &self,
+        point: Vec<Big>,
+        bits: usize,
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Vec<Big>> {
+        self.newton(point, bits, gradient).map(|(found, _)| found)
+    }
+
+    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
+    /// each (a factor θ, at the least), as long as the forces fall; ‖G(0)‖ at the end.
+    fn newton(
         &self,
         mut point: Vec<Big>,
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Vec<Big>> {
+    ) -> Option<(Vec<Big>, Magnitude)> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
             point[*i] = centre.clone().with_bits(bits).center();
         }
@@ -545,6 +555,20 @@ impl Proof {
                 point[*i] = (&point[*i] + &step).center();
             }
         }
+        Some((found, best))
+    }
+
+    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
+    /// the coordinates that are not searched for; `gradient` is all of ∇U.
+    ///
+    /// The radius is |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where Newton's steps leave the box.
+    pub(crate) fn refine(
+        &self,
+        point: Vec<Big>,
+        bits: usize,
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Vec<Big>> {
+        let (mut found, best) = self.newton(point, bits, gradient)?;
         let rest = Magnitude::from_f64((1.0 - self.contraction).next_down());
         if best.scale(1) >= rest {
             return None;

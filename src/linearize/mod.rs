@@ -9,6 +9,7 @@
 mod absent;
 mod assemble;
 mod codes;
+mod condition;
 mod descent;
 mod elements;
 mod enclosure;
@@ -21,6 +22,7 @@ mod facts;
 mod finish;
 mod gyroscopic;
 mod mechanism;
+mod naming;
 mod newton;
 mod parametric;
 mod precise;
@@ -31,6 +33,7 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
+pub(crate) use condition::Shape;
 pub use elements::Element;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};

@@ -108,4 +108,3 @@ fn changes(
     });
     defined.then_some(changes)
 }
-

@@ -32,7 +32,10 @@ enum Ground {
     Exact(Vec<Number>),
     /// The kernel of the slopes of unstressed elements: the coordinates that have pivots, and the one
     /// without that this vector belongs to.
-    Mechanism { pivots: Vec<usize>, own: usize },
+    Mechanism {
+        pivots: Vec<usize>,
+        own: usize,
+    },
 }
 
 /// The proved zero modes at an equilibrium: linearly independent.

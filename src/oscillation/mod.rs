@@ -83,7 +83,8 @@ pub fn normal_modes(
         stiffness,
         zero_vectors: vectors(&zero_modes),
     };
-    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness);
+    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness)
+        .filter(|mirror| mirror.holds(linearized));
     // The classes are read off the shapes, whether or not these are wanted.
     let inner = Options {
         vectors: options.vectors || mirror.is_some(),
@@ -224,6 +225,15 @@ fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
     false
 }
 
+/// Whether Mx is exactly 0.
+fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
+    let n = x.len();
+    (0..n).all(|i| {
+        let row = (0..n).map(|j| mass[i + n * j] * Ball::from(x[j]));
+        row.fold(Ball::ZERO, |sum, part| sum + part).is_zero()
+    })
+}
+
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     let coordinates = &linearized.model().coordinates;
@@ -250,7 +260,11 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
                 .find(|(_, amplitude)| amplitude.abs() > 1e-6)
                 .map_or(first_term, |(coordinate, _)| coordinate.span);
             if *singular {
-                LinearizeError::SingularMass { combination, span }
+                LinearizeError::SingularMass {
+                    combination,
+                    proved: has_no_inertia(&linearized.mass(), direction),
+                    span,
+                }
             } else {
                 LinearizeError::IndefiniteMass { combination, span }
             }

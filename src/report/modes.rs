@@ -125,7 +125,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            let written = Written::new(value, options.digits).text();
+            let written = known(value, options.digits);
             let unit = match shown_unit(coordinate) {
                 Some(unit) if common.is_none() => format!(" {unit}"),
                 Some(_) | None => String::new(),
@@ -139,6 +139,16 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
+}
+
+/// A coordinate with the digits that are decided; where these are fewer than asked for, with its bound.
+fn known(value: &Ball, digits: usize) -> String {
+    let written = Written::new(value, digits);
+    if written.complete {
+        written.text()
+    } else {
+        format!("{} ± {}", written.text(), one_digit_up_text(written.bound))
+    }
 }
 
 /// The unit behind a coordinate's number; none where there is nothing to say.
