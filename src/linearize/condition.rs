@@ -7,11 +7,11 @@
 //! is a bound; a leading digit is all that is asked for.
 
 use super::Linearized;
-use super::assemble::{Part, evaluate_closed, head, parameters_of};
+use super::assemble::{Part, Values, evaluate_closed, head, parameters_of};
 use super::equilibrium::Origin;
 use super::existence::Proof;
 use crate::expr::{Symbol, Tape};
-use crate::precision::Big;
+use crate::precision::{Ball, Big, Scalar};
 
 /// A parameter is changed by this power of 1/2 ...
 const SHIFT: i64 = 120;
@@ -35,20 +35,34 @@ pub(crate) struct Shape<'a> {
 impl Linearized {
     /// For each shape Σ |k_e|(∇s_e·x)² + |t_e xᵀ∇∇s_e x| over |xᵀKx|: 1 where nothing cancels. What the
     /// errors of x may account for is left out: a stiff spring beside a soft one is no cancellation.
-    pub(crate) fn cancellation(&self, shapes: &[Shape<'_>]) -> Option<Vec<f64>> {
+    ///
+    /// Doubles are asked first; what they say of a mode is believed below `limit` only, as tensions may be
+    /// rounding.
+    pub(crate) fn cancellation(&self, shapes: &[Shape<'_>], limit: f64) -> Option<Vec<f64>> {
         let values = self.assembly.values::<f64>(&self.model, ()).ok()?;
-        let at: Vec<f64> = self
-            .equilibrium
-            .values
-            .iter()
-            .map(|x| x.mid_f64())
-            .collect();
+        let at = &self.equilibrium.values;
+        let middles: Vec<f64> = at.iter().map(Ball::mid_f64).collect();
+        let rough = self.parts(&middles, &values, shapes, |x| *x);
+        if rough.iter().all(|ratio| *ratio < limit) {
+            return Some(rough);
+        }
+        let certain = |x: &Ball| x.abs_lower().copysign(x.mid_f64());
+        Some(self.parts(at, &self.values, shapes, certain))
+    }
+
+    /// The ratios, with `size` taken of the stiffnesses, tensions and derivatives of all elements.
+    fn parts<S: Scalar>(
+        &self,
+        at: &[S],
+        values: &Values<S>,
+        shapes: &[Shape<'_>],
+        size: impl Fn(&S) -> f64,
+    ) -> Vec<f64> {
         let mut sums = vec![0.0; shapes.len()];
-        self.assembly.run(
-            Part::Stiffness,
-            &at,
-            &values,
-            |family, instance, numbers| {
+        self.assembly
+            .run(Part::Stiffness, at, values, |family, instance, numbers| {
+                let numbers: Vec<f64> = numbers.iter().map(&size).collect();
+                let numbers = numbers.as_slice();
                 let coordinates = family.terms.coordinates_of(instance);
                 let mut rest = numbers;
                 for element in &family.potential {
@@ -79,10 +93,9 @@ impl Linearized {
                         }
                     }
                 }
-            },
-        );
+            });
         let ratio = |(sum, shape): (f64, &Shape<'_>)| sum / shape.square.abs();
-        Some(sums.into_iter().zip(shapes).map(ratio).collect())
+        sums.into_iter().zip(shapes).map(ratio).collect()
     }
 
     /// The parameter that ω² depends on most, and |p/ω² dω²/dp|: dω² = xᵀ(dK - ω² dM)x for xᵀMx = 1, with M

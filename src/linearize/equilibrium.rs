@@ -560,6 +560,9 @@ impl Search<'_> {
         let scaled = Axes::new(&axes, eigen.eigenvalues.as_slice(), symmetries.len());
         let proved = scaled.and_then(|scaled| setting.prove(at, scaled, &symmetries));
         if let Some((proof, radii)) = proved {
+            if let Some(place) = self.closer_place(at, &proof, &radii) {
+                return Some((proof, place));
+            }
             let free = self.free.iter().zip(radii);
             let place = free.map(|(i, radius)| at[*i].with_added_radius(radius));
             return Some((proof, place.collect()));

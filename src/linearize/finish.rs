@@ -16,13 +16,17 @@ use super::assemble::{Values, evaluate_closed};
 use super::equilibrium::Search;
 use super::existence::{Axes, Products, Proof, Setting, congruent};
 use super::symmetry::Symmetry;
+use crate::model::Given;
 use crate::precision::{Ball, Big, Magnitude};
 
 /// Products of matrices of so many bits take seconds beyond this.
-const MOST: usize = 100;
+const MOST: usize = 80;
 
 /// The bits that are tried, one after the other.
 const BITS: [usize; 2] = [256, 768];
+
+/// Double-double should tell the place better than this, beside the size of the coordinates.
+const FAR: f64 = 1e-20;
 
 /// From so many coordinates on only the first of them.
 const MANY: usize = 30;
@@ -52,6 +56,36 @@ impl Search<'_> {
             .find_map(|bits| self.finish_with(*bits, at, axes, symmetries))
     }
 
+    /// The free coordinates as many bits tell them, where double-double leaves the place more open
+    /// than it should, as forces that cancel do.
+    pub(super) fn closer_place(
+        &self,
+        at: &[Ball],
+        proof: &Proof,
+        radii: &[f64],
+    ) -> Option<Vec<Ball>> {
+        let sizes = self.free.iter().map(|i| at[*i].mid_f64().abs());
+        let largest = sizes.fold(0.0, f64::max);
+        if radii.iter().all(|radius| *radius <= FAR * largest) {
+            return None;
+        }
+        let [bits, _] = BITS;
+        let values = self.assembly.values::<Big>(self.model, bits).ok()?;
+        let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
+        let point = proof.refine(self.in_bits(at, bits)?, bits, gradient)?;
+        Some(self.free.iter().map(|i| point[*i].to_ball()).collect())
+    }
+
+    /// A point in numbers of so many bits: what is given exactly, of the rest the middle.
+    fn in_bits(&self, at: &[Ball], bits: usize) -> Option<Vec<Big>> {
+        let number =
+            |(given, value): (&Option<Given>, &Ball)| match given.and_then(|given| given.value) {
+                Some(given) => evaluate_closed(&self.model.pool, given, bits),
+                None => Some(Big::from_ball(value, bits).center()),
+            };
+        self.model.equilibria.iter().zip(at).map(number).collect()
+    }
+
     fn finish_with(
         &self,
         bits: usize,
@@ -60,13 +94,7 @@ impl Search<'_> {
         symmetries: &[Symmetry],
     ) -> Option<(Proof, Vec<Ball>)> {
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
-        let mut point = Vec::with_capacity(at.len());
-        for (given, value) in self.model.equilibria.iter().zip(at) {
-            point.push(match given.and_then(|given| given.value) {
-                Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
-                None => Big::from_ball(value, bits).center(),
-            });
-        }
+        let mut point = self.in_bits(at, bits)?;
         let setting = Setting {
             assembly: self.assembly,
             values: &values,

@@ -147,8 +147,11 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
         .collect();
     soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
     soft.truncate(MOST_JUDGED);
+    if soft.is_empty() {
+        return None;
+    }
     let (numbers, shapes): (Vec<usize>, Vec<Shape<'_>>) = soft.into_iter().unzip();
-    let ratios = linearized.cancellation(&shapes)?;
+    let ratios = linearized.cancellation(&shapes, ILL_CONDITIONED)?;
     let judged = numbers.into_iter().zip(&shapes).zip(ratios);
     let ((at, shape), ratio) = judged
         .filter(|(_, ratio)| *ratio >= ILL_CONDITIONED)
