@@ -119,6 +119,7 @@ const PAGES: &[(&str, &str)] = &[
     ("W0101", include_str!("../docs/errors/W0101.md")),
     ("W0102", include_str!("../docs/errors/W0102.md")),
     ("W0103", include_str!("../docs/errors/W0103.md")),
+    ("W0104", include_str!("../docs/errors/W0104.md")),
 ];
 
 /// All codes that have a page, ascending.

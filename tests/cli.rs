@@ -299,6 +299,7 @@ fn modes_as_json() {
             "model",
             "coordinates",
             "equilibrium",
+            "equilibrium_error_bound",
             "stability",
             "modes",
             "units"

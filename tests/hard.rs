@@ -29,15 +29,10 @@ use serde_json::Value;
 const SLOW: &[&str] = &["chain_2000"];
 
 /// Not solved, or not rightly, and why.
-const FAILS: &[(&str, &str)] = &[(
-    "irrational_equilibrium_stiff",
-    "the minimum is reached downhill, but Newton's finish and its proof fail beside a stiffness of 1e14",
-)];
+const FAILS: &[(&str, &str)] = &[];
 
-/// Right, but fewer digits than asked for, or undecided, from this number of digits on: in
-/// `body_off_origin` the rotation is found and dropped as if it were one of the translations, and
-/// in `cancelling_energies_severe` the equilibrium is known to fewer digits than the cancellation takes.
-const FEWER: &[(&str, usize)] = &[("body_off_origin", 10), ("cancelling_energies_severe", 10)];
+/// Right, but fewer digits than asked for, or undecided, from this number of digits on.
+const FEWER: &[(&str, usize)] = &[];
 
 fn files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir("models/hard")

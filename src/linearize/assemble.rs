@@ -327,6 +327,16 @@ impl Assembly {
         model: &Model,
         precision: S::Precision,
     ) -> Result<Values<S>, NoValue> {
+        self.values_where(model, precision, |_, value| value)
+    }
+
+    /// The values, with those of parameters replaced as told by their number.
+    pub(crate) fn values_where<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+        replaced: impl Fn(usize, S) -> S,
+    ) -> Result<Values<S>, NoValue> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
         needed.extend(self.families.iter().flat_map(|family| &family.parameters));
         needed.sort_unstable();
@@ -334,7 +344,8 @@ impl Assembly {
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
         for number in needed {
             let value = model.parameters[number].value.ok_or(NoValue(number))?;
-            parameters[number] = evaluate_closed(&model.pool, value, precision);
+            let own = evaluate_closed(&model.pool, value, precision);
+            parameters[number] = own.map(|own| replaced(number, own));
         }
         let inputs: Vec<S> = self
             .constants_parameters

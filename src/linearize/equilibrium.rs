@@ -18,7 +18,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::assemble::{Assembly, Values, evaluate_closed};
 use super::descent::Energy;
 use super::error::LinearizeError;
-use super::existence::{Proof, Setting};
+use super::existence::{Axes, Products, Proof, Setting};
 use super::newton::{Force, Spectrum};
 use super::symbolic::{equilibrium_expressions, force_text, forces_vanish};
 use super::symmetry::symmetries;
@@ -66,6 +66,12 @@ const NEARLY_SINGULAR: f64 = 1e-10;
 
 /// More Newton steps than this find nothing either.
 const MOST_STEPS: usize = 300;
+
+/// Double-double has about so many bits; what lies further apart goes to a radius.
+const BITS_OF_BALLS: usize = 128;
+
+/// Beside the size of the coordinates: above the rounding of double-double, below that of doubles.
+const ROOM_OF_BALLS: f64 = 1.0 / (1_u128 << 75) as f64;
 
 /// Enough to tell a force of 1e-90 from none.
 const BITS_TO_VERIFY: usize = 320;
@@ -235,7 +241,7 @@ impl Search<'_> {
 
     /// The forces with [`BITS_TO_VERIFY`] bits, if the place is known as well.
     fn closer_force(&self, at: &[Ball], proof: Option<&Proof>) -> Option<Vec<Ball>> {
-        let bits = BITS_TO_VERIFY;
+        let bits = BITS_TO_VERIFY.max(proof.map_or(0, Proof::bits));
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
         let mut point = Vec::with_capacity(at.len());
@@ -294,6 +300,12 @@ impl Search<'_> {
                     {
                         *at = trial;
                         return Ok((steps, proof));
+                    }
+                    // Newton's way in doubles may end far above what many bits can tell.
+                    trial.clone_from(&low);
+                    if let Some(proof) = self.settle(&mut trial, metric) {
+                        *at = trial;
+                        return Ok((1, Some(proof)));
                     }
                 }
             }
@@ -490,9 +502,9 @@ impl Search<'_> {
                 break;
             }
         }
-        if let Some((proof, radii)) = self.proof(at, metric, &spectrum) {
-            for (i, radius) in self.free.iter().zip(radii) {
-                at[*i] = at[*i].with_added_radius(radius);
+        if let Some((proof, place)) = self.proof(at, metric, &spectrum) {
+            for (i, place) in self.free.iter().zip(place) {
+                at[*i] = place;
             }
             return Some(proof);
         }
@@ -512,14 +524,15 @@ impl Search<'_> {
         None
     }
 
-    /// Tries to prove an equilibrium beside `at`. Symmetries are looked for only where the stiffness
-    /// may be singular.
+    /// Tries to prove an equilibrium beside `at`, and says where its free coordinates are. Symmetries are
+    /// looked for only where the stiffness may be singular, and more bits than doubles have are taken
+    /// only where these do not do.
     fn proof(
         &self,
         at: &[Ball],
         metric: &DMatrix<f64>,
         spectrum: &Spectrum,
-    ) -> Option<(Proof, Vec<f64>)> {
+    ) -> Option<(Proof, Vec<Ball>)> {
         let eigen = &spectrum.eigen;
         let axes = metric
             .transpose()
@@ -533,14 +546,28 @@ impl Search<'_> {
             for i in &self.free {
                 allowed[*i] = true;
             }
-            independent_symmetries(symmetries(self.model, self.assembly, &allowed), at)
+            let all = symmetries(self.model, self.assembly, at, &allowed);
+            independent_symmetries(all, at)
         };
         let setting = Setting {
             assembly: self.assembly,
             values: self.values,
             free: &self.free,
+            products: Products::Doubles,
+            bits: BITS_OF_BALLS,
+            room: ROOM_OF_BALLS,
         };
-        setting.prove(at, &axes, eigen.eigenvalues.as_slice(), &symmetries)
+        let scaled = Axes::new(&axes, eigen.eigenvalues.as_slice(), symmetries.len());
+        let proved = scaled.and_then(|scaled| setting.prove(at, scaled, &symmetries));
+        if let Some((proof, radii)) = proved {
+            if let Some(place) = self.closer_place(at, &proof, &radii) {
+                return Some((proof, place));
+            }
+            let free = self.free.iter().zip(radii);
+            let place = free.map(|(i, radius)| at[*i].with_added_radius(radius));
+            return Some((proof, place.collect()));
+        }
+        self.finish(at, &axes, &symmetries)
     }
 }
 

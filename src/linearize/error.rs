@@ -75,10 +75,12 @@ pub enum LinearizeError {
         span: Span,
     },
     /// A direction without inertia.
-    #[error("{} has no inertia: the mass matrix is singular", combination_words(.combination))]
+    #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be told from none: the mass matrix is not shown to be positive definite" })]
     SingularMass {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
+        /// Whether the inertia is exactly 0; otherwise bounds do not tell it from 0.
+        proved: bool,
         /// Where the first of them is declared.
         span: Span,
     },
@@ -211,10 +213,14 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 );
                 Diagnostic::error(message, *span, label).with_help(help)
             }
-            LinearizeError::SingularMass { span, .. } => Diagnostic::error(
+            LinearizeError::SingularMass { span, proved, .. } => Diagnostic::error(
                 message,
                 *span,
-                "its velocity does not occur squared in T",
+                if *proved {
+                    "its velocity does not occur squared in T"
+                } else {
+                    "moves without any, or with too little beside the others"
+                },
             )
             .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
             LinearizeError::IndefiniteMass { span, .. } => {

@@ -1,6 +1,10 @@
-//! The stiffness matrix in exact rational numbers, where everything in it is rational.
+//! The stiffness matrix in exact numbers, where everything in it is rational.
+//!
+//! On the way there numbers may be rational multiples of square roots: distances between rational
+//! points are, and in the stiffness of an unstressed spring between them they appear squared.
 
 use super::assemble::Assembly;
+use crate::expr::{PRIME, nullspace_mod};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, DoubleDouble, Function, Scalar};
@@ -8,16 +12,62 @@ use crate::precision::{Ball, DoubleDouble, Function, Scalar};
 /// Exact elimination is for small systems.
 const MOST: usize = 60;
 
-/// A rational number, or `None` where a result is not rational.
+/// A rational multiple of the square root of a rational number, or `None` for what is no such.
 #[derive(Clone, Debug)]
-struct Exact(Option<Number>);
+struct Exact(Option<Surd>);
+
+/// factor·√radicand; the radicand is positive, and 1 where its root is rational.
+#[derive(Clone, Debug)]
+struct Surd {
+    factor: Number,
+    radicand: Number,
+}
+
+impl Surd {
+    fn rational(factor: Number) -> Self {
+        Self {
+            factor,
+            radicand: Number::from(1),
+        }
+    }
+
+    /// The number as a fraction, if it is one.
+    fn as_rational(&self) -> Option<&Number> {
+        self.radicand.is_one().then_some(&self.factor)
+    }
+}
 
 impl Exact {
-    fn of(&self, other: &Self, f: impl Fn(&Number, &Number) -> Option<Number>) -> Self {
+    /// factor·√radicand for a radicand that is positive.
+    fn new(factor: Number, radicand: Number) -> Self {
+        if factor.is_oversized() || radicand.is_oversized() {
+            return Self(None);
+        }
+        if factor.is_zero() || radicand.is_one() {
+            return Self(Some(Surd::rational(factor)));
+        }
+        Self(Some(match radicand.sqrt_exact() {
+            Some(root) => Surd::rational(factor.mul(&root)),
+            None => Surd { factor, radicand },
+        }))
+    }
+
+    fn rational(factor: Option<Number>) -> Self {
+        match factor {
+            Some(factor) => Self::new(factor, Number::from(1)),
+            None => Self(None),
+        }
+    }
+
+    fn of(&self, other: &Self, f: impl Fn(&Surd, &Surd) -> Option<Self>) -> Self {
         match (&self.0, &other.0) {
-            (Some(a), Some(b)) => Self(f(a, b).filter(|result| !result.is_oversized())),
+            (Some(a), Some(b)) => f(a, b).unwrap_or(Self(None)),
             (Some(_) | None, _) => Self(None),
         }
+    }
+
+    fn as_rational(&self) -> Option<&Number> {
+        self.0.as_ref().and_then(Surd::as_rational)
     }
 }
 
@@ -25,7 +75,7 @@ impl Scalar for Exact {
     type Precision = ();
 
     fn from_number(number: &Number, (): ()) -> Self {
-        Self(Some(number.clone()))
+        Self(Some(Surd::rational(number.clone())))
     }
 
     fn pi((): ()) -> Self {
@@ -33,49 +83,98 @@ impl Scalar for Exact {
     }
 
     fn add(&self, other: &Self) -> Self {
-        self.of(other, |a, b| Some(a.add(b)))
+        self.of(other, |a, b| {
+            if a.factor.is_zero() {
+                return Some(other.clone());
+            }
+            if b.factor.is_zero() {
+                return Some(self.clone());
+            }
+            // √b = √(ab)/a·√a, where that makes a fraction of √(ab)/a.
+            let ratio = if a.radicand == b.radicand {
+                Number::from(1)
+            } else {
+                let both = a.radicand.mul(&b.radicand).sqrt_exact()?;
+                both.div(&a.radicand)?
+            };
+            let sum = a.factor.add(&b.factor.mul(&ratio));
+            Some(Self::new(sum, a.radicand.clone()))
+        })
     }
 
     fn sub(&self, other: &Self) -> Self {
-        self.of(other, |a, b| Some(a.sub(b)))
+        self.add(&other.neg())
     }
 
     fn mul(&self, other: &Self) -> Self {
-        // Zero times anything finite is zero, but what is not rational may not be finite.
-        self.of(other, |a, b| Some(a.mul(b)))
+        // Zero times anything finite is zero, but what is no such number may not be finite.
+        self.of(other, |a, b| {
+            let factor = a.factor.mul(&b.factor);
+            Some(if a.radicand == b.radicand {
+                Self::new(factor.mul(&a.radicand), Number::from(1))
+            } else {
+                Self::new(factor, a.radicand.mul(&b.radicand))
+            })
+        })
     }
 
     fn div(&self, other: &Self) -> Self {
-        self.of(other, Number::div)
+        self.of(other, |a, b| {
+            let factor = a.factor.div(&b.factor)?;
+            Some(Self::new(factor, a.radicand.div(&b.radicand)?))
+        })
     }
 
     fn neg(&self) -> Self {
-        Self(self.0.as_ref().map(Number::neg))
+        Self(self.0.as_ref().map(|a| Surd {
+            factor: a.factor.neg(),
+            radicand: a.radicand.clone(),
+        }))
     }
 
     fn powi(&self, exponent: i32) -> Self {
-        Self(self.0.as_ref().and_then(|a| a.powi(exponent)))
+        let power = |a: &Surd| {
+            let whole = a.radicand.powi(exponent.div_euclid(2))?;
+            let factor = a.factor.powi(exponent)?.mul(&whole);
+            let odd = exponent.rem_euclid(2) == 1;
+            let rest = if odd {
+                a.radicand.clone()
+            } else {
+                Number::from(1)
+            };
+            Some(Self::new(factor, rest))
+        };
+        self.0.as_ref().and_then(power).unwrap_or(Self(None))
     }
 
     fn sqrt(&self) -> Self {
-        Self(self.0.as_ref().and_then(Number::sqrt_exact))
+        match self.as_rational() {
+            Some(a) if a.is_zero() => self.clone(),
+            Some(a) if !a.is_negative() => Self::new(Number::from(1), a.clone()),
+            Some(_) | None => Self(None),
+        }
     }
 
     fn pow(&self, exponent: &Self) -> Self {
-        self.of(exponent, |a, e| {
-            let e = i32::try_from(e.to_i64()?).ok()?;
-            a.powi(e)
-        })
+        match exponent.as_rational().and_then(Number::to_i64) {
+            Some(exponent) => i32::try_from(exponent).map_or(Self(None), |e| self.powi(e)),
+            None => Self(None),
+        }
     }
 
     fn apply(&self, function: Function) -> Self {
         // The functions are rational at a few points only (Niven's theorem for the circular ones).
-        let a = match &self.0 {
-            Some(a) => a,
-            None => return Self(None),
+        if function == Function::Abs {
+            return Self(self.0.as_ref().map(|a| Surd {
+                factor: a.factor.abs(),
+                radicand: a.radicand.clone(),
+            }));
+        }
+        let Some(a) = self.as_rational() else {
+            return Self(None);
         };
         let (zero, one) = (a.is_zero(), a.is_one());
-        Self(match function {
+        Self::rational(match function {
             Function::Sin
             | Function::Tan
             | Function::Asin
@@ -84,16 +183,15 @@ impl Scalar for Exact {
             | Function::Tanh => zero.then(|| Number::from(0)),
             Function::Cos | Function::Cosh | Function::Exp => zero.then(|| Number::from(1)),
             Function::Acos | Function::Ln => one.then(|| Number::from(0)),
-            Function::Abs => Some(a.abs()),
+            Function::Abs => None,
         })
     }
 
     fn atan2(&self, x: &Self) -> Self {
-        match (&self.0, &x.0) {
-            (Some(y), Some(x)) if y.is_zero() && !x.is_zero() && !x.is_negative() => {
-                Self(Some(Number::from(0)))
-            }
-            (Some(_) | None, _) => Self(None),
+        let ahead = |x: &Surd| !x.factor.is_zero() && !x.factor.is_negative();
+        match &x.0 {
+            Some(x) if self.is_exact_zero() && ahead(x) => Self::rational(Some(Number::ZERO)),
+            Some(_) | None => Self(None),
         }
     }
 
@@ -102,12 +200,18 @@ impl Scalar for Exact {
     }
 
     fn is_exact_zero(&self) -> bool {
-        self.0.as_ref().is_some_and(Number::is_zero)
+        self.0.as_ref().is_some_and(|a| a.factor.is_zero())
     }
 }
 
-/// A basis of the kernel of K, where K is rational; `None` where it is not, or too large.
-pub(crate) fn kernel(model: &Model, assembly: &Assembly, at: &[Ball]) -> Option<Vec<Vec<Number>>> {
+/// A basis of the kernel of K, where K is rational; `None` where it is not, or too large, or where its
+/// kernel has no more dimensions than the `known` ones.
+pub(crate) fn kernel(
+    model: &Model,
+    assembly: &Assembly,
+    at: &[Ball],
+    known: usize,
+) -> Option<Vec<Vec<Number>>> {
     let n = model.coordinates.len();
     if n > MOST {
         return None;
@@ -120,15 +224,22 @@ pub(crate) fn kernel(model: &Model, assembly: &Assembly, at: &[Ball]) -> Option<
             let given = model.equilibria[i].and_then(|given| given.value);
             let exact = match given {
                 Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
-                None if value.is_exact() => Exact(exact_number(value.mid)),
+                None if value.is_exact() => Exact::rational(exact_number(value.mid)),
                 None => Exact(None),
             };
             exact.is_finite().then_some(exact)
         })
         .collect();
     let stiffness = assembly.stiffness(&point?, &values);
-    let entries: Option<Vec<Number>> = stiffness.into_iter().map(|entry| entry.0).collect();
-    let mut rows: Vec<Vec<Number>> = entries?.chunks(n).map(<[Number]>::to_vec).collect();
+    let entries = stiffness.iter().map(|entry| entry.as_rational().cloned());
+    let entries = entries.collect::<Option<Vec<Number>>>()?;
+    let mut rows: Vec<Vec<Number>> = entries.chunks(n).map(<[Number]>::to_vec).collect();
+    // Rows that are independent modulo a prime are so in true numbers.
+    if let Some(mut modular) = residues(&rows)
+        && nullspace_mod(&mut modular, n).len() <= known
+    {
+        return None;
+    }
     // Gauss-Jordan elimination.
     let mut pivots: Vec<usize> = Vec::new();
     for column in 0..n {
@@ -167,6 +278,12 @@ pub(crate) fn kernel(model: &Model, assembly: &Assembly, at: &[Ball]) -> Option<
         })
         .collect(),
     )
+}
+
+/// The rows modulo the prime, unless that divides a denominator.
+fn residues(rows: &[Vec<Number>]) -> Option<Vec<Vec<u64>>> {
+    let row = |row: &Vec<Number>| row.iter().map(|x| x.mod_prime(PRIME)).collect();
+    rows.iter().map(row).collect()
 }
 
 /// A double-double as a rational number.

@@ -16,18 +16,19 @@
 //! are proved symmetries, whose generators xi obey xi·F = 0 identically: then a zero of G
 //! is one of F if the columns of W and xi together span everything ([`span`]).
 //!
-//! All of it is done in doubles, with the rounding errors of matrix products bounded after Higham,
+//! At first all of it is done in doubles, with the rounding errors of matrix products bounded after Higham,
 //! Accuracy and Stability of Numerical Algorithms (2002), section 3.5: |fl(AB) - AB| <= γ|A||B| in
 //! whatever order it is summed, γ = mu/(1 - mu) for m terms, u = 2^-53. Only one matrix is
-//! multiplied out; the bounds |A||B|r are products with vectors.
+//! multiplied out; the bounds |A||B|r are products with vectors. Where stiffnesses are so different that
+//! γ|W|ᵀ|K||W| alone is above 1, or forces cancel so far that no box is small enough, the same is
+//! done with K and F in numbers of many bits and WᵀKW multiplied out in these ([`Products::Enclosed`]).
 
 use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{Assembly, Values};
+use super::enclosure::Enclosure;
 use super::symmetry::Symmetry;
-use std::ops::{Div, Mul};
-
-use crate::precision::{Ball, Big, Magnitude};
+use crate::precision::{Big, Magnitude, Scalar};
 
 /// What is lost to underflow in up to 4000 products of doubles: each loses at most 2^-1075.
 const UNDERFLOW: f64 = f64::from_bits(1 << 14);
@@ -40,24 +41,47 @@ const UNDERFLOW: f64 = f64::from_bits(1 << 14);
 #[derive(Clone, Debug)]
 pub(crate) struct Proof {
     free: Vec<usize>,
-    /// W, and S.
-    directions: DMatrix<f64>,
-    signs: Vec<f64>,
+    axes: Axes,
     /// r.
     reach: Vec<f64>,
     /// θ < 1.
     contraction: f64,
     /// The middle of the box, per free coordinate ...
-    centre: Vec<Ball>,
+    centre: Vec<Big>,
     /// ... and |W|r, an upper bound.
     size: Vec<f64>,
+    /// With fewer bits the forces may not tell as much as they did for the proof.
+    bits: usize,
+}
+
+/// Approximate principal axes of the stiffness of the free coordinates, those of symmetries left out.
+#[derive(Clone, Debug)]
+pub(crate) struct Axes {
+    /// W, by free coordinate and axis.
+    pub(crate) directions: DMatrix<f64>,
+    /// S: WᵀKW is about diag(S), entries 1 and -1.
+    pub(crate) signs: Vec<f64>,
+}
+
+/// How WᵀKW is multiplied out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Products {
+    /// In doubles, with bounds of their rounding errors.
+    Doubles,
+    /// In the enclosures that K is given in.
+    Enclosed,
 }
 
 /// What the proof works with.
-pub(crate) struct Setting<'a> {
+pub(crate) struct Setting<'a, S: Enclosure> {
     pub(crate) assembly: &'a Assembly,
-    pub(crate) values: &'a Values<Ball>,
+    pub(crate) values: &'a Values<S>,
     pub(crate) free: &'a [usize],
+    pub(crate) products: Products,
+    /// The bits that hold a number of the point, but for what then goes to a radius.
+    pub(crate) bits: usize,
+    /// The least size of a box beside that of the point.
+    pub(crate) room: f64,
 }
 
 /// An upper bound of a sum of up to `terms` nonnegative products, from what it came to in doubles:
@@ -110,8 +134,8 @@ fn product(a: &DMatrix<f64>, x: &[f64], error: &[f64]) -> (Vec<f64>, Vec<f64>) {
 }
 
 /// Midpoints in doubles, and how far they are off.
-fn split(values: impl Iterator<Item = Ball>) -> (Vec<f64>, Vec<f64>) {
-    values.map(|x| (x.mid_f64(), x.mid_f64_error())).unzip()
+fn split<S: Enclosure>(values: impl Iterator<Item = S>) -> (Vec<f64>, Vec<f64>) {
+    values.map(|x| (x.middle(), x.middle_error())).unzip()
 }
 
 fn largest(values: impl Iterator<Item = f64>) -> f64 {
@@ -145,65 +169,185 @@ impl Defect {
     }
 }
 
-impl Setting<'_> {
-    /// The block of a matrix that belongs to the free coordinates.
-    fn block(
-        &self,
-        n: usize,
-        matrix: &[Ball],
-        f: impl Fn(&Ball, usize, usize) -> f64,
-    ) -> DMatrix<f64> {
-        let m = self.free.len();
-        DMatrix::from_fn(m, m, |i, j| {
-            f(&matrix[self.free[i] + n * self.free[j]], i, j)
+impl Axes {
+    /// From axes along which WᵀKW is nearly the diagonal matrix `stiffness`; as many of the softest
+    /// as `fewer` are left out.
+    pub(crate) fn new(axes: &DMatrix<f64>, stiffness: &[f64], fewer: usize) -> Option<Self> {
+        let kept = stiffness
+            .len()
+            .checked_sub(fewer)
+            .filter(|kept| *kept > 0)?;
+        let mut order: Vec<usize> = (0..stiffness.len()).collect();
+        order.sort_by(|a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
+        order.truncate(kept);
+        let directions = DMatrix::from_fn(axes.nrows(), kept, |i, j| {
+            axes[(i, order[j])] / stiffness[order[j]].abs().sqrt()
+        });
+        directions.iter().all(|x| x.is_finite()).then(|| Self {
+            directions,
+            signs: order.iter().map(|i| stiffness[*i].signum()).collect(),
         })
     }
 
+    /// ‖WᵀF‖ for forces on the free coordinates, and Newton's step -WSWᵀF. The step is worked
+    /// out in doubles times a power of 2.
+    pub(crate) fn step(&self, force: &[&Big], reach: &[f64]) -> Option<(Magnitude, Vec<Big>)> {
+        let size = force
+            .iter()
+            .fold(Magnitude::ZERO, |size, force| size.max(force.abs_upper()));
+        if !size.is_finite() {
+            return None;
+        }
+        let (_, exponent) = size.parts();
+        // In units of 2^exponent; mid_f64 drops less than a unit of the last place.
+        let (middles, errors): (Vec<f64>, Vec<f64>) = force
+            .iter()
+            .map(|force| {
+                let scaled = force.scale(-exponent);
+                let middle = scaled.mid_f64();
+                let error = scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs();
+                (middle, above(error, 2))
+            })
+            .unzip();
+        let (middle, image) = product(&self.directions, &middles, &errors);
+        let norm = Magnitude::from_f64(ratio_of(&image, reach)).scale(exponent);
+        let back = DVector::from_iterator(
+            middle.len(),
+            middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign),
+        );
+        let bits = force.first().map_or(64, |force| force.bits());
+        let step = (&self.directions * back)
+            .iter()
+            .map(|x| Big::from_f64(*x, bits).scale(exponent))
+            .collect();
+        Some((norm, step))
+    }
+}
+
+/// WᵀKW for a symmetric K (column by column), multiplied out in its own numbers.
+pub(crate) fn congruent<S: Enclosure>(
+    stiffness: &[S],
+    directions: &DMatrix<f64>,
+    precision: S::Precision,
+) -> Vec<S> {
+    let (m, kept) = (directions.nrows(), directions.ncols());
+    let zero = S::from_number(&crate::number::Number::ZERO, precision);
+    let exact: Vec<Option<S>> = directions
+        .iter()
+        .map(|x| (*x != 0.0).then(|| S::from_double(*x, precision)))
+        .collect();
+    let mut image = vec![zero.clone(); kept * kept];
+    for j in 0..kept {
+        let mut column = vec![zero.clone(); m];
+        for (l, x) in exact[m * j..m * (j + 1)].iter().enumerate() {
+            let Some(x) = x else { continue };
+            for (slot, entry) in column.iter_mut().zip(&stiffness[m * l..]) {
+                if !entry.is_exact_zero() {
+                    *slot = slot.add(&entry.mul(x));
+                }
+            }
+        }
+        for i in 0..=j {
+            let entry = exact[m * i..m * (i + 1)].iter().zip(&column).fold(
+                zero.clone(),
+                |sum, (x, entry)| match x {
+                    Some(x) => sum.add(&entry.mul(x)),
+                    None => sum,
+                },
+            );
+            image[j + kept * i] = entry.clone();
+            image[i + kept * j] = entry;
+        }
+    }
+    image
+}
+
+impl<S: Enclosure> Setting<'_, S> {
+    /// The block of K that belongs to the free coordinates, column by column.
+    pub(crate) fn stiffness(&self, at: &[S]) -> Vec<S> {
+        let n = at.len();
+        let all = self.assembly.stiffness(at, self.values);
+        if self.free.len() == n {
+            return all;
+        }
+        let column = |j: &usize| self.free.iter().map(|i| all[i + n * j].clone()).collect();
+        let columns: Vec<Vec<S>> = self.free.iter().map(column).collect();
+        columns.concat()
+    }
+
     /// The point with the free coordinates anywhere within `size`.
-    fn widened(&self, at: &[Ball], size: &[f64]) -> Vec<Ball> {
+    fn widened(&self, at: &[S], size: &[f64]) -> Vec<S> {
         let mut wide = at.to_vec();
         for (i, size) in self.free.iter().zip(size) {
-            wide[*i] = wide[*i].with_added_radius(*size);
+            wide[*i] = wide[*i].widened(*size);
         }
         wide
     }
 
-    /// Tries to prove an equilibrium beside `at`, whose free coordinates are exact. `axes` are
-    /// approximate principal axes (K-orthogonal), `stiffness` their eigenvalues; `symmetries` that
-    /// many of the smallest are left out. Gives the proof and how far off each free coordinate may be.
+    /// 1 - S WᵀKW at the middle of K, absolute values rounded up.
+    fn defect(&self, axes: &Axes, matrix: &[S], middle: &DMatrix<f64>) -> DMatrix<f64> {
+        let Axes { directions, signs } = axes;
+        let kept = signs.len();
+        let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        match self.products {
+            Products::Doubles => {
+                let inner = directions.tr_mul(&(middle * directions));
+                DMatrix::from_fn(kept, kept, |i, j| {
+                    // One more rounding than the product, of something at most 1 + |x|.
+                    let rest = unit(i, j) - signs[i] * inner[(i, j)];
+                    rest.abs() * (1.0 + f64::EPSILON)
+                })
+            }
+            Products::Enclosed => {
+                let precision = self.values.precision();
+                let centre: Vec<S> = matrix.iter().map(S::centre).collect();
+                let inner = congruent(&centre, directions, precision);
+                DMatrix::from_fn(kept, kept, |i, j| {
+                    let sign = S::from_double(signs[i], precision);
+                    let unit = S::from_double(unit(i, j), precision);
+                    unit.sub(&sign.mul(&inner[i + kept * j])).largest_size()
+                })
+            }
+        }
+    }
+
+    /// How far K may be from its middle over a box, and what rounding adds to products with it.
+    fn spread(&self, matrix: &[S], middle: &DMatrix<f64>, over: &[S]) -> DMatrix<f64> {
+        let m = middle.nrows();
+        match self.products {
+            Products::Doubles => {
+                let twice = 2.01 * gamma(m);
+                DMatrix::from_fn(m, m, |i, j| {
+                    let entry = &over[i + m * j];
+                    let off = (entry.middle() - middle[(i, j)]).abs() * (1.0 + f64::EPSILON);
+                    above(twice * middle[(i, j)].abs() + off + entry.middle_error(), 4)
+                })
+            }
+            Products::Enclosed => DMatrix::from_fn(m, m, |i, j| {
+                let at = i + m * j;
+                over[at].sub(&matrix[at].centre()).largest_size()
+            }),
+        }
+    }
+
+    /// Tries to prove an equilibrium beside `at`, whose free coordinates are exact. As many `axes` are
+    /// left out as there are `symmetries`. Gives the proof and how far off each free coordinate may be.
     pub(crate) fn prove(
         &self,
-        at: &[Ball],
-        axes: &DMatrix<f64>,
-        stiffness: &[f64],
+        at: &[S],
+        axes: Axes,
         symmetries: &[Symmetry],
     ) -> Option<(Proof, Vec<f64>)> {
-        let (n, m) = (at.len(), self.free.len());
-        let kept = m.checked_sub(symmetries.len()).filter(|kept| *kept > 0)?;
-        let mut order: Vec<usize> = (0..m).collect();
-        order.sort_by(|a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
-        order.truncate(kept);
-        let signs: Vec<f64> = order.iter().map(|i| stiffness[*i].signum()).collect();
-        let directions = DMatrix::from_fn(m, kept, |i, j| {
-            axes[(i, order[j])] / stiffness[order[j]].abs().sqrt()
-        });
-        if !directions.iter().all(|x| x.is_finite()) {
-            return None;
-        }
+        let directions = &axes.directions;
+        let (m, kept) = (directions.nrows(), directions.ncols());
         let gradient = self.assembly.gradient(at, self.values);
-        let (force, off) = split(self.free.iter().map(|i| gradient[*i]));
-        let (_, start) = product(&directions, &force, &off);
-        let matrix = self.assembly.stiffness(at, self.values);
-        let middle = self.block(n, &matrix, |entry, _, _| entry.mid_f64());
-        let inner = directions.tr_mul(&(&middle * &directions));
-        let middle_defect = DMatrix::from_fn(kept, kept, |i, j| {
-            let unit = if i == j { 1.0 } else { 0.0 };
-            // One more rounding than the product, of something at most 1 + |x|.
-            let rest = unit - signs[i] * inner[(i, j)];
-            rest.abs() * (1.0 + f64::EPSILON)
-        });
+        let (force, off) = split(self.free.iter().map(|i| gradient[*i].clone()));
+        let (_, start) = product(directions, &force, &off);
+        let matrix = self.stiffness(at);
+        let middle = DMatrix::from_fn(m, m, |i, j| matrix[i + m * j].middle());
+        let middle_defect = self.defect(&axes, &matrix, &middle);
         let worst = largest(start.iter().copied());
-        let scale = match largest(self.free.iter().map(|i| at[*i].mid_f64().abs())) {
+        let scale = match largest(self.free.iter().map(|i| at[*i].middle().abs())) {
             0.0 => 1.0,
             scale => scale,
         };
@@ -212,25 +356,17 @@ impl Setting<'_> {
             let reach: Vec<f64> = (0..kept)
                 .map(|i| {
                     let longest = largest(directions.column(i).iter().map(|x| x.abs()));
-                    factor * (start[i] + 2f64.powi(-20) * worst + 2f64.powi(-75) * scale / longest)
+                    factor * (start[i] + 2f64.powi(-20) * worst + self.room * scale / longest)
                 })
                 .collect();
-            let size = bound(&directions, &reach);
+            let size = bound(directions, &reach);
             let wide = self.widened(at, &size);
-            let over = self.assembly.stiffness(&wide, self.values);
-            let twice = 2.01 * gamma(m);
-            let spread = self.block(n, &over, |entry, i, j| {
-                let off = (entry.mid_f64() - middle[(i, j)]).abs() * (1.0 + f64::EPSILON);
-                above(
-                    twice * middle[(i, j)].abs() + off + entry.mid_f64_error(),
-                    4,
-                )
-            });
+            let over = self.stiffness(&wide);
             let defect = Defect {
                 middle: middle_defect.clone(),
-                spread,
+                spread: self.spread(&matrix, &middle, &over),
             };
-            let image = defect.times(&directions, &reach);
+            let image = defect.times(directions, &reach);
             let holds = (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
             if !holds {
                 continue;
@@ -238,28 +374,28 @@ impl Setting<'_> {
             let ratio = |x: &[f64]| largest(x.iter().zip(&reach).map(|(x, r)| above(x / r, 2)));
             let contraction = ratio(&image);
             let shrinks = contraction < 1.0;
-            if !shrinks || !self.span(&wide, &directions, &over, &reach, contraction, symmetries) {
+            if !shrinks || !self.span(&wide, directions, &over, &reach, contraction, symmetries) {
                 continue;
             }
             let proof = Proof {
                 free: self.free.to_vec(),
-                signs,
                 contraction,
-                centre: self.free.iter().map(|i| at[*i]).collect(),
+                centre: self.free.iter().map(|i| at[*i].to_big(self.bits)).collect(),
                 size,
-                directions,
                 reach,
+                bits: self.bits,
+                axes,
             };
             // ‖z*‖ <= ‖G(0)‖/(1 - θ), and twice |z*| <= |G(0)| + |D||z*|.
             let norm = above(ratio_of(&start, &proof.reach) / (1.0 - contraction), 4);
             let mut left: Vec<f64> = proof.reach.iter().map(|r| above(r * norm, 2)).collect();
             for _ in 0..2 {
-                let image = defect.times(&proof.directions, &left);
+                let image = defect.times(&proof.axes.directions, &left);
                 for ((left, start), image) in left.iter_mut().zip(&start).zip(image) {
                     *left = left.min(above(start + image, 2));
                 }
             }
-            let radii = bound(&proof.directions, &left);
+            let radii = bound(&proof.axes.directions, &left);
             return Some((proof, radii));
         }
         None
@@ -274,9 +410,9 @@ impl Setting<'_> {
     /// max |aᵢ|/rᵢ and max |bₖ|.
     fn span(
         &self,
-        wide: &[Ball],
+        wide: &[S],
         directions: &DMatrix<f64>,
-        over: &[Ball],
+        over: &[S],
         reach: &[f64],
         contraction: f64,
         symmetries: &[Symmetry],
@@ -284,13 +420,11 @@ impl Setting<'_> {
         if symmetries.is_empty() {
             return true;
         }
-        let (n, m, p) = (wide.len(), self.free.len(), symmetries.len());
-        let vectors: Vec<(Vec<f64>, Vec<f64>)> = symmetries
+        let (m, p) = (self.free.len(), symmetries.len());
+        let generators = self.generators(wide, symmetries);
+        let vectors: Vec<(Vec<f64>, Vec<f64>)> = generators
             .iter()
-            .map(|symmetry| {
-                let vector = symmetry.vector(wide, ());
-                split(self.free.iter().map(|i| vector[*i]))
-            })
+            .map(|vector| split(vector.iter().cloned()))
             .collect();
         let middle = DMatrix::from_fn(m, p, |i, k| vectors[k].0[i]);
         let Some(inverse) = middle.tr_mul(&middle).try_inverse() else {
@@ -317,13 +451,13 @@ impl Setting<'_> {
             across = largest([across, above(sum, m)].into_iter());
         }
         // K xi over the box, then WᵀK xi.
+        let zero = S::from_double(0.0, self.values.precision());
         let mut height = vec![0.0; reach.len()];
-        for symmetry in symmetries {
-            let vector = symmetry.vector(wide, ());
-            let image = self.free.iter().map(|i| {
-                self.free
-                    .iter()
-                    .fold(Ball::ZERO, |sum, j| sum + over[i + n * j] * vector[*j])
+        for vector in &generators {
+            let image = (0..m).map(|i| {
+                (0..m).fold(zero.clone(), |sum, j| {
+                    sum.add(&over[i + m * j].mul(&vector[j]))
+                })
             });
             let (force, error) = split(image);
             let (_, size) = product(directions, &force, &error);
@@ -335,6 +469,40 @@ impl Setting<'_> {
         let g = above(across / (1.0 - rest), 4);
         rest < 1.0 && above(height * g, 4) < (1.0 - contraction) * (1.0 - f64::EPSILON)
     }
+
+    /// The generators on the free coordinates, each less what it has in common with those before it,
+    /// and about 1 in length: a body far from the origin turns about itself then. Fixed factors
+    /// make generators of generators.
+    fn generators(&self, wide: &[S], symmetries: &[Symmetry]) -> Vec<Vec<S>> {
+        let precision = self.values.precision();
+        let mut basis: Vec<(Vec<S>, Vec<f64>)> = Vec::with_capacity(symmetries.len());
+        for symmetry in symmetries {
+            let whole = symmetry.vector(wide, precision);
+            let mut own: Vec<S> = self.free.iter().map(|i| whole[*i].clone()).collect();
+            // In doubles a few leading digits are lost to the common part each time.
+            for _ in 0..3 {
+                for (other, unit) in &basis {
+                    let overlap: f64 = own.iter().zip(unit).map(|(x, y)| x.middle() * y).sum();
+                    if overlap != 0.0 && overlap.is_finite() {
+                        let overlap = S::from_double(overlap, precision);
+                        for (x, y) in own.iter_mut().zip(other) {
+                            *x = x.sub(&overlap.mul(y));
+                        }
+                    }
+                }
+            }
+            let norm = own.iter().map(|x| x.middle().powi(2)).sum::<f64>().sqrt();
+            if norm > 0.0 && norm.is_normal() {
+                let scale = S::from_double(norm.recip(), precision);
+                for x in &mut own {
+                    *x = x.mul(&scale);
+                }
+            }
+            let unit = own.iter().map(S::middle).collect();
+            basis.push((own, unit));
+        }
+        basis.into_iter().map(|(own, _)| own).collect()
+    }
 }
 
 fn ratio_of(x: &[f64], reach: &[f64]) -> f64 {
@@ -342,25 +510,39 @@ fn ratio_of(x: &[f64], reach: &[f64]) -> f64 {
 }
 
 impl Proof {
-    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
-    /// the coordinates that are not searched for; `gradient` is all of ∇U.
-    ///
-    /// Newton steps with WSWᵀ as the inverse of K gain the same number of digits each (a factor θ,
-    /// at the least); the step is worked out in doubles times a power of 2. The radius is
-    /// |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where the steps leave the box.
-    pub(crate) fn refine(
+    /// The bits that forces need at least to be told from their rounding.
+    pub(crate) fn bits(&self) -> usize {
+        self.bits
+    }
+
+    /// The equilibrium of forces that are a little different, as near as Newton steps come. Nothing is
+    /// proved.
+    pub(crate) fn follow(
+        &self,
+        point: Vec<Big>,
+        bits: usize,
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Vec<Big>> {
+        self.newton(point, bits, gradient).map(|(found, _)| found)
+    }
+
+    /// Newton steps from the centre with WSWᵀ as the inverse of K, which gain the same number of digits
+    /// each (a factor θ, at the least), as long as the forces fall; ‖G(0)‖ at the end.
+    fn newton(
         &self,
         mut point: Vec<Big>,
         bits: usize,
         gradient: impl Fn(&[Big]) -> Vec<Big>,
-    ) -> Option<Vec<Big>> {
+    ) -> Option<(Vec<Big>, Magnitude)> {
         for (i, centre) in self.free.iter().zip(&self.centre) {
-            point[*i] = Big::from_ball(centre, bits).center();
+            point[*i] = centre.clone().with_bits(bits).center();
         }
         let mut best = Magnitude::INFINITE;
         let mut found = point.clone();
         for _ in 0..bits + 8 {
-            let (norm, step) = self.step(&gradient(&point))?;
+            let gradient = gradient(&point);
+            let own: Vec<&Big> = self.free.iter().map(|i| &gradient[*i]).collect();
+            let (norm, step) = self.axes.step(&own, &self.reach)?;
             let falls = norm < best;
             if falls {
                 best = norm;
@@ -373,53 +555,33 @@ impl Proof {
                 point[*i] = (&point[*i] + &step).center();
             }
         }
+        Some((found, best))
+    }
+
+    /// The equilibrium with as many digits as the forces in numbers of `bits` bits give. `point` has
+    /// the coordinates that are not searched for; `gradient` is all of ∇U.
+    ///
+    /// The radius is |W|‖z*‖r, with ‖z*‖ <= ‖G(0)‖/(1 - θ). `None` where Newton's steps leave the box.
+    pub(crate) fn refine(
+        &self,
+        point: Vec<Big>,
+        bits: usize,
+        gradient: impl Fn(&[Big]) -> Vec<Big>,
+    ) -> Option<Vec<Big>> {
+        let (mut found, best) = self.newton(point, bits, gradient)?;
         let rest = Magnitude::from_f64((1.0 - self.contraction).next_down());
         if best.scale(1) >= rest {
             return None;
         }
-        let norm = best.div(rest);
+        let norm = best / rest;
         for ((i, centre), size) in self.free.iter().zip(&self.centre).zip(&self.size) {
             let size = Magnitude::from_f64(*size);
-            let moved = &found[*i] - &Big::from_ball(centre, bits);
+            let moved = &found[*i] - centre;
             if moved.abs_upper().scale(1) > size {
                 return None;
             }
-            found[*i] = found[*i].clone().with_added_radius(size.mul(norm));
+            found[*i] = found[*i].clone().with_added_radius(size * norm);
         }
         Some(found)
-    }
-
-    /// ‖G(0)‖ for these forces, and the step that would bring them to 0.
-    fn step(&self, gradient: &[Big]) -> Option<(Magnitude, Vec<Big>)> {
-        let own: Vec<&Big> = self.free.iter().map(|i| &gradient[*i]).collect();
-        let size = own
-            .iter()
-            .fold(Magnitude::ZERO, |size, force| size.max(force.abs_upper()));
-        if !size.is_finite() {
-            return None;
-        }
-        let (_, exponent) = size.parts();
-        // In units of 2^exponent; mid_f64 drops less than a unit of the last place.
-        let (force, error): (Vec<f64>, Vec<f64>) = own
-            .iter()
-            .map(|force| {
-                let scaled = force.scale(-exponent);
-                let middle = scaled.mid_f64();
-                let error = scaled.radius().to_f64() + 2.0 * f64::EPSILON * middle.abs();
-                (middle, above(error, 2))
-            })
-            .unzip();
-        let (middle, image) = product(&self.directions, &force, &error);
-        let norm = Magnitude::from_f64(ratio_of(&image, &self.reach)).scale(exponent);
-        let back = DVector::from_iterator(
-            middle.len(),
-            middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign),
-        );
-        let bits = own.first().map_or(64, |force| force.bits());
-        let step = (&self.directions * back)
-            .iter()
-            .map(|x| Big::from_f64(*x, bits).scale(exponent))
-            .collect();
-        Some((norm, step))
     }
 }

@@ -15,19 +15,29 @@
 use std::collections::VecDeque;
 
 use super::assemble::{Assembly, Values};
-use super::zero::Enclosure;
+use super::enclosure::Enclosure;
 use crate::number::Number;
 
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;
 
-/// Vectors that all ∇s annihilate, one a coordinate without a pivot; `None` where counting finds none
-/// or the elements can't be shown to be independent.
+/// Vectors that all ∇s annihilate.
+pub(crate) struct Kernel<S> {
+    /// The coordinates with pivots.
+    pub(crate) pivots: Vec<usize>,
+    /// One vector for each coordinate without: 1 there, and 0 at the others without.
+    pub(crate) vectors: Vec<(usize, Vec<S>)>,
+}
+
+/// The kernel of all ∇s of elements that are shown to be unstressed; `None` where counting finds nothing
+/// or the elements can't be shown to be independent. `wanted`: the coordinates to have pivots,
+/// which make the vectors the same in whatever numbers.
 pub(crate) fn kernel<S: Enclosure>(
     assembly: &Assembly,
     at: &[S],
     values: &Values<S>,
-) -> Option<Vec<Vec<S>>> {
+    wanted: Option<&[usize]>,
+) -> Option<Kernel<S>> {
     let n = at.len();
     let number = |value: i64| S::from_number(&Number::from(value), values.precision());
     let (zero, one) = (number(0), number(1));
@@ -59,7 +69,11 @@ pub(crate) fn kernel<S: Enclosure>(
         for (row, own) in rows.iter().enumerate().skip(done) {
             for (column, entry) in own.iter().enumerate() {
                 let size = entry.certain_size();
-                if size > best.map_or(0.0, |(_, _, size)| size) && !pivots.contains(&column) {
+                let wanted = wanted.is_none_or(|wanted| wanted.contains(&loose[column]));
+                if size > best.map_or(0.0, |(_, _, size)| size)
+                    && wanted
+                    && !pivots.contains(&column)
+                {
                     best = Some((row, column, size));
                 }
             }
@@ -84,17 +98,18 @@ pub(crate) fn kernel<S: Enclosure>(
         pivots.push(column);
     }
     let free = (0..loose.len()).filter(|column| !pivots.contains(column));
-    Some(
-        free.map(|column| {
-            let mut vector = vec![zero.clone(); n];
-            vector[loose[column]] = one.clone();
-            for (row, pivot) in pivots.iter().enumerate() {
-                vector[loose[*pivot]] = rows[row][column].neg();
-            }
-            vector
-        })
-        .collect(),
-    )
+    let vector = |column: usize| {
+        let mut vector = vec![zero.clone(); n];
+        vector[loose[column]] = one.clone();
+        for (row, pivot) in pivots.iter().enumerate() {
+            vector[loose[*pivot]] = rows[row][column].neg();
+        }
+        (loose[column], vector)
+    };
+    Some(Kernel {
+        vectors: free.map(vector).collect(),
+        pivots: pivots.iter().map(|pivot| loose[*pivot]).collect(),
+    })
 }
 
 /// The coordinates that a largest matching with elements leaves over or that can be reached from

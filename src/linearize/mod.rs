@@ -9,25 +9,31 @@
 mod absent;
 mod assemble;
 mod codes;
+mod condition;
 mod descent;
 mod elements;
+mod enclosure;
 mod equilibrium;
 mod error;
 mod exact;
 mod existence;
 mod factors;
 mod facts;
+mod finish;
 mod gyroscopic;
 mod mechanism;
+mod naming;
 mod newton;
 mod parametric;
 mod precise;
 mod symbolic;
 mod symmetry;
 mod undefined;
+mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
+pub(crate) use condition::Shape;
 pub use elements::Element;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
@@ -199,7 +205,6 @@ impl Linearized {
         zero::zero_modes(
             &self.model,
             &self.assembly,
-            &self.equilibrium.values,
             &self.equilibrium.values,
             &self.values,
         )

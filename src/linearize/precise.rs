@@ -3,6 +3,7 @@
 use super::Linearized;
 use super::assemble::{Values, evaluate_closed};
 use super::equilibrium::Origin;
+use super::existence::Proof;
 use super::zero::{self, ZeroMode};
 use crate::precision::Big;
 
@@ -27,16 +28,18 @@ pub struct Precise {
 }
 
 impl Linearized {
-    /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 128 are used).
+    /// Equilibrium, mass matrix and stiffness matrix with `bits` bits (at least 128 are used, and as many
+    /// as the proof of the equilibrium took).
     ///
     /// An equilibrium that was searched for and proved gets Newton steps with forces of that
     /// precision, and its radius is proved again by Krawczyk's theorem (Computing 4 (1969) 187).
     /// `None` where the energies are not finite there or a proved equilibrium gets no closer.
     #[must_use]
     pub fn precisely(&self, bits: usize) -> Option<Precise> {
-        let bits = bits.max(LEAST_BITS);
-        let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
         let found = &self.equilibrium;
+        let proof = found.proof.as_deref();
+        let bits = bits.max(LEAST_BITS).max(proof.map_or(0, Proof::bits));
+        let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
         let mut equilibrium = Vec::with_capacity(found.values.len());
         for (i, value) in found.values.iter().enumerate() {
             equilibrium.push(match found.origins[i] {
@@ -48,7 +51,7 @@ impl Linearized {
                 Origin::Found => Big::from_ball(value, bits),
             });
         }
-        if let Some(proof) = &found.proof {
+        if let Some(proof) = proof {
             let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
             equilibrium = proof.refine(equilibrium, bits, gradient)?;
         }
@@ -64,15 +67,14 @@ impl Linearized {
         })
     }
 
-    /// [`Linearized::zero_modes`] in numbers of any precision: the same vectors, known better.
+    /// Modes of [`Linearized::zero_modes`] in numbers of any precision: the same vectors, known better.
+    /// `None` where the numbers do not do.
     #[must_use]
-    pub fn precise_zero_modes(&self, precise: &Precise) -> Vec<ZeroMode<Big>> {
-        zero::zero_modes(
-            &self.model,
-            &self.assembly,
-            &self.equilibrium.values,
-            &precise.equilibrium,
-            &precise.values,
-        )
+    pub fn precise_zero_modes(
+        &self,
+        precise: &Precise,
+        modes: &[ZeroMode],
+    ) -> Option<Vec<ZeroMode<Big>>> {
+        zero::in_numbers(modes, &self.assembly, &precise.equilibrium, &precise.values)
     }
 }

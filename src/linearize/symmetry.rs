@@ -9,13 +9,15 @@
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
+use super::naming;
+use super::verify::hold_in_true_numbers;
 use crate::expr::{
     ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
     rational_reconstruct,
 };
-use crate::model::Model;
+use crate::model::{CoordinateFamily, Model};
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Ball, Scalar};
 
 /// An identity is tested at so many points.
 const POINTS: u64 = 6;
@@ -65,6 +67,14 @@ impl Symmetry {
         }
     }
 
+    /// The generator, if it is the same everywhere.
+    pub(crate) fn constant(&self) -> Option<&[Number]> {
+        match &self.generator {
+            Generator::Constant(vector) => Some(vector),
+            Generator::Rotation(_) => None,
+        }
+    }
+
     /// Whether it never moves any but these coordinates.
     fn moves_only(&self, allowed: &[bool]) -> bool {
         match &self.generator {
@@ -76,15 +86,22 @@ impl Symmetry {
     }
 }
 
-/// The symmetries that never move any but the coordinates allowed to.
-pub(crate) fn symmetries(model: &Model, assembly: &Assembly, allowed: &[bool]) -> Vec<Symmetry> {
+/// The symmetries that never move any but the coordinates allowed to. Those read off modulo a prime
+/// are tried in true numbers near `at`.
+pub(crate) fn symmetries(
+    model: &Model,
+    assembly: &Assembly,
+    at: &[Ball],
+    allowed: &[bool],
+) -> Vec<Symmetry> {
     let mut pool = model.pool.clone();
     let gradients: Vec<Vec<ExprId>> = assembly
         .families
         .iter()
         .map(|family| gradient(&mut pool, family))
         .collect();
-    let mut found = constant_generators(model, assembly, &pool, &gradients, allowed);
+    let found = constant_generators(model, assembly, &pool, &gradients, allowed);
+    let mut found = hold_in_true_numbers(model, assembly, at, found);
     found.extend(rotations(model, assembly, &pool, &gradients));
     found.retain(|symmetry| symmetry.moves_only(allowed));
     found
@@ -163,7 +180,7 @@ fn constant_generators(
                 .collect();
             let exact = exact?;
             Some(Symmetry {
-                meaning: constant_meaning(model, &exact),
+                meaning: naming::constant(model, &exact),
                 generator: Generator::Constant(exact),
             })
         })
@@ -261,57 +278,17 @@ impl Elimination {
     }
 }
 
-fn constant_meaning(model: &Model, vector: &[Number]) -> String {
-    let moved: Vec<usize> = (0..vector.len())
-        .filter(|i| !vector[*i].is_zero())
-        .collect();
-    if let [only] = moved.as_slice() {
-        return format!("{} is free", model.coordinates[*only].name);
-    }
-    let together = moved.iter().all(|i| vector[*i].is_one());
-    if !together {
-        return "combined translation".to_owned();
-    }
-    // One axis of a family of vectors, or a whole family: say which.
-    for family in &model.families {
-        let inside = moved
-            .iter()
-            .all(|i| (family.first..family.first + family.len()).contains(i));
-        if !inside {
-            continue;
-        }
-        if let [.., width] = family.extents.as_slice()
-            && family.extents.len() > 1
-        {
-            let axis = (moved[0] - family.first) % width;
-            if moved.iter().all(|i| (i - family.first) % width == axis) {
-                return format!("translation of {} along {}", family.name, axis_name(axis));
-            }
-        }
-        return format!("translation of {}", family.name);
-    }
-    "translation".to_owned()
-}
-
-fn axis_name(axis: usize) -> String {
-    match axis {
-        0 => "x".to_owned(),
-        1 => "y".to_owned(),
-        2 => "z".to_owned(),
-        n => format!("axis {}", n + 1),
-    }
-}
-
 /// A rotation in the plane of two axes: what each coordinate's velocity is.
 struct Rotation {
     /// By coordinate: the coordinate that its velocity is, and whether with a minus.
     partner: HashMap<u32, (u32, bool)>,
-    name: String,
+    /// The axis it is about, from 0, in space.
+    about: Option<usize>,
 }
 
 /// The planes in which coordinates can be rotated together.
 fn candidate_rotations(model: &Model) -> Vec<Rotation> {
-    let mut planes: Vec<(Vec<Vec<usize>>, String)> = Vec::new();
+    let mut spaces: Vec<Vec<Vec<usize>>> = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
         let vectors: Vec<_> = model
@@ -333,7 +310,7 @@ fn candidate_rotations(model: &Model) -> Vec<Rotation> {
                     .collect()
             })
             .collect();
-        planes.push((axes, String::new()));
+        spaces.push(axes);
     }
     // Equally long plain families, or single coordinates, as axes of one space.
     let mut lengths: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
@@ -344,14 +321,22 @@ fn candidate_rotations(model: &Model) -> Vec<Rotation> {
         }
     }
     // More than a few axes are no space that turns.
-    planes.extend(
+    let named = |axes: &[Vec<usize>]| {
+        let first = |axis: &Vec<usize>| axis.first().map(|i| model.coordinates[*i].name.clone());
+        axes.iter().zip(0..).all(|(axis, number)| {
+            first(axis).is_some_and(|name| name.starts_with(naming::axis_name(number).as_str()))
+        })
+    };
+    let vectors = spaces.len();
+    spaces.extend(
         lengths
             .into_values()
-            .filter(|axes| (2..=6).contains(&axes.len()))
-            .map(|axes| (axes, "plain".to_owned())),
+            .filter(|axes| (2..=6).contains(&axes.len())),
     );
     let mut rotations = Vec::new();
-    for (axes, plain) in planes {
+    for (number, axes) in spaces.into_iter().enumerate() {
+        // Vectors have the axes x, y and z; what stands alone may be called so.
+        let in_space = axes.len() == 3 && (number < vectors || named(&axes));
         for a in 0..axes.len() {
             for b in a + 1..axes.len() {
                 let mut partner = HashMap::new();
@@ -360,12 +345,8 @@ fn candidate_rotations(model: &Model) -> Vec<Rotation> {
                     partner.insert(i, (j, true));
                     partner.insert(j, (i, false));
                 }
-                let name = if plain.is_empty() && axes.len() == 3 {
-                    format!("rotation about {}", axis_name(3 - a - b))
-                } else {
-                    "rotation".to_owned()
-                };
-                rotations.push(Rotation { partner, name });
+                let about = in_space.then(|| 3 - a - b);
+                rotations.push(Rotation { partner, about });
             }
         }
     }
@@ -389,17 +370,19 @@ fn rotations(
             continue;
         }
         let components = components(model.coordinates.len(), assembly, &rotation);
-        let several = components.len() > 1;
-        for (number, component) in components.iter().enumerate() {
+        // Nothing else is there that could turn.
+        let turns = |family: &CoordinateFamily| {
+            let own = family.first..family.first + family.len();
+            own.into_iter()
+                .any(|i| rotation.partner.contains_key(&(i as u32)))
+        };
+        let whole = components.len() == 1 && model.families.iter().all(turns);
+        for component in &components {
             let parts = component
                 .iter()
                 .filter_map(|i| rotation.partner.get(i).map(|(j, minus)| (*i, *j, *minus)))
                 .collect();
-            let meaning = if several {
-                format!("{} of part {}", rotation.name, number + 1)
-            } else {
-                rotation.name.clone()
-            };
+            let meaning = naming::rotation(model, component, rotation.about, whole);
             found.push(Symmetry {
                 generator: Generator::Rotation(parts),
                 meaning,

@@ -6,10 +6,12 @@
 //! and is never asked for.
 
 use super::assemble::{Assembly, Values};
+use super::enclosure::Enclosure;
 use super::symmetry::{Symmetry, symmetries};
 use super::{exact, mechanism};
 use crate::model::Model;
-use crate::precision::{Ball, Big, Scalar};
+use crate::number::Number;
+use crate::precision::{Ball, Scalar};
 
 /// A motion that is proved to cost no energy to second order.
 #[derive(Clone, Debug)]
@@ -19,100 +21,96 @@ pub struct ZeroMode<N = Ball> {
     pub vector: Vec<N>,
     /// What it is, in words: "translation", "rotation", …
     pub meaning: String,
+    ground: Ground,
 }
 
-/// Enclosures that zero modes are worked out in.
-pub(crate) trait Enclosure: Scalar {
-    /// A double near the number.
-    fn middle(&self) -> f64;
-    /// About the size of the number, 0 if the number may be 0.
-    fn certain_size(&self) -> f64;
+/// What a zero mode is known by; it gives the vector in any numbers.
+#[derive(Clone, Debug)]
+enum Ground {
+    Symmetry(Symmetry),
+    /// K is rational, and this is a vector of its kernel.
+    Exact(Vec<Number>),
+    /// The kernel of the slopes of unstressed elements: the coordinates that have pivots, and the one
+    /// without that this vector belongs to.
+    Mechanism {
+        pivots: Vec<usize>,
+        own: usize,
+    },
 }
 
-impl Enclosure for Ball {
-    fn middle(&self) -> f64 {
-        self.mid_f64()
-    }
-
-    fn certain_size(&self) -> f64 {
-        self.abs_lower()
-    }
-}
-
-impl Enclosure for Big {
-    fn middle(&self) -> f64 {
-        self.mid_f64()
-    }
-
-    fn certain_size(&self) -> f64 {
-        if self.contains_zero() {
-            0.0
-        } else {
-            self.abs_upper().to_f64()
-        }
-    }
-}
-
-/// The proved zero modes at an equilibrium: linearly independent. `known` is the equilibrium as the
-/// model gives it or the search found it, `at` the same in the numbers of `values`.
-pub(crate) fn zero_modes<S: Enclosure>(
+/// The proved zero modes at an equilibrium: linearly independent.
+pub(crate) fn zero_modes(
     model: &Model,
     assembly: &Assembly,
-    known: &[Ball],
-    at: &[S],
-    values: &Values<S>,
-) -> Vec<ZeroMode<S>> {
-    let precision = values.precision();
-    let found = symmetries(model, assembly, &vec![true; at.len()])
-        .iter()
-        .map(|symmetry| ZeroMode {
-            vector: symmetry.vector(at, precision),
-            meaning: symmetry.meaning().to_owned(),
-        })
-        .collect();
-    let mut kept = independent(found, Vec::new());
-    if let Some(exact) = exact::kernel(model, assembly, known) {
-        let rest = exact
-            .into_iter()
-            .map(|vector| ZeroMode {
-                vector: vector
-                    .iter()
-                    .map(|number| S::from_number(number, precision))
-                    .collect(),
-                meaning: "no restoring force".to_owned(),
-            })
-            .collect();
-        kept = independent(rest, kept);
-    }
-    if let Some(mechanism) = mechanism::kernel(assembly, at, values) {
-        let rest = mechanism
-            .into_iter()
-            .map(|vector| ZeroMode {
+    at: &[Ball],
+    values: &Values<Ball>,
+) -> Vec<ZeroMode> {
+    let mut sieve = Sieve::default();
+    let mut kept = Vec::new();
+    let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
+        if sieve.accepts(&vector) {
+            kept.push(ZeroMode {
                 vector,
-                meaning: "no restoring force".to_owned(),
-            })
-            .collect();
-        kept = independent(rest, kept);
+                meaning: meaning.to_owned(),
+                ground,
+            });
+        }
+        kept.len()
+    };
+    let mut count = 0;
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()]) {
+        let meaning = symmetry.meaning().to_owned();
+        let vector = symmetry.vector(at, ());
+        count = add(vector, &meaning, Ground::Symmetry(symmetry));
+    }
+    let nothing = "no restoring force";
+    for vector in exact::kernel(model, assembly, at, count).unwrap_or_default() {
+        let balls = vector.iter().map(|x| Ball::from_number(x, ())).collect();
+        add(balls, nothing, Ground::Exact(vector));
+    }
+    if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
+        for (own, vector) in mechanism.vectors {
+            let pivots = mechanism.pivots.clone();
+            add(vector, nothing, Ground::Mechanism { pivots, own });
+        }
     }
     kept
 }
 
-/// Adds those modes that do not depend on the ones kept so far. Dropping one that is nearly
-/// dependent loses a proof, never makes a wrong one.
-fn independent<S: Enclosure>(
-    modes: Vec<ZeroMode<S>>,
-    mut kept: Vec<ZeroMode<S>>,
-) -> Vec<ZeroMode<S>> {
-    let mut sieve = Sieve::default();
-    for mode in &kept {
-        sieve.accepts(&mode.vector);
-    }
+/// The same zero modes in other numbers; `None` where these do not do for a mechanism.
+pub(crate) fn in_numbers<S: Enclosure>(
+    modes: &[ZeroMode],
+    assembly: &Assembly,
+    at: &[S],
+    values: &Values<S>,
+) -> Option<Vec<ZeroMode<S>>> {
+    let precision = values.precision();
+    let mut kernel: Option<mechanism::Kernel<S>> = None;
+    let mut found = Vec::with_capacity(modes.len());
     for mode in modes {
-        if mode.vector.iter().all(Scalar::is_finite) && sieve.accepts(&mode.vector) {
-            kept.push(mode);
-        }
+        let vector = match &mode.ground {
+            Ground::Symmetry(symmetry) => symmetry.vector(at, precision),
+            Ground::Exact(vector) => {
+                let numbers = vector.iter().map(|x| S::from_number(x, precision));
+                numbers.collect()
+            }
+            Ground::Mechanism { pivots, own } => {
+                let known = match kernel.take() {
+                    Some(known) => known,
+                    None => mechanism::kernel(assembly, at, values, Some(pivots))?,
+                };
+                let known = kernel.insert(known);
+                let vector = known.vectors.iter().find(|(other, _)| other == own);
+                vector.map(|(_, vector)| vector.clone())?
+            }
+        };
+        found.push(ZeroMode {
+            vector,
+            meaning: mode.meaning.clone(),
+            ground: mode.ground.clone(),
+        });
     }
-    kept
+    Some(found)
 }
 
 /// Those of the symmetries that are independent at a point.
@@ -124,33 +122,44 @@ pub(crate) fn independent_symmetries(symmetries: Vec<Symmetry>, at: &[Ball]) -> 
         .collect()
 }
 
-/// Vectors that depend on earlier ones are held back (Gram-Schmidt).
+/// Vectors that are not shown to be independent of earlier ones are held back: Gaussian elimination in
+/// enclosures, where an entry that is left and excludes 0 is the proof. So a rotation is told from the
+/// translations however far from the origin the body is.
 #[derive(Default)]
 struct Sieve {
-    basis: Vec<Vec<f64>>,
+    /// With the place of the pivot of each; a vector vanishes at the pivots before it.
+    basis: Vec<(usize, Vec<Ball>)>,
 }
 
 impl Sieve {
-    fn accepts<S: Enclosure>(&mut self, vector: &[S]) -> bool {
-        let vector: Vec<f64> = vector.iter().map(S::middle).collect();
-        let norm = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if norm == 0.0 || !norm.is_finite() {
+    fn accepts(&mut self, vector: &[Ball]) -> bool {
+        if !vector.iter().all(Ball::is_finite) {
             return false;
         }
-        let mut rest: Vec<f64> = vector.iter().map(|x| x / norm).collect();
-        for _ in 0..2 {
-            for other in &self.basis {
-                let overlap: f64 = other.iter().zip(&rest).map(|(a, b)| a * b).sum();
-                for (x, y) in rest.iter_mut().zip(other) {
-                    *x -= overlap * y;
+        let mut rest = vector.to_vec();
+        for (pivot, other) in &self.basis {
+            if rest[*pivot].is_zero() {
+                continue;
+            }
+            let factor = rest[*pivot] / other[*pivot];
+            for (x, y) in rest.iter_mut().zip(other) {
+                if !y.is_zero() {
+                    *x = *x - factor * *y;
                 }
             }
+            rest[*pivot] = Ball::ZERO;
         }
-        let left = rest.iter().map(|x| x * x).sum::<f64>().sqrt();
-        if left < 1e-7 {
+        let mut best: Option<(usize, f64)> = None;
+        for (at, x) in rest.iter().enumerate() {
+            let size = x.certain_size();
+            if size > best.map_or(0.0, |(_, size)| size) {
+                best = Some((at, size));
+            }
+        }
+        let Some((pivot, _)) = best else {
             return false;
-        }
-        self.basis.push(rest.iter().map(|x| x / left).collect());
+        };
+        self.basis.push((pivot, rest));
         true
     }
 }

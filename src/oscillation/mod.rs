@@ -86,15 +86,20 @@ pub fn normal_modes(
         stiffness,
         zero_vectors: vectors(&zero_modes),
     };
-    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness);
+    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness)
+        .filter(|mirror| mirror.holds(linearized));
     // The classes are read off the shapes, whether or not these are wanted.
     let inner = Options {
         vectors: options.vectors || mirror.is_some(),
         ..options.clone()
     };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
-        let zeros = problem.zero_vectors.len();
-        match modes::solve_from(problem, &Model { linearized, zeros }, &inner) {
+        let zeros = zero_modes.len();
+        let model = Model {
+            linearized,
+            zero_modes: zero_modes.as_slice(),
+        };
+        match modes::solve_from(problem, &model, &inner) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zeros => {
                 zero_modes.remove(index);
@@ -158,8 +163,7 @@ pub fn normal_modes(
 /// A model as the source of a problem.
 struct Model<'a> {
     linearized: &'a Linearized,
-    /// How many zero modes were proved.
-    zeros: usize,
+    zero_modes: &'a [ZeroMode],
 }
 
 impl Source for Model<'_> {
@@ -173,12 +177,10 @@ impl Source for Model<'_> {
 
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let precise = self.linearized.precisely(bits)?;
-        let zero_modes = if self.zeros > 0 {
-            self.linearized.precise_zero_modes(&precise)
-        } else {
-            Vec::new()
-        };
-        (zero_modes.len() == self.zeros).then(|| PreciseProblem {
+        let zero_modes = self
+            .linearized
+            .precise_zero_modes(&precise, self.zero_modes)?;
+        Some(PreciseProblem {
             dimension: self.linearized.dimension(),
             mass: precise.mass,
             stiffness: precise.stiffness,
@@ -227,6 +229,15 @@ fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
     false
 }
 
+/// Whether Mx is exactly 0.
+fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
+    let n = x.len();
+    (0..n).all(|i| {
+        let row = (0..n).map(|j| mass[i + n * j] * Ball::from(x[j]));
+        row.fold(Ball::ZERO, |sum, part| sum + part).is_zero()
+    })
+}
+
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     let coordinates = &linearized.model().coordinates;
@@ -253,7 +264,11 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
                 .find(|(_, amplitude)| amplitude.abs() > 1e-6)
                 .map_or(first_term, |(coordinate, _)| coordinate.span);
             if *singular {
-                LinearizeError::SingularMass { combination, span }
+                LinearizeError::SingularMass {
+                    combination,
+                    proved: has_no_inertia(&linearized.mass(), direction),
+                    span,
+                }
             } else {
                 LinearizeError::IndefiniteMass { combination, span }
             }

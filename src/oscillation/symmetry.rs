@@ -1,19 +1,25 @@
 //! A mirror: a permutation of the coordinates that leaves M and K unchanged.
 //!
-//! Entries count as equal where their enclosures meet, which at thirty digits means equal
-//! parameters. The coordinates are first told apart by repeated refinement of their rows'
+//! Entries count as equal where their enclosures meet, at thirty digits while a permutation is looked
+//! for, and at [`BITS`] bits before it is believed: parameters may differ in the 34th digit. The coordinates are first told apart by repeated refinement of their rows'
 //! contents; what is left is searched with a limited effort. Only a group with a single element
 //! beside the identity is a mirror; larger groups are not named here. Nothing is ever labelled
 //! that was not checked entry by entry.
 
 use std::collections::HashMap;
 
-use crate::precision::Ball;
+use crate::linearize::Linearized;
+use crate::precision::{Ball, Big};
 
 /// Larger models are not searched.
 const MOST_COORDINATES: usize = 600;
 /// Steps of the search before it gives up.
 const MOST_STEPS: usize = 200_000;
+
+/// A permutation has to leave the numbers unchanged to so many bits ...
+const BITS: usize = 320;
+/// ... in models of up to so many coordinates; for larger ones it would take longer than the modes.
+const MOST_CHECKED: usize = 200;
 
 /// The only permutation beside the identity that leaves M and K unchanged.
 pub(super) struct Mirror {
@@ -21,6 +27,29 @@ pub(super) struct Mirror {
 }
 
 impl Mirror {
+    /// Whether the mirror leaves the matrices unchanged in numbers of many bits too.
+    pub(super) fn holds(&self, linearized: &Linearized) -> bool {
+        let n = self.image.len();
+        if n > MOST_CHECKED {
+            return true;
+        }
+        let Some(precise) = linearized.precisely(BITS) else {
+            return false;
+        };
+        let unchanged = |matrix: &[Big]| {
+            let meets = |i: usize, j: usize| {
+                let (own, other) = (
+                    &matrix[i + n * j],
+                    &matrix[self.image[i] + n * self.image[j]],
+                );
+                // Most entries are the same bits.
+                own == other || (own - other).contains_zero()
+            };
+            (0..n).all(|j| (0..=j).all(|i| meets(i, j)))
+        };
+        unchanged(&precise.mass) && unchanged(&precise.stiffness)
+    }
+
     /// `even` where the mirror leaves the vector unchanged, `odd` where it reverses it.
     pub(super) fn class(&self, vector: &[f64], error: f64) -> Option<&'static str> {
         if vector.len() != self.image.len() {
@@ -221,4 +250,33 @@ fn automorphisms(n: usize, classes: &[u64], colours: &[u32]) -> Option<Vec<Vec<u
         }
     }
     Some(found)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::linearize::linearize;
+    use crate::model::{Settings, TableTexts, elaborate};
+    use crate::modes::Options;
+    use crate::oscillation::normal_modes;
+    use crate::syntax::parse;
+
+    fn classes(length: &str) -> Vec<Option<String>> {
+        let text = format!(
+            "param g = 9.81  param l[1..2] = [1, {length}]  coord phi[1..2]
+             T = sum(i in 1..2, 1/2*l[i]^2*phi[i]'^2)
+             V = sum(i in 1..2, g*l[i]*(1 - cos(phi[i]))) + (phi[1] - phi[2])^2"
+        );
+        let file = parse(&text).unwrap();
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+        let normal = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap();
+        normal.modes.into_iter().map(|mode| mode.symmetry).collect()
+    }
+
+    #[test]
+    fn nearly_equal_is_no_mirror() {
+        let both = [Some("even".to_owned()), Some("odd".to_owned())];
+        assert_eq!(classes("1"), both);
+        assert_eq!(classes("1 + 1e-33"), [None, None]);
+        assert_eq!(classes("1 + 1e-80"), [None, None]);
+    }
 }

@@ -2,7 +2,7 @@
 
 use super::NormalModes;
 use crate::diagnostic::Diagnostic;
-use crate::linearize::{Linearized, Origin};
+use crate::linearize::{Linearized, Origin, Shape};
 use crate::modes::Kind;
 use crate::span::Span;
 
@@ -35,6 +35,23 @@ pub enum Warning {
         /// That coordinate.
         coordinate: String,
     },
+    /// A frequency is the small difference of large terms, as near a bifurcation.
+    #[error(
+        "omega of mode {mode} is ill-conditioned: its square is {share} of the terms that it is the difference of"
+    )]
+    IllConditioned {
+        /// Where the parameter is declared that matters most, or else the coordinate that moves most.
+        span: Span,
+        /// The number of the mode, from 1.
+        mode: usize,
+        /// The parameter, if one matters more than the others.
+        parameter: Option<String>,
+        /// ω² over the terms, with one digit.
+        share: String,
+        /// The relative change, of the parameter or of one of the terms, that changes ω by a
+        /// hundredth, with one digit.
+        change: String,
+    },
 }
 
 impl Warning {
@@ -45,6 +62,7 @@ impl Warning {
             Self::Maximum { .. } => "W0101",
             Self::Saddle { .. } => "W0102",
             Self::NotProved { .. } => "W0103",
+            Self::IllConditioned { .. } => "W0104",
         }
     }
 }
@@ -72,6 +90,23 @@ impl From<&Warning> for Diagnostic {
             .with_help(
                 "nothing holds some motion there, to second order at least; if the equilibrium is known, give it with `equilibrium`",
             ),
+            Warning::IllConditioned {
+                span,
+                parameter,
+                change,
+                ..
+            } => Self::warning(
+                warning.to_string(),
+                *span,
+                match parameter {
+                    Some(name) => format!("a relative change of {change} in `{name}` changes it by 1 %"),
+                    None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
+                },
+            )
+            .with_code(warning.code())
+            .with_help(
+                "all digits printed are right for the numbers as they stand in the file; if these are measured, fewer mean something",
+            ),
         }
     }
 }
@@ -83,7 +118,67 @@ impl From<&Warning> for Diagnostic {
 pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     let mut found = not_proved(linearized);
     found.extend(runs_away(linearized, modes));
+    found.extend(ill_conditioned(linearized, modes));
     found
+}
+
+/// Terms that are so many times as large as ω² nearly cancel.
+const ILL_CONDITIONED: f64 = 1e6;
+
+/// So many modes are judged, those with the smallest |ω²|; large ones can't be small differences.
+const MOST_JUDGED: usize = 8;
+
+/// The worst of the soft modes, if that is bad.
+fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
+    let mut soft: Vec<(usize, Shape<'_>)> = modes
+        .modes
+        .iter()
+        .enumerate()
+        .filter(|(_, mode)| matches!(mode.kind, Kind::Oscillation | Kind::Unstable))
+        .filter(|(_, mode)| mode.vector.len() == linearized.dimension())
+        .map(|(at, mode)| {
+            let shape = Shape {
+                vector: &mode.vector,
+                error: mode.vector_error_bound,
+                square: mode.omega_squared.mid_f64(),
+            };
+            (at, shape)
+        })
+        .collect();
+    soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
+    soft.truncate(MOST_JUDGED);
+    if soft.is_empty() {
+        return None;
+    }
+    let (numbers, shapes): (Vec<usize>, Vec<Shape<'_>>) = soft.into_iter().unzip();
+    let ratios = linearized.cancellation(&shapes, ILL_CONDITIONED)?;
+    let judged = numbers.into_iter().zip(&shapes).zip(ratios);
+    let ((at, shape), ratio) = judged
+        .filter(|(_, ratio)| *ratio >= ILL_CONDITIONED)
+        .reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    let model = linearized.model();
+    // ω changes by half as much as ω².
+    let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
+    let worst = linearized.most_sensitive(shape.vector);
+    let parameter = worst.filter(|(_, rate)| *rate >= ILL_CONDITIONED);
+    let (span, name, change) = match parameter {
+        Some((number, rate)) => {
+            let parameter = &model.parameters[number];
+            (parameter.span, Some(parameter.name.clone()), change(rate))
+        }
+        None => {
+            let sizes = shape.vector.iter().map(|x| x.abs()).enumerate();
+            let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
+            (model.coordinates.get(most.0)?.span, None, change(ratio))
+        }
+    };
+    Some(Warning::IllConditioned {
+        span,
+        mode: at + 1,
+        parameter: name,
+        share: format!("{:.0e}", 1.0 / ratio),
+        change,
+    })
 }
 
 fn not_proved(linearized: &Linearized) -> Vec<Warning> {

@@ -12,7 +12,8 @@ use crate::modes::Options;
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::one_digit_up;
 
-/// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `stability`, `modes`.
+/// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `equilibrium_error_bound`,
+/// `stability`, `modes`.
 ///
 /// `options` are those that the modes were computed with. Frequencies are in rad/s where the model
 /// has units; `error_bound` bounds the errors of `omega` and `growth` as they stand here, their
@@ -32,13 +33,18 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
         .values
         .iter()
         .map(|value| number(value.mid_f64()));
+    let bounds = equilibrium
+        .values
+        .iter()
+        .map(|value| number(one_digit_up(value.mid_f64_error())));
     let mut out = String::new();
     let _ = write!(
         out,
-        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"stability\": \"{}\",\n \"modes\": [",
+        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"equilibrium_error_bound\": {},\n \"stability\": \"{}\",\n \"modes\": [",
         model.name.as_deref().map_or_else(null, string),
         array(names),
         array(values),
+        array(bounds),
         modes.stability.as_str(),
     );
     for (at, mode) in modes.modes.iter().enumerate() {

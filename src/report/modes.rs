@@ -115,6 +115,8 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let coordinates = &linearized.model().coordinates;
     let common = common_unit(coordinates);
+    let sizes = equilibrium.values.iter().map(|value| value.mid_f64().abs());
+    let largest = sizes.fold(0.0, f64::max);
     let mut items: Vec<String> = coordinates
         .iter()
         .zip(&equilibrium.values)
@@ -125,7 +127,7 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
                 Origin::Given if mixed => " (given)",
                 Origin::Given | Origin::Zero | Origin::Found => "",
             };
-            let written = Written::new(value, options.digits).text();
+            let written = known(value, largest, options.digits);
             let unit = match shown_unit(coordinate) {
                 Some(unit) if common.is_none() => format!(" {unit}"),
                 Some(_) | None => String::new(),
@@ -139,6 +141,21 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
+}
+
+/// A coordinate with the digits that are decided; where these are fewer than asked for, with its bound,
+/// unless it is 0 in all places that the largest coordinate has.
+fn known(value: &Ball, largest: f64, digits: usize) -> String {
+    let written = Written::new(value, digits);
+    let places = i32::try_from(digits).unwrap_or(i32::MAX);
+    let nothing = value.abs_upper() <= 0.5 * largest * 10f64.powi(-places);
+    if written.complete {
+        written.text()
+    } else if nothing {
+        "0".to_owned()
+    } else {
+        format!("{} ± {}", written.text(), one_digit_up_text(written.bound))
+    }
 }
 
 /// The unit behind a coordinate's number; none where there is nothing to say.

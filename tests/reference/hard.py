@@ -498,6 +498,11 @@ def cancelling_energies_severe():
     return cancelling(mpf("1e20"))
 
 
+@hard("cancelling_energies_extreme", DIFFERENCES + ", with the cancelling parts and without")
+def cancelling_energies_extreme():
+    return cancelling(mpf("1e40"))
+
+
 def stiff_rod(K):
     T = lambda q, v: (v[0] ** 2 + v[1] ** 2) / 2
     length = lambda x, y: sqrt(x**2 + y**2)
@@ -515,6 +520,11 @@ def irrational_equilibrium():
 @hard("irrational_equilibrium_stiff", NEWTON)
 def irrational_equilibrium_stiff():
     return stiff_rod(mpf("1e14"))
+
+
+@hard("irrational_equilibrium_extreme", NEWTON)
+def irrational_equilibrium_extreme():
+    return stiff_rod(mpf("1e24"))
 
 
 def stiff_beside_soft(K, light=1):
@@ -595,6 +605,22 @@ def body_off_origin():
     M = [[int(i == j) for j in range(8)] for i in range(8)]
     q0 = [mpf(c.numerator) / c.denominator for c in sum(place, [])]
     return family("r", 4, 2), q0, dict(values=eigenvalues(M, K, 3))
+
+
+@hard("slack_network", "K summed as k*e*e^T over the unit vectors e of the bonds, in exact numbers; eigenvalues with "
+                       "mpmath at 150 and 220 digits, counted by Sylvester's law in exact arithmetic")
+def slack_network():
+    def rows(name):
+        with open(DATA / name, newline="") as file:
+            return list(csv.DictReader(file))
+    points = rows("slack_points.csv")
+    place = [[Fraction(p[c]) for c in "xy"] for p in points]
+    m = [Fraction(p["mass"]) for p in points]
+    n = 2 * len(m)
+    M = [[m[i // 2] * (i == j) for j in range(n)] for i in range(n)]
+    K = network(place, [(int(b["i"]) - 1, int(b["j"]) - 1, Fraction(b["k"])) for b in rows("slack_bonds.csv")])
+    q0 = [mpf(c.numerator) / c.denominator for c in sum(place, [])]
+    return family("r", len(m), 2), q0, dict(values=eigenvalues(M, K, 5))
 
 
 @hard("free_body_100", "K summed as k*e*e^T over the unit vectors e of the bonds; eigenvalues with mpmath at 80 and 100 digits")
