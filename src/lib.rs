@@ -128,6 +128,9 @@ pub mod oscillation;
 pub mod batch;
 
 #[cfg(feature = "engine")]
+pub mod derive;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]

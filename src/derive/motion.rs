@@ -1,0 +1,230 @@
+//! Sums of coefficients times velocities, accelerations and displacements, in reading order.
+//!
+//! The pool orders what is equal to it by age; an equation of motion reads differently:
+//! accelerations first, then velocities, then forces. So the order is kept here, and the pool keeps
+//! the coefficients.
+
+use crate::expr::{ExprId, Pool};
+use crate::number::Number;
+
+/// What moves, by the number of its coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Motion {
+    /// The second derivative of a coordinate by the time.
+    Acceleration(usize),
+    /// A generalized velocity.
+    Velocity(usize),
+    /// A generalized momentum.
+    Momentum(usize),
+    /// A coordinate measured from its equilibrium.
+    Displacement(usize),
+}
+
+/// A coefficient times what moves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MotionTerm {
+    /// The coefficient, never 0.
+    pub coefficient: ExprId,
+    /// The factors with their powers; empty for a term without any.
+    pub motion: Vec<(Motion, u32)>,
+}
+
+/// A sum of [`MotionTerm`]s in reading order; 0 if there are none.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MotionSum {
+    /// The terms.
+    pub terms: Vec<MotionTerm>,
+    /// A number in front of the whole sum, as the 1/2 of a quadratic form; 1 where there is none.
+    pub factor: Factor,
+}
+
+/// The number in front of a [`MotionSum`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Factor {
+    /// Nothing is written.
+    #[default]
+    One,
+    /// 1/2.
+    Half,
+}
+
+/// What the coordinates and what is made of them are called in text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Names {
+    /// The coordinates, in order.
+    pub coordinates: Vec<String>,
+    /// The coordinates measured from the equilibrium: the same, where that is 0.
+    pub displacements: Vec<String>,
+}
+
+impl Names {
+    /// The name of what moves in the model language: `x''` for an acceleration. Momenta are no
+    /// part of the language; they are called `p_x`.
+    #[must_use]
+    pub fn of(&self, motion: Motion) -> String {
+        let coordinate = |i: usize| self.coordinates.get(i).map_or("", String::as_str);
+        match motion {
+            Motion::Acceleration(i) => format!("{}''", coordinate(i)),
+            Motion::Velocity(i) => format!("{}'", coordinate(i)),
+            Motion::Momentum(i) => format!("p_{}", coordinate(i)),
+            Motion::Displacement(i) => self.displacements.get(i).cloned().unwrap_or_default(),
+        }
+    }
+
+    /// The name of the velocity or acceleration of a displacement.
+    #[must_use]
+    pub fn displaced(&self, motion: Motion) -> String {
+        let displacement = |i: usize| self.displacements.get(i).map_or("", String::as_str);
+        match motion {
+            Motion::Acceleration(i) => format!("{}''", displacement(i)),
+            Motion::Velocity(i) => format!("{}'", displacement(i)),
+            Motion::Momentum(_) | Motion::Displacement(_) => self.of(motion),
+        }
+    }
+}
+
+impl MotionSum {
+    /// A sum with its terms in reading order, without those that are 0.
+    pub(super) fn new(pool: &Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
+        let mut terms: Vec<MotionTerm> = terms
+            .into_iter()
+            .filter(|term| !pool.as_number(term.coefficient).is_some_and(Number::is_zero))
+            .collect();
+        terms.sort_by(|a, b| order(a).cmp(&order(b)));
+        Self {
+            terms,
+            factor: Factor::One,
+        }
+    }
+
+    /// Whether nothing is left of it.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The sum as one expression, what moves as symbols of its names.
+    pub fn expression(&self, pool: &mut Pool, name: impl Fn(Motion) -> String) -> ExprId {
+        let mut parts = Vec::with_capacity(self.terms.len());
+        for term in &self.terms {
+            let mut factors = vec![(term.coefficient, Number::ONE)];
+            for (motion, power) in &term.motion {
+                let symbol = pool.variable(&name(*motion));
+                factors.push((symbol, Number::from(i64::from(*power))));
+            }
+            parts.push(pool.product_of_powers(&factors));
+        }
+        let sum = pool.sum(&parts);
+        match self.factor {
+            Factor::One => sum,
+            Factor::Half => pool.scale(sum, &Number::half()),
+        }
+    }
+
+    /// The sum in the model language.
+    #[must_use]
+    pub fn text(&self, pool: &mut Pool, name: impl Fn(Motion) -> String) -> String {
+        if self.terms.is_empty() {
+            return "0".to_owned();
+        }
+        let mut out = String::new();
+        for term in &self.terms {
+            let (negative, text) = term.text(pool, &name);
+            match (out.is_empty(), negative) {
+                (true, false) => {}
+                (true, true) => out.push('-'),
+                (false, false) => out.push_str(" + "),
+                (false, true) => out.push_str(" - "),
+            }
+            out.push_str(&text);
+        }
+        match self.factor {
+            Factor::One => out,
+            Factor::Half if self.terms.len() == 1 && !out.starts_with('-') => format!("1/2*{out}"),
+            Factor::Half => format!("1/2*({out})"),
+        }
+    }
+}
+
+/// Accelerations, then products of velocities, then single ones, then what is without.
+fn order(term: &MotionTerm) -> (u8, &[(Motion, u32)]) {
+    let degree: u32 = term.motion.iter().map(|(_, power)| *power).sum();
+    let rank = match term.motion.first() {
+        Some((Motion::Acceleration(_), _)) => 0,
+        Some(_) if degree > 1 => 1,
+        Some(_) => 2,
+        None => 3,
+    };
+    (rank, &term.motion)
+}
+
+impl MotionTerm {
+    pub(super) fn new(coefficient: ExprId, motion: &[(Motion, u32)]) -> Self {
+        Self {
+            coefficient,
+            motion: motion.to_vec(),
+        }
+    }
+
+    /// Whether a minus sign stands in front, and the text behind the sign.
+    fn text(&self, pool: &mut Pool, name: &impl Fn(Motion) -> String) -> (bool, String) {
+        let text = pool.display(self.coefficient);
+        if self.motion.is_empty() {
+            // A sum keeps its own signs; only the first one is taken over.
+            return match text.strip_prefix('-') {
+                Some(rest) => (true, rest.to_owned()),
+                None => (false, text),
+            };
+        }
+        let (negative, text) = if text.starts_with('-') {
+            let opposite = pool.neg(self.coefficient);
+            (true, factor_text(pool, opposite))
+        } else {
+            (false, factor_text(pool, self.coefficient))
+        };
+        let mut factors: Vec<String> = text.into_iter().collect();
+        for (motion, power) in &self.motion {
+            let name = name(*motion);
+            factors.push(if *power == 1 {
+                name
+            } else {
+                format!("{name}^{power}")
+            });
+        }
+        (negative, factors.join("*"))
+    }
+}
+
+/// An expression as the first factor of a product; nothing for 1.
+fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
+    if pool.as_number(e).is_some_and(Number::is_one) {
+        return None;
+    }
+    let text = pool.display(e);
+    Some(if is_open_sum(pool, e) {
+        format!("({text})")
+    } else {
+        text
+    })
+}
+
+/// Whether the text of an expression has a sign between two terms.
+fn is_open_sum(pool: &Pool, e: ExprId) -> bool {
+    use crate::expr::Node;
+    match pool.node(e) {
+        Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Product(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
