@@ -10,7 +10,7 @@ use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 
 /// What stays the same along every motion.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Conserved {
     /// The momentum of a cyclic coordinate, by its number: the coordinate doesn't occur in L.
@@ -92,7 +92,10 @@ pub(super) fn energy_function(
             let half = pool.scale(*value, &Number::half());
             MotionTerm::new(half, &[(Motion::Velocity(*i), 2)])
         } else {
-            MotionTerm::new(*value, &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)])
+            MotionTerm::new(
+                *value,
+                &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)],
+            )
         });
     }
     let rest = without_velocities(pool, short, variables, lagrangian);
@@ -148,10 +151,7 @@ pub(super) fn hamiltonian(
     for (motion, parts) in terms {
         let coefficient = pool.sum(&parts);
         let coefficient = short.simplify(pool, coefficient);
-        sum.push(MotionTerm {
-            coefficient,
-            motion,
-        });
+        sum.push(MotionTerm::new(coefficient, &motion));
     }
     Some(MotionSum::new(pool, sum))
 }
@@ -201,7 +201,10 @@ pub(super) fn conserved(
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
     let mut drives = false;
-    let values = lagrangian.inertia.values().chain(lagrangian.linear.values());
+    let values = lagrangian
+        .inertia
+        .values()
+        .chain(lagrangian.linear.values());
     let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
     for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
         if let Some(i) = variables.coordinate(symbol)

@@ -63,10 +63,7 @@ pub(super) fn equations(
         let coefficient = pool.linear(&parts);
         let coefficient = short.simplify(pool, coefficient);
         if let Some(row) = rows.get_mut(i) {
-            row.push(MotionTerm {
-                coefficient,
-                motion,
-            });
+            row.push(MotionTerm::new(coefficient, &motion));
         }
     }
     let rows = rows.into_iter();
@@ -74,7 +71,10 @@ pub(super) fn equations(
 }
 
 fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, factor: Number) {
-    parts.entry((equation, motion)).or_default().push((value, factor));
+    parts
+        .entry((equation, motion))
+        .or_default()
+        .push((value, factor));
 }
 
 /// From T2: each A_ij with i < j stands for A_ij q_i' q_j', each A_ii for 1/2 A_ii q_i'^2.
@@ -82,9 +82,21 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
     let one = Number::ONE;
     for ((i, j), value) in &lagrangian.inertia {
         let (i, j) = (*i, *j);
-        add(parts, i, single(Motion::Acceleration(j)), *value, one.clone());
+        add(
+            parts,
+            i,
+            single(Motion::Acceleration(j)),
+            *value,
+            one.clone(),
+        );
         if i != j {
-            add(parts, j, single(Motion::Acceleration(i)), *value, one.clone());
+            add(
+                parts,
+                j,
+                single(Motion::Acceleration(i)),
+                *value,
+                one.clone(),
+            );
         }
         for (k, slope) in variables.slopes(pool, *value) {
             add(parts, i, velocities(j, k), slope, one.clone());
@@ -109,7 +121,13 @@ fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts
         for (j, slope) in variables.slopes(pool, *value) {
             if j != *i {
                 add(parts, *i, single(Motion::Velocity(j)), slope, Number::ONE);
-                add(parts, j, single(Motion::Velocity(*i)), slope, Number::MINUS_ONE);
+                add(
+                    parts,
+                    j,
+                    single(Motion::Velocity(*i)),
+                    slope,
+                    Number::MINUS_ONE,
+                );
             }
         }
         let rate = variables.by_time(pool, *value);
@@ -124,7 +142,13 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
     }
     for (i, momentum) in variables.velocity_slopes(pool, term) {
         for (j, value) in variables.velocity_slopes(pool, momentum) {
-            add(parts, i, single(Motion::Acceleration(j)), value, Number::ONE);
+            add(
+                parts,
+                i,
+                single(Motion::Acceleration(j)),
+                value,
+                Number::ONE,
+            );
         }
         for (j, value) in variables.slopes(pool, momentum) {
             add(parts, i, single(Motion::Velocity(j)), value, Number::ONE);
@@ -153,7 +177,7 @@ fn friction(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Pa
 
 /// M q'' + K q = 0, row by row, with q measured from the equilibrium.
 pub(super) fn linearized(
-    pool: &Pool,
+    pool: &mut Pool,
     mass: &[Vec<ExprId>],
     stiffness: &[Vec<ExprId>],
 ) -> Vec<MotionSum> {

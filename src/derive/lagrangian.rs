@@ -47,7 +47,10 @@ impl Variables {
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
         let numbers = coordinates.iter().chain(&velocities).copied();
         let count = coordinates.len();
-        let numbers = numbers.enumerate().map(|(at, symbol)| (symbol, at)).collect();
+        let numbers = numbers
+            .enumerate()
+            .map(|(at, symbol)| (symbol, at))
+            .collect();
         let time = model
             .symbols
             .iter()
@@ -131,7 +134,9 @@ fn is_zero(pool: &Pool, e: ExprId) -> bool {
 pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier) -> Lagrangian {
     let mut splitter = Splitter::default();
     for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
-        splitter.facts.declare(local.coordinate, Variable::Coordinate);
+        splitter
+            .facts
+            .declare(local.coordinate, Variable::Coordinate);
         splitter.facts.declare(local.velocity, Variable::Velocity);
     }
     let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();

@@ -20,7 +20,7 @@
 //!     V = -m*g*l*cos(phi)";
 //! let file = syntax::parse(text)?;
 //! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
-//! let mut derivation = derive(&model, &Parts::default().equations(true))?;
+//! let derivation = derive(&model, &Parts::default().equations(true))?;
 //! assert_eq!(derivation.equation_texts(), ["l^2*m*phi'' + g*l*m*sin(phi) = 0"]);
 //! # Ok::<(), librate::Error>(())
 //! ```
@@ -167,11 +167,16 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     };
     let names = names(model, &pool, &linear);
     if let Ok(linear) = &mut linear {
-        for entry in linear.mass.iter_mut().chain(&mut linear.stiffness).flatten() {
+        for entry in linear
+            .mass
+            .iter_mut()
+            .chain(&mut linear.stiffness)
+            .flatten()
+        {
             *entry = short.simplify(&mut pool, *entry);
         }
         if parts.second_order {
-            let equations = equations::linearized(&pool, &linear.mass, &linear.stiffness);
+            let equations = equations::linearized(&mut pool, &linear.mass, &linear.stiffness);
             let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
             let potential =
                 energy::quadratic_form(&mut pool, &linear.stiffness, Motion::Displacement);
@@ -206,7 +211,10 @@ fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) ->
     let displacements = if at_zero {
         coordinates.clone()
     } else {
-        coordinates.iter().map(|name| format!("delta_{name}")).collect()
+        coordinates
+            .iter()
+            .map(|name| format!("delta_{name}"))
+            .collect()
     };
     Names {
         coordinates,
@@ -237,11 +245,38 @@ impl Derivation {
     }
 
     /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.
-    pub fn equation_texts(&mut self) -> Vec<String> {
-        let (pool, names) = (&mut self.pool, &self.names);
+    #[must_use]
+    pub fn equation_texts(&self) -> Vec<String> {
         let equations = self.equations.iter().flatten();
         equations
-            .map(|equation| format!("{} = 0", equation.text(pool, |motion| names.of(motion))))
+            .map(|equation| format!("{} = 0", self.text(equation)))
             .collect()
+    }
+
+    /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they
+    /// were not asked for or don't exist.
+    #[must_use]
+    pub fn linearized_texts(&self) -> Vec<String> {
+        let second_order = self
+            .linear
+            .as_ref()
+            .ok()
+            .and_then(|linear| linear.second_order.as_ref());
+        let equations = second_order.iter().flat_map(|part| &part.equations);
+        equations
+            .map(|equation| format!("{} = 0", self.displaced_text(equation)))
+            .collect()
+    }
+
+    /// A sum in coordinates, velocities, accelerations and momenta as text.
+    #[must_use]
+    pub fn text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.of(motion))
+    }
+
+    /// A sum in displacements and their rates as text.
+    #[must_use]
+    pub fn displaced_text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.displaced(motion))
     }
 }

@@ -4,7 +4,7 @@
 //! accelerations first, then velocities, then forces. So the order is kept here, and the pool keeps
 //! the coefficients.
 
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Node, Pool};
 use crate::number::Number;
 
 /// What moves, by the number of its coordinate.
@@ -25,7 +25,9 @@ pub enum Motion {
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct MotionTerm {
-    /// The coefficient, never 0.
+    /// Whether a minus sign stands in front.
+    pub negative: bool,
+    /// The coefficient behind the sign, never 0. One without motion has its signs itself.
     pub coefficient: ExprId,
     /// The factors with their powers; empty for a term without any.
     pub motion: Vec<(Motion, u32)>,
@@ -90,12 +92,22 @@ impl Names {
 
 impl MotionSum {
     /// A sum with its terms in reading order, without those that are 0.
-    pub(super) fn new(pool: &Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
+    pub(super) fn new(pool: &mut Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
         let mut terms: Vec<MotionTerm> = terms
             .into_iter()
-            .filter(|term| !pool.as_number(term.coefficient).is_some_and(Number::is_zero))
+            .filter(|term| {
+                !pool
+                    .as_number(term.coefficient)
+                    .is_some_and(Number::is_zero)
+            })
             .collect();
         terms.sort_by(|a, b| order(a).cmp(&order(b)));
+        for term in &mut terms {
+            if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
+                term.negative = true;
+                term.coefficient = pool.neg(term.coefficient);
+            }
+        }
         Self {
             terms,
             factor: Factor::One,
@@ -112,7 +124,12 @@ impl MotionSum {
     pub fn expression(&self, pool: &mut Pool, name: impl Fn(Motion) -> String) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
         for term in &self.terms {
-            let mut factors = vec![(term.coefficient, Number::ONE)];
+            let coefficient = if term.negative {
+                pool.neg(term.coefficient)
+            } else {
+                term.coefficient
+            };
+            let mut factors = vec![(coefficient, Number::ONE)];
             for (motion, power) in &term.motion {
                 let symbol = pool.variable(&name(*motion));
                 factors.push((symbol, Number::from(i64::from(*power))));
@@ -128,7 +145,7 @@ impl MotionSum {
 
     /// The sum in the model language.
     #[must_use]
-    pub fn text(&self, pool: &mut Pool, name: impl Fn(Motion) -> String) -> String {
+    pub fn text(&self, pool: &Pool, name: impl Fn(Motion) -> String) -> String {
         if self.terms.is_empty() {
             return "0".to_owned();
         }
@@ -166,28 +183,23 @@ fn order(term: &MotionTerm) -> (u8, &[(Motion, u32)]) {
 impl MotionTerm {
     pub(super) fn new(coefficient: ExprId, motion: &[(Motion, u32)]) -> Self {
         Self {
+            negative: false,
             coefficient,
             motion: motion.to_vec(),
         }
     }
 
     /// Whether a minus sign stands in front, and the text behind the sign.
-    fn text(&self, pool: &mut Pool, name: &impl Fn(Motion) -> String) -> (bool, String) {
-        let text = pool.display(self.coefficient);
+    fn text(&self, pool: &Pool, name: &impl Fn(Motion) -> String) -> (bool, String) {
         if self.motion.is_empty() {
+            let text = pool.display(self.coefficient);
             // A sum keeps its own signs; only the first one is taken over.
             return match text.strip_prefix('-') {
-                Some(rest) => (true, rest.to_owned()),
-                None => (false, text),
+                Some(rest) => (!self.negative, rest.to_owned()),
+                None => (self.negative, text),
             };
         }
-        let (negative, text) = if text.starts_with('-') {
-            let opposite = pool.neg(self.coefficient);
-            (true, factor_text(pool, opposite))
-        } else {
-            (false, factor_text(pool, self.coefficient))
-        };
-        let mut factors: Vec<String> = text.into_iter().collect();
+        let mut factors: Vec<String> = factor_text(pool, self.coefficient).into_iter().collect();
         for (motion, power) in &self.motion {
             let name = name(*motion);
             factors.push(if *power == 1 {
@@ -196,7 +208,27 @@ impl MotionTerm {
                 format!("{name}^{power}")
             });
         }
-        (negative, factors.join("*"))
+        (self.negative, factors.join("*"))
+    }
+}
+
+/// Whether the text of an expression begins with a minus sign.
+fn reads_negative(pool: &Pool, e: ExprId) -> bool {
+    match pool.node(e) {
+        Node::Number(value) => value.is_negative(),
+        Node::Sum { constant, terms } => {
+            let mut signs = terms.iter().map(|(_, c)| c.is_negative());
+            (constant.is_zero() || constant.is_negative())
+                && signs.all(|negative| negative)
+                && pool.display(e).starts_with('-')
+        }
+        Node::Pi
+        | Node::Symbol(_)
+        | Node::Product(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
     }
 }
 
@@ -215,7 +247,6 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
 
 /// Whether the text of an expression has a sign between two terms.
 fn is_open_sum(pool: &Pool, e: ExprId) -> bool {
-    use crate::expr::Node;
     match pool.node(e) {
         Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
         Node::Number(_)

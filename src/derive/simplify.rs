@@ -126,7 +126,8 @@ impl Simplifier {
                 let mut signs = terms.len() as u64 + u64::from(!constant.is_zero());
                 signs = signs.saturating_sub(1);
                 let mut parts = terms.iter().map(|(term, c)| {
-                    let number = u64::from(!c.abs().is_one()) * (2 + 2 * u64::from(!c.is_integer()));
+                    let number =
+                        u64::from(!c.abs().is_one()) * (2 + 2 * u64::from(!c.is_integer()));
                     of(term).saturating_add(number)
                 });
                 total(&mut parts)
@@ -166,14 +167,18 @@ fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> Exp
         Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
         Node::Sum { constant, terms } => {
             let constant = constant.clone();
-            let mut parts: Vec<(ExprId, Number)> =
-                terms.iter().map(|(term, c)| (image(term), c.clone())).collect();
+            let mut parts: Vec<(ExprId, Number)> = terms
+                .iter()
+                .map(|(term, c)| (image(term), c.clone()))
+                .collect();
             parts.push((pool.number(constant), Number::ONE));
             pool.linear(&parts)
         }
         Node::Product(factors) => {
-            let parts: Vec<(ExprId, Number)> =
-                factors.iter().map(|(base, e)| (image(base), e.clone())).collect();
+            let parts: Vec<(ExprId, Number)> = factors
+                .iter()
+                .map(|(base, e)| (image(base), e.clone()))
+                .collect();
             pool.product_of_powers(&parts)
         }
         Node::Power { base, exponent } => {
@@ -212,9 +217,9 @@ fn has_sums(pool: &Pool, e: ExprId) -> bool {
 
 fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     match pool.node(e) {
-        Node::Product(factors) => factors
-            .iter()
-            .any(|(base, exponent)| opens(exponent) && matches!(pool.node(*base), Node::Sum { .. })),
+        Node::Product(factors) => factors.iter().any(|(base, exponent)| {
+            opens(exponent) && matches!(pool.node(*base), Node::Sum { .. })
+        }),
         Node::Number(_)
         | Node::Pi
         | Node::Symbol(_)
@@ -248,7 +253,8 @@ fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
 fn expand(pool: &mut Pool, e: ExprId, deep: bool) -> Option<Monomials> {
     let mut monomials = Monomials::new();
     // Products of what is still to be multiplied out: (coefficient, factors).
-    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> = vec![(Number::ONE, vec![(e, Number::ONE)])];
+    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> =
+        vec![(Number::ONE, vec![(e, Number::ONE)])];
     let mut steps = 0;
     // The outermost sum is always taken apart.
     let mut outermost = true;
@@ -258,9 +264,7 @@ fn expand(pool: &mut Pool, e: ExprId, deep: bool) -> Option<Monomials> {
             return None;
         }
         let at = factors.iter().position(|(base, exponent)| {
-            opens(exponent)
-                && (deep || outermost)
-                && matches!(pool.node(*base), Node::Sum { .. })
+            opens(exponent) && (deep || outermost) && matches!(pool.node(*base), Node::Sum { .. })
         });
         let Some(at) = at else {
             outermost = false;
@@ -511,7 +515,7 @@ fn products(
             }
             let rest = changed(monomial, &[(*first, -1), (*second, -1)]);
             let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
-            let (sin_b, cos_b) = (pool.sin(b), pool.cos(b));
+            let sin_b = pool.sin(b);
             let partner = if mixed {
                 changed(&rest, &[(cos_a, 1), (sin_b, 1)])
             } else {
@@ -638,7 +642,9 @@ fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
         common = common
             .into_iter()
             .filter_map(|(base, exponent)| {
-                let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
+                let at = monomial
+                    .binary_search_by_key(&base, |(base, _)| *base)
+                    .ok()?;
                 let exponent = shared(&exponent, &monomial.get(at)?.1)?;
                 Some((base, exponent))
             })
