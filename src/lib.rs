@@ -102,6 +102,8 @@ pub mod explain;
 pub mod diagnostic;
 
 pub mod syntax;
+#[cfg(feature = "format")]
+pub mod typeset;
 
 #[cfg(feature = "engine")]
 pub mod number;

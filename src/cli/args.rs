@@ -79,7 +79,8 @@ Examples:
 const DERIVE_EXAMPLE: &str = "\
 Examples:
     librate derive double_pendulum.lag
-    librate derive chain.lag --set N=4 --json";
+    librate derive chain.lag --set N=4 --json
+    librate derive double_pendulum.lag --latex --standalone > page.tex";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -180,6 +181,12 @@ pub(crate) struct Derive {
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+    /// LaTeX instead of text, for a document that has the package amsmath
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) latex: bool,
+    /// With --latex: a whole document
+    #[arg(long, requires = "latex")]
+    pub(crate) standalone: bool,
 }
 
 #[derive(Debug, Args)]

@@ -186,6 +186,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     drop(progress);
     let text = match derived {
         Ok(derivation) if args.json => report::derive_json(&derivation),
+        Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
         Ok(derivation) => report::derive_text(&derivation, &style()),
         Err(error) => return Err(failed(source, warnings, error)),
     };

@@ -7,7 +7,7 @@ use crate::expr::ExprId;
 use crate::number::Number;
 
 /// The momenta and energies of more coordinates than this are not written out.
-const MOST_FOR_ENERGIES: usize = 12;
+pub(super) const MOST_FOR_ENERGIES: usize = 12;
 
 /// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
 /// conserved, the equilibrium, T and V to second order, M, K, the linearized equations.

@@ -6,11 +6,13 @@
 
 mod derive;
 mod json;
+mod latex;
 mod modes;
 mod table;
 
 pub use derive::derive_text;
 pub use json::{derive_json, modes_json};
+pub use latex::derive_latex;
 pub use modes::modes_text;
 
 use anstyle::{AnsiColor, Effects};
