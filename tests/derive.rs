@@ -135,7 +135,7 @@ fn equations_momenta_and_energies_agree_with_brute_force() {
         let brute = BruteForce::new(&model, &mut pool);
         let energy = derivation.energy.as_ref().unwrap();
         let equations = derivation.equations.as_ref().unwrap();
-        let mut same = |what: &str, pool: &mut librate::expr::Pool, a, b| {
+        let same = |what: &str, pool: &mut librate::expr::Pool, a, b| {
             let difference = pool.sub(a, b);
             let verdict = pool.is_zero(difference);
             assert_eq!(verdict, ZeroVerdict::Zero, "{name}: {what}");
@@ -282,4 +282,39 @@ fn equations_read_as_a_person_writes_them() {
         printed("param m  param k  coord r, phi  T = 1/2*m*(r'^2 + r^2*phi'^2)  V = -k/r"),
         "m*r'' - m*r*phi'^2 + k/r^2 = 0\nm*r^2*phi'' + 2*m*r*r'*phi' = 0"
     );
+}
+
+#[test]
+fn forces_that_can_be_solved_are() {
+    let solved = |text: &str| {
+        let derivation = derive(&model(text), &Parts::default().equilibria(true)).unwrap();
+        let pool = &derivation.pool;
+        let roots = derivation.equilibria.as_ref().unwrap().iter();
+        let texts = roots.map(|root| {
+            let bounded = if root.bounded { " (bounded)" } else { "" };
+            format!(
+                "{} = {}{bounded}",
+                pool.display(root.left),
+                pool.display(root.value)
+            )
+        });
+        texts.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        solved(
+            "param g  param R  param W  param m  coord th
+             T = 1/2*m*R^2*(th'^2 + W^2*sin(th)^2)  V = -m*g*R*cos(th)"
+        ),
+        ["sin(th) = 0", "cos(th) = g/(R*W^2) (bounded)"]
+    );
+    assert_eq!(
+        solved(
+            "param g  param m  param k  param l  coord x
+             T = 1/2*m*x'^2  V = 1/2*k*(x - l)^2 - m*g*x"
+        ),
+        ["x = l + g*m/k"]
+    );
+    // Two coordinates in one force, a root of higher degree: not by hand.
+    assert!(solved("param k  coord x, y  T = x'^2 + y'^2  V = k*(x - y)^2").is_empty());
+    assert!(solved("param k  coord x  T = x'^2  V = x^2 + exp(x)").is_empty());
 }

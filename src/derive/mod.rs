@@ -5,6 +5,7 @@
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
+//! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`](crate::linearize), in short (`simplify`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
@@ -27,6 +28,7 @@
 
 mod energy;
 mod equations;
+mod equilibria;
 mod lagrangian;
 mod motion;
 mod simplify;
@@ -37,6 +39,7 @@ use crate::model::Model;
 use crate::number::Number;
 
 pub use energy::Conserved;
+pub use equilibria::Root;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 
 use lagrangian::Variables;
@@ -52,6 +55,8 @@ pub struct Parts {
     pub energy: bool,
     /// The linearized equations, and T and V to second order.
     pub second_order: bool,
+    /// Equilibria in symbols.
+    pub equilibria: bool,
 }
 
 impl Parts {
@@ -62,6 +67,7 @@ impl Parts {
             equations: true,
             energy: true,
             second_order: true,
+            equilibria: true,
         }
     }
 
@@ -76,6 +82,13 @@ impl Parts {
     #[must_use]
     pub fn energy(mut self, wanted: bool) -> Self {
         self.energy = wanted;
+        self
+    }
+
+    /// With equilibria in symbols, or without.
+    #[must_use]
+    pub fn equilibria(mut self, wanted: bool) -> Self {
+        self.equilibria = wanted;
         self
     }
 
@@ -103,6 +116,8 @@ pub struct Derivation {
     pub equations: Option<Vec<MotionSum>>,
     /// Momenta and energies.
     pub energy: Option<Energy>,
+    /// Where forces vanish, as far as that can be solved in symbols.
+    pub equilibria: Option<Vec<Root>>,
 }
 
 /// M and K at the equilibrium, as expressions in the parameters.
@@ -196,8 +211,9 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         linear,
         equations: None,
         energy: None,
+        equilibria: None,
     };
-    if parts.equations || parts.energy {
+    if parts.equations || parts.energy || parts.equilibria {
         derivation.nonlinear(model, parts, &mut short);
     }
     Ok(derivation)
@@ -235,6 +251,9 @@ impl Derivation {
             let equations =
                 equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
+        }
+        if parts.equilibria {
+            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian));
         }
         if parts.energy {
             self.energy = Some(Energy {
