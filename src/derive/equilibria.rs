@@ -86,6 +86,14 @@ fn moves(pool: &Pool, variables: &Variables, coordinate: usize, e: ExprId) -> bo
 
 /// The root of a factor that is A + B*u, with u the coordinate or a sine or cosine.
 fn root(pool: &mut Pool, variables: &Variables, coordinate: usize, factor: ExprId) -> Option<Root> {
+    let symbol = *variables.coordinates.get(coordinate)?;
+    let slope = pool.diff(factor, symbol);
+    if !moves(pool, variables, coordinate, slope) {
+        let zero = Substitution::from([(symbol, pool.zero())]);
+        let rest = pool.substitute_one(factor, &zero);
+        let left = pool.symbol_expr(symbol);
+        return Some(quotient(pool, short, coordinate, left, rest, slope));
+    }
     let one = Number::ONE;
     let (constant, terms) = match pool.node(factor) {
         Node::Sum { constant, terms } => (constant.clone(), terms.to_vec()),

@@ -256,11 +256,14 @@ impl Derivation {
             self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian));
         }
         if parts.energy {
+            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
+            let conserved =
+                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
             self.energy = Some(Energy {
-                momenta: energy::momenta(pool, short, &variables, &lagrangian),
+                momenta,
                 function: energy::energy_function(pool, short, &variables, &lagrangian),
                 hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
-                conserved: energy::conserved(pool, &variables, &lagrangian, &dissipation),
+                conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
         }

@@ -433,26 +433,31 @@ fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
         return;
     }
     for rule in [squares, complements, products, halves] {
-        // Each use leaves one term or one function less.
-        while let Some((gone, new, coefficient)) = find(pool, monomials, rule) {
-            for old in gone.iter().flatten() {
-                monomials.remove(old);
+        // Each use leaves one term or one function less; a new term may be the partner of one that was
+        // looked at before.
+        let mut changed = true;
+        while changed {
+            changed = false;
+            let all: Vec<Monomial> = monomials.keys().cloned().collect();
+            for monomial in all {
+                let Some(coefficient) = monomials.get(&monomial).cloned() else {
+                    continue;
+                };
+                let step = rule(pool, monomials, &monomial, &coefficient);
+                if let Some((gone, new, coefficient)) = step {
+                    for old in gone.iter().flatten() {
+                        monomials.remove(old);
+                    }
+                    add_to(monomials, new, &coefficient);
+                    changed = true;
+                }
             }
-            add_to(monomials, new, &coefficient);
         }
     }
 }
 
 /// What one or two terms become: those that go, and the one that comes with its coefficient.
 type Step = ([Option<Monomial>; 2], Monomial, Number);
-type Rule = fn(&mut Pool, &Monomials, &Monomial, &Number) -> Option<Step>;
-
-fn find(pool: &mut Pool, monomials: &Monomials, rule: Rule) -> Option<Step> {
-    monomials
-        .iter()
-        .find_map(|(monomial, coefficient)| rule(pool, monomials, monomial, coefficient))
-}
-
 /// cos^2 + sin^2 = 1.
 fn squares(
     pool: &mut Pool,
