@@ -5,7 +5,8 @@
 //! cos(th) = g/(R*W^2). Nothing is searched for and no number is looked at.
 
 use super::lagrangian::{Lagrangian, Variables};
-use crate::expr::{ExprId, Node, Pool};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::number::Number;
 use crate::precision::Function;
 
@@ -24,7 +25,12 @@ pub struct Root {
 }
 
 /// The roots of the forces that can be solved, coordinate by coordinate.
-pub(super) fn roots(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian) -> Vec<Root> {
+pub(super) fn roots(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    variables: &Variables,
+    lagrangian: &Lagrangian,
+) -> Vec<Root> {
     let mut result = Vec::new();
     if !lagrangian.other.is_empty() {
         return result;
@@ -39,7 +45,7 @@ pub(super) fn roots(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrang
         });
         // With b_i(t) there is a force db_i/dt besides.
         if alone && !lagrangian.linear.contains_key(i) {
-            result.extend(roots_of(pool, variables, *i, *force).unwrap_or_default());
+            result.extend(roots_of(pool, short, variables, *i, *force).unwrap_or_default());
         }
     }
     result
@@ -48,6 +54,7 @@ pub(super) fn roots(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrang
 /// The roots of all factors; `None` where one can't be solved.
 fn roots_of(
     pool: &mut Pool,
+    short: &mut Simplifier,
     variables: &Variables,
     coordinate: usize,
     force: ExprId,
@@ -73,7 +80,7 @@ fn roots_of(
             // It doesn't vanish where it has a value; but where that is, is not told here.
             return None;
         }
-        roots.push(root(pool, variables, coordinate, base)?);
+        roots.push(root(pool, short, variables, coordinate, base)?);
     }
     Some(roots)
 }
@@ -85,7 +92,13 @@ fn moves(pool: &Pool, variables: &Variables, coordinate: usize, e: ExprId) -> bo
 }
 
 /// The root of a factor that is A + B*u, with u the coordinate or a sine or cosine.
-fn root(pool: &mut Pool, variables: &Variables, coordinate: usize, factor: ExprId) -> Option<Root> {
+fn root(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    variables: &Variables,
+    coordinate: usize,
+    factor: ExprId,
+) -> Option<Root> {
     let symbol = *variables.coordinates.get(coordinate)?;
     let slope = pool.diff(factor, symbol);
     if !moves(pool, variables, coordinate, slope) {
@@ -97,9 +110,10 @@ fn root(pool: &mut Pool, variables: &Variables, coordinate: usize, factor: ExprI
     let one = Number::ONE;
     let (constant, terms) = match pool.node(factor) {
         Node::Sum { constant, terms } => (constant.clone(), terms.to_vec()),
-        Node::Symbol(_) | Node::Function(..) => (Number::ZERO, vec![(factor, one.clone())]),
+        Node::Function(..) => (Number::ZERO, vec![(factor, one.clone())]),
         Node::Number(_)
         | Node::Pi
+        | Node::Symbol(_)
         | Node::Product(_)
         | Node::Power { .. }
         | Node::Atan2 { .. }
@@ -137,38 +151,37 @@ fn root(pool: &mut Pool, variables: &Variables, coordinate: usize, factor: ExprI
         slope.push((pool.product_of_powers(&others), coefficient));
     }
     let left = left?;
-    let bounded = match pool.node(left) {
-        Node::Symbol(_) => false,
-        Node::Function(Function::Sin | Function::Cos, angle) => {
-            // The angle is a multiple of the coordinate, so that every value of it is reached.
-            let angle = *angle;
-            let symbol = *variables.coordinates.get(coordinate)?;
-            let rate = pool.diff(angle, symbol);
-            if moves(pool, variables, coordinate, rate) {
-                return None;
-            }
-            true
-        }
-        Node::Function(..)
-        | Node::Number(_)
-        | Node::Pi
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => return None,
+    // The angle is a multiple of the coordinate, so that every value of it is reached.
+    let Node::Function(Function::Sin | Function::Cos, angle) = *pool.node(left) else {
+        return None;
     };
+    let rate = pool.diff(angle, symbol);
+    if moves(pool, variables, coordinate, rate) {
+        return None;
+    }
     let slope = pool.linear(&slope);
     let rest = pool.linear(&rest);
+    let mut root = quotient(pool, short, coordinate, left, rest, slope);
+    let value = pool.as_number(root.value);
+    root.bounded = !value.is_some_and(|value| value.abs() <= Number::ONE);
+    Some(root)
+}
+
+/// The root -rest/slope.
+fn quotient(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    coordinate: usize,
+    left: ExprId,
+    rest: ExprId,
+    slope: ExprId,
+) -> Root {
     let quotient = pool.div(rest, slope);
     let value = pool.neg(quotient);
-    let known = pool
-        .as_number(value)
-        .is_some_and(|value| value.abs() <= Number::ONE);
-    Some(Root {
+    Root {
         coordinate,
         left,
-        value,
-        bounded: bounded && !known,
-    })
+        value: short.simplify(pool, value),
+        bounded: false,
+    }
 }

@@ -253,7 +253,7 @@ impl Derivation {
             self.equations = Some(equations);
         }
         if parts.equilibria {
-            self.equilibria = Some(equilibria::roots(pool, &variables, &lagrangian));
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
         }
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);

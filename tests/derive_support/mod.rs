@@ -5,7 +5,7 @@
 use std::path::{Path, PathBuf};
 
 use librate::derive::{Derivation, Motion, MotionSum};
-use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape};
+use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape, ZeroVerdict};
 use librate::model::{Model, Settings, SymbolKind, TableTexts, TermFamily, elaborate};
 use librate::number::Number;
 use librate::precision::{Big, Scalar};
@@ -252,4 +252,39 @@ pub(crate) fn left_sides(derivation: &Derivation) -> Vec<String> {
     texts
         .map(|text| text.strip_suffix(" = 0").unwrap().to_owned())
         .collect()
+}
+
+/// Whether two expressions are the same: modulo a prime where that decides, else at points near 1/2 with
+/// 60 digits.
+pub(crate) fn are_equal(pool: &mut Pool, a: ExprId, b: ExprId) -> bool {
+    const BITS: usize = 400;
+    let difference = pool.sub(a, b);
+    match pool.is_zero(difference) {
+        ZeroVerdict::Zero => return true,
+        ZeroVerdict::NonZero => return false,
+        ZeroVerdict::Unknown => {}
+    }
+    let symbols = pool.symbols_of(&[difference, a]);
+    let tape = Tape::compile(pool, &[difference, a], &symbols).unwrap();
+    let mut decided = 0;
+    let mut state = 12_345_u64;
+    for _ in 0..20 {
+        let point: Vec<Big> = symbols
+            .iter()
+            .map(|_| {
+                state = state * 48_271 % 2_147_483_647;
+                let value = Number::ratio(300 + (state % 600) as i64, 1000).unwrap();
+                Big::from_number(&value, BITS)
+            })
+            .collect();
+        let values = tape.prepare::<Big>(BITS).evaluate(&point, &mut Vec::new());
+        if values.iter().all(Big::is_finite) {
+            let size = values[1].mid_f64().abs().max(1.0);
+            if values[0].mid_f64().abs() > 1e-60 * size {
+                return false;
+            }
+            decided += 1;
+        }
+    }
+    decided >= 3
 }
