@@ -123,7 +123,7 @@ pub(crate) enum Command {
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
-    /// Equations of motion, mass and stiffness matrices in symbols
+    /// Lagrange's equations, mass and stiffness matrices in symbols
     #[command(long_about = DERIVE, after_help = DERIVE_EXAMPLE)]
     Derive(Derive),
     /// What the code of a mistake means, with an example
