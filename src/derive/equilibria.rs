@@ -163,7 +163,7 @@ fn root(
     let rest = pool.linear(&rest);
     let mut root = quotient(pool, short, coordinate, left, rest, slope);
     let value = pool.as_number(root.value);
-    root.bounded = !value.is_some_and(|value| value.abs() <= Number::ONE);
+    root.bounded = value.is_none_or(|value| value.abs() > Number::ONE);
     Some(root)
 }
 
