@@ -6,7 +6,7 @@
 //! - Lagrange's equations in full, and linearized (`equations`);
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
-//! - M, K and the equilibrium, from [`linearize`](crate::linearize), in short (`simplify`).
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
