@@ -26,6 +26,7 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod collapse;
 mod energy;
 mod equations;
 mod equilibria;
