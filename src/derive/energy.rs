@@ -197,6 +197,7 @@ pub(super) fn conserved(
     pool: &mut Pool,
     variables: &Variables,
     lagrangian: &Lagrangian,
+    momenta: &[MotionSum],
     dissipation: &[ExprId],
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
@@ -214,7 +215,6 @@ pub(super) fn conserved(
         }
         drives |= variables.time == Some(symbol);
     }
-    // A coordinate whose derivatives cancel doesn't act on anything: the forces tell.
     let mut rubs = vec![false; occurs.len()];
     for term in dissipation {
         for (i, _) in variables.velocity_slopes(pool, *term) {
@@ -225,6 +225,7 @@ pub(super) fn conserved(
     }
     let mut result: Vec<Conserved> = (0..occurs.len())
         .filter(|i| !occurs[*i] && !rubs[*i])
+        .filter(|i| momenta.get(*i).is_some_and(|momentum| !momentum.is_zero()))
         .map(Conserved::Momentum)
         .collect();
     if !drives && !rubs.contains(&true) {
@@ -236,7 +237,11 @@ pub(super) fn conserved(
     result
 }
 
-/// 1/2 sum m_ij x_i x_j written out, the diagonal first as squares and products as they come.
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+/// 1/2 sum m_ij x_i x_j written out.
 pub(super) fn quadratic_form(
     pool: &mut Pool,
     matrix: &[Vec<ExprId>],
@@ -253,7 +258,18 @@ pub(super) fn quadratic_form(
             });
         }
     }
+    let count = terms
+        .iter()
+        .filter(|term| !is_zero(pool, term.coefficient))
+        .count();
+    if count == 1 {
+        for term in &mut terms {
+            term.coefficient = pool.scale(term.coefficient, &Number::half());
+        }
+    }
     let mut sum = MotionSum::new(pool, terms);
-    sum.factor = Factor::Half;
+    if count > 1 {
+        sum.factor = Factor::Half;
+    }
     sum
 }

@@ -5,7 +5,8 @@
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
-//! - M, K and the equilibrium, from [`linearize`](crate::linearize), in short (`simplify`).
+//! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
@@ -25,8 +26,10 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod collapse;
 mod energy;
 mod equations;
+mod equilibria;
 mod lagrangian;
 mod motion;
 mod simplify;
@@ -37,6 +40,7 @@ use crate::model::Model;
 use crate::number::Number;
 
 pub use energy::Conserved;
+pub use equilibria::Root;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 
 use lagrangian::Variables;
@@ -52,6 +56,8 @@ pub struct Parts {
     pub energy: bool,
     /// The linearized equations, and T and V to second order.
     pub second_order: bool,
+    /// Equilibria in symbols.
+    pub equilibria: bool,
 }
 
 impl Parts {
@@ -62,6 +68,7 @@ impl Parts {
             equations: true,
             energy: true,
             second_order: true,
+            equilibria: true,
         }
     }
 
@@ -76,6 +83,13 @@ impl Parts {
     #[must_use]
     pub fn energy(mut self, wanted: bool) -> Self {
         self.energy = wanted;
+        self
+    }
+
+    /// With equilibria in symbols, or without.
+    #[must_use]
+    pub fn equilibria(mut self, wanted: bool) -> Self {
+        self.equilibria = wanted;
         self
     }
 
@@ -103,6 +117,8 @@ pub struct Derivation {
     pub equations: Option<Vec<MotionSum>>,
     /// Momenta and energies.
     pub energy: Option<Energy>,
+    /// Where forces vanish, as far as that can be solved in symbols.
+    pub equilibria: Option<Vec<Root>>,
 }
 
 /// M and K at the equilibrium, as expressions in the parameters.
@@ -143,6 +159,8 @@ pub struct Energy {
     pub hamiltonian: Option<MotionSum>,
     /// What is conserved.
     pub conserved: Vec<Conserved>,
+    /// Whether T has a part T0 without velocities, so that V - T0 takes the place of V.
+    pub rest_energy: bool,
 }
 
 /// Derives a model.
@@ -194,8 +212,9 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         linear,
         equations: None,
         energy: None,
+        equilibria: None,
     };
-    if parts.equations || parts.energy {
+    if parts.equations || parts.energy || parts.equilibria {
         derivation.nonlinear(model, parts, &mut short);
     }
     Ok(derivation)
@@ -234,12 +253,19 @@ impl Derivation {
                 equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
         }
+        if parts.equilibria {
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
+        }
         if parts.energy {
+            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
+            let conserved =
+                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
             self.energy = Some(Energy {
-                momenta: energy::momenta(pool, short, &variables, &lagrangian),
+                momenta,
                 function: energy::energy_function(pool, short, &variables, &lagrangian),
                 hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
-                conserved: energy::conserved(pool, &variables, &lagrangian, &dissipation),
+                conserved,
+                rest_energy: lagrangian.has_rest_energy,
             });
         }
     }

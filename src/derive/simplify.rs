@@ -7,9 +7,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool};
 use crate::number::Number;
-use crate::precision::Function;
 
 /// Products of sums are multiplied out to at most so many monomials.
 const MOST_MONOMIALS: usize = 2000;
@@ -17,9 +17,9 @@ const MOST_MONOMIALS: usize = 2000;
 const MOST_NESTED: u32 = 8;
 
 /// Powers of bases in ascending order, without repetition.
-type Monomial = Vec<(ExprId, Number)>;
+pub(super) type Monomial = Vec<(ExprId, Number)>;
 /// Monomials with their coefficients.
-type Monomials = BTreeMap<Monomial, Number>;
+pub(super) type Monomials = BTreeMap<Monomial, Number>;
 
 /// Brings expressions of one pool to their shortest form; remembers what it has done.
 #[derive(Debug, Default)]
@@ -35,17 +35,11 @@ impl Simplifier {
             return *image;
         }
         let ids = pool.reachable(&[root]);
-        // Arguments of functions and what stands under a fraction bar or a root are never opened
-        // from outside: they are shortened for themselves.
+        // Arguments of functions and factors are shortened for themselves first.
         let mut closed: Vec<ExprId> = vec![root];
         for id in &ids {
             match pool.node(*id) {
-                Node::Product(factors) => closed.extend(
-                    factors
-                        .iter()
-                        .filter(|(_, exponent)| !opens(exponent))
-                        .map(|(base, _)| *base),
-                ),
+                Node::Product(factors) => closed.extend(factors.iter().map(|(base, _)| *base)),
                 Node::Power { base, exponent } => closed.extend([*base, *exponent]),
                 Node::Function(_, x) => closed.push(*x),
                 Node::Atan2 { y, x } => closed.extend([*y, *x]),
@@ -80,13 +74,12 @@ impl Simplifier {
 
     /// The shortest of the forms of an expression whose closed parts are short already.
     fn shortest(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
-        if !has_sums(pool, e) {
+        if !has_sums(pool, e) && !has_functions(pool, e) {
             return e;
         }
         let mut best = e;
-        // First with inner sums as they are, then with them multiplied out.
-        for deep in [false, true] {
-            let Some(mut monomials) = expand(pool, best, deep) else {
+        for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
+            let Some(mut monomials) = expand(pool, best, opening) else {
                 continue;
             };
             collapse(pool, &mut monomials);
@@ -215,6 +208,24 @@ fn has_sums(pool: &Pool, e: ExprId) -> bool {
     }
 }
 
+/// Whether functions are among the factors of a single term.
+fn has_functions(pool: &Pool, e: ExprId) -> bool {
+    let (_, core) = split(pool, e);
+    match pool.node(core) {
+        Node::Product(factors) => factors
+            .iter()
+            .any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
 fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     match pool.node(e) {
         Node::Product(factors) => factors.iter().any(|(base, exponent)| {
@@ -231,7 +242,7 @@ fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     }
 }
 
-fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
+pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
     let entry = monomials.entry(monomial);
     match entry {
         std::collections::btree_map::Entry::Vacant(slot) => {
@@ -248,28 +259,52 @@ fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
     }
 }
 
-/// The terms of a sum, with the sums among their factors multiplied out if `deep`; `None` where
-/// that gets too long.
-fn expand(pool: &mut Pool, e: ExprId, deep: bool) -> Option<Monomials> {
+/// Which sums are multiplied out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Opening {
+    /// The outermost one, or one factor of a product.
+    Outermost,
+    /// All that are factors, but not their squares and higher powers.
+    Factors,
+    /// All of them.
+    Powers,
+}
+
+/// The terms of an expression as monomials; `None` where there get too many.
+fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
     let mut monomials = Monomials::new();
+    let factors = match pool.node(e) {
+        Node::Product(factors) => factors.to_vec(),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => vec![(e, Number::ONE)],
+    };
     // Products of what is still to be multiplied out: (coefficient, factors).
-    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> =
-        vec![(Number::ONE, vec![(e, Number::ONE)])];
+    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> = vec![(Number::ONE, factors)];
     let mut steps = 0;
-    // The outermost sum is always taken apart.
     let mut outermost = true;
     while let Some((coefficient, factors)) = open.pop() {
         steps += 1;
         if steps > 4 * MOST_MONOMIALS || monomials.len() > MOST_MONOMIALS {
             return None;
         }
+        let wanted = |exponent: &Number| match opening {
+            Opening::Outermost => outermost && exponent.is_one(),
+            Opening::Factors => exponent.is_one(),
+            Opening::Powers => opens(exponent),
+        };
         let at = factors.iter().position(|(base, exponent)| {
-            opens(exponent) && (deep || outermost) && matches!(pool.node(*base), Node::Sum { .. })
+            wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. })
         });
         let Some(at) = at else {
             outermost = false;
             let product = pool.product_of_powers(&factors);
-            // Multiplying may have made a sum again (x^2 under a root came out, say).
+            // Multiplying may have left a number in front.
             let (scale, core) = split(pool, product);
             let coefficient = coefficient.mul(&scale);
             match pool.node(core) {
@@ -332,7 +367,7 @@ fn expand(pool: &mut Pool, e: ExprId, deep: bool) -> Option<Monomials> {
 }
 
 /// A sum of one term as its coefficient and the term; all else is its own term.
-fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
+pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
     match pool.node(e) {
         Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
             ([(term, coefficient)], true) => (coefficient.clone(), *term),
@@ -346,219 +381,6 @@ fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
         | Node::Function(..)
         | Node::Atan2 { .. }
         | Node::Undefined => (Number::ONE, e),
-    }
-}
-
-/// The argument of a sine or cosine.
-fn angle(pool: &Pool, e: ExprId, function: Function) -> Option<ExprId> {
-    match pool.node(e) {
-        Node::Function(own, x) if *own == function => Some(*x),
-        Node::Function(..)
-        | Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
-    }
-}
-
-/// A monomial with some powers changed; exponents that become 0 vanish.
-fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
-    let mut new = monomial.clone();
-    for (base, change) in by {
-        let change = Number::from(*change);
-        match new.binary_search_by_key(base, |(base, _)| *base) {
-            Ok(at) => {
-                let exponent = new[at].1.add(&change);
-                if exponent.is_zero() {
-                    new.remove(at);
-                } else {
-                    new[at].1 = exponent;
-                }
-            }
-            Err(at) => new.insert(at, (*base, change)),
-        }
-    }
-    new
-}
-
-/// Uses the addition theorems wherever two terms become one.
-fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
-    let is_angle = |pool: &Pool, id: ExprId| {
-        angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some()
-    };
-    let mut any = false;
-    for monomial in monomials.keys() {
-        any |= monomial.iter().any(|(base, _)| is_angle(pool, *base));
-    }
-    if !any {
-        return;
-    }
-    for rule in [squares, complements, products] {
-        // Each use leaves one term less.
-        while let Some((gone, new, coefficient)) = find(pool, monomials, rule) {
-            for old in &gone {
-                monomials.remove(old);
-            }
-            add_to(monomials, new, &coefficient);
-        }
-    }
-}
-
-/// What two terms become: the terms that go, and the one that comes with its coefficient.
-type Step = ([Monomial; 2], Monomial, Number);
-type Rule = fn(&mut Pool, &Monomials, &Monomial, &Number) -> Option<Step>;
-
-fn find(pool: &mut Pool, monomials: &Monomials, rule: Rule) -> Option<Step> {
-    monomials
-        .iter()
-        .find_map(|(monomial, coefficient)| rule(pool, monomials, monomial, coefficient))
-}
-
-/// cos^2 + sin^2 = 1.
-fn squares(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let two = Number::from(2);
-    for (base, exponent) in monomial {
-        if exponent.is_integer()
-            && *exponent >= two
-            && let Some(x) = angle(pool, *base, Function::Cos)
-        {
-            let sine = pool.sin(x);
-            let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
-            if monomials.get(&partner) == Some(coefficient) {
-                let new = changed(monomial, &[(*base, -2)]);
-                return Some(([monomial.clone(), partner], new, coefficient.clone()));
-            }
-        }
-    }
-    None
-}
-
-/// 1 - cos^2 = sin^2, 1 - sin^2 = cos^2 and cos^2 - sin^2 = cos of the doubled angle.
-fn complements(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let two = Number::from(2);
-    for (base, exponent) in monomial {
-        if !exponent.is_integer() || *exponent < two {
-            continue;
-        }
-        for (own, other) in [
-            (Function::Cos, Function::Sin),
-            (Function::Sin, Function::Cos),
-        ] {
-            let Some(x) = angle(pool, *base, own) else {
-                continue;
-            };
-            let opposite = coefficient.neg();
-            let without = changed(monomial, &[(*base, -2)]);
-            let counterpart = pool.apply(other, x);
-            if monomials.get(&without) == Some(&opposite) {
-                let new = changed(&without, &[(counterpart, 2)]);
-                return Some(([monomial.clone(), without], new, opposite));
-            }
-            let partner = changed(&without, &[(counterpart, 2)]);
-            if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
-                let doubled = pool.scale(x, &two);
-                let cosine = pool.cos(doubled);
-                let (sign, cosine) = split(pool, cosine);
-                let new = times(pool, &without, cosine)?;
-                return Some(([monomial.clone(), partner], new, coefficient.mul(&sign)));
-            }
-        }
-    }
-    None
-}
-
-/// cos(a)cos(b) ± sin(a)sin(b) and sin(a)cos(b) ± cos(a)sin(b).
-fn products(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let one = Number::ONE;
-    let usable = |exponent: &Number| exponent.is_integer() && *exponent >= one;
-    for (at, (first, e1)) in monomial.iter().enumerate() {
-        for (second, e2) in monomial.iter().skip(at + 1) {
-            if !usable(e1) || !usable(e2) {
-                continue;
-            }
-            // Both cosines, or the one with the sine first.
-            let cosines = (
-                angle(pool, *first, Function::Cos),
-                angle(pool, *second, Function::Cos),
-            );
-            let sines = (
-                angle(pool, *first, Function::Sin),
-                angle(pool, *second, Function::Sin),
-            );
-            let (a, b, mixed) = match (cosines, sines) {
-                ((Some(a), Some(b)), _) => (a, b, false),
-                ((_, Some(b)), (Some(a), _)) => (a, b, true),
-                ((Some(b), _), (_, Some(a))) => (a, b, true),
-                _ => continue,
-            };
-            if a == b {
-                continue;
-            }
-            let rest = changed(monomial, &[(*first, -1), (*second, -1)]);
-            let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
-            let sin_b = pool.sin(b);
-            let partner = if mixed {
-                changed(&rest, &[(cos_a, 1), (sin_b, 1)])
-            } else {
-                changed(&rest, &[(sin_a, 1), (sin_b, 1)])
-            };
-            let Some(other) = monomials.get(&partner) else {
-                continue;
-            };
-            let same = other == coefficient;
-            if !same && *other != coefficient.neg() {
-                continue;
-            }
-            // cos cos + sin sin is of the difference, sin cos + cos sin of the sum.
-            let argument = if same == mixed {
-                pool.add(a, b)
-            } else {
-                pool.sub(a, b)
-            };
-            let value = if mixed {
-                pool.sin(argument)
-            } else {
-                pool.cos(argument)
-            };
-            let (sign, value) = split(pool, value);
-            let new = times(pool, &rest, value)?;
-            return Some(([monomial.clone(), partner], new, coefficient.mul(&sign)));
-        }
-    }
-    None
-}
-
-/// A monomial times one more factor; `None` where the pool makes more of it than a monomial.
-fn times(pool: &mut Pool, monomial: &Monomial, factor: ExprId) -> Option<Monomial> {
-    match pool.node(factor) {
-        Node::Function(..) => Some(changed(monomial, &[(factor, 1)])),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
     }
 }
 

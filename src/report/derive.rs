@@ -2,7 +2,7 @@
 
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
-use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, SecondOrder};
+use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
 use crate::expr::ExprId;
 use crate::number::Number;
 
@@ -33,12 +33,42 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     if let Some(energy) = &derivation.energy {
         out.push_str(&energy_text(derivation, energy, style));
     }
+    if let Some(roots) = &derivation.equilibria
+        && names.len() <= MOST_FOR_ENERGIES
+        && !roots.is_empty()
+    {
+        out.push_str(&section(
+            "the force vanishes where",
+            &root_texts(derivation, roots),
+            style,
+        ));
+    }
     out.push('\n');
     match &derivation.linear {
         Ok(linear) => out.push_str(&linear_text(derivation, linear, style)),
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// One line a coordinate: its possibilities, with what each needs to exist.
+fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
+    let pool = &derivation.pool;
+    let lines = roots.chunk_by(|a, b| a.coordinate == b.coordinate);
+    lines
+        .map(|roots| {
+            let texts = roots.iter().map(|root| {
+                let value = pool.display(root.value);
+                let left = pool.display(root.left);
+                if root.bounded {
+                    format!("{left} = {value}, if abs({value}) <= 1")
+                } else {
+                    format!("{left} = {value}")
+                }
+            });
+            texts.collect::<Vec<_>>().join("; or ")
+        })
+        .collect()
 }
 
 /// A heading and indented lines.
@@ -136,11 +166,20 @@ fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Style)
         out.push_str(&listed("displacements from it", &items, style.width));
     }
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
+        let shifted = derivation
+            .energy
+            .as_ref()
+            .is_some_and(|energy| energy.rest_energy);
+        let potential = if shifted { "V - T0" } else { "V" };
         let forms = [
             format!("T = {}", derivation.displaced_text(&part.kinetic)),
-            format!("V = {}", derivation.displaced_text(&part.potential)),
+            format!(
+                "{potential} = {}",
+                derivation.displaced_text(&part.potential)
+            ),
         ];
-        out.push_str(&section("T and V to second order", &forms, style));
+        let title = format!("T and {potential} to second order");
+        out.push_str(&section(&title, &forms, style));
     }
     out
 }

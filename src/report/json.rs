@@ -168,6 +168,24 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("conserved", lines(conserved)));
     }
+    if let Some(roots) = &derivation.equilibria {
+        let roots = roots.iter().map(|root| {
+            let name = names
+                .get(root.coordinate)
+                .map_or_else(null, |name| string(name));
+            let value = derivation.pool.display(root.value);
+            let condition = if root.bounded {
+                string(&format!("abs({value}) <= 1"))
+            } else {
+                null()
+            };
+            let (left, value) = (expression(&root.left), string(&value));
+            format!(
+                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}}}"
+            )
+        });
+        fields.push(("force_vanishes", lines(roots)));
+    }
     let fields = fields
         .iter()
         .map(|(name, value)| format!("\"{name}\": {value}"));
