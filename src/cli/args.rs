@@ -186,6 +186,9 @@ pub(crate) struct Derive {
     /// LaTeX instead of text, for a document that has the package amsmath
     #[arg(long, conflicts_with = "json")]
     pub(crate) latex: bool,
+    /// Formulas as they stand in model files, without Unicode letters and fractions
+    #[arg(long, conflicts_with_all = ["json", "latex"])]
+    pub(crate) ascii: bool,
     /// With --latex: a whole document
     #[arg(long, requires = "latex")]
     pub(crate) standalone: bool,

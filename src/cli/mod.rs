@@ -187,7 +187,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
     let text = match derived {
         Ok(derivation) if args.json => report::derive_json(&derivation),
         Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
-        Ok(derivation) => report::derive_text(&derivation, &style()),
+        Ok(derivation) => report::derive_text(&derivation, &style().ascii(args.ascii)),
         Err(error) => return Err(failed(source, warnings, error)),
     };
     Ok(Answer {

@@ -171,14 +171,15 @@ impl MotionSum {
     }
 }
 
-/// Accelerations, then products of velocities, then single ones, then what is without.
+/// Accelerations, then squares, then products of two that move, then single ones, then what is without.
 fn order(term: &MotionTerm) -> (u8, Vec<Motion>) {
     let degree: u32 = term.motion.iter().map(|(_, power)| *power).sum();
     let rank = match term.motion.first() {
         Some((Motion::Acceleration(_), _)) => 0,
-        Some(_) if degree > 1 => 1,
-        Some(_) => 2,
-        None => 3,
+        Some(_) if degree > 1 && term.motion.len() == 1 => 1,
+        Some(_) if degree > 1 => 2,
+        Some(_) => 3,
+        None => 4,
     };
     let motion = term.motion.iter();
     let one_by_one =

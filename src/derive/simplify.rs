@@ -548,7 +548,7 @@ mod tests {
             let sum = pool.add(first, second);
             pool.sqrt(sum)
         });
-        assert_eq!(text, "abs(l)*sqrt(m)");
+        assert_eq!(text, "sqrt(m)*abs(l)");
     }
 
     #[test]
@@ -559,7 +559,7 @@ mod tests {
             let parts = [pool.mul(l2, k), pool.mul(l2, h), pool.mul(g, k)];
             pool.sum(&parts)
         });
-        assert_eq!(text, "L^2*(k + h) + g*k");
+        assert_eq!(text, "k*g + L^2*(k + h)");
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! The derivation to read.
 
+use std::ops::Deref;
+
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
 use crate::expr::ExprId;
 use crate::number::Number;
+use crate::typeset::{Block, Formula, Notation};
 
 /// The momenta and energies of more coordinates than this are not written out.
 pub(super) const MOST_FOR_ENERGIES: usize = 12;
@@ -16,6 +19,12 @@ pub(super) const MOST_FOR_ENERGIES: usize = 12;
 /// zero stand one a line, with the upper triangle standing for both.
 #[must_use]
 pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let names = derivation.names.coordinates.iter().map(String::as_str);
+    let notation = (!style.ascii).then(|| Notation::new(names));
+    let style = &Sheet {
+        style: *style,
+        notation,
+    };
     let names = &derivation.names.coordinates;
     let mut out = style.paint(
         Tone::Heading,
@@ -52,7 +61,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
-fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
+pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
     let pool = &derivation.pool;
     let lines = roots.chunk_by(|a, b| a.coordinate == b.coordinate);
     lines
@@ -71,16 +80,62 @@ fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
         .collect()
 }
 
-/// A heading and indented lines.
-fn section(title: &str, lines: &[String], style: &Style) -> String {
+/// How the page is laid out and what its names stand for.
+struct Sheet {
+    style: Style,
+    /// None where the language's own notation is wanted.
+    notation: Option<Notation>,
+}
+
+impl Deref for Sheet {
+    type Target = Style;
+
+    fn deref(&self) -> &Style {
+        &self.style
+    }
+}
+
+impl Sheet {
+    /// A formula of the model language, in the lines that it takes; what is none stays as it is.
+    fn lines(&self, text: &str) -> Vec<String> {
+        let formula = self
+            .notation
+            .as_ref()
+            .and_then(|notation| notation.read_relation(text));
+        match formula {
+            Some(formula) => formula.text(self.width.saturating_sub(2)),
+            None => vec![text.to_owned()],
+        }
+    }
+
+    /// An entry of a matrix.
+    fn entry(&self, text: &str) -> Block {
+        let formula = self
+            .notation
+            .as_ref()
+            .and_then(|notation| notation.read(text));
+        formula.map_or_else(|| Block::line(text), |formula: Formula| formula.block())
+    }
+}
+
+/// A heading and indented lines; formulas of several lines are set apart.
+fn section(title: &str, texts: &[String], style: &Sheet) -> String {
     let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
-    for line in lines {
-        out.push_str(&format!("  {line}\n"));
+    let formulas: Vec<Vec<String>> = texts.iter().map(|text| style.lines(text)).collect();
+    let tall = formulas.iter().any(|lines| lines.len() > 1);
+    for (at, lines) in formulas.iter().enumerate() {
+        if tall && at > 0 {
+            out.push('\n');
+        }
+        for line in lines {
+            out.push_str(format!("  {line}").trim_end());
+            out.push('\n');
+        }
     }
     out
 }
 
-fn energy_text(derivation: &Derivation, energy: &Energy, style: &Style) -> String {
+fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
@@ -136,7 +191,7 @@ pub(super) fn conserved_because(quantity: Conserved, names: &Names) -> String {
     }
 }
 
-fn linear_text(derivation: &Derivation, linear: &Linear, style: &Style) -> String {
+fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, style));
@@ -155,7 +210,7 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Style) -> Strin
     out
 }
 
-fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Style) -> String {
+fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Sheet) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.displacements != names.coordinates {
@@ -166,25 +221,35 @@ fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Style)
         out.push_str(&listed("displacements from it", &items, style.width));
     }
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
-        let shifted = derivation
-            .energy
-            .as_ref()
-            .is_some_and(|energy| energy.rest_energy);
-        let potential = if shifted { "V - T0" } else { "V" };
-        let forms = [
-            format!("T = {}", derivation.displaced_text(&part.kinetic)),
-            format!(
-                "{potential} = {}",
-                derivation.displaced_text(&part.potential)
-            ),
-        ];
-        let title = format!("T and {potential} to second order");
-        out.push_str(&section(&title, &forms, style));
+        let title = format!("T and {} to second order", potential_name(derivation));
+        out.push_str(&section(&title, &quadratic_forms(derivation, part), style));
     }
     out
 }
 
-fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Style) -> String {
+/// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities.
+pub(super) fn potential_name(derivation: &Derivation) -> &'static str {
+    let energy = derivation.energy.as_ref();
+    if energy.is_some_and(|energy| energy.rest_energy) {
+        "V - T0"
+    } else {
+        "V"
+    }
+}
+
+/// `T = ...` and `V = ...`.
+pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder) -> [String; 2] {
+    let potential = potential_name(derivation);
+    [
+        format!("T = {}", derivation.displaced_text(&part.kinetic)),
+        format!(
+            "{potential} = {}",
+            derivation.displaced_text(&part.potential)
+        ),
+    ]
+}
+
+fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let pool = &derivation.pool;
     let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
     if linear.equilibrium.iter().all(zero) {
@@ -216,13 +281,27 @@ fn matrix_text(
     letter: &str,
     rows: &[Vec<ExprId>],
     derivation: &Derivation,
-    style: &Style,
+    style: &Sheet,
 ) -> String {
     let pool = &derivation.pool;
     let zero = |at: ExprId| pool.as_number(at).is_some_and(Number::is_zero);
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));
     // A matrix that can't fit is not written out only to be measured.
-    if rows.len() * 3 <= style.width {
+    if rows.len() * 3 <= style.width && style.notation.is_some() {
+        let entries: Vec<Vec<Block>> = rows
+            .iter()
+            .map(|row| {
+                row.iter()
+                    .map(|at| style.entry(&pool.display(*at)))
+                    .collect()
+            })
+            .collect();
+        let matrix = Block::matrix(&entries);
+        if matrix.width() + 2 <= style.width {
+            let body: String = matrix.lines().map(|line| format!("  {line}\n")).collect();
+            return format!("{heading}\n{body}");
+        }
+    } else if rows.len() * 3 <= style.width {
         let mut table = plain();
         for row in rows {
             table.add_row(row.iter().map(|at| pool.display(*at)));
@@ -241,7 +320,9 @@ fn matrix_text(
         for (j, at) in row.iter().enumerate().skip(i) {
             if !zero(*at) {
                 let text = pool.display(*at);
-                out.push_str(&format!("  {letter}[{}, {}] = {text}\n", i + 1, j + 1));
+                for line in style.lines(&format!("{letter}[{}, {}] = {text}", i + 1, j + 1)) {
+                    out.push_str(&format!("  {line}\n"));
+                }
             }
         }
     }

@@ -1,6 +1,8 @@
 //! The derivation as LaTeX.
 
-use super::derive::{MOST_FOR_ENERGIES, conserved_because};
+use super::derive::{
+    MOST_FOR_ENERGIES, conserved_because, potential_name, quadratic_forms, root_texts,
+};
 use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, SecondOrder};
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -107,6 +109,13 @@ impl<'a> Page<'a> {
         if let Some(energy) = &derivation.energy {
             self.energy(energy);
         }
+        if let Some(roots) = &derivation.equilibria
+            && derivation.names.coordinates.len() <= MOST_FOR_ENERGIES
+            && !roots.is_empty()
+        {
+            self.heading("The force vanishes where");
+            self.equations(&root_texts(derivation, roots));
+        }
         match &derivation.linear {
             Ok(linear) => self.linear(linear),
             Err(error) => {
@@ -117,12 +126,13 @@ impl<'a> Page<'a> {
         }
     }
 
-    /// `lhs = 0`, each on a line of its own.
+    /// Relations in the model language, each on a line of its own.
     fn equations(&mut self, texts: &[String]) {
         for text in texts {
-            let left = text.strip_suffix(" = 0").unwrap_or(text);
-            let zero = Formula::Number("0".to_owned());
-            let formula = Formula::equation(self.formula(left), zero);
+            let formula = self
+                .notation
+                .read_relation(text)
+                .unwrap_or_else(|| Formula::Verbatim(text.clone()));
             self.display(&formula);
         }
     }
@@ -223,7 +233,11 @@ impl<'a> Page<'a> {
     }
 
     fn second_order(&mut self, part: &SecondOrder) {
-        self.heading("$T$ and $V$ to second order");
+        let potential = match potential_name(self.derivation) {
+            "V" => "$V$",
+            _ => "$V - T_0$",
+        };
+        self.heading(&format!("$T$ and {potential} to second order"));
         let names = &self.derivation.names;
         if names.displacements != names.coordinates {
             let pairs = names.displacements.iter().zip(&names.coordinates);
@@ -236,10 +250,7 @@ impl<'a> Page<'a> {
             self.out
                 .push_str(&format!("Displacements from it: {}.\n", items.join(", ")));
         }
-        for (letter, sum) in [("T", &part.kinetic), ("V", &part.potential)] {
-            let right = self.formula(&self.derivation.displaced_text(sum));
-            self.equality(letter, right);
-        }
+        self.equations(&quadratic_forms(self.derivation, part));
     }
 
     /// A small matrix as a whole; of a large one the entries that are not zero, the upper triangle standing for both.

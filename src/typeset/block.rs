@@ -287,6 +287,7 @@ impl Formula {
                 Sign::Not => "not",
                 Sign::And => "and",
                 Sign::Or => "or",
+                Sign::If => "  if",
             }),
         }
     }
@@ -300,7 +301,7 @@ impl Formula {
             return whole.lines().map(str::to_owned).collect();
         }
         let mut pieces = Vec::new();
-        self.pieces(&mut pieces);
+        self.blocks(width, &mut pieces);
         let mut lines = Vec::new();
         let mut row: Vec<Block> = Vec::new();
         let mut used = 0;
@@ -318,7 +319,7 @@ impl Formula {
     }
 
     /// What a line may be broken between.
-    fn pieces(&self, out: &mut Vec<Block>) {
+    fn blocks(&self, width: usize, out: &mut Vec<Block>) {
         match self {
             Self::Relation(parts) => {
                 for (at, part) in parts.iter().enumerate() {
@@ -327,13 +328,34 @@ impl Formula {
                     {
                         *last = Block::beside(&[last.clone(), Block::line(" ")]);
                     }
-                    part.pieces(out);
+                    part.blocks(width, out);
                 }
             }
             Self::Sum(terms) => {
                 for (at, (negative, term)) in terms.iter().enumerate() {
-                    let sign = Block::line(sign(at == 0, *negative));
-                    out.push(Block::beside(&[sign, term.block()]));
+                    let first = out.len();
+                    term.blocks(width, out);
+                    if let Some(piece) = out.get_mut(first) {
+                        let sign = Block::line(sign(at == 0, *negative));
+                        *piece = Block::beside(&[sign, piece.clone()]);
+                    }
+                }
+            }
+            // Brackets that are longer than half a line are opened.
+            Self::Product(factors) if self.block().width() > width / 2 => {
+                match factors.as_slice() {
+                    [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+                        let first = out.len();
+                        inner.blocks(width, out);
+                        if let Some(piece) = out.get_mut(first) {
+                            let before = product(before);
+                            *piece = Block::beside(&[before, Block::line(" ("), piece.clone()]);
+                        }
+                        if let Some(piece) = out.last_mut() {
+                            *piece = Block::beside(&[piece.clone(), Block::line(")")]);
+                        }
+                    }
+                    _ => out.push(self.block()),
                 }
             }
             other => out.push(other.block()),

@@ -22,50 +22,74 @@ impl Formula {
         if self.weight() <= LINE {
             return self.latex();
         }
-        let (head, sum, tail) = match self {
-            Self::Sum(terms) => (&[][..], terms, &[][..]),
-            Self::Relation(parts) => {
-                let sum = parts.iter().enumerate().max_by_key(|(_, part)| match part {
-                    Self::Sum(_) => part.weight(),
-                    _ => 0,
-                });
-                match sum {
-                    Some((at, Self::Sum(terms))) => (&parts[..at], terms, &parts[at + 1..]),
-                    _ => return self.latex(),
+        let (head, body) = match self {
+            Self::Relation(parts) => match parts.as_slice() {
+                [left, sign @ Self::Sign(_), right @ ..] => {
+                    (format!("{} &{} ", left.latex(), sign.latex()), right)
                 }
-            }
-            _ => return self.latex(),
+                _ => return self.latex(),
+            },
+            _ => ("& ".to_owned(), std::slice::from_ref(self)),
         };
-        let mut out = String::from("\\begin{aligned}\n");
-        let mut used = head.iter().map(Self::weight).sum::<usize>();
-        match head {
-            [before @ .., sign @ Self::Sign(_)] => {
-                row(before, &mut out);
-                out.push_str(" &");
-                sign.write(&mut out);
-                out.push(' ');
-            }
-            _ => {
-                row(head, &mut out);
-                out.push_str(" & ");
+        let mut pieces = Vec::new();
+        for (at, part) in body.iter().enumerate() {
+            let first = pieces.len();
+            part.pieces(&mut pieces);
+            if at > 0
+                && let Some(piece) = pieces.get_mut(first)
+            {
+                piece.text.insert(0, ' ');
             }
         }
-        for (at, (negative, term)) in sum.iter().enumerate() {
-            let weight = term.weight() + 1;
-            if at > 0 && used + weight > LINE {
+        let mut out = format!("\\begin{{aligned}}\n{head}");
+        let mut used = head.len() / 4;
+        for (at, piece) in pieces.iter().enumerate() {
+            if at > 0 && used + piece.weight > LINE {
                 out.push_str(" \\\\\n&\\quad {}");
                 used = 0;
             }
-            used += weight;
-            write_sign(at == 0, *negative, &mut out);
-            term.write(&mut out);
-        }
-        if !tail.is_empty() {
-            out.push(' ');
-            row(tail, &mut out);
+            used += piece.weight;
+            out.push_str(&piece.text);
         }
         out.push_str("\n\\end{aligned}");
         out
+    }
+
+    /// What a line may be broken between: the terms of the outermost sum, and those in brackets at the end of a
+    /// term that is longer than half a line.
+    fn pieces(&self, out: &mut Vec<Piece>) {
+        match self {
+            Self::Sum(terms) => {
+                for (at, (negative, term)) in terms.iter().enumerate() {
+                    let first = out.len();
+                    term.pieces(out);
+                    let mut text = String::new();
+                    write_sign(at == 0, *negative, &mut text);
+                    if let Some(piece) = out.get_mut(first) {
+                        piece.text.insert_str(0, &text);
+                        piece.weight += 2;
+                    }
+                }
+            }
+            Self::Product(factors) if self.weight() > LINE / 2 => match factors.as_slice() {
+                [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+                    let first = out.len();
+                    inner.pieces(out);
+                    let mut text = String::new();
+                    write_product(before, &mut text);
+                    if let Some(piece) = out.get_mut(first) {
+                        piece.text.insert_str(0, &format!(r"{text} \Bigl( "));
+                        piece.weight += before.iter().map(Self::weight).sum::<usize>() + 1;
+                    }
+                    if let Some(piece) = out.last_mut() {
+                        piece.text.push_str(r" \Bigr)");
+                        piece.weight += 1;
+                    }
+                }
+                _ => out.push(Piece::of(self)),
+            },
+            _ => out.push(Piece::of(self)),
+        }
     }
 
     fn write(&self, out: &mut String) {
@@ -179,6 +203,7 @@ impl Formula {
                 Sign::Not => r"\neg",
                 Sign::And => r"\land",
                 Sign::Or => r"\lor",
+                Sign::If => r"\quad \text{if}",
             }),
         }
     }
@@ -249,6 +274,21 @@ impl Formula {
     /// Whether it ends with an argument without brackets.
     pub(super) fn is_open_function(&self) -> bool {
         matches!(self, Self::Function { arguments, .. } if stands_open(arguments))
+    }
+}
+
+/// What stays on one line.
+struct Piece {
+    text: String,
+    weight: usize,
+}
+
+impl Piece {
+    fn of(formula: &Formula) -> Self {
+        Self {
+            text: formula.latex(),
+            weight: formula.weight(),
+        }
     }
 }
 

@@ -40,6 +40,39 @@ impl Notation {
         }
     }
 
+    /// Expressions with signs between them: `a = b`, `a = b, if c <= d`, `a = b; or c = d`. On the left, `T` and
+    /// `V` are symbols like others.
+    #[must_use]
+    pub fn read_relation(&self, text: &str) -> Option<Formula> {
+        const SIGNS: [(&str, Sign); 4] = [
+            ("; or ", Sign::Or),
+            (", if ", Sign::If),
+            (" <= ", Sign::LessEqual),
+            (" = ", Sign::Equal),
+        ];
+        for (between, sign) in SIGNS {
+            if let Some((left, right)) = text.split_once(between) {
+                let mut parts = vec![self.read_relation(left)?, Formula::Sign(sign)];
+                match self.read_relation(right)? {
+                    Formula::Relation(more) => parts.extend(more),
+                    other => parts.push(other),
+                }
+                if let Formula::Relation(first) = &mut parts[0] {
+                    let first = std::mem::take(first);
+                    parts.splice(0..1, first);
+                }
+                return Some(Formula::Relation(parts));
+            }
+        }
+        let plain = text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let name = plain && text.starts_with(|c: char| c.is_ascii_alphabetic());
+        if name {
+            Some(self.symbol(text))
+        } else {
+            self.read(text)
+        }
+    }
+
     /// The formula of an expression of a parsed file.
     ///
     /// Recursive: a file has at most 256 levels of nesting.
@@ -172,6 +205,10 @@ impl Notation {
                 }
                 below.insert(0, b.clone());
             }
+        }
+        // 1/m*x^2
+        if above.len() > 1 && above.first() == Some(&Formula::Number("1".to_owned())) {
+            above.remove(0);
         }
         let above = side_by_side(above);
         let formula = if below.is_empty() {

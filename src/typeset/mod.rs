@@ -127,6 +127,8 @@ pub enum Sign {
     And,
     /// or
     Or,
+    /// if
+    If,
 }
 
 impl Formula {
