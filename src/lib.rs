@@ -54,7 +54,7 @@
 //! # Ok::<(), Vec<syntax::SyntaxError>>(())
 //! ```
 //!
-//! **A notebook** wants the derivation to look at, then numbers, with parameters set from outside:
+//! **A notebook** wants the [derivation](crate::derive) to look at, then numbers, with parameters set from outside:
 //!
 #![cfg_attr(feature = "engine", doc = "```")]
 #![cfg_attr(not(feature = "engine"), doc = "```ignore")]
@@ -102,6 +102,8 @@ pub mod explain;
 pub mod diagnostic;
 
 pub mod syntax;
+#[cfg(feature = "format")]
+pub mod typeset;
 
 #[cfg(feature = "engine")]
 pub mod number;
@@ -126,6 +128,9 @@ pub mod oscillation;
 
 #[cfg(feature = "engine")]
 pub mod batch;
+
+#[cfg(feature = "engine")]
+pub mod derive;
 
 #[cfg(feature = "engine")]
 mod error;

@@ -11,8 +11,9 @@
 
 use std::path::Path;
 
+use librate::derive::{Parts, derive};
 use librate::diagnostic::Diagnostic;
-use librate::linearize::{derive, linearize};
+use librate::linearize::linearize;
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
@@ -56,10 +57,9 @@ fn printed(path: &Path) -> String {
     let mut out = modes_text(&linearized, &modes, &options, &style);
     check_digits(path, &modes_json(&linearized, &modes, &options));
     if count <= MOST_WRITTEN_OUT {
-        let name = model.name.clone();
-        let matrices = derive(model).unwrap();
+        let derivation = derive(&model, &Parts::all()).unwrap();
         out.push_str("\n---\n");
-        out.push_str(&derive_text(name.as_deref(), &matrices, &style));
+        out.push_str(&derive_text(&derivation, &style));
     }
     out
 }

@@ -12,6 +12,7 @@ use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
+use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings};
 use librate::report::{self, Style};
@@ -180,13 +181,13 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         model,
         warnings,
     } = load(&args.model, Size::Any)?;
-    let name = model.name.clone();
-    let progress = Progress::start("deriving M and K");
-    let derived = linearize::derive(model);
+    let progress = Progress::start("deriving the equations");
+    let derived = derive::derive(&model, &Parts::all());
     drop(progress);
     let text = match derived {
-        Ok(matrices) if args.json => report::derive_json(name.as_deref(), &matrices),
-        Ok(matrices) => report::derive_text(name.as_deref(), &matrices, &style()),
+        Ok(derivation) if args.json => report::derive_json(&derivation),
+        Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
+        Ok(derivation) => report::derive_text(&derivation, &style().ascii(args.ascii)),
         Err(error) => return Err(failed(source, warnings, error)),
     };
     Ok(Answer {

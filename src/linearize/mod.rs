@@ -33,14 +33,18 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
+pub(crate) use assemble::signed_terms;
 pub(crate) use condition::Shape;
 pub use elements::Element;
+pub(crate) use elements::{Splitter, elements};
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
+pub(crate) use facts::Variable;
 pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use symbolic::SymbolicMatrices;
+pub(crate) use symbolic::instance;
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};

@@ -404,7 +404,7 @@ impl<'a> Elaborator<'a> {
         let kinetic = self.energy(energies.kinetic, "T");
         let potential = self.energy(energies.potential, "V");
         let lagrangian = self.energy(energies.lagrangian, "lagrangian");
-        self.energy(energies.dissipation, "dissipation");
+        let friction = self.energy(energies.dissipation, "dissipation");
         let period = energies
             .period
             .and_then(|(root, span)| self.period(root, span));
@@ -440,6 +440,7 @@ impl<'a> Elaborator<'a> {
             equilibria,
             rates,
             dissipation: energies.dissipation.map(|(_, span)| span),
+            friction,
             constraints,
             period,
             time_dependent,

@@ -113,6 +113,8 @@ pub struct Model {
     pub rates: Vec<Option<Given>>,
     /// The dissipation function, if there is one.
     pub dissipation: Option<Span>,
+    /// The terms of the dissipation function.
+    pub friction: Vec<TermFamily>,
     /// The constraints.
     pub constraints: Vec<Span>,
     /// The `period` statement: the period and its place.

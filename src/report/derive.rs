@@ -1,39 +1,263 @@
 //! The derivation to read.
 
+use std::ops::Deref;
+
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
+use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
 use crate::expr::ExprId;
-use crate::linearize::SymbolicMatrices;
 use crate::number::Number;
+use crate::typeset::{Block, Formula, Notation};
 
-/// M and K as text: matrices with aligned columns where they fit into the width, else their
-/// entries that are not zero, one a line, with the upper triangle standing for both.
+/// The momenta and energies of more coordinates than this are not written out.
+pub(super) const MOST_FOR_ENERGIES: usize = 12;
+
+/// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
+/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations.
+///
+/// Matrices have aligned columns where they fit into the width, else their entries that are not
+/// zero stand one a line, with the upper triangle standing for both.
 #[must_use]
-pub fn derive_text(name: Option<&str>, matrices: &SymbolicMatrices, style: &Style) -> String {
-    let count = matrices.coordinates.len();
-    let mut out = style.paint(Tone::Heading, &headline(name, count));
+pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let names = derivation.names.coordinates.iter().map(String::as_str);
+    let notation = (!style.ascii).then(|| Notation::new(names));
+    let style = &Sheet {
+        style: *style,
+        notation,
+    };
+    let names = &derivation.names.coordinates;
+    let mut out = style.paint(
+        Tone::Heading,
+        &headline(derivation.model.as_deref(), names.len()),
+    );
     out.push('\n');
-    out.push_str(&listed("coordinates", &matrices.coordinates, style.width));
-    out.push_str(&equilibrium_text(matrices, style));
-    for (title, letter, rows) in [
-        ("mass matrix", "M", &matrices.mass),
-        ("stiffness matrix", "K", &matrices.stiffness),
-    ] {
-        out.push('\n');
-        out.push_str(&matrix_text(title, letter, rows, matrices, style));
+    out.push_str(&listed("coordinates", names, style.width));
+    if derivation.equations.is_some() {
+        out.push_str(&section(
+            "Lagrange's equations",
+            &derivation.equation_texts(),
+            style,
+        ));
+    }
+    if let Some(energy) = &derivation.energy {
+        out.push_str(&energy_text(derivation, energy, style));
+    }
+    if let Some(roots) = &derivation.equilibria
+        && names.len() <= MOST_FOR_ENERGIES
+        && !roots.is_empty()
+    {
+        out.push_str(&section(
+            "the force vanishes where",
+            &root_texts(derivation, roots),
+            style,
+        ));
+    }
+    out.push('\n');
+    match &derivation.linear {
+        Ok(linear) => out.push_str(&linear_text(derivation, linear, style)),
+        Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
 }
 
-fn equilibrium_text(matrices: &SymbolicMatrices, style: &Style) -> String {
-    let pool = &matrices.pool;
+/// One line a coordinate: its possibilities, with what each needs to exist.
+pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
+    let pool = &derivation.pool;
+    let lines = roots.chunk_by(|a, b| a.coordinate == b.coordinate);
+    lines
+        .map(|roots| {
+            let texts = roots.iter().map(|root| {
+                let value = pool.display(root.value);
+                let left = pool.display(root.left);
+                if root.bounded {
+                    format!("{left} = {value}, if abs({value}) <= 1")
+                } else {
+                    format!("{left} = {value}")
+                }
+            });
+            texts.collect::<Vec<_>>().join("; or ")
+        })
+        .collect()
+}
+
+/// How the page is laid out and what its names stand for.
+struct Sheet {
+    style: Style,
+    /// None where the language's own notation is wanted.
+    notation: Option<Notation>,
+}
+
+impl Deref for Sheet {
+    type Target = Style;
+
+    fn deref(&self) -> &Style {
+        &self.style
+    }
+}
+
+impl Sheet {
+    /// A formula of the model language, in the lines that it takes; what is none stays as it is.
+    fn lines(&self, text: &str) -> Vec<String> {
+        let formula = self
+            .notation
+            .as_ref()
+            .and_then(|notation| notation.read_relation(text));
+        match formula {
+            Some(formula) => formula.text(self.width.saturating_sub(2)),
+            None => vec![text.to_owned()],
+        }
+    }
+
+    /// An entry of a matrix.
+    fn entry(&self, text: &str) -> Block {
+        let formula = self
+            .notation
+            .as_ref()
+            .and_then(|notation| notation.read(text));
+        formula.map_or_else(|| Block::line(text), |formula: Formula| formula.block())
+    }
+}
+
+/// A heading and indented lines; formulas of several lines are set apart.
+fn section(title: &str, texts: &[String], style: &Sheet) -> String {
+    let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
+    let formulas: Vec<Vec<String>> = texts.iter().map(|text| style.lines(text)).collect();
+    let tall = formulas.iter().any(|lines| lines.len() > 1);
+    for (at, lines) in formulas.iter().enumerate() {
+        if tall && at > 0 {
+            out.push('\n');
+        }
+        for line in lines {
+            out.push_str(format!("  {line}").trim_end());
+            out.push('\n');
+        }
+    }
+    out
+}
+
+fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> String {
+    let names = &derivation.names;
+    let mut out = String::new();
+    if names.coordinates.len() <= MOST_FOR_ENERGIES {
+        let momenta: Vec<String> = energy
+            .momenta
+            .iter()
+            .enumerate()
+            .map(|(i, sum)| {
+                let name = names.of(Motion::Momentum(i));
+                format!("{name} = {}", derivation.text(sum))
+            })
+            .collect();
+        out.push_str(&section("momenta", &momenta, style));
+        let mut functions = vec![format!("h = {}", derivation.text(&energy.function))];
+        if let Some(hamiltonian) = &energy.hamiltonian {
+            functions.push(format!("H = {}", derivation.text(hamiltonian)));
+        }
+        out.push_str(&section(
+            "energy function and Hamiltonian",
+            &functions,
+            style,
+        ));
+    }
+    let conserved: Vec<String> = energy
+        .conserved
+        .iter()
+        .map(|quantity| {
+            let name = match quantity {
+                Conserved::Momentum(i) => names.of(Motion::Momentum(*i)),
+                Conserved::Energy { is_total: true } => "the energy T + V".to_owned(),
+                Conserved::Energy { is_total: false } => "h".to_owned(),
+            };
+            format!("{name}: {}", conserved_because(*quantity, names))
+        })
+        .collect();
+    if !conserved.is_empty() {
+        out.push_str(&section("conserved", &conserved, style));
+    }
+    out
+}
+
+/// Why something is conserved, in words.
+pub(super) fn conserved_because(quantity: Conserved, names: &Names) -> String {
+    match quantity {
+        Conserved::Momentum(i) => {
+            let name = names.coordinates.get(i).map_or("", String::as_str);
+            format!("{name} is cyclic, only its velocity occurs in L")
+        }
+        Conserved::Energy { is_total: true } => "the time does not occur in L".to_owned(),
+        Conserved::Energy { is_total: false } => {
+            "the time does not occur in L; h is not T + V".to_owned()
+        }
+    }
+}
+
+fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+    let mut out = equilibrium_text(derivation, linear, style);
+    if let Some(part) = &linear.second_order {
+        out.push_str(&second_order_text(derivation, part, style));
+    }
+    for (title, letter, rows) in [
+        ("mass matrix", "M", &linear.mass),
+        ("stiffness matrix", "K", &linear.stiffness),
+    ] {
+        out.push('\n');
+        out.push_str(&matrix_text(title, letter, rows, derivation, style));
+    }
+    if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
+        let equations = derivation.linearized_texts();
+        out.push_str(&section("linearized equations", &equations, style));
+    }
+    out
+}
+
+fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Sheet) -> String {
+    let names = &derivation.names;
+    let mut out = String::new();
+    if names.displacements != names.coordinates {
+        let pairs = names.displacements.iter().zip(&names.coordinates);
+        let items: Vec<String> = pairs
+            .map(|(displacement, name)| format!("{displacement} of {name}"))
+            .collect();
+        out.push_str(&listed("displacements from it", &items, style.width));
+    }
+    if names.coordinates.len() <= MOST_FOR_ENERGIES {
+        let title = format!("T and {} to second order", potential_name(derivation));
+        out.push_str(&section(&title, &quadratic_forms(derivation, part), style));
+    }
+    out
+}
+
+/// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities.
+pub(super) fn potential_name(derivation: &Derivation) -> &'static str {
+    let energy = derivation.energy.as_ref();
+    if energy.is_some_and(|energy| energy.rest_energy) {
+        "V - T0"
+    } else {
+        "V"
+    }
+}
+
+/// `T = ...` and `V = ...`.
+pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder) -> [String; 2] {
+    let potential = potential_name(derivation);
+    [
+        format!("T = {}", derivation.displaced_text(&part.kinetic)),
+        format!(
+            "{potential} = {}",
+            derivation.displaced_text(&part.potential)
+        ),
+    ]
+}
+
+fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+    let pool = &derivation.pool;
     let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
-    if matrices.equilibrium.iter().all(zero) {
+    if linear.equilibrium.iter().all(zero) {
         return "equilibrium: all coordinates 0\n".to_owned();
     }
     let mut searched = Vec::new();
     let mut items = Vec::new();
-    for (name, value) in matrices.coordinates.iter().zip(&matrices.equilibrium) {
+    for (name, value) in derivation.names.coordinates.iter().zip(&linear.equilibrium) {
         let text = pool.display(*value);
         if text == *name {
             searched.push(name.clone());
@@ -56,14 +280,28 @@ fn matrix_text(
     title: &str,
     letter: &str,
     rows: &[Vec<ExprId>],
-    matrices: &SymbolicMatrices,
-    style: &Style,
+    derivation: &Derivation,
+    style: &Sheet,
 ) -> String {
-    let pool = &matrices.pool;
+    let pool = &derivation.pool;
     let zero = |at: ExprId| pool.as_number(at).is_some_and(Number::is_zero);
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));
     // A matrix that can't fit is not written out only to be measured.
-    if rows.len() * 3 <= style.width {
+    if rows.len() * 3 <= style.width && style.notation.is_some() {
+        let entries: Vec<Vec<Block>> = rows
+            .iter()
+            .map(|row| {
+                row.iter()
+                    .map(|at| style.entry(&pool.display(*at)))
+                    .collect()
+            })
+            .collect();
+        let matrix = Block::matrix(&entries);
+        if matrix.width() + 2 <= style.width {
+            let body: String = matrix.lines().map(|line| format!("  {line}\n")).collect();
+            return format!("{heading}\n{body}");
+        }
+    } else if rows.len() * 3 <= style.width {
         let mut table = plain();
         for row in rows {
             table.add_row(row.iter().map(|at| pool.display(*at)));
@@ -82,7 +320,9 @@ fn matrix_text(
         for (j, at) in row.iter().enumerate().skip(i) {
             if !zero(*at) {
                 let text = pool.display(*at);
-                out.push_str(&format!("  {letter}[{}, {}] = {text}\n", i + 1, j + 1));
+                for line in style.lines(&format!("{letter}[{}, {}] = {text}", i + 1, j + 1)) {
+                    out.push_str(&format!("  {line}\n"));
+                }
             }
         }
     }

@@ -5,9 +5,11 @@
 
 use std::fmt::Write;
 
+use super::derive::conserved_because;
 use super::{Written, zero_motions};
+use crate::derive::{Conserved, Derivation, Motion};
 use crate::expr::ExprId;
-use crate::linearize::{Linearized, SymbolicMatrices};
+use crate::linearize::Linearized;
 use crate::modes::Options;
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::one_digit_up;
@@ -108,26 +110,98 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
     out.push('}');
 }
 
-/// The matrices as a JSON object: `model`, `coordinates`, `equilibrium`, `mass`, `stiffness`, the
-/// last two as arrays of rows of expressions in the model language.
+/// The derivation as a JSON object: `model`, `coordinates`, then what there is of `equilibrium`, `mass`,
+/// `stiffness` (arrays of rows), `equations` and the other parts, as expressions in the model language.
+///
+/// A model without M and K has `not_linearized` in their place, the reason in words. Momenta are
+/// called `p_` and the coordinate's name; displacements as the coordinates where the equilibrium
+/// is 0, else `delta_` and the coordinate's name.
 #[must_use]
-pub fn derive_json(name: Option<&str>, matrices: &SymbolicMatrices) -> String {
-    let expression = |at: &ExprId| string(&matrices.pool.display(*at));
+pub fn derive_json(derivation: &Derivation) -> String {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
     let matrix = |rows: &[Vec<ExprId>]| {
-        let rows: Vec<String> = rows
-            .iter()
-            .map(|row| format!("\n  {}", array(row.iter().map(expression))))
-            .collect();
-        format!("[{}]", rows.join(","))
+        let rows = rows.iter().map(|row| array(row.iter().map(expression)));
+        lines(rows)
     };
-    format!(
-        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"mass\": {},\n \"stiffness\": {}}}\n",
-        name.map_or_else(null, string),
-        array(matrices.coordinates.iter().map(|name| string(name))),
-        array(matrices.equilibrium.iter().map(expression)),
-        matrix(&matrices.mass),
-        matrix(&matrices.stiffness),
-    )
+    let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
+    let names = &derivation.names.coordinates;
+    let mut fields: Vec<(&str, String)> = vec![
+        (
+            "model",
+            derivation.model.as_deref().map_or_else(null, string),
+        ),
+        ("coordinates", array(names.iter().map(|name| string(name)))),
+    ];
+    match &derivation.linear {
+        Ok(linear) => {
+            fields.push((
+                "equilibrium",
+                array(linear.equilibrium.iter().map(expression)),
+            ));
+            fields.push(("mass", matrix(&linear.mass)));
+            fields.push(("stiffness", matrix(&linear.stiffness)));
+        }
+        Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
+    }
+    if derivation.equations.is_some() {
+        fields.push(("equations", texts(derivation.equation_texts())));
+    }
+    if let Ok(linear) = &derivation.linear
+        && let Some(part) = &linear.second_order
+    {
+        let form = |sum| string(&derivation.displaced_text(sum));
+        fields.push(("linearized_equations", texts(derivation.linearized_texts())));
+        fields.push(("kinetic_second_order", form(&part.kinetic)));
+        fields.push(("potential_second_order", form(&part.potential)));
+    }
+    if let Some(energy) = &derivation.energy {
+        let text = |sum| string(&derivation.text(sum));
+        let hamiltonian = energy.hamiltonian.as_ref();
+        fields.push(("momenta", lines(energy.momenta.iter().map(text))));
+        fields.push(("energy_function", text(&energy.function)));
+        fields.push(("hamiltonian", hamiltonian.map_or_else(null, text)));
+        let conserved = energy.conserved.iter().map(|quantity| {
+            let (name, value) = match quantity {
+                Conserved::Momentum(i) => (
+                    derivation.names.of(Motion::Momentum(*i)),
+                    energy.momenta.get(*i).map_or_else(null, text),
+                ),
+                Conserved::Energy { .. } => ("h".to_owned(), text(&energy.function)),
+            };
+            let reason = string(&conserved_because(*quantity, &derivation.names));
+            let name = string(&name);
+            format!("{{\"name\": {name}, \"value\": {value}, \"because\": {reason}}}")
+        });
+        fields.push(("conserved", lines(conserved)));
+    }
+    if let Some(roots) = &derivation.equilibria {
+        let roots = roots.iter().map(|root| {
+            let name = names
+                .get(root.coordinate)
+                .map_or_else(null, |name| string(name));
+            let value = derivation.pool.display(root.value);
+            let condition = if root.bounded {
+                string(&format!("abs({value}) <= 1"))
+            } else {
+                null()
+            };
+            let (left, value) = (expression(&root.left), string(&value));
+            format!(
+                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}}}"
+            )
+        });
+        fields.push(("force_vanishes", lines(roots)));
+    }
+    let fields = fields
+        .iter()
+        .map(|(name, value)| format!("\"{name}\": {value}"));
+    format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
+}
+
+/// An array, one item a line.
+fn lines(items: impl Iterator<Item = String>) -> String {
+    let items: Vec<String> = items.map(|item| format!("\n  {item}")).collect();
+    format!("[{}]", items.join(","))
 }
 
 fn null() -> String {

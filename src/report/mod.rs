@@ -6,11 +6,13 @@
 
 mod derive;
 mod json;
+mod latex;
 mod modes;
 mod table;
 
 pub use derive::derive_text;
 pub use json::{derive_json, modes_json};
+pub use latex::derive_latex;
 pub use modes::modes_text;
 
 use anstyle::{AnsiColor, Effects};
@@ -28,14 +30,17 @@ pub struct Style {
     /// How many columns a line should have at most; tables that don't fit leave things out, but
     /// never a frequency.
     pub width: usize,
+    /// Whether formulas stand in the model language instead of Unicode letters, indices and fractions.
+    pub ascii: bool,
 }
 
 impl Default for Style {
-    /// Without colours, 100 columns.
+    /// Without colours, 100 columns, formulas in Unicode.
     fn default() -> Self {
         Self {
             color: false,
             width: 100,
+            ascii: false,
         }
     }
 }
@@ -45,6 +50,13 @@ impl Style {
     #[must_use]
     pub fn color(mut self, color: bool) -> Self {
         self.color = color;
+        self
+    }
+
+    /// With formulas in the model language, or in Unicode.
+    #[must_use]
+    pub fn ascii(mut self, ascii: bool) -> Self {
+        self.ascii = ascii;
         self
     }
 

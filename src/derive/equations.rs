@@ -1,0 +1,197 @@
+//! Lagrange's equations, d/dt dL/dq_i' - dL/dq_i + dF/dq_i' = 0.
+//!
+//! With L = 1/2 sum A_ij q_i' q_j' + sum b_i q_i' - U they are, coordinate by coordinate,
+//!
+//! ```text
+//! sum_j A_ij q_j'' + sum_jk (dA_ij/dq_k - 1/2 dA_jk/dq_i) q_j' q_k' + sum_j (dA_ij/dt) q_j'
+//!   + sum_j (db_i/dq_j - db_j/dq_i) q_j' + db_i/dt + dU/dq_i + dF/dq_i' = 0
+//! ```
+//!
+//! (Landau and Lifshitz, Mechanics, §5; Goldstein, Classical Mechanics, section 1.5 for F). The sums
+//! run over the derivatives that are not 0, so that the work grows with what is printed.
+
+use std::collections::BTreeMap;
+
+use super::lagrangian::{Lagrangian, Variables};
+use super::motion::{Motion, MotionSum, MotionTerm};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Pool};
+use crate::number::Number;
+
+type Factors = Vec<(Motion, u32)>;
+/// By equation and what moves: the parts of the coefficient.
+type Parts = BTreeMap<(usize, Factors), Vec<(ExprId, Number)>>;
+
+/// q_i' q_j'
+fn velocities(i: usize, j: usize) -> Factors {
+    if i == j {
+        vec![(Motion::Velocity(i), 2)]
+    } else {
+        vec![
+            (Motion::Velocity(i.min(j)), 1),
+            (Motion::Velocity(i.max(j)), 1),
+        ]
+    }
+}
+
+fn single(motion: Motion) -> Factors {
+    vec![(motion, 1)]
+}
+
+/// The left sides of the equations of motion, one a coordinate.
+pub(super) fn equations(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    variables: &Variables,
+    lagrangian: &Lagrangian,
+    dissipation: &[ExprId],
+) -> Vec<MotionSum> {
+    let mut parts = Parts::new();
+    quadratic(pool, variables, lagrangian, &mut parts);
+    linear(pool, variables, lagrangian, &mut parts);
+    for (i, force) in &lagrangian.forces {
+        add(&mut parts, *i, Factors::new(), *force, Number::ONE);
+    }
+    for term in &lagrangian.other {
+        general(pool, variables, *term, &mut parts);
+    }
+    for term in dissipation {
+        friction(pool, variables, *term, &mut parts);
+    }
+    let mut rows: Vec<Vec<MotionTerm>> = vec![Vec::new(); variables.coordinates.len()];
+    for ((i, motion), parts) in parts {
+        let coefficient = pool.linear(&parts);
+        let coefficient = short.simplify(pool, coefficient);
+        if let Some(row) = rows.get_mut(i) {
+            row.push(MotionTerm::new(coefficient, &motion));
+        }
+    }
+    let rows = rows.into_iter();
+    rows.map(|terms| MotionSum::new(pool, terms)).collect()
+}
+
+fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, factor: Number) {
+    parts
+        .entry((equation, motion))
+        .or_default()
+        .push((value, factor));
+}
+
+/// From T2: each A_ij with i < j stands for A_ij q_i' q_j', each A_ii for 1/2 A_ii q_i'^2.
+fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
+    let one = Number::ONE;
+    for ((i, j), value) in &lagrangian.inertia {
+        let (i, j) = (*i, *j);
+        add(
+            parts,
+            i,
+            single(Motion::Acceleration(j)),
+            *value,
+            one.clone(),
+        );
+        if i != j {
+            add(
+                parts,
+                j,
+                single(Motion::Acceleration(i)),
+                *value,
+                one.clone(),
+            );
+        }
+        for (k, slope) in variables.slopes(pool, *value) {
+            add(parts, i, velocities(j, k), slope, one.clone());
+            if i == j {
+                add(parts, k, velocities(i, i), slope, Number::half().neg());
+            } else {
+                add(parts, j, velocities(i, k), slope, one.clone());
+                add(parts, k, velocities(i, j), slope, Number::MINUS_ONE);
+            }
+        }
+        let rate = variables.by_time(pool, *value);
+        add(parts, i, single(Motion::Velocity(j)), rate, one.clone());
+        if i != j {
+            add(parts, j, single(Motion::Velocity(i)), rate, one.clone());
+        }
+    }
+}
+
+/// From T1 = sum b_i q_i'.
+fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts: &mut Parts) {
+    for (i, value) in &lagrangian.linear {
+        for (j, slope) in variables.slopes(pool, *value) {
+            if j != *i {
+                add(parts, *i, single(Motion::Velocity(j)), slope, Number::ONE);
+                add(
+                    parts,
+                    j,
+                    single(Motion::Velocity(*i)),
+                    slope,
+                    Number::MINUS_ONE,
+                );
+            }
+        }
+        let rate = variables.by_time(pool, *value);
+        add(parts, *i, Factors::new(), rate, Number::ONE);
+    }
+}
+
+/// From a term of L of any form.
+fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
+    for (i, slope) in variables.slopes(pool, term) {
+        add(parts, i, Factors::new(), slope, Number::MINUS_ONE);
+    }
+    for (i, momentum) in variables.velocity_slopes(pool, term) {
+        for (j, value) in variables.velocity_slopes(pool, momentum) {
+            add(
+                parts,
+                i,
+                single(Motion::Acceleration(j)),
+                value,
+                Number::ONE,
+            );
+        }
+        for (j, value) in variables.slopes(pool, momentum) {
+            add(parts, i, single(Motion::Velocity(j)), value, Number::ONE);
+        }
+        let rate = variables.by_time(pool, momentum);
+        add(parts, i, Factors::new(), rate, Number::ONE);
+    }
+}
+
+/// From a term of Rayleigh's function.
+fn friction(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Parts) {
+    let at_rest = variables.at_rest(pool);
+    for (i, slope) in variables.velocity_slopes(pool, term) {
+        let bends = variables.velocity_slopes(pool, slope);
+        if bends.iter().any(|(_, bend)| variables.moves(pool, *bend)) {
+            add(parts, i, Factors::new(), slope, Number::ONE);
+            continue;
+        }
+        for (j, bend) in bends {
+            add(parts, i, single(Motion::Velocity(j)), bend, Number::ONE);
+        }
+        let rest = pool.substitute_one(slope, &at_rest);
+        add(parts, i, Factors::new(), rest, Number::ONE);
+    }
+}
+
+/// M q'' + K q = 0, row by row, with q measured from the equilibrium.
+pub(super) fn linearized(
+    pool: &mut Pool,
+    mass: &[Vec<ExprId>],
+    stiffness: &[Vec<ExprId>],
+) -> Vec<MotionSum> {
+    let rows = mass.iter().zip(stiffness);
+    rows.map(|(inertia, stiffness)| {
+        let inertia = inertia
+            .iter()
+            .enumerate()
+            .map(|(j, value)| MotionTerm::new(*value, &[(Motion::Acceleration(j), 1)]));
+        let stiffness = stiffness
+            .iter()
+            .enumerate()
+            .map(|(j, value)| MotionTerm::new(*value, &[(Motion::Displacement(j), 1)]));
+        MotionSum::new(pool, inertia.chain(stiffness))
+    })
+    .collect()
+}

@@ -1,0 +1,305 @@
+//! L written out as T2 + T1 - U with T2 = 1/2 sum A_ij(q, t) q_i' q_j' and T1 = sum b_i(q, t) q_i'.
+//!
+//! Every body is differentiated once by its velocities; its instances fill the slots. Terms that are
+//! no such polynomial in the velocities (a relativistic mass) are kept as they are.
+
+use std::collections::BTreeMap;
+
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::linearize::{Splitter, Variable, elements, instance, signed_terms};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+
+/// The Lagrangian of a model, sorted by powers of the velocities.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Lagrangian {
+    /// A_ij, on and above the diagonal, those that are not 0.
+    pub(super) inertia: BTreeMap<(usize, usize), ExprId>,
+    /// b_i, those that are not 0.
+    pub(super) linear: BTreeMap<usize, ExprId>,
+    /// The derivatives of U = V - T0 by the coordinates, those that are not 0.
+    pub(super) forces: BTreeMap<usize, ExprId>,
+    /// The terms of U.
+    pub(super) potential: Vec<ExprId>,
+    /// Terms of L that are no quadratic polynomial in the velocities.
+    pub(super) other: Vec<ExprId>,
+    /// Whether T0 is not 0 identically: U is more than V.
+    pub(super) has_rest_energy: bool,
+}
+
+/// What the symbols of a model are.
+#[derive(Clone, Debug)]
+pub(super) struct Variables {
+    /// The coordinates, in order.
+    pub(super) coordinates: Vec<Symbol>,
+    /// Their velocities.
+    pub(super) velocities: Vec<Symbol>,
+    /// The number of a coordinate by its symbol.
+    numbers: BTreeMap<Symbol, usize>,
+    /// The time, where the model speaks of it.
+    pub(super) time: Option<Symbol>,
+}
+
+impl Variables {
+    pub(super) fn new(model: &Model) -> Self {
+        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
+        let numbers = coordinates.iter().chain(&velocities).copied();
+        let count = coordinates.len();
+        let numbers = numbers
+            .enumerate()
+            .map(|(at, symbol)| (symbol, at))
+            .collect();
+        let time = model
+            .symbols
+            .iter()
+            .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol));
+        debug_assert_eq!(count, velocities.len());
+        Self {
+            coordinates,
+            velocities,
+            numbers,
+            time,
+        }
+    }
+
+    /// The number of the coordinate that a symbol is.
+    pub(super) fn coordinate(&self, symbol: Symbol) -> Option<usize> {
+        let at = self.numbers.get(&symbol).copied()?;
+        (at < self.coordinates.len()).then_some(at)
+    }
+
+    /// The number of the coordinate whose velocity a symbol is.
+    pub(super) fn velocity(&self, symbol: Symbol) -> Option<usize> {
+        let at = self.numbers.get(&symbol).copied()?;
+        at.checked_sub(self.coordinates.len())
+    }
+
+    /// The derivatives by the coordinates, those that are not 0.
+    pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+        let slopes = pool.slopes(e, |symbol| self.coordinate(symbol).is_some());
+        let numbered = slopes.into_iter();
+        numbered
+            .filter_map(|(symbol, slope)| Some((self.coordinate(symbol)?, slope)))
+            .collect()
+    }
+
+    /// The derivatives by the velocities, those that are not 0.
+    pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
+        let slopes = pool.slopes(e, |symbol| self.velocity(symbol).is_some());
+        let numbered = slopes.into_iter();
+        numbered
+            .filter_map(|(symbol, slope)| Some((self.velocity(symbol)?, slope)))
+            .collect()
+    }
+
+    /// Whether a velocity occurs in an expression.
+    pub(super) fn moves(&self, pool: &Pool, e: ExprId) -> bool {
+        pool.depends_on(e, &|symbol| self.velocity(symbol).is_some())
+    }
+
+    /// The partial derivative by the time.
+    pub(super) fn by_time(&self, pool: &mut Pool, e: ExprId) -> ExprId {
+        match self.time {
+            Some(time) => pool.diff(e, time),
+            None => pool.zero(),
+        }
+    }
+
+    /// Puts all velocities to 0.
+    pub(super) fn at_rest(&self, pool: &Pool) -> Substitution {
+        let zero = pool.zero();
+        self.velocities.iter().map(|v| (*v, zero)).collect()
+    }
+}
+
+/// A body by powers of its local velocities.
+struct Body {
+    /// By local numbers, the first not above the second.
+    inertia: BTreeMap<(usize, usize), ExprId>,
+    linear: BTreeMap<usize, ExprId>,
+    /// Its share of U.
+    potential: ExprId,
+    /// The derivatives of that share by the local coordinates.
+    forces: Vec<(usize, ExprId)>,
+}
+
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+/// Sorts the terms of a model's Lagrangian by powers of the velocities.
+pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier) -> Lagrangian {
+    let mut splitter = Splitter::default();
+    for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
+        splitter
+            .facts
+            .declare(local.coordinate, Variable::Coordinate);
+        splitter.facts.declare(local.velocity, Variable::Velocity);
+    }
+    let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
+    let mut linear: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
+    let mut forces: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
+    let mut result = Lagrangian::default();
+    for (negative, family) in signed_terms(model) {
+        let share = if negative {
+            pool.neg(family.body)
+        } else {
+            family.body
+        };
+        let Some(body) = body(pool, &mut splitter, short, family, share) else {
+            for at in 0..family.count {
+                let map = instance(model, pool, family, at, None);
+                let term = pool.substitute_one(share, &map);
+                result.other.push(term);
+            }
+            continue;
+        };
+        result.has_rest_energy |= !negative && !model.lagrangian && !is_zero(pool, body.potential);
+        let mut roots = vec![body.potential];
+        roots.extend(body.inertia.values());
+        roots.extend(body.linear.values());
+        roots.extend(body.forces.iter().map(|(_, force)| *force));
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, None);
+            let mut here = pool.substitute(&roots, &map).into_iter();
+            let coordinates = family.coordinates_of(at);
+            let number = |local: usize| coordinates.get(local).map_or(0, |i| *i as usize);
+            if let Some(potential) = here.next()
+                && !is_zero(pool, potential)
+            {
+                result.potential.push(potential);
+            }
+            for ((a, b), value) in body.inertia.keys().zip(&mut here) {
+                let (i, j) = (number(*a), number(*b));
+                // Two slots that hold the same coordinate meet on the diagonal from both sides.
+                let value = if a != b && i == j {
+                    pool.scale(value, &Number::from(2))
+                } else {
+                    value
+                };
+                inertia.entry((i.min(j), i.max(j))).or_default().push(value);
+            }
+            for (a, value) in body.linear.keys().zip(&mut here) {
+                linear.entry(number(*a)).or_default().push(value);
+            }
+            for ((a, _), value) in body.forces.iter().zip(&mut here) {
+                forces.entry(number(*a)).or_default().push(value);
+            }
+        }
+    }
+    result.inertia = added(pool, short, inertia);
+    result.linear = added(pool, short, linear);
+    result.forces = added(pool, short, forces);
+    result
+}
+
+/// The sums in their shortest form, without those that are 0.
+fn added<Key: Ord>(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    parts: BTreeMap<Key, Vec<ExprId>>,
+) -> BTreeMap<Key, ExprId> {
+    let mut sums = BTreeMap::new();
+    for (key, parts) in parts {
+        let sum = pool.sum(&parts);
+        let sum = short.simplify(pool, sum);
+        if !is_zero(pool, sum) {
+            sums.insert(key, sum);
+        }
+    }
+    sums
+}
+
+/// Sorts one body; `None` where it is no quadratic polynomial in the velocities.
+fn body(
+    pool: &mut Pool,
+    splitter: &mut Splitter,
+    short: &mut Simplifier,
+    family: &TermFamily,
+    share: ExprId,
+) -> Option<Body> {
+    let zero = pool.zero();
+    let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
+    let at_rest: Substitution = velocities.iter().map(|v| (*v, zero)).collect();
+    let moving = splitter.facts.varies(pool, share, Variable::Velocity);
+    let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
+    let mut linear: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
+    if moving {
+        for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
+            let mut moves = |e: ExprId| splitter.facts.varies(pool, e, Variable::Velocity);
+            let stretched = !element.slope.is_empty() && moves(element.second)
+                || (element.slope.iter().any(|(_, slope)| moves(*slope))
+                    && !is_zero(pool, element.second));
+            let bent = !element.curvature.is_empty()
+                && (moves(element.first)
+                    || element.curvature.iter().any(|(_, _, entry)| moves(*entry)));
+            if stretched || bent {
+                return None;
+            }
+            if !is_zero(pool, element.second) {
+                for (k, (a, left)) in element.slope.iter().enumerate() {
+                    for (b, right) in element.slope.iter().skip(k) {
+                        let value = pool.product(&[element.second, *left, *right]);
+                        inertia.entry((*a, *b)).or_default().push(value);
+                    }
+                }
+            }
+            for (a, b, entry) in &element.curvature {
+                let value = pool.mul(element.first, *entry);
+                inertia.entry((*a, *b)).or_default().push(value);
+            }
+            let mut entries = vec![element.first];
+            entries.extend(element.slope.iter().map(|(_, slope)| *slope));
+            let entries = pool.substitute(&entries, &at_rest);
+            if let Some((first, slopes)) = entries.split_first() {
+                for ((a, _), slope) in element.slope.iter().zip(slopes) {
+                    let value = pool.mul(*first, *slope);
+                    linear.entry(*a).or_default().push(value);
+                }
+            }
+        }
+    }
+    let rest = if !moving {
+        share
+    } else if splitter.facts.rests(pool, share) {
+        zero
+    } else {
+        pool.substitute_one(share, &at_rest)
+    };
+    if pool.is_undefined(rest) {
+        return None;
+    }
+    let potential = pool.neg(rest);
+    let facts = &splitter.facts;
+    let slopes = pool.slopes(potential, |symbol| facts.is(symbol, Variable::Coordinate));
+    let local = |symbol: Symbol| {
+        family
+            .locals
+            .iter()
+            .position(|local| local.coordinate == symbol)
+    };
+    let forces: Vec<(usize, ExprId)> = slopes
+        .into_iter()
+        .filter_map(|(symbol, slope)| Some((local(symbol)?, slope)))
+        .collect();
+    Some(Body {
+        inertia: added(pool, short, inertia),
+        linear: added(pool, short, linear),
+        potential,
+        forces,
+    })
+}
+
+/// The terms of Rayleigh's function, written out.
+pub(super) fn dissipation(model: &Model, pool: &mut Pool) -> Vec<ExprId> {
+    let mut terms = Vec::new();
+    for family in &model.friction {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, None);
+            terms.push(pool.substitute_one(family.body, &map));
+        }
+    }
+    terms
+}

@@ -1,0 +1,316 @@
+//! The page that a good student hands in: from a model to its derivation, in symbols.
+//!
+//! A [`Derivation`] holds expressions, never text; each part of it stands in a file of its own and is
+//! worked out only where [`Parts`] asks for it:
+//!
+//! - Lagrange's equations in full, and linearized (`equations`);
+//! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
+//! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
+//!
+//! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
+//! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
+//! Nothing here gets a number but the equilibrium, which is searched for where it has to be.
+//!
+//! ```
+//! use librate::derive::{Parts, derive};
+//! use librate::{model, syntax};
+//!
+//! let text = "param g  param l  param m  coord phi
+//!     T = 1/2*m*l^2*phi'^2
+//!     V = -m*g*l*cos(phi)";
+//! let file = syntax::parse(text)?;
+//! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
+//! let derivation = derive(&model, &Parts::default().equations(true))?;
+//! assert_eq!(derivation.equation_texts(), ["l^2*m*phi'' + g*l*m*sin(phi) = 0"]);
+//! # Ok::<(), librate::Error>(())
+//! ```
+
+mod collapse;
+mod energy;
+mod equations;
+mod equilibria;
+mod lagrangian;
+mod motion;
+mod simplify;
+
+use crate::expr::{ExprId, Pool};
+use crate::linearize::{self, Feature, LinearizeError};
+use crate::model::Model;
+use crate::number::Number;
+
+pub use energy::Conserved;
+pub use equilibria::Root;
+pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
+
+use lagrangian::Variables;
+use simplify::Simplifier;
+
+/// Which parts of a derivation are wanted; M, K and the equilibrium always are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Parts {
+    /// Lagrange's equations.
+    pub equations: bool,
+    /// Momenta, the energy function, the Hamiltonian and what is conserved.
+    pub energy: bool,
+    /// The linearized equations, and T and V to second order.
+    pub second_order: bool,
+    /// Equilibria in symbols.
+    pub equilibria: bool,
+}
+
+impl Parts {
+    /// Everything.
+    #[must_use]
+    pub fn all() -> Self {
+        Self {
+            equations: true,
+            energy: true,
+            second_order: true,
+            equilibria: true,
+        }
+    }
+
+    /// With Lagrange's equations, or without.
+    #[must_use]
+    pub fn equations(mut self, wanted: bool) -> Self {
+        self.equations = wanted;
+        self
+    }
+
+    /// With momenta, energies and what is conserved, or without.
+    #[must_use]
+    pub fn energy(mut self, wanted: bool) -> Self {
+        self.energy = wanted;
+        self
+    }
+
+    /// With equilibria in symbols, or without.
+    #[must_use]
+    pub fn equilibria(mut self, wanted: bool) -> Self {
+        self.equilibria = wanted;
+        self
+    }
+
+    /// With the linearized equations and T and V to second order, or without.
+    #[must_use]
+    pub fn second_order(mut self, wanted: bool) -> Self {
+        self.second_order = wanted;
+        self
+    }
+}
+
+/// A model in symbols.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Derivation {
+    /// Where the expressions live.
+    pub pool: Pool,
+    /// From the `model` statement.
+    pub model: Option<String>,
+    /// What the coordinates and displacements are called.
+    pub names: Names,
+    /// The model about its equilibrium, or why it has no M and K.
+    pub linear: Result<Linear, LinearizeError>,
+    /// The left sides of Lagrange's equations, one a coordinate.
+    pub equations: Option<Vec<MotionSum>>,
+    /// Momenta and energies.
+    pub energy: Option<Energy>,
+    /// Where forces vanish, as far as that can be solved in symbols.
+    pub equilibria: Option<Vec<Root>>,
+}
+
+/// M and K at the equilibrium, as expressions in the parameters.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Linear {
+    /// The equilibrium; a coordinate that was found numerically stands as itself.
+    pub equilibrium: Vec<ExprId>,
+    /// The mass matrix, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// The stiffness matrix, row by row.
+    pub stiffness: Vec<Vec<ExprId>>,
+    /// What follows from them, where it is asked for.
+    pub second_order: Option<SecondOrder>,
+}
+
+/// The model to second order in the displacements.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SecondOrder {
+    /// The left sides of M q'' + K q = 0; what moves is measured from the equilibrium.
+    pub equations: Vec<MotionSum>,
+    /// 1/2 q'ᵀ M q'.
+    pub kinetic: MotionSum,
+    /// 1/2 qᵀ K q: the potential energy (of T0 too, where there is one) without its constant.
+    pub potential: MotionSum,
+}
+
+/// Momenta and energies.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Energy {
+    /// p_i = dL/dq_i', one a coordinate.
+    pub momenta: Vec<MotionSum>,
+    /// h = sum q_i' p_i - L in coordinates and velocities.
+    pub function: MotionSum,
+    /// The same in coordinates and momenta: where the inertia is diagonal or two by two.
+    pub hamiltonian: Option<MotionSum>,
+    /// What is conserved.
+    pub conserved: Vec<Conserved>,
+    /// Whether T has a part T0 without velocities, so that V - T0 takes the place of V.
+    pub rest_energy: bool,
+}
+
+/// Derives a model.
+///
+/// # Errors
+/// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
+/// [`LinearizeError::Unsupported`] for constraints.
+/// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
+pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
+    let mut short = Simplifier::default();
+    let (mut pool, mut linear) = match linearize::derive(model.clone()) {
+        Ok(matrices) => {
+            let linear = Linear {
+                equilibrium: matrices.equilibrium,
+                mass: matrices.mass,
+                stiffness: matrices.stiffness,
+                second_order: None,
+            };
+            (matrices.pool, Ok(linear))
+        }
+        Err(error @ LinearizeError::NotAnEquilibrium { .. }) => return Err(error),
+        // The forces of constraints are not worked out yet: equations without them would be wrong.
+        Err(
+            error @ LinearizeError::Unsupported {
+                feature: Feature::Constraint,
+                ..
+            },
+        ) => return Err(error),
+        Err(error) => (model.pool.clone(), Err(error)),
+    };
+    let names = names(model, &pool, &linear);
+    if let Ok(linear) = &mut linear {
+        for entry in linear
+            .mass
+            .iter_mut()
+            .chain(&mut linear.stiffness)
+            .flatten()
+        {
+            *entry = short.simplify(&mut pool, *entry);
+        }
+        if parts.second_order {
+            let equations = equations::linearized(&mut pool, &linear.mass, &linear.stiffness);
+            let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
+            let potential =
+                energy::quadratic_form(&mut pool, &linear.stiffness, Motion::Displacement);
+            linear.second_order = Some(SecondOrder {
+                equations,
+                kinetic,
+                potential,
+            });
+        }
+    }
+    let mut derivation = Derivation {
+        pool,
+        model: model.name.clone(),
+        names,
+        linear,
+        equations: None,
+        energy: None,
+        equilibria: None,
+    };
+    if parts.equations || parts.energy || parts.equilibria {
+        derivation.nonlinear(model, parts, &mut short);
+    }
+    Ok(derivation)
+}
+
+/// Displacements are named as the coordinates where they are the same.
+fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) -> Names {
+    let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+    let at_zero = linear.as_ref().is_ok_and(|linear| {
+        let mut all = linear.equilibrium.iter();
+        all.all(|at| pool.as_number(*at).is_some_and(Number::is_zero))
+    });
+    let displacements = if at_zero {
+        coordinates.clone()
+    } else {
+        coordinates
+            .iter()
+            .map(|name| format!("delta_{name}"))
+            .collect()
+    };
+    Names {
+        coordinates,
+        displacements,
+    }
+}
+
+impl Derivation {
+    /// Works out what needs L in full.
+    fn nonlinear(&mut self, model: &Model, parts: &Parts, short: &mut Simplifier) {
+        let pool = &mut self.pool;
+        let variables = Variables::new(model);
+        let lagrangian = lagrangian::lagrangian(model, pool, short);
+        let dissipation = lagrangian::dissipation(model, pool);
+        if parts.equations {
+            let equations =
+                equations::equations(pool, short, &variables, &lagrangian, &dissipation);
+            self.equations = Some(equations);
+        }
+        if parts.equilibria {
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
+        }
+        if parts.energy {
+            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
+            let conserved =
+                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
+            self.energy = Some(Energy {
+                momenta,
+                function: energy::energy_function(pool, short, &variables, &lagrangian),
+                hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
+                conserved,
+                rest_energy: lagrangian.has_rest_energy,
+            });
+        }
+    }
+
+    /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.
+    #[must_use]
+    pub fn equation_texts(&self) -> Vec<String> {
+        let equations = self.equations.iter().flatten();
+        equations
+            .map(|equation| format!("{} = 0", self.text(equation)))
+            .collect()
+    }
+
+    /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they
+    /// were not asked for or don't exist.
+    #[must_use]
+    pub fn linearized_texts(&self) -> Vec<String> {
+        let second_order = self
+            .linear
+            .as_ref()
+            .ok()
+            .and_then(|linear| linear.second_order.as_ref());
+        let equations = second_order.iter().flat_map(|part| &part.equations);
+        equations
+            .map(|equation| format!("{} = 0", self.displaced_text(equation)))
+            .collect()
+    }
+
+    /// A sum in coordinates, velocities, accelerations and momenta as text.
+    #[must_use]
+    pub fn text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.of(motion))
+    }
+
+    /// A sum in displacements and their rates as text.
+    #[must_use]
+    pub fn displaced_text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.displaced(motion))
+    }
+}

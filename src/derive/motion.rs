@@ -1,0 +1,295 @@
+//! Sums of coefficients times velocities, accelerations and displacements, in reading order.
+//!
+//! The pool orders what is equal to it by age; an equation of motion reads differently:
+//! accelerations first, then velocities, then forces. So the order is kept here, and the pool keeps
+//! the coefficients.
+
+use crate::expr::{ExprId, Node, Pool};
+use crate::number::Number;
+
+/// What moves, by the number of its coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Motion {
+    /// The second derivative of a coordinate by the time.
+    Acceleration(usize),
+    /// A generalized velocity.
+    Velocity(usize),
+    /// A generalized momentum.
+    Momentum(usize),
+    /// A coordinate measured from its equilibrium.
+    Displacement(usize),
+}
+
+/// A coefficient times what moves.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MotionTerm {
+    /// Whether a minus sign stands in front.
+    pub negative: bool,
+    /// The coefficient behind the sign, never 0. One without motion has its signs itself.
+    pub coefficient: ExprId,
+    /// The factors with their powers; empty for a term without any.
+    pub motion: Vec<(Motion, u32)>,
+}
+
+/// A sum of [`MotionTerm`]s in reading order; 0 if there are none.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct MotionSum {
+    /// The terms.
+    pub terms: Vec<MotionTerm>,
+    /// A number in front of the whole sum, as the 1/2 of a quadratic form; 1 where there is none.
+    pub factor: Factor,
+}
+
+/// The number in front of a [`MotionSum`].
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Factor {
+    /// Nothing is written.
+    #[default]
+    One,
+    /// 1/2.
+    Half,
+}
+
+/// What the coordinates and what is made of them are called in text.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Names {
+    /// The coordinates, in order.
+    pub coordinates: Vec<String>,
+    /// The coordinates measured from the equilibrium: the same, where that is 0.
+    pub displacements: Vec<String>,
+}
+
+impl Names {
+    /// The name of what moves in the model language: `x''` for an acceleration. Momenta are no
+    /// part of the language; they are called `p_x`.
+    #[must_use]
+    pub fn of(&self, motion: Motion) -> String {
+        let coordinate = |i: usize| self.coordinates.get(i).map_or("", String::as_str);
+        match motion {
+            Motion::Acceleration(i) => format!("{}''", coordinate(i)),
+            Motion::Velocity(i) => format!("{}'", coordinate(i)),
+            Motion::Momentum(i) => format!("p_{}", coordinate(i)),
+            Motion::Displacement(i) => self.displacements.get(i).cloned().unwrap_or_default(),
+        }
+    }
+
+    /// The name of the velocity or acceleration of a displacement.
+    #[must_use]
+    pub fn displaced(&self, motion: Motion) -> String {
+        let displacement = |i: usize| self.displacements.get(i).map_or("", String::as_str);
+        match motion {
+            Motion::Acceleration(i) => format!("{}''", displacement(i)),
+            Motion::Velocity(i) => format!("{}'", displacement(i)),
+            Motion::Momentum(_) | Motion::Displacement(_) => self.of(motion),
+        }
+    }
+}
+
+impl MotionSum {
+    /// A sum with its terms in reading order, without those that are 0.
+    pub(super) fn new(pool: &mut Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
+        let mut terms: Vec<MotionTerm> = terms
+            .into_iter()
+            .filter(|term| {
+                !pool
+                    .as_number(term.coefficient)
+                    .is_some_and(Number::is_zero)
+            })
+            .collect();
+        terms.sort_by_cached_key(order);
+        for term in &mut terms {
+            if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
+                term.negative = true;
+                term.coefficient = pool.neg(term.coefficient);
+            }
+        }
+        Self {
+            terms,
+            factor: Factor::One,
+        }
+    }
+
+    /// Whether nothing is left of it.
+    #[must_use]
+    pub fn is_zero(&self) -> bool {
+        self.terms.is_empty()
+    }
+
+    /// The sum as one expression, with `value` for what moves.
+    pub fn expression(
+        &self,
+        pool: &mut Pool,
+        mut value: impl FnMut(&mut Pool, Motion) -> ExprId,
+    ) -> ExprId {
+        let mut parts = Vec::with_capacity(self.terms.len());
+        for term in &self.terms {
+            let mut factors = vec![(term.coefficient, Number::ONE)];
+            for (motion, power) in &term.motion {
+                let moving = value(pool, *motion);
+                factors.push((moving, Number::from(i64::from(*power))));
+            }
+            let product = pool.product_of_powers(&factors);
+            parts.push(if term.negative {
+                pool.neg(product)
+            } else {
+                product
+            });
+        }
+        let sum = pool.sum(&parts);
+        match self.factor {
+            Factor::One => sum,
+            Factor::Half => pool.scale(sum, &Number::half()),
+        }
+    }
+
+    /// The sum in the model language.
+    #[must_use]
+    pub fn text(&self, pool: &Pool, name: impl Fn(Motion) -> String) -> String {
+        if self.terms.is_empty() {
+            return "0".to_owned();
+        }
+        let mut out = String::new();
+        for term in &self.terms {
+            let (negative, text) = term.text(pool, &name);
+            match (out.is_empty(), negative) {
+                (true, false) => {}
+                (true, true) => out.push('-'),
+                (false, false) => out.push_str(" + "),
+                (false, true) => out.push_str(" - "),
+            }
+            out.push_str(&text);
+        }
+        match self.factor {
+            Factor::One => out,
+            Factor::Half => format!("1/2*({out})"),
+        }
+    }
+}
+
+/// Accelerations, then squares, then products of two that move, then single ones, then what is without.
+fn order(term: &MotionTerm) -> (u8, Vec<Motion>) {
+    let degree: u32 = term.motion.iter().map(|(_, power)| *power).sum();
+    let rank = match term.motion.first() {
+        Some((Motion::Acceleration(_), _)) => 0,
+        Some(_) if degree > 1 && term.motion.len() == 1 => 1,
+        Some(_) if degree > 1 => 2,
+        Some(_) => 3,
+        None => 4,
+    };
+    let motion = term.motion.iter();
+    let one_by_one =
+        motion.flat_map(|(motion, power)| std::iter::repeat_n(*motion, *power as usize));
+    (rank, one_by_one.collect())
+}
+
+impl MotionTerm {
+    pub(super) fn new(coefficient: ExprId, motion: &[(Motion, u32)]) -> Self {
+        Self {
+            negative: false,
+            coefficient,
+            motion: motion.to_vec(),
+        }
+    }
+
+    /// Whether a minus sign stands in front, and the text behind the sign.
+    fn text(&self, pool: &Pool, name: &impl Fn(Motion) -> String) -> (bool, String) {
+        if self.motion.is_empty() {
+            let text = pool.display(self.coefficient);
+            // A sum keeps its own signs; only the first one is taken over.
+            return match text.strip_prefix('-') {
+                Some(rest) => (!self.negative, rest.to_owned()),
+                None => (self.negative, text),
+            };
+        }
+        let mut factors = Vec::with_capacity(self.motion.len());
+        for (motion, power) in &self.motion {
+            let name = name(*motion);
+            factors.push(if *power == 1 {
+                name
+            } else {
+                format!("{name}^{power}")
+            });
+        }
+        let motion = factors.join("*");
+        let Some(coefficient) = factor_text(pool, self.coefficient) else {
+            return (self.negative, motion);
+        };
+        // p^2/(2*m), not 1/(2*m)*p^2.
+        let text = match lone_divisor(&coefficient) {
+            Some(divisor) => format!("{motion}/{divisor}"),
+            None => format!("{coefficient}*{motion}"),
+        };
+        (self.negative, text)
+    }
+}
+
+/// Whether the text of an expression begins with a minus sign.
+fn reads_negative(pool: &Pool, e: ExprId) -> bool {
+    match pool.node(e) {
+        Node::Number(value) => value.is_negative(),
+        Node::Sum { constant, terms } => {
+            let mut signs = terms.iter().map(|(_, c)| c.is_negative());
+            (constant.is_zero() || constant.is_negative())
+                && signs.all(|negative| negative)
+                && pool.display(e).starts_with('-')
+        }
+        Node::Pi
+        | Node::Symbol(_)
+        | Node::Product(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
+/// An expression as the first factor of a product; nothing for 1.
+fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
+    if pool.as_number(e).is_some_and(Number::is_one) {
+        return None;
+    }
+    let text = pool.display(e);
+    Some(if is_open_sum(pool, e) {
+        format!("({text})")
+    } else {
+        text
+    })
+}
+
+/// What stands under the bar of a fraction whose numerator is 1, if that is no number.
+fn lone_divisor(text: &str) -> Option<&str> {
+    let divisor = text.strip_prefix("1/")?;
+    if divisor.starts_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let mut depth = 0_usize;
+    for c in divisor.chars() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
+            '*' | '/' | ' ' if depth == 0 => return None,
+            _ => {}
+        }
+    }
+    Some(divisor)
+}
+
+/// Whether the text of an expression has a sign between two terms.
+fn is_open_sum(pool: &Pool, e: ExprId) -> bool {
+    match pool.node(e) {
+        Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Product(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}

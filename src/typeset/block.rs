@@ -1,0 +1,588 @@
+//! Formulas as Unicode text in as many lines as they take: fractions with bars, brackets that grow.
+
+use unicode_width::UnicodeWidthStr;
+
+use super::latex::stands_open;
+use super::symbol::{Subscript, unicode_word};
+use super::{Formula, Sign, Symbol};
+
+/// Text of several lines, one of which is in line with what stands beside it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Block {
+    /// From the top; all of the same width.
+    lines: Vec<String>,
+    /// Which of them is in line.
+    base: usize,
+}
+
+impl Block {
+    /// A block of one line.
+    #[must_use]
+    pub fn line(text: &str) -> Self {
+        Self {
+            lines: vec![text.to_owned()],
+            base: 0,
+        }
+    }
+
+    /// How many columns wide it is.
+    #[must_use]
+    pub fn width(&self) -> usize {
+        self.lines.first().map_or(0, |line| line.width())
+    }
+
+    /// How many lines high it is.
+    #[must_use]
+    pub fn height(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The lines from the top, without blanks at their ends.
+    pub fn lines(&self) -> impl Iterator<Item = &str> {
+        self.lines.iter().map(|line| line.trim_end())
+    }
+
+    /// Puts blocks side by side, their lines in line.
+    #[must_use]
+    pub fn beside(blocks: &[Self]) -> Self {
+        let above = blocks.iter().map(|block| block.base).max().unwrap_or(0);
+        let below = blocks.iter().map(|block| block.height() - block.base).max();
+        let height = above + below.unwrap_or(1);
+        let mut lines = vec![String::new(); height];
+        for block in blocks {
+            let blank = " ".repeat(block.width());
+            for (at, line) in lines.iter_mut().enumerate() {
+                let own = (at + block.base).checked_sub(above);
+                let text = own.and_then(|own| block.lines.get(own));
+                line.push_str(text.map_or(blank.as_str(), String::as_str));
+            }
+        }
+        Self { lines, base: above }
+    }
+
+    /// Puts blocks one below the other, each in the middle; the first of them in line.
+    fn stacked(blocks: &[Self]) -> Vec<String> {
+        let width = blocks.iter().map(Self::width).max().unwrap_or(0);
+        let mut lines = Vec::new();
+        for block in blocks {
+            for line in &block.lines {
+                lines.push(centred(line, width));
+            }
+        }
+        lines
+    }
+
+    fn fraction(above: &Self, below: &Self) -> Self {
+        let width = above.width().max(below.width());
+        let bar = Self::line(&"─".repeat(width));
+        Self {
+            base: above.height(),
+            lines: Self::stacked(&[above.clone(), bar, below.clone()]),
+        }
+    }
+
+    /// A matrix in square brackets, columns in the middle.
+    #[must_use]
+    pub fn matrix(rows: &[Vec<Self>]) -> Self {
+        let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
+        let widths: Vec<usize> = (0..columns)
+            .map(|column| {
+                let cells = rows.iter().filter_map(|row| row.get(column));
+                cells.map(Self::width).max().unwrap_or(0)
+            })
+            .collect();
+        let tall = rows.iter().flatten().any(|cell| cell.height() > 1);
+        let mut lines = Vec::new();
+        for (at, row) in rows.iter().enumerate() {
+            if at > 0 && tall {
+                lines.push(String::new());
+            }
+            let mut cells = Vec::new();
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                if column > 0 {
+                    cells.push(Self::line("  "));
+                }
+                cells.push(Self {
+                    lines: cell
+                        .lines
+                        .iter()
+                        .map(|line| centred(line, *width))
+                        .collect(),
+                    base: cell.base,
+                });
+            }
+            lines.extend(Self::beside(&cells).lines);
+        }
+        let width = lines.iter().map(|line| line.width()).max().unwrap_or(0);
+        let lines: Vec<String> = lines.iter().map(|line| centred(line, width)).collect();
+        let inner = Self {
+            base: lines.len().saturating_sub(1) / 2,
+            lines,
+        };
+        inner.enclosed(['[', '⎡', '⎢', '⎣'], [']', '⎤', '⎥', '⎦'])
+    }
+
+    /// Between brackets given as the short one and the upper, middle and lower part of the tall one.
+    fn enclosed(self, left: [char; 4], right: [char; 4]) -> Self {
+        let last = self.height().saturating_sub(1);
+        let side = |form: [char; 4], at: usize| match at {
+            _ if last == 0 => form[0],
+            0 => form[1],
+            _ if at == last => form[3],
+            _ => form[2],
+        };
+        let lines = self.lines.iter().enumerate();
+        Self {
+            base: self.base,
+            lines: lines
+                .map(|(at, line)| format!("{}{line}{}", side(left, at), side(right, at)))
+                .collect(),
+        }
+    }
+
+    fn in_parentheses(self) -> Self {
+        self.enclosed(['(', '⎛', '⎜', '⎝'], [')', '⎞', '⎟', '⎠'])
+    }
+
+    /// With another block as exponent.
+    fn raised(self, exponent: &Self) -> Self {
+        let (width, high) = (self.width(), exponent.height());
+        let blank = " ".repeat(exponent.width());
+        let mut lines: Vec<String> = exponent
+            .lines
+            .iter()
+            .map(|line| format!("{}{line}", " ".repeat(width)))
+            .collect();
+        // What is tall has its exponent beside its first line.
+        let overlap = usize::from(self.height() > 1);
+        for (at, line) in self.lines.iter().enumerate() {
+            if at < overlap
+                && let (Some(last), Some(text)) = (lines.last_mut(), exponent.lines.last())
+            {
+                *last = format!("{line}{text}");
+            } else {
+                lines.push(format!("{line}{blank}"));
+            }
+        }
+        Self {
+            lines,
+            base: self.base + high - overlap,
+        }
+    }
+}
+
+/// In the middle of so many columns.
+fn centred(line: &str, width: usize) -> String {
+    let free = width.saturating_sub(line.width());
+    let left = free / 2;
+    format!("{}{line}{}", " ".repeat(left), " ".repeat(free - left))
+}
+
+impl Formula {
+    /// The formula as Unicode text.
+    #[must_use]
+    pub fn block(&self) -> Block {
+        match self {
+            Self::Number(digits) => Block::line(digits),
+            Self::Scientific { digits, exponent } => {
+                let raised = superscript(exponent).unwrap_or_else(|| format!("^{exponent}"));
+                Block::line(&format!("{digits}·10{raised}"))
+            }
+            Self::Symbol(symbol) => Block::line(&symbol_text(symbol)),
+            Self::Indexed(inner, feet) => {
+                Block::beside(&[inner.block(), Block::line(&feet_text(feet))])
+            }
+            Self::Product(factors) => product(factors),
+            Self::Sum(terms) => {
+                let mut blocks = Vec::new();
+                for (at, (negative, term)) in terms.iter().enumerate() {
+                    blocks.push(Block::line(sign(at == 0, *negative)));
+                    blocks.push(term.block());
+                }
+                Block::beside(&blocks)
+            }
+            Self::Fraction(above, below) => match vulgar(above, below) {
+                Some(text) => Block::line(text),
+                None => Block::fraction(&above.block(), &below.block()),
+            },
+            Self::Power(base, exponent) => {
+                let base = base.block();
+                match superscript_of(exponent) {
+                    Some(text) if base.height() == 1 => Block::beside(&[base, Block::line(&text)]),
+                    Some(text) => base.raised(&Block::line(&text)),
+                    None => base.raised(&exponent.block()),
+                }
+            }
+            Self::Root(inner) => {
+                let simple = matches!(**inner, Self::Symbol(_) | Self::Number(_));
+                let inner = inner.block();
+                let under = if simple {
+                    inner
+                } else {
+                    inner.in_parentheses()
+                };
+                Block::beside(&[Block::line("√"), under])
+            }
+            Self::Function {
+                name,
+                power,
+                arguments,
+            } => function(name, power.as_deref(), arguments),
+            Self::Bars { double, inner } => {
+                let bar = if *double { '‖' } else { '│' };
+                inner.block().enclosed([bar; 4], [bar; 4])
+            }
+            Self::Parentheses(inner) => inner.block().in_parentheses(),
+            Self::Matrix(rows) => {
+                let rows: Vec<Vec<Block>> = rows
+                    .iter()
+                    .map(|row| row.iter().map(Self::block).collect())
+                    .collect();
+                Block::matrix(&rows)
+            }
+            Self::Between { cross, sides } => {
+                let between = if *cross { " × " } else { " · " };
+                Block::beside(&[sides.0.block(), Block::line(between), sides.1.block()])
+            }
+            Self::Rate(inner) => Block::beside(&[
+                Block::fraction(&Block::line("d"), &Block::line("dt")),
+                Block::line(" "),
+                inner.block(),
+            ]),
+            Self::Total { below, above, body } => {
+                let commas = below.iter().enumerate().flat_map(|(at, part)| {
+                    let comma = (at > 0).then(|| Block::line(", "));
+                    comma.into_iter().chain([part.block()])
+                });
+                let mut parts: Vec<Block> = above.iter().map(|above| above.block()).collect();
+                let base = parts.iter().map(Block::height).sum();
+                parts.push(Block::line("Σ"));
+                parts.push(Block::beside(&commas.collect::<Vec<_>>()));
+                let total = Block {
+                    lines: Block::stacked(&parts),
+                    base,
+                };
+                Block::beside(&[total, Block::line(" "), body.block()])
+            }
+            Self::Relation(parts) => {
+                let mut blocks = Vec::new();
+                for (at, part) in parts.iter().enumerate() {
+                    if at > 0 && !matches!(part, Self::Sign(Sign::Comma)) {
+                        blocks.push(Block::line(" "));
+                    }
+                    blocks.push(part.block());
+                }
+                Block::beside(&blocks)
+            }
+            Self::Verbatim(text) => Block::line(text),
+            Self::Sign(sign) => Block::line(match sign {
+                Sign::Equal => "=",
+                Sign::NotEqual => "≠",
+                Sign::Less => "<",
+                Sign::LessEqual => "≤",
+                Sign::Greater => ">",
+                Sign::GreaterEqual => "≥",
+                Sign::In => "∈",
+                Sign::Comma => ",",
+                Sign::Not => "not",
+                Sign::And => "and",
+                Sign::Or => "or",
+                Sign::If => "  if",
+            }),
+        }
+    }
+
+    /// The formula in lines of at most `width` columns where it can be broken: before the signs of its
+    /// outermost sum. Rows of more than one line are set apart by none.
+    #[must_use]
+    pub fn text(&self, width: usize) -> Vec<String> {
+        let whole = self.block();
+        if whole.width() <= width {
+            return whole.lines().map(str::to_owned).collect();
+        }
+        let mut pieces = Vec::new();
+        self.blocks(width, &mut pieces);
+        let mut lines = Vec::new();
+        let mut row: Vec<Block> = Vec::new();
+        let mut used = 0;
+        for piece in pieces {
+            if used + piece.width() > width && used > 4 {
+                lines.extend(Block::beside(&row).lines().map(str::to_owned));
+                row = vec![Block::line("    ")];
+                used = 4;
+            }
+            used += piece.width();
+            row.push(piece);
+        }
+        lines.extend(Block::beside(&row).lines().map(str::to_owned));
+        lines
+    }
+
+    /// What a line may be broken between.
+    fn blocks(&self, width: usize, out: &mut Vec<Block>) {
+        match self {
+            Self::Relation(parts) => {
+                for (at, part) in parts.iter().enumerate() {
+                    if at > 0
+                        && let Some(last) = out.last_mut()
+                    {
+                        *last = Block::beside(&[last.clone(), Block::line(" ")]);
+                    }
+                    part.blocks(width, out);
+                }
+            }
+            Self::Sum(terms) => {
+                for (at, (negative, term)) in terms.iter().enumerate() {
+                    let first = out.len();
+                    term.blocks(width, out);
+                    if let Some(piece) = out.get_mut(first) {
+                        let sign = Block::line(sign(at == 0, *negative));
+                        *piece = Block::beside(&[sign, piece.clone()]);
+                    }
+                }
+            }
+            // Brackets that are longer than half a line are opened.
+            Self::Product(factors) if self.block().width() > width / 2 => {
+                match factors.as_slice() {
+                    [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+                        let first = out.len();
+                        inner.blocks(width, out);
+                        if let Some(piece) = out.get_mut(first) {
+                            let before = product(before);
+                            *piece = Block::beside(&[before, Block::line(" ("), piece.clone()]);
+                        }
+                        if let Some(piece) = out.last_mut() {
+                            *piece = Block::beside(&[piece.clone(), Block::line(")")]);
+                        }
+                    }
+                    _ => out.push(self.block()),
+                }
+            }
+            other => out.push(other.block()),
+        }
+    }
+}
+
+fn sign(first: bool, negative: bool) -> &'static str {
+    match (first, negative) {
+        (true, false) => "",
+        (true, true) => "-",
+        (false, false) => " + ",
+        (false, true) => " - ",
+    }
+}
+
+fn product(factors: &[Formula]) -> Block {
+    let mut blocks = Vec::new();
+    for (at, factor) in factors.iter().enumerate() {
+        if at > 0 {
+            let between = if factor.begins_with_digit() {
+                " · "
+            } else {
+                " "
+            };
+            blocks.push(Block::line(between));
+        }
+        blocks.push(factor.block());
+    }
+    Block::beside(&blocks)
+}
+
+fn function(name: &str, power: Option<&Formula>, arguments: &[Formula]) -> Block {
+    let name = if name == "exp" && arguments.is_empty() {
+        "e"
+    } else {
+        name
+    };
+    let mut head = Block::line(name);
+    if let Some(power) = power {
+        head = match superscript_of(power) {
+            Some(text) => Block::beside(&[head, Block::line(&text)]),
+            None => head.raised(&power.block()),
+        };
+    }
+    if arguments.is_empty() {
+        return head;
+    }
+    if stands_open(arguments) {
+        let mut blocks = vec![head, Block::line(" ")];
+        blocks.extend(arguments.iter().map(Formula::block));
+        return Block::beside(&blocks);
+    }
+    let mut inner = Vec::new();
+    for (at, argument) in arguments.iter().enumerate() {
+        if at > 0 {
+            inner.push(Block::line(", "));
+        }
+        inner.push(argument.block());
+    }
+    Block::beside(&[head, Block::beside(&inner).in_parentheses()])
+}
+
+/// Fractions that have a sign of their own.
+fn vulgar(above: &Formula, below: &Formula) -> Option<&'static str> {
+    let (Formula::Number(above), Formula::Number(below)) = (above, below) else {
+        return None;
+    };
+    match (above.as_str(), below.as_str()) {
+        ("1", "2") => Some("½"),
+        ("1", "3") => Some("⅓"),
+        ("2", "3") => Some("⅔"),
+        ("1", "4") => Some("¼"),
+        ("3", "4") => Some("¾"),
+        ("1", "5") => Some("⅕"),
+        ("2", "5") => Some("⅖"),
+        ("3", "5") => Some("⅗"),
+        ("4", "5") => Some("⅘"),
+        ("1", "6") => Some("⅙"),
+        ("5", "6") => Some("⅚"),
+        ("1", "8") => Some("⅛"),
+        _ => None,
+    }
+}
+
+/// A whole number as an exponent, with its sign.
+fn superscript_of(exponent: &Formula) -> Option<String> {
+    match exponent {
+        Formula::Number(digits) => superscript(digits),
+        Formula::Sum(terms) => match terms.as_slice() {
+            [(true, Formula::Number(digits))] => superscript(&format!("-{digits}")),
+            _ => None,
+        },
+        _ => None,
+    }
+}
+
+fn superscript(text: &str) -> Option<String> {
+    replaced(text, |c| match c {
+        '0' => Some('⁰'),
+        '1' => Some('¹'),
+        '2' => Some('²'),
+        '3' => Some('³'),
+        '4'..='9' => char::from_u32('⁴' as u32 + (c as u32 - '4' as u32)),
+        '-' => Some('⁻'),
+        _ => None,
+    })
+}
+
+fn lowered(text: &str) -> Option<String> {
+    replaced(text, |c| match c {
+        '0'..='9' => char::from_u32('₀' as u32 + (c as u32 - '0' as u32)),
+        'a' => Some('ₐ'),
+        'e' => Some('ₑ'),
+        'h' => Some('ₕ'),
+        'i' => Some('ᵢ'),
+        'j' => Some('ⱼ'),
+        'k' => Some('ₖ'),
+        'l' => Some('ₗ'),
+        'm' => Some('ₘ'),
+        'n' => Some('ₙ'),
+        'o' => Some('ₒ'),
+        'p' => Some('ₚ'),
+        'r' => Some('ᵣ'),
+        's' => Some('ₛ'),
+        't' => Some('ₜ'),
+        'u' => Some('ᵤ'),
+        'v' => Some('ᵥ'),
+        'x' => Some('ₓ'),
+        '+' => Some('₊'),
+        '-' => Some('₋'),
+        _ => None,
+    })
+}
+
+/// Every letter replaced, or nothing.
+fn replaced(text: &str, by: impl Fn(char) -> Option<char>) -> Option<String> {
+    text.chars().map(by).collect()
+}
+
+fn symbol_text(symbol: &Symbol) -> String {
+    format!(
+        "{}{}",
+        symbol.unicode_letter(),
+        feet_text(&symbol.subscript)
+    )
+}
+
+/// Subscripts where Unicode has them: single digits side by side, else what remains in brackets.
+fn feet_text(feet: &[Subscript]) -> String {
+    let plain = |foot: &Subscript| match foot {
+        Subscript::Word(word) => unicode_word(word).to_owned(),
+        Subscript::Index(formula) => formula.block().lines().collect::<Vec<_>>().join(" "),
+    };
+    let texts: Vec<String> = feet.iter().map(plain).collect();
+    let short = texts.len() > 1 && texts.iter().all(|text| text.chars().count() == 1);
+    if short
+        && let Some(all) = texts
+            .iter()
+            .map(|text| lowered(text))
+            .collect::<Option<String>>()
+    {
+        return all;
+    }
+    let mut out = String::new();
+    let mut rest = texts.as_slice();
+    if let [first, others @ ..] = rest {
+        match (lowered(first), feet.first()) {
+            (Some(low), _) => out.push_str(&low),
+            (None, Some(Subscript::Word(_))) => out.push_str(&format!("_{first}")),
+            (None, _) => out.push_str(&format!("[{first}]")),
+        }
+        rest = others;
+    }
+    if !rest.is_empty() {
+        out.push_str(&format!("[{}]", rest.join(", ")));
+    }
+    out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Notation;
+
+    fn text(source: &str) -> String {
+        let formula = Notation::new(["phi[1]", "x"]).read(source);
+        formula.map_or_else(
+            || format!("unread: {source}"),
+            |formula| formula.text(60).join("\n"),
+        )
+    }
+
+    #[test]
+    fn what_a_terminal_shows() {
+        for (source, expected) in [
+            ("1/2*m*l^2*phi[1]'^2", "½ m l² φ\u{307}₁²"),
+            ("x''", "x\u{308}"),
+            ("g/l[1] + k12", "g\n── + k₁₂\nl₁"),
+            ("(1 + x/a)^2", "⎛    x⎞²\n⎜1 + ─⎟\n⎝    a⎠"),
+            ("sqrt(2)/2*x^-1", "√2 x⁻¹\n──────\n  2"),
+            ("sin(x)^2*cos(2*x)", "sin² x cos(2 x)"),
+            ("2*3*x", "2 · 3 x"),
+            ("u[1,2] + u[10,2]", "u₁₂ + u₁₀[2]"),
+            ("m_eff + theta_0", "m_eff + θ₀"),
+            ("delta_x' + p_phi[2]", "δx\u{307} + p[φ₂]"),
+            ("exp(-x)", " -x\ne"),
+            ("sum(i in 1..N, x[i]^2)", "  N\n  Σ   xᵢ²\ni = 1"),
+            ("[x, 0]", "⎡x⎤\n⎣0⎦"),
+            ("6.02e23", "6.02·10²³"),
+            ("norm(x)", "‖x‖"),
+            ("2/3*x/a", "2 x\n───\n3 a"),
+        ] {
+            assert_eq!(text(source), expected, "{source}");
+        }
+    }
+
+    #[test]
+    fn long_sums_are_broken() {
+        let terms: Vec<String> = (1..20).map(|i| format!("k*x[{i}]^2")).collect();
+        let lines = text(&terms.join(" + "));
+        assert!(lines.lines().count() > 2);
+        assert!(lines.lines().all(|line| line.chars().count() <= 60));
+        assert!(
+            lines
+                .lines()
+                .skip(1)
+                .all(|line| line.starts_with("     + "))
+        );
+    }
+}

@@ -1,0 +1,480 @@
+//! From a syntax tree to a formula: where brackets are needed, what goes below a fraction bar.
+
+use std::collections::BTreeSet;
+
+use super::symbol::Subscript;
+use super::{Formula, Sign, Symbol};
+use crate::syntax::{
+    Comparison, ExprKind, ExprRef, Factor, File, IndexKind, Indices, StatementKind, Term, parse,
+};
+
+/// What the names of an expression stand for.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Notation {
+    /// The coordinates and their families, without indices: `delta_x` is a displacement and `p_x` a momentum
+    /// where `x` is one of them.
+    pub coordinates: BTreeSet<String>,
+}
+
+impl Notation {
+    /// For coordinates of these names; indices are left out.
+    #[must_use]
+    pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
+        let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
+        Self {
+            coordinates: coordinates.into_iter().map(family).collect(),
+        }
+    }
+
+    /// The formula of an expression in the model language; `None` if the text is none.
+    #[must_use]
+    pub fn read(&self, text: &str) -> Option<Formula> {
+        let file = parse(&format!("V = {text}\n")).ok()?;
+        match file.statements.as_slice() {
+            [statement] => match statement.kind {
+                StatementKind::Potential(at) => Some(self.formula(&file, at)),
+                _ => None,
+            },
+            _ => None,
+        }
+    }
+
+    /// Expressions with signs between them: `a = b`, `a = b, if c <= d`, `a = b; or c = d`. On the left, `T` and
+    /// `V` are symbols like others.
+    #[must_use]
+    pub fn read_relation(&self, text: &str) -> Option<Formula> {
+        const SIGNS: [(&str, Sign); 4] = [
+            ("; or ", Sign::Or),
+            (", if ", Sign::If),
+            (" <= ", Sign::LessEqual),
+            (" = ", Sign::Equal),
+        ];
+        for (between, sign) in SIGNS {
+            if let Some((left, right)) = text.split_once(between) {
+                let mut parts = vec![self.read_relation(left)?, Formula::Sign(sign)];
+                match self.read_relation(right)? {
+                    Formula::Relation(more) => parts.extend(more),
+                    other => parts.push(other),
+                }
+                if let Formula::Relation(first) = &mut parts[0] {
+                    let first = std::mem::take(first);
+                    parts.splice(0..1, first);
+                }
+                return Some(Formula::Relation(parts));
+            }
+        }
+        let plain = text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+        let name = plain && text.starts_with(|c: char| c.is_ascii_alphabetic());
+        if name {
+            Some(self.symbol(text))
+        } else {
+            self.read(text)
+        }
+    }
+
+    /// The formula of an expression of a parsed file.
+    ///
+    /// Recursive: a file has at most 256 levels of nesting.
+    #[must_use]
+    pub fn formula(&self, file: &File, at: ExprRef) -> Formula {
+        let lower = |at: ExprRef| self.formula(file, at);
+        match file.expr(at).kind {
+            ExprKind::Number(text) => number(text),
+            ExprKind::Name(name) => self.symbol(name),
+            ExprKind::Index { base, indices } => {
+                let indices: Vec<Formula> = indices.iter().map(|at| lower(*at)).collect();
+                indexed(lower(base), indices.into_iter().map(Subscript::Index))
+            }
+            ExprKind::Field { base, field } => {
+                let word = Subscript::Word(field.text.to_string());
+                indexed(lower(base), [word])
+            }
+            ExprKind::Prime(inner) => match lower(inner) {
+                Formula::Symbol(mut symbol) => {
+                    symbol.dots += 1;
+                    Formula::Symbol(symbol)
+                }
+                other if other.is_atom() => Formula::Rate(Box::new(other)),
+                other => Formula::Rate(Box::new(other.bracketed())),
+            },
+            ExprKind::Negate(inner) => negated(true, lower(inner)),
+            ExprKind::Power { base, exponent } => power(lower(base), lower(exponent)),
+            ExprKind::Product(factors) => self.product(file, factors),
+            ExprKind::Sum(terms) => self.sum(file, terms),
+            ExprKind::Call {
+                function,
+                arguments,
+            } => {
+                let arguments = arguments.iter().map(|at| lower(*at)).collect();
+                call(&function.text, arguments)
+            }
+            ExprKind::SumOver { indices, body } => self.total(file, indices, addend(lower(body))),
+            ExprKind::Vector(entries) => {
+                let rows = entries.iter().map(|at| match lower(*at) {
+                    // Vectors in a vector: the rows of a matrix.
+                    Formula::Matrix(column) if column.iter().all(|row| row.len() == 1) => {
+                        column.into_iter().flatten().collect()
+                    }
+                    entry => vec![entry],
+                });
+                Formula::Matrix(rows.collect())
+            }
+            ExprKind::Compare {
+                operator,
+                left,
+                right,
+            } => Formula::Relation(vec![
+                lower(left),
+                Formula::Sign(comparison(operator)),
+                lower(right),
+            ]),
+            ExprKind::Not(inner) => {
+                Formula::Relation(vec![Formula::Sign(Sign::Not), condition(lower(inner))])
+            }
+            ExprKind::And(parts) => joined(Sign::And, parts.iter().map(|at| lower(*at))),
+            ExprKind::Or(parts) => joined(Sign::Or, parts.iter().map(|at| lower(*at))),
+        }
+    }
+
+    /// The symbol of a name without indices.
+    #[must_use]
+    pub fn symbol(&self, name: &str) -> Formula {
+        Formula::Symbol(self.named(name))
+    }
+
+    fn named(&self, name: &str) -> Symbol {
+        let known = |prefix: &str| {
+            name.strip_prefix(prefix)
+                .filter(|rest| self.coordinates.contains(*rest))
+        };
+        if let Some(coordinate) = known("delta_") {
+            let mut symbol = Symbol::of(coordinate);
+            symbol.delta = true;
+            symbol
+        } else if let Some(coordinate) = known("p_") {
+            let foot = Formula::Symbol(Symbol::of(coordinate));
+            let mut symbol = Symbol::of("p");
+            symbol.subscript = vec![Subscript::Index(foot)];
+            symbol
+        } else {
+            Symbol::of(name)
+        }
+    }
+
+    fn sum(&self, file: &File, terms: &[Term]) -> Formula {
+        let mut parts = Vec::with_capacity(terms.len());
+        for one in terms {
+            let (negative, formula) = signed(self.formula(file, one.value()));
+            parts.push((negative != one.subtracted(), term(formula)));
+        }
+        Formula::Sum(parts)
+    }
+
+    fn product(&self, file: &File, factors: &[Factor]) -> Formula {
+        let mut numbers = Vec::new();
+        let (mut above, mut below) = (Vec::new(), Vec::new());
+        let mut rest = factors;
+        // `1/2*...` keeps its fraction to itself where nothing else stands below.
+        if let [first, second, others @ ..] = factors
+            && second.divided()
+            && let (Some(a), Some(b)) =
+                (literal(file, first.value()), literal(file, second.value()))
+        {
+            numbers = vec![Formula::Number(a), Formula::Number(b)];
+            rest = others;
+        }
+        let mut negative = false;
+        for factor in rest {
+            let (minus, formula) = signed(self.formula(file, factor.value()));
+            negative ^= minus;
+            if factor.divided() {
+                below.push(formula);
+            } else {
+                above.push(formula);
+            }
+        }
+        if let [a, b] = numbers.as_slice() {
+            if below.is_empty() {
+                let ratio = Formula::Fraction(Box::new(a.clone()), Box::new(b.clone()));
+                above.insert(0, ratio);
+            } else {
+                let one = *a == Formula::Number("1".to_owned());
+                if !one || above.is_empty() {
+                    above.insert(0, a.clone());
+                }
+                below.insert(0, b.clone());
+            }
+        }
+        // 1/m*x^2
+        if above.len() > 1 && above.first() == Some(&Formula::Number("1".to_owned())) {
+            above.remove(0);
+        }
+        let above = side_by_side(above);
+        let formula = if below.is_empty() {
+            above
+        } else {
+            Formula::Fraction(Box::new(above), Box::new(side_by_side(below)))
+        };
+        negated(negative, formula)
+    }
+
+    /// Sums from the innermost index outwards; a filter stands below the innermost.
+    fn total(&self, file: &File, indices: &Indices, body: Formula) -> Formula {
+        let mut body = body;
+        for (at, entry) in indices.entries.iter().enumerate().rev() {
+            let mut above = None;
+            let mut below = match &entry.kind {
+                IndexKind::Member(value) => vec![self.formula(file, *value)],
+                IndexKind::Range { variable, from, to } => {
+                    let from = self.formula(file, *from);
+                    above = Some(Box::new(self.formula(file, *to)));
+                    vec![match variable {
+                        Some(name) => {
+                            Formula::equation(Formula::Symbol(Symbol::of(&name.text)), from)
+                        }
+                        None => from,
+                    }]
+                }
+                IndexKind::Rows { variable, table } => vec![Formula::Relation(vec![
+                    Formula::Symbol(Symbol::of(&variable.text)),
+                    Formula::Sign(Sign::In),
+                    Formula::Symbol(Symbol::of(&table.text)),
+                ])],
+            };
+            if at + 1 == indices.entries.len()
+                && let Some(filter) = indices.filter
+            {
+                below.push(self.formula(file, filter));
+            }
+            body = Formula::Total {
+                below,
+                above,
+                body: Box::new(body),
+            };
+        }
+        body
+    }
+}
+
+/// A number that is written as digits and nothing else.
+fn literal(file: &File, at: ExprRef) -> Option<String> {
+    match file.expr(at).kind {
+        ExprKind::Number(text) if text.bytes().all(|b| b.is_ascii_digit()) => Some(text.to_owned()),
+        _ => None,
+    }
+}
+
+fn number(text: &str) -> Formula {
+    match text.split_once(['e', 'E']) {
+        Some((digits, exponent)) => Formula::Scientific {
+            digits: digits.to_owned(),
+            exponent: exponent.trim_start_matches('+').to_owned(),
+        },
+        None => Formula::Number(text.to_owned()),
+    }
+}
+
+fn indexed(base: Formula, feet: impl IntoIterator<Item = Subscript>) -> Formula {
+    match base {
+        Formula::Symbol(mut symbol) => {
+            // The index of a momentum belongs to its coordinate.
+            let foot = match symbol.subscript.as_mut_slice() {
+                [Subscript::Index(Formula::Symbol(coordinate))] if symbol.letter == "p" => {
+                    coordinate
+                }
+                _ => &mut symbol,
+            };
+            foot.subscript.extend(feet);
+            Formula::Symbol(symbol)
+        }
+        other => {
+            let inner = if other.is_atom() {
+                other
+            } else {
+                other.bracketed()
+            };
+            Formula::Indexed(Box::new(inner), feet.into_iter().collect())
+        }
+    }
+}
+
+/// A leading minus sign taken off.
+fn signed(formula: Formula) -> (bool, Formula) {
+    match formula {
+        Formula::Sum(mut terms) if terms.len() == 1 => {
+            terms.pop().unwrap_or((false, Formula::Sum(Vec::new())))
+        }
+        other => (false, other),
+    }
+}
+
+/// With a minus sign, if it is to have one.
+fn negated(negative: bool, formula: Formula) -> Formula {
+    if !negative {
+        return formula;
+    }
+    match signed(formula) {
+        (true, formula) => formula,
+        (false, formula) => Formula::Sum(vec![(true, term(formula))]),
+    }
+}
+
+/// As a term of a sum.
+fn term(formula: Formula) -> Formula {
+    match formula {
+        Formula::Sum(_) | Formula::Relation(_) => formula.bracketed(),
+        other => other,
+    }
+}
+
+/// As what stands behind a sum sign.
+fn addend(formula: Formula) -> Formula {
+    match formula {
+        Formula::Sum(ref terms) if terms.len() > 1 => formula.bracketed(),
+        other => other,
+    }
+}
+
+fn condition(formula: Formula) -> Formula {
+    match formula {
+        Formula::Relation(_) => formula.bracketed(),
+        other => other,
+    }
+}
+
+fn joined(sign: Sign, parts: impl Iterator<Item = Formula>) -> Formula {
+    let mut all = Vec::new();
+    for (at, part) in parts.enumerate() {
+        if at > 0 {
+            all.push(Formula::Sign(sign));
+        }
+        all.push(part);
+    }
+    Formula::Relation(all)
+}
+
+/// Factors in a row: sums among others in brackets, products as they are.
+fn side_by_side(factors: Vec<Formula>) -> Formula {
+    let mut row = Vec::with_capacity(factors.len());
+    let last = factors.len().saturating_sub(1);
+    let alone = factors.len() == 1;
+    for (at, factor) in factors.into_iter().enumerate() {
+        match factor {
+            Formula::Product(inner) => row.extend(inner),
+            Formula::Sum(_) if alone => return factor,
+            Formula::Sum(_) | Formula::Relation(_) | Formula::Between { .. } => {
+                row.push(factor.bracketed());
+            }
+            Formula::Total { .. } if at < last => row.push(factor.bracketed()),
+            other => row.push(other),
+        }
+    }
+    match row.len() {
+        0 => Formula::Number("1".to_owned()),
+        1 => row.swap_remove(0),
+        _ => Formula::Product(row),
+    }
+}
+
+fn power(base: Formula, exponent: Formula) -> Formula {
+    let half = Formula::Fraction(
+        Box::new(Formula::Number("1".to_owned())),
+        Box::new(Formula::Number("2".to_owned())),
+    );
+    if exponent == half {
+        return Formula::Root(Box::new(base));
+    }
+    match base {
+        Formula::Function {
+            name,
+            power: None,
+            arguments,
+        } if matches!(exponent, Formula::Number(_)) => Formula::Function {
+            name,
+            power: Some(Box::new(exponent)),
+            arguments,
+        },
+        // Dots in place of the exponent would be taken for one.
+        Formula::Symbol(ref symbol) if symbol.dots > 3 => {
+            Formula::Power(Box::new(base.bracketed()), Box::new(exponent))
+        }
+        base if base.is_atom() => Formula::Power(Box::new(base), Box::new(exponent)),
+        base => Formula::Power(Box::new(base.bracketed()), Box::new(exponent)),
+    }
+}
+
+/// Functions under their names in print.
+const FUNCTIONS: &[(&str, &str)] = &[
+    ("sin", "sin"),
+    ("cos", "cos"),
+    ("tan", "tan"),
+    ("asin", "arcsin"),
+    ("acos", "arccos"),
+    ("atan", "arctan"),
+    ("atan2", "atan2"),
+    ("sinh", "sinh"),
+    ("cosh", "cosh"),
+    ("tanh", "tanh"),
+    ("ln", "ln"),
+    ("rows", "rows"),
+];
+
+fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
+    let only = arguments.len() == 1;
+    match (function, arguments.as_mut_slice()) {
+        ("sqrt", [_]) => Formula::Root(Box::new(arguments.swap_remove(0))),
+        ("abs" | "norm", [_]) => Formula::Bars {
+            double: function == "norm",
+            inner: Box::new(arguments.swap_remove(0)),
+        },
+        ("exp", [_]) => {
+            let e = Formula::Function {
+                name: "exp",
+                power: None,
+                arguments: Vec::new(),
+            };
+            Formula::Power(Box::new(e), Box::new(arguments.swap_remove(0)))
+        }
+        ("dot" | "cross", [_, _]) => {
+            let side = |formula: Formula| match formula {
+                Formula::Sum(_) | Formula::Between { .. } => formula.bracketed(),
+                other => other,
+            };
+            let second = side(arguments.swap_remove(1));
+            let first = side(arguments.swap_remove(0));
+            Formula::Between {
+                cross: function == "cross",
+                sides: Box::new((first, second)),
+            }
+        }
+        _ => match FUNCTIONS.iter().find(|(name, _)| *name == function) {
+            Some((_, name)) => Formula::Function {
+                name,
+                power: None,
+                arguments,
+            },
+            // No function of the language: a name with what it is given.
+            None => {
+                let name = Formula::Symbol(Symbol::of(function));
+                let inner = if only {
+                    arguments.swap_remove(0)
+                } else {
+                    joined(Sign::Comma, arguments.into_iter())
+                };
+                Formula::Product(vec![name, inner.bracketed()])
+            }
+        },
+    }
+}
+
+fn comparison(operator: Comparison) -> Sign {
+    match operator {
+        Comparison::Equal => Sign::Equal,
+        Comparison::NotEqual => Sign::NotEqual,
+        Comparison::Less => Sign::Less,
+        Comparison::LessEqual => Sign::LessEqual,
+        Comparison::Greater => Sign::Greater,
+        Comparison::GreaterEqual => Sign::GreaterEqual,
+    }
+}

@@ -1,0 +1,179 @@
+//! Formulas as they stand in a book: expressions of the model language as LaTeX and as Unicode text
+//! in several lines.
+//!
+//! A [`Formula`] is made from a syntax tree (`lower`) and says how things stand to one another: above
+//! and below a fraction bar, as an index, under a root. Two writers turn it into text, `latex` and
+//! `block`. Symbols follow the field's notation: dots for time derivatives, Greek letters by their
+//! names, members of families with indices, `m_eff` and `k12` with subscripts.
+//!
+//! Nothing is computed and nothing rearranged here, but that a leading number gets a fraction bar of its
+//! own, and the minus signs of factors and terms are multiplied out.
+//!
+//! ```
+//! use librate::typeset::Formula;
+//!
+//! let formula = Formula::read("1/2*m*l^2*theta[1]'^2").ok_or("not an expression")?;
+//! assert_eq!(formula.latex(), r"\frac{1}{2} m l^{2} \dot{\theta}_{1}^{2}");
+//! let root = Formula::read("sqrt(g/l)").ok_or("not an expression")?;
+//! assert_eq!(root.latex(), r"\sqrt{\frac{g}{l}}");
+//! # Ok::<(), &str>(())
+//! ```
+
+mod block;
+mod latex;
+mod lower;
+mod symbol;
+
+pub use block::Block;
+pub use lower::Notation;
+pub use symbol::{Subscript, Symbol};
+
+/// How the parts of an expression stand to one another.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Formula {
+    /// Digits, with a point where there is one.
+    Number(String),
+    /// `6.02e23` as 6.02 times a power of ten.
+    Scientific {
+        /// Before the `e`.
+        digits: String,
+        /// Behind it.
+        exponent: String,
+    },
+    /// A letter with all that is attached to it.
+    Symbol(Symbol),
+    /// Something in brackets, or between bars, with an index.
+    Indexed(Box<Formula>, Vec<Subscript>),
+    /// Factors side by side.
+    Product(Vec<Formula>),
+    /// Terms, each with whether it is subtracted.
+    Sum(Vec<(bool, Formula)>),
+    /// Numerator and denominator.
+    Fraction(Box<Formula>, Box<Formula>),
+    /// Base and exponent.
+    Power(Box<Formula>, Box<Formula>),
+    /// Square root.
+    Root(Box<Formula>),
+    /// A function with its argument, `sin^2 x` with its power.
+    Function {
+        /// As it is called in print: `sin`, `arcsin`, `ln`.
+        name: &'static str,
+        /// The power, where one stands at the name.
+        power: Option<Box<Formula>>,
+        /// One or more arguments.
+        arguments: Vec<Formula>,
+    },
+    /// An absolute value, or with two bars the length of a vector.
+    Bars {
+        /// Whether the bars are double.
+        double: bool,
+        /// What stands between.
+        inner: Box<Formula>,
+    },
+    /// In round brackets.
+    Parentheses(Box<Formula>),
+    /// A column vector or, with more rows, a matrix; all rows of the same length.
+    Matrix(Vec<Vec<Formula>>),
+    /// Two vectors with a dot (scalar product) or a cross between.
+    Between {
+        /// Whether it is the vector product.
+        cross: bool,
+        /// The two.
+        sides: Box<(Formula, Formula)>,
+    },
+    /// d/dt of something that is no symbol.
+    Rate(Box<Formula>),
+    /// A sum over indices.
+    Total {
+        /// What stands below the sum sign, line by line.
+        below: Vec<Formula>,
+        /// What stands above it, if anything.
+        above: Option<Box<Formula>>,
+        /// What is summed.
+        body: Box<Formula>,
+    },
+    /// Words and signs of conditions, one after another.
+    Relation(Vec<Formula>),
+    /// A sign or a word of a condition.
+    Sign(Sign),
+    /// Text that is no formula, as it is written.
+    Verbatim(String),
+}
+
+/// Signs and words between formulas.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Sign {
+    /// =
+    Equal,
+    /// ≠
+    NotEqual,
+    /// <
+    Less,
+    /// ≤
+    LessEqual,
+    /// >
+    Greater,
+    /// ≥
+    GreaterEqual,
+    /// ∈
+    In,
+    /// ,
+    Comma,
+    /// not
+    Not,
+    /// and
+    And,
+    /// or
+    Or,
+    /// if
+    If,
+}
+
+impl Formula {
+    /// The formula of an expression in the model language; `None` if the text is none.
+    #[must_use]
+    pub fn read(text: &str) -> Option<Self> {
+        Notation::default().read(text)
+    }
+
+    /// A formula that is equal to another: `left = right`.
+    #[must_use]
+    pub fn equation(left: Self, right: Self) -> Self {
+        Self::Relation(vec![left, Self::Sign(Sign::Equal), right])
+    }
+
+    /// Whether the formula stands without brackets as a factor or as the base of a power.
+    fn is_atom(&self) -> bool {
+        match self {
+            Self::Number(_)
+            | Self::Symbol(_)
+            | Self::Bars { .. }
+            | Self::Parentheses(_)
+            | Self::Indexed(..)
+            | Self::Matrix(_)
+            | Self::Root(_) => true,
+            Self::Function { name, power, .. } => *name == "exp" && power.is_none(),
+            Self::Scientific { .. }
+            | Self::Product(_)
+            | Self::Sum(_)
+            | Self::Fraction(..)
+            | Self::Power(..)
+            | Self::Between { .. }
+            | Self::Rate(_)
+            | Self::Total { .. }
+            | Self::Relation(_)
+            | Self::Sign(_)
+            | Self::Verbatim(_) => false,
+        }
+    }
+
+    /// In brackets.
+    fn bracketed(self) -> Self {
+        match self {
+            Self::Parentheses(_) => self,
+            other => Self::Parentheses(Box::new(other)),
+        }
+    }
+}
