@@ -2,6 +2,8 @@
 
 use std::ops::Deref;
 
+use unicode_width::UnicodeWidthStr;
+
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
@@ -96,15 +98,23 @@ impl Deref for Sheet {
 }
 
 impl Sheet {
-    /// A formula of the model language, in the lines that it takes; what is none stays as it is.
+    /// A formula of the model language, in the lines that it takes; what is none, or is too wide, stays as it
+    /// is.
     fn lines(&self, text: &str) -> Vec<String> {
         let formula = self
             .notation
             .as_ref()
             .and_then(|notation| notation.read_relation(text));
-        match formula {
-            Some(formula) => formula.text(self.width.saturating_sub(2)),
-            None => vec![text.to_owned()],
+        let width = self.width.saturating_sub(2);
+        let lines = formula
+            .map(|formula| formula.text(width))
+            .unwrap_or_default();
+        // Fractions that a terminal wraps can't be read at all.
+        let fits = lines.iter().all(|line| line.width() <= width);
+        if lines.is_empty() || !fits {
+            vec![text.to_owned()]
+        } else {
+            lines
         }
     }
 

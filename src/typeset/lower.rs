@@ -64,12 +64,18 @@ impl Notation {
                 return Some(Formula::Relation(parts));
             }
         }
-        let plain = text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
-        let name = plain && text.starts_with(|c: char| c.is_ascii_alphabetic());
-        if name {
-            Some(self.symbol(text))
-        } else {
-            self.read(text)
+        let name = |text: &str| {
+            let plain = text.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_');
+            plain && text.starts_with(|c: char| c.is_ascii_alphabetic())
+        };
+        match text.split_once(" - ") {
+            // `V - T0` is no expression of the language.
+            Some((left, right)) if name(left) && name(right) => Some(Formula::Sum(vec![
+                (false, self.symbol(left)),
+                (true, self.symbol(right)),
+            ])),
+            _ if name(text) => Some(self.symbol(text)),
+            _ => self.read(text),
         }
     }
 
