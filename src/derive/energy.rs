@@ -236,7 +236,11 @@ pub(super) fn conserved(
     result
 }
 
-/// 1/2 sum m_ij x_i x_j written out, the diagonal first as squares and products as they come.
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+/// 1/2 sum m_ij x_i x_j written out.
 pub(super) fn quadratic_form(
     pool: &mut Pool,
     matrix: &[Vec<ExprId>],
@@ -253,7 +257,18 @@ pub(super) fn quadratic_form(
             });
         }
     }
+    let count = terms
+        .iter()
+        .filter(|term| !is_zero(pool, term.coefficient))
+        .count();
+    if count == 1 {
+        for term in &mut terms {
+            term.coefficient = pool.scale(term.coefficient, &Number::half());
+        }
+    }
     let mut sum = MotionSum::new(pool, terms);
-    sum.factor = Factor::Half;
+    if count > 1 {
+        sum.factor = Factor::Half;
+    }
     sum
 }

@@ -123,7 +123,6 @@ struct Body {
     potential: ExprId,
     /// The derivatives of that share by the local coordinates.
     forces: Vec<(usize, ExprId)>,
-    has_rest_energy: bool,
 }
 
 fn is_zero(pool: &Pool, e: ExprId) -> bool {
@@ -157,7 +156,7 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
             }
             continue;
         };
-        result.has_rest_energy |= body.has_rest_energy;
+        result.has_rest_energy |= !negative && !model.lagrangian && !is_zero(pool, body.potential);
         let mut roots = vec![body.potential];
         roots.extend(body.inertia.values());
         roots.extend(body.linear.values());
@@ -290,7 +289,6 @@ fn body(
         linear: added(pool, short, linear),
         potential,
         forces,
-        has_rest_energy: moving && !is_zero(pool, rest),
     })
 }
 

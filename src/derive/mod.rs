@@ -143,6 +143,8 @@ pub struct Energy {
     pub hamiltonian: Option<MotionSum>,
     /// What is conserved.
     pub conserved: Vec<Conserved>,
+    /// Whether T has a part T0 without velocities, so that V - T0 takes the place of V.
+    pub rest_energy: bool,
 }
 
 /// Derives a model.
@@ -240,6 +242,7 @@ impl Derivation {
                 function: energy::energy_function(pool, short, &variables, &lagrangian),
                 hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
                 conserved: energy::conserved(pool, &variables, &lagrangian, &dissipation),
+                rest_energy: lagrangian.has_rest_energy,
             });
         }
     }

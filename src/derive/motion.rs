@@ -101,7 +101,7 @@ impl MotionSum {
                     .is_some_and(Number::is_zero)
             })
             .collect();
-        terms.sort_by(|a, b| order(a).cmp(&order(b)));
+        terms.sort_by_cached_key(order);
         for term in &mut terms {
             if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
                 term.negative = true;
@@ -120,21 +120,25 @@ impl MotionSum {
         self.terms.is_empty()
     }
 
-    /// The sum as one expression, what moves as symbols of its names.
-    pub fn expression(&self, pool: &mut Pool, name: impl Fn(Motion) -> String) -> ExprId {
+    /// The sum as one expression, with `value` for what moves.
+    pub fn expression(
+        &self,
+        pool: &mut Pool,
+        mut value: impl FnMut(&mut Pool, Motion) -> ExprId,
+    ) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
         for term in &self.terms {
-            let coefficient = if term.negative {
-                pool.neg(term.coefficient)
-            } else {
-                term.coefficient
-            };
-            let mut factors = vec![(coefficient, Number::ONE)];
+            let mut factors = vec![(term.coefficient, Number::ONE)];
             for (motion, power) in &term.motion {
-                let symbol = pool.variable(&name(*motion));
-                factors.push((symbol, Number::from(i64::from(*power))));
+                let moving = value(pool, *motion);
+                factors.push((moving, Number::from(i64::from(*power))));
             }
-            parts.push(pool.product_of_powers(&factors));
+            let product = pool.product_of_powers(&factors);
+            parts.push(if term.negative {
+                pool.neg(product)
+            } else {
+                product
+            });
         }
         let sum = pool.sum(&parts);
         match self.factor {
@@ -162,14 +166,13 @@ impl MotionSum {
         }
         match self.factor {
             Factor::One => out,
-            Factor::Half if self.terms.len() == 1 && !out.starts_with('-') => format!("1/2*{out}"),
             Factor::Half => format!("1/2*({out})"),
         }
     }
 }
 
 /// Accelerations, then products of velocities, then single ones, then what is without.
-fn order(term: &MotionTerm) -> (u8, &[(Motion, u32)]) {
+fn order(term: &MotionTerm) -> (u8, Vec<Motion>) {
     let degree: u32 = term.motion.iter().map(|(_, power)| *power).sum();
     let rank = match term.motion.first() {
         Some((Motion::Acceleration(_), _)) => 0,
@@ -177,7 +180,10 @@ fn order(term: &MotionTerm) -> (u8, &[(Motion, u32)]) {
         Some(_) => 2,
         None => 3,
     };
-    (rank, &term.motion)
+    let motion = term.motion.iter();
+    let one_by_one =
+        motion.flat_map(|(motion, power)| std::iter::repeat_n(*motion, *power as usize));
+    (rank, one_by_one.collect())
 }
 
 impl MotionTerm {
@@ -199,7 +205,7 @@ impl MotionTerm {
                 None => (self.negative, text),
             };
         }
-        let mut factors: Vec<String> = factor_text(pool, self.coefficient).into_iter().collect();
+        let mut factors = Vec::with_capacity(self.motion.len());
         for (motion, power) in &self.motion {
             let name = name(*motion);
             factors.push(if *power == 1 {
@@ -208,7 +214,16 @@ impl MotionTerm {
                 format!("{name}^{power}")
             });
         }
-        (self.negative, factors.join("*"))
+        let motion = factors.join("*");
+        let Some(coefficient) = factor_text(pool, self.coefficient) else {
+            return (self.negative, motion);
+        };
+        // p^2/(2*m), not 1/(2*m)*p^2.
+        let text = match lone_divisor(&coefficient) {
+            Some(divisor) => format!("{motion}/{divisor}"),
+            None => format!("{coefficient}*{motion}"),
+        };
+        (self.negative, text)
     }
 }
 
@@ -243,6 +258,24 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
     } else {
         text
     })
+}
+
+/// What stands under the bar of a fraction whose numerator is 1, if that is no number.
+fn lone_divisor(text: &str) -> Option<&str> {
+    let divisor = text.strip_prefix("1/")?;
+    if divisor.starts_with(|c: char| c.is_ascii_digit()) {
+        return None;
+    }
+    let mut depth = 0_usize;
+    for c in divisor.chars() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth = depth.saturating_sub(1),
+            '*' | '/' | ' ' if depth == 0 => return None,
+            _ => {}
+        }
+    }
+    Some(divisor)
 }
 
 /// Whether the text of an expression has a sign between two terms.

@@ -35,17 +35,11 @@ impl Simplifier {
             return *image;
         }
         let ids = pool.reachable(&[root]);
-        // Arguments of functions and what stands under a fraction bar or a root are never opened
-        // from outside: they are shortened for themselves.
+        // Arguments of functions and factors are shortened for themselves first.
         let mut closed: Vec<ExprId> = vec![root];
         for id in &ids {
             match pool.node(*id) {
-                Node::Product(factors) => closed.extend(
-                    factors
-                        .iter()
-                        .filter(|(_, exponent)| !opens(exponent))
-                        .map(|(base, _)| *base),
-                ),
+                Node::Product(factors) => closed.extend(factors.iter().map(|(base, _)| *base)),
                 Node::Power { base, exponent } => closed.extend([*base, *exponent]),
                 Node::Function(_, x) => closed.push(*x),
                 Node::Atan2 { y, x } => closed.extend([*y, *x]),
@@ -80,13 +74,12 @@ impl Simplifier {
 
     /// The shortest of the forms of an expression whose closed parts are short already.
     fn shortest(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
-        if !has_sums(pool, e) {
+        if !has_sums(pool, e) && !has_functions(pool, e) {
             return e;
         }
         let mut best = e;
-        // First with inner sums as they are, then with them multiplied out.
-        for deep in [false, true] {
-            let Some(mut monomials) = expand(pool, best, deep) else {
+        for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
+            let Some(mut monomials) = expand(pool, best, opening) else {
                 continue;
             };
             collapse(pool, &mut monomials);
@@ -215,6 +208,24 @@ fn has_sums(pool: &Pool, e: ExprId) -> bool {
     }
 }
 
+/// Whether functions are among the factors of a single term.
+fn has_functions(pool: &Pool, e: ExprId) -> bool {
+    let (_, core) = split(pool, e);
+    match pool.node(core) {
+        Node::Product(factors) => factors
+            .iter()
+            .any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
 fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     match pool.node(e) {
         Node::Product(factors) => factors.iter().any(|(base, exponent)| {
@@ -248,28 +259,52 @@ fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
     }
 }
 
-/// The terms of a sum, with the sums among their factors multiplied out if `deep`; `None` where
-/// that gets too long.
-fn expand(pool: &mut Pool, e: ExprId, deep: bool) -> Option<Monomials> {
+/// Which sums are multiplied out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Opening {
+    /// The outermost one, or one factor of a product.
+    Outermost,
+    /// All that are factors, but not their squares and higher powers.
+    Factors,
+    /// All of them.
+    Powers,
+}
+
+/// The terms of an expression as monomials; `None` where there get too many.
+fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
     let mut monomials = Monomials::new();
+    let factors = match pool.node(e) {
+        Node::Product(factors) => factors.to_vec(),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => vec![(e, Number::ONE)],
+    };
     // Products of what is still to be multiplied out: (coefficient, factors).
-    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> =
-        vec![(Number::ONE, vec![(e, Number::ONE)])];
+    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> = vec![(Number::ONE, factors)];
     let mut steps = 0;
-    // The outermost sum is always taken apart.
     let mut outermost = true;
     while let Some((coefficient, factors)) = open.pop() {
         steps += 1;
         if steps > 4 * MOST_MONOMIALS || monomials.len() > MOST_MONOMIALS {
             return None;
         }
+        let wanted = |exponent: &Number| match opening {
+            Opening::Outermost => outermost && exponent.is_one(),
+            Opening::Factors => exponent.is_one(),
+            Opening::Powers => opens(exponent),
+        };
         let at = factors.iter().position(|(base, exponent)| {
-            opens(exponent) && (deep || outermost) && matches!(pool.node(*base), Node::Sum { .. })
+            wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. })
         });
         let Some(at) = at else {
             outermost = false;
             let product = pool.product_of_powers(&factors);
-            // Multiplying may have made a sum again (x^2 under a root came out, say).
+            // Multiplying may have left a number in front.
             let (scale, core) = split(pool, product);
             let coefficient = coefficient.mul(&scale);
             match pool.node(core) {
@@ -397,10 +432,10 @@ fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     if !any {
         return;
     }
-    for rule in [squares, complements, products] {
-        // Each use leaves one term less.
+    for rule in [squares, complements, products, halves] {
+        // Each use leaves one term or one function less.
         while let Some((gone, new, coefficient)) = find(pool, monomials, rule) {
-            for old in &gone {
+            for old in gone.iter().flatten() {
                 monomials.remove(old);
             }
             add_to(monomials, new, &coefficient);
@@ -408,8 +443,8 @@ fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     }
 }
 
-/// What two terms become: the terms that go, and the one that comes with its coefficient.
-type Step = ([Monomial; 2], Monomial, Number);
+/// What one or two terms become: those that go, and the one that comes with its coefficient.
+type Step = ([Option<Monomial>; 2], Monomial, Number);
 type Rule = fn(&mut Pool, &Monomials, &Monomial, &Number) -> Option<Step>;
 
 fn find(pool: &mut Pool, monomials: &Monomials, rule: Rule) -> Option<Step> {
@@ -435,7 +470,11 @@ fn squares(
             let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
             if monomials.get(&partner) == Some(coefficient) {
                 let new = changed(monomial, &[(*base, -2)]);
-                return Some(([monomial.clone(), partner], new, coefficient.clone()));
+                return Some((
+                    [Some(monomial.clone()), Some(partner)],
+                    new,
+                    coefficient.clone(),
+                ));
             }
         }
     }
@@ -466,7 +505,7 @@ fn complements(
             let counterpart = pool.apply(other, x);
             if monomials.get(&without) == Some(&opposite) {
                 let new = changed(&without, &[(counterpart, 2)]);
-                return Some(([monomial.clone(), without], new, opposite));
+                return Some(([Some(monomial.clone()), Some(without)], new, opposite));
             }
             let partner = changed(&without, &[(counterpart, 2)]);
             if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
@@ -474,7 +513,11 @@ fn complements(
                 let cosine = pool.cos(doubled);
                 let (sign, cosine) = split(pool, cosine);
                 let new = times(pool, &without, cosine)?;
-                return Some(([monomial.clone(), partner], new, coefficient.mul(&sign)));
+                return Some((
+                    [Some(monomial.clone()), Some(partner)],
+                    new,
+                    coefficient.mul(&sign),
+                ));
             }
         }
     }
@@ -541,8 +584,49 @@ fn products(
             };
             let (sign, value) = split(pool, value);
             let new = times(pool, &rest, value)?;
-            return Some(([monomial.clone(), partner], new, coefficient.mul(&sign)));
+            return Some((
+                [Some(monomial.clone()), Some(partner)],
+                new,
+                coefficient.mul(&sign),
+            ));
         }
+    }
+    None
+}
+
+/// sin(x/2)cos(x/2) = sin(x)/2, where only that rids an angle of its fraction.
+fn halves(
+    pool: &mut Pool,
+    _: &Monomials,
+    monomial: &Monomial,
+    coefficient: &Number,
+) -> Option<Step> {
+    let one = Number::ONE;
+    for (base, exponent) in monomial {
+        let Some(x) = angle(pool, *base, Function::Sin) else {
+            continue;
+        };
+        let (part, _) = split(pool, x);
+        let halved = part.small_parts().is_some_and(|(_, d)| d.is_multiple_of(2));
+        if !halved || !exponent.is_integer() || *exponent < one {
+            continue;
+        }
+        let cosine = pool.cos(x);
+        let at = monomial.binary_search_by_key(&cosine, |(base, _)| *base);
+        let Ok(at) = at else {
+            continue;
+        };
+        let other = &monomial[at].1;
+        if !other.is_integer() || *other < one {
+            continue;
+        }
+        let rest = changed(monomial, &[(*base, -1), (cosine, -1)]);
+        let doubled = pool.scale(x, &Number::from(2));
+        let sine = pool.sin(doubled);
+        let (sign, sine) = split(pool, sine);
+        let new = times(pool, &rest, sine)?;
+        let coefficient = coefficient.mul(&sign).mul(&Number::half());
+        return Some(([Some(monomial.clone()), None], new, coefficient));
     }
     None
 }

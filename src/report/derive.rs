@@ -136,11 +136,20 @@ fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Style)
         out.push_str(&listed("displacements from it", &items, style.width));
     }
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
+        let shifted = derivation
+            .energy
+            .as_ref()
+            .is_some_and(|energy| energy.rest_energy);
+        let potential = if shifted { "V - T0" } else { "V" };
         let forms = [
             format!("T = {}", derivation.displaced_text(&part.kinetic)),
-            format!("V = {}", derivation.displaced_text(&part.potential)),
+            format!(
+                "{potential} = {}",
+                derivation.displaced_text(&part.potential)
+            ),
         ];
-        out.push_str(&section("T and V to second order", &forms, style));
+        let title = format!("T and {potential} to second order");
+        out.push_str(&section(&title, &forms, style));
     }
     out
 }

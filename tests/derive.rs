@@ -1,0 +1,285 @@
+//! Derivations: every printed equation against values that were found by other means (tests/reference),
+//! against brute force for all parameter values, and the laws of mechanics as identities.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+mod derive_support;
+
+use derive_support::{BruteForce, decimal, left_sides, load, model, model_files, values};
+use librate::derive::{Conserved, Parts, derive};
+use librate::expr::ZeroVerdict;
+use librate::linearize::LinearizeError;
+use librate::model::Model;
+use librate::precision::Scalar;
+use librate::report::{Style, derive_json, derive_text};
+use serde_json::Value;
+
+/// Models of more coordinates have no references.
+const MOST: usize = 12;
+
+/// Models that need more than the language of conservative systems at rest.
+const DRIVEN: &[(&str, &str)] = &[
+    (
+        "swing",
+        "param g = 9.81  param l0 = 2  param eps = 0.1  param m = 30
+         param W = 2*sqrt(g/l0)
+         coord phi
+         let l = l0*(1 + eps*cos(W*t))
+         T = 1/2*m*(l'^2 + l^2*phi'^2)
+         V = -m*g*l*cos(phi)
+         period 2*pi/W",
+    ),
+    (
+        "magnetic",
+        "param m  param q  param B  param k
+         coord x, y
+         lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*q*B*(x*y' - y*x') - 1/2*k*(x^2 + y^2)",
+    ),
+    (
+        "rotating frame",
+        "param m  param W
+         coord x, y
+         lagrangian = 1/2*m*((x' - W*y)^2 + (y' + W*x)^2)",
+    ),
+    (
+        "drag",
+        "param m  param k  param c  param d
+         coord x[1..2]
+         T = sum(i in 1..2, 1/2*m*x[i]'^2)
+         V = 1/2*k*(x[2] - x[1])^2
+         dissipation = 1/2*c*(x[2]' - x[1]')^2 + 1/3*d*abs(x[1]')^3",
+    ),
+    (
+        "relativistic",
+        "param m  param c  param k
+         coord x
+         lagrangian = -m*c^2*sqrt(1 - x'^2/c^2) - 1/2*k*x^2",
+    ),
+    (
+        "shaken pendulum",
+        "param m  param l  param g  param a  param W
+         coord phi
+         let r = [l*sin(phi), a*cos(W*t) - l*cos(phi)]
+         T = 1/2*m*dot(r', r')
+         V = m*g*r[2]",
+    ),
+];
+
+fn all_models() -> Vec<(String, Model)> {
+    let files = model_files();
+    let files = files.iter().map(|path| {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        (name, load(path))
+    });
+    let driven = DRIVEN
+        .iter()
+        .map(|(name, text)| ((*name).to_owned(), model(text)));
+    files
+        .chain(driven)
+        .filter(|(_, model)| model.coordinates.len() <= MOST)
+        .collect()
+}
+
+#[test]
+fn printed_equations_have_the_reference_values() {
+    const BITS: usize = 320;
+    let mut checked = 0;
+    for path in model_files() {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let reference = format!("tests/reference/equations/{name}.json");
+        let Ok(reference) = std::fs::read_to_string(&reference) else {
+            continue;
+        };
+        let reference: Value = serde_json::from_str(&reference).unwrap();
+        let model = load(&path);
+        let derivation = derive(&model, &Parts::default().equations(true)).unwrap();
+        let texts = left_sides(&derivation);
+        for point in reference["points"].as_array().unwrap() {
+            let list = |key: &str| -> Vec<String> {
+                let values = point[key].as_array().unwrap().iter();
+                values
+                    .map(|value| value.as_str().unwrap().to_owned())
+                    .collect()
+            };
+            let own = values(&model, &texts, &[list("q"), list("v"), list("a")], BITS);
+            let want = list("lhs");
+            assert_eq!(own.len(), want.len(), "{name}");
+            // Parts of a left side may cancel: right digits are counted from the largest one.
+            let largest = want.iter().map(|want| decimal(want, BITS).mid_f64().abs());
+            let largest = largest.fold(0.0, f64::max);
+            for (i, (own, want)) in own.iter().zip(&want).enumerate() {
+                let off = own.sub(&decimal(want, BITS)).mid_f64().abs();
+                let text = &texts[i];
+                let got = own.mid_f64();
+                assert!(
+                    off <= 1e-37 * largest,
+                    "{name}, equation {i}: {text} is {got}, not {want}"
+                );
+            }
+            checked += 1;
+        }
+    }
+    assert!(checked >= 3 * 40, "{checked}");
+}
+
+#[test]
+fn equations_momenta_and_energies_agree_with_brute_force() {
+    for (name, model) in all_models() {
+        let derivation = derive(&model, &Parts::all()).unwrap();
+        let mut pool = derivation.pool.clone();
+        let brute = BruteForce::new(&model, &mut pool);
+        let energy = derivation.energy.as_ref().unwrap();
+        let equations = derivation.equations.as_ref().unwrap();
+        let mut same = |what: &str, pool: &mut librate::expr::Pool, a, b| {
+            let difference = pool.sub(a, b);
+            let verdict = pool.is_zero(difference);
+            assert_eq!(verdict, ZeroVerdict::Zero, "{name}: {what}");
+        };
+        let mut work = pool.zero();
+        let mut momenta = Vec::new();
+        for (i, (equation, momentum)) in equations.iter().zip(&energy.momenta).enumerate() {
+            let want = brute.equation(&mut pool, i);
+            let own = brute.expression(&mut pool, equation, &[]);
+            same("equation", &mut pool, own, want);
+            let want = brute.momentum(&mut pool, i);
+            let own = brute.expression(&mut pool, momentum, &[]);
+            same("momentum", &mut pool, own, want);
+            momenta.push(own);
+            let velocity = brute.velocity(&mut pool, i);
+            let friction = brute.equation(&mut pool, i);
+            let power = pool.mul(velocity, friction);
+            work = pool.add(work, power);
+        }
+        // dh/dt = sum of q' times (equation without friction) - dL/dt.
+        let h = brute.expression(&mut pool, &energy.function, &momenta);
+        let rate = brute.rate(&mut pool, h);
+        let explicit = brute.explicit_rate(&mut pool);
+        let mut balance = pool.sub(work, explicit);
+        for i in 0..momenta.len() {
+            let velocity = brute.velocity(&mut pool, i);
+            let symbol = pool.as_symbol(velocity).unwrap();
+            let drag = pool.diff(brute.dissipation, symbol);
+            let power = pool.mul(velocity, drag);
+            balance = pool.sub(balance, power);
+        }
+        same("rate of h", &mut pool, rate, balance);
+        if let Some(hamiltonian) = &energy.hamiltonian {
+            let own = brute.expression(&mut pool, hamiltonian, &momenta);
+            same("Hamiltonian", &mut pool, own, h);
+        }
+        for quantity in &energy.conserved {
+            match quantity {
+                Conserved::Momentum(i) => {
+                    // dp/dt is the equation of motion itself: no force is left.
+                    let rate = brute.rate(&mut pool, momenta[*i]);
+                    let equation = brute.equation(&mut pool, *i);
+                    same("conserved momentum", &mut pool, rate, equation);
+                }
+                Conserved::Energy { .. } => same("conserved energy", &mut pool, rate, work),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+#[test]
+fn linearized_equations_are_the_matrices() {
+    for (name, model) in all_models() {
+        let derivation = derive(&model, &Parts::all()).unwrap();
+        let Ok(linear) = &derivation.linear else {
+            continue;
+        };
+        let matrices = librate::linearize::derive(model).unwrap();
+        let mut pool = derivation.pool.clone();
+        let pairs = [
+            (&linear.mass, &matrices.mass),
+            (&linear.stiffness, &matrices.stiffness),
+        ];
+        for (own, other) in pairs {
+            for (own, other) in own.iter().flatten().zip(other.iter().flatten()) {
+                // Both pools grew from the model's in the same way up to the matrices.
+                let difference = pool.sub(*own, *other);
+                assert_eq!(pool.is_zero(difference), ZeroVerdict::Zero, "{name}");
+            }
+        }
+        let count = linear.mass.len();
+        assert_eq!(derivation.linearized_texts().len(), count);
+    }
+}
+
+fn page(text: &str) -> String {
+    derive_text(
+        &derive(&model(text), &Parts::all()).unwrap(),
+        &Style::default(),
+    )
+}
+
+#[test]
+fn models_beyond_modes_have_equations() {
+    let texts = DRIVEN
+        .iter()
+        .map(|(name, text)| format!("## {name}\n{}", page(text)));
+    insta::assert_snapshot!(texts.collect::<Vec<_>>().join("\n"));
+}
+
+#[test]
+fn what_has_no_matrices_says_why() {
+    let swing = derive(&model(DRIVEN[0].1), &Parts::all()).unwrap();
+    assert!(matches!(
+        swing.linear,
+        Err(LinearizeError::TimeDependent { .. })
+    ));
+    let json: Value = serde_json::from_str(&derive_json(&swing)).unwrap();
+    assert!(json.get("mass").is_none());
+    let reason = json["not_linearized"].as_str().unwrap();
+    assert!(reason.contains("time"), "{reason}");
+    assert_eq!(json["equations"].as_array().unwrap().len(), 1);
+    assert_eq!(json["conserved"].as_array().unwrap().len(), 0);
+    // A point that is no equilibrium is a mistake of the model.
+    let wrong = model("param k = 1  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  equilibrium x = 1");
+    let error = derive(&wrong, &Parts::all()).unwrap_err();
+    assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }));
+}
+
+#[test]
+fn parts_are_worked_out_where_they_are_asked_for() {
+    let pendulum = model("param l  coord phi  T = 1/2*l^2*phi'^2  V = -l*cos(phi)");
+    let derivation = derive(&pendulum, &Parts::default()).unwrap();
+    assert!(derivation.equations.is_none() && derivation.energy.is_none());
+    assert!(derivation.equation_texts().is_empty());
+    assert!(derivation.linear.unwrap().second_order.is_none());
+    let some = derive(&pendulum, &Parts::default().energy(true)).unwrap();
+    assert!(some.equations.is_none() && some.energy.is_some());
+}
+
+#[test]
+fn equations_read_as_a_person_writes_them() {
+    let printed = |text: &str| {
+        let derivation = derive(&model(text), &Parts::default().equations(true)).unwrap();
+        derivation.equation_texts().join("\n")
+    };
+    // A free particle, a coordinate that occurs nowhere, one without inertia.
+    assert_eq!(printed("coord x  T = 1/2*x'^2"), "x'' = 0");
+    assert_eq!(printed("coord x, y  T = 1/2*x'^2"), "x'' = 0\n0 = 0");
+    assert_eq!(
+        printed("param k  coord x  T = 0*x'  V = 1/2*k*x^2"),
+        "k*x = 0"
+    );
+    // Parameters that are numbers stay symbols, those made of others are written out, integers that set
+    // ranges are numbers.
+    assert_eq!(
+        printed(
+            "param N = 2  param k = 3  param c = 2*k  coord x[1..N]  T = sum(i in 1..N, x[i]'^2)  V = c*N*x[1]^2"
+        ),
+        "2*x[1]'' + 8*k*x[1] = 0\n2*x[2]'' = 0"
+    );
+    assert_eq!(
+        printed("param m  param k  coord r, phi  T = 1/2*m*(r'^2 + r^2*phi'^2)  V = -k/r"),
+        "m*r'' - m*r*phi'^2 + k/r^2 = 0\nm*r^2*phi'' + 2*m*r*r'*phi' = 0"
+    );
+}

@@ -1,0 +1,245 @@
+//! What tests of derivations have in common: models from files and texts, Lagrange's equations by brute
+//! force, values of printed expressions through the parser.
+#![allow(dead_code, reason = "each test file uses a part of it")]
+
+use std::path::{Path, PathBuf};
+
+use librate::derive::{Derivation, Motion, MotionSum};
+use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape};
+use librate::model::{Model, Settings, SymbolKind, TableTexts, TermFamily, elaborate};
+use librate::number::Number;
+use librate::precision::{Big, Scalar};
+use librate::syntax::{StatementKind, parse};
+
+pub fn model_files() -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = std::fs::read_dir("models")
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|end| end == "lag"))
+        .collect();
+    files.sort();
+    assert!(files.len() > 40);
+    files
+}
+
+pub fn load(path: &Path) -> Model {
+    let text = std::fs::read_to_string(path).unwrap();
+    let file = parse(&text).unwrap();
+    let mut tables = TableTexts::new();
+    for statement in &file.statements {
+        if let StatementKind::Table { path: table, .. } = &statement.kind {
+            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
+            tables = tables.with(table.clone(), csv);
+        }
+    }
+    elaborate(&file, &tables, &Settings::new()).unwrap()
+}
+
+pub fn model(text: &str) -> Model {
+    let file = parse(text).unwrap_or_else(|errors| panic!("{text}: {errors:?}"));
+    elaborate(&file, &TableTexts::new(), &Settings::new())
+        .unwrap_or_else(|errors| panic!("{text}: {errors:?}"))
+}
+
+fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprId {
+    let mut terms = Vec::new();
+    for family in families {
+        for at in 0..family.count {
+            let mut map = Substitution::default();
+            for (local, number) in family.locals.iter().zip(family.coordinates_of(at)) {
+                let coordinate = &model.coordinates[*number as usize];
+                let q = pool.symbol_expr(coordinate.symbol);
+                let v = pool.symbol_expr(coordinate.velocity);
+                map.insert(local.coordinate, q);
+                map.insert(local.velocity, v);
+            }
+            for (symbol, value) in family.values.iter().zip(family.constants_of(at)) {
+                map.insert(*symbol, *value);
+            }
+            terms.push(pool.substitute_one(family.body, &map));
+        }
+    }
+    pool.sum(&terms)
+}
+
+/// The plainest way to the equations: L as one expression, the chain rule for d/dt.
+pub struct BruteForce {
+    pub lagrangian: ExprId,
+    pub dissipation: ExprId,
+    coordinates: Vec<Symbol>,
+    velocities: Vec<Symbol>,
+    accelerations: Vec<ExprId>,
+    time: Option<Symbol>,
+}
+
+impl BruteForce {
+    pub fn new(model: &Model, pool: &mut Pool) -> Self {
+        let kinetic = written_out(model, pool, &model.kinetic);
+        let potential = written_out(model, pool, &model.potential);
+        let symbols = model.coordinates.iter();
+        let (coordinates, velocities) = symbols.map(|c| (c.symbol, c.velocity)).unzip();
+        let accelerations = (0..model.coordinates.len())
+            .map(|i| {
+                let symbol = pool.fresh_symbol(&format!("a{i}"));
+                pool.symbol_expr(symbol)
+            })
+            .collect();
+        Self {
+            lagrangian: pool.sub(kinetic, potential),
+            dissipation: written_out(model, pool, &model.friction),
+            coordinates,
+            velocities,
+            accelerations,
+            time: model
+                .symbols
+                .iter()
+                .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol)),
+        }
+    }
+
+    /// The total time derivative.
+    pub fn rate(&self, pool: &mut Pool, e: ExprId) -> ExprId {
+        let mut seeds = Seeds::default();
+        for i in 0..self.coordinates.len() {
+            let velocity = pool.symbol_expr(self.velocities[i]);
+            seeds.insert(self.coordinates[i], velocity);
+            seeds.insert(self.velocities[i], self.accelerations[i]);
+        }
+        if let Some(time) = self.time {
+            seeds.insert(time, pool.one());
+        }
+        pool.derivation(&[e], &seeds)[0]
+    }
+
+    pub fn momentum(&self, pool: &mut Pool, i: usize) -> ExprId {
+        pool.diff(self.lagrangian, self.velocities[i])
+    }
+
+    pub fn equation(&self, pool: &mut Pool, i: usize) -> ExprId {
+        let momentum = self.momentum(pool, i);
+        let rate = self.rate(pool, momentum);
+        let force = pool.diff(self.lagrangian, self.coordinates[i]);
+        let friction = pool.diff(self.dissipation, self.velocities[i]);
+        let difference = pool.sub(rate, force);
+        pool.add(difference, friction)
+    }
+
+    pub fn explicit_rate(&self, pool: &mut Pool) -> ExprId {
+        match self.time {
+            Some(time) => pool.diff(self.lagrangian, time),
+            None => pool.zero(),
+        }
+    }
+
+    pub fn velocity(&self, pool: &mut Pool, i: usize) -> ExprId {
+        pool.symbol_expr(self.velocities[i])
+    }
+
+    /// A sum of the derivation in the symbols used here, momenta replaced by what they are.
+    pub fn expression(&self, pool: &mut Pool, sum: &MotionSum, momenta: &[ExprId]) -> ExprId {
+        sum.expression(pool, |pool, motion| match motion {
+            Motion::Acceleration(i) => self.accelerations[i],
+            Motion::Velocity(i) => pool.symbol_expr(self.velocities[i]),
+            Motion::Momentum(i) => momenta[i],
+            other => panic!("{other:?} in an equation of motion"),
+        })
+    }
+}
+
+/// The names in a text of the language with their indices and primes replaced by others: `th[1]''`.
+fn renamed(text: &str, new: &dyn Fn(&str, usize) -> Option<String>) -> String {
+    let chars: Vec<char> = text.chars().collect();
+    let mut out = String::new();
+    let mut at = 0;
+    while at < chars.len() {
+        if !(chars[at].is_alphabetic() || chars[at] == '_') {
+            // Digits may not run into a name: 1e5 has none.
+            let number = chars[at].is_ascii_digit();
+            out.push(chars[at]);
+            at += 1;
+            while number && at < chars.len() && (chars[at].is_alphanumeric() || chars[at] == '.') {
+                out.push(chars[at]);
+                at += 1;
+            }
+            continue;
+        }
+        let start = at;
+        while at < chars.len() && (chars[at].is_alphanumeric() || chars[at] == '_') {
+            at += 1;
+        }
+        if chars.get(at) == Some(&'[') {
+            while chars[at] != ']' {
+                at += 1;
+            }
+            at += 1;
+        }
+        let name: String = chars[start..at].iter().collect();
+        let mut primes = 0;
+        while chars.get(at) == Some(&'\'') {
+            primes += 1;
+            at += 1;
+        }
+        match new(&name, primes) {
+            Some(new) => out.push_str(&new),
+            None => {
+                assert_eq!(primes, 0, "{name} in {text}");
+                out.push_str(&name);
+            }
+        }
+    }
+    out
+}
+
+/// The values of printed expressions at a point, through the parser: the model's parameters have their
+/// values, coordinates and their derivatives those of `point[primes][coordinate]` (in decimal).
+pub fn values(model: &Model, texts: &[String], point: &[Vec<String>; 3], bits: usize) -> Vec<Big> {
+    let mut file = String::from("coord z\nT = z'^2\n");
+    for (k, parameter) in model.parameters.iter().enumerate() {
+        let value = model.pool.display(parameter.value.unwrap());
+        file.push_str(&format!("param par_{k} = {value}\n"));
+    }
+    for (primes, values) in point.iter().enumerate() {
+        for (k, value) in values.iter().enumerate() {
+            file.push_str(&format!("param q_{primes}_{k} = {value}\n"));
+        }
+    }
+    let new = |name: &str, primes: usize| {
+        let coordinate = model.coordinates.iter().position(|c| c.name == name);
+        let parameter = model.parameters.iter().position(|p| p.name == name);
+        match (coordinate, parameter) {
+            (Some(k), _) => Some(format!("q_{primes}_{k}")),
+            (None, Some(k)) if primes == 0 => Some(format!("par_{k}")),
+            _ => None,
+        }
+    };
+    for (k, text) in texts.iter().enumerate() {
+        file.push_str(&format!("param value_{k} = {}\n", renamed(text, &new)));
+    }
+    let read = self::model(&file);
+    let roots: Vec<ExprId> = (0..texts.len())
+        .map(|k| {
+            let name = format!("value_{k}");
+            let parameter = read.parameters.iter().find(|p| p.name == name).unwrap();
+            parameter.value.unwrap()
+        })
+        .collect();
+    let tape = Tape::compile(&read.pool, &roots, &[]).unwrap();
+    tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new())
+}
+
+/// A decimal number of any length.
+pub fn decimal(text: &str, bits: usize) -> Big {
+    match text.strip_prefix('-') {
+        Some(digits) => Big::from_number(&Number::parse(digits).unwrap(), bits).neg(),
+        None => Big::from_number(&Number::parse(text).unwrap(), bits),
+    }
+}
+
+/// The left sides as printed, without `= 0`.
+pub fn left_sides(derivation: &Derivation) -> Vec<String> {
+    let texts = derivation.equation_texts();
+    let texts = texts.iter();
+    texts
+        .map(|text| text.strip_suffix(" = 0").unwrap().to_owned())
+        .collect()
+}

@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+"""Make the reference values of Lagrange's equations, or check the ones that are kept.
+
+    python equations.py [NAME ...]          write equations/NAME.json (all without names)
+    python equations.py --check [NAME ...]  compute again and compare; exit status 1 if anything differs
+
+The systems are those of make.py, every T and V written by hand a second time.  At some points (q, q', q'')
+the left sides d/dt dL/dq_i' - dL/dq_i are computed by central differences alone, with 200 digits and the
+step 1e-45: the momenta by differences of T, their rate along q + q' s + q'' s^2/2.  No formula of
+mechanics but Lagrange's equation itself is used, and no computer algebra.
+"""
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import many          # noqa: F401 (fills the register)
+import one_and_two   # noqa: F401
+from mpmath import mpf, nstr
+from numerics import STEP, decimal, unit
+from register import SYSTEMS
+
+HERE = Path(__file__).resolve().parent / "equations"
+MOST = 12     # coordinates
+POINTS = 3
+
+# What the hand-written energies are divided by, where they are per unit of something.
+FACTOR = {}
+
+
+def draws(seed):
+    """Decimals between -0.5 and 0.5, the same everywhere (Lehmer's generator)."""
+    state = seed
+    while True:
+        state = state * 48271 % 2147483647
+        yield mpf(state % 1000 - 500) / 1000
+
+
+def left_sides(T, V, q, v, a, scale):
+    n, h = len(q), STEP * scale
+
+    def at(s):
+        return ([x + s * y + s * s / 2 * z for x, y, z in zip(q, v, a)], [y + s * z for y, z in zip(v, a)])
+
+    def momentum(i, q, v):
+        step = [h * c for c in unit(n, i)]
+        return (T(q, [x + d for x, d in zip(v, step)]) - T(q, [x - d for x, d in zip(v, step)])) / (2 * h)
+
+    def force(i):
+        step = [h * c for c in unit(n, i)]
+        L = lambda q: T(q, v) - V(q)
+        return (L([x + d for x, d in zip(q, step)]) - L([x - d for x, d in zip(q, step)])) / (2 * h)
+
+    s = STEP
+    return [(momentum(i, *at(s)) - momentum(i, *at(-s))) / (2 * s) - force(i) for i in range(n)]
+
+
+def rounded(x):
+    """A decimal of eight digits next to x."""
+    return mpf(nstr(x, 8))
+
+
+def short(x):
+    """Such a decimal in writing."""
+    return decimal(x).rstrip("0").rstrip(".") if "." in decimal(x) else decimal(x)
+
+
+def reference(name):
+    how, error, build = SYSTEMS[name]
+    coordinates, q0, system = build()
+    if error or "T" not in system or len(coordinates) > MOST:
+        return None
+    T, V, scale = system["T"], system["V"], mpf(system.get("scale", 1))
+    factor = mpf(FACTOR.get(name, 1))
+    draw, points = draws(20 + len(name)), []
+    for _ in range(POINTS):
+        q = [rounded(x0 + scale * next(draw)) for x0 in map(mpf, q0)]
+        v = [rounded(scale * next(draw)) for _ in q]
+        a = [rounded(scale * next(draw)) for _ in q]
+        values = [factor * x for x in left_sides(T, V, q, v, a, scale)]
+        points.append({"q": [short(x) for x in q], "v": [short(x) for x in v], "a": [short(x) for x in a],
+                       "lhs": [decimal(x) for x in values]})
+    return {"model": name, "coordinates": coordinates, "points": points}
+
+
+def text(entry):
+    body = ",\n    ".join(json.dumps(point) for point in entry["points"])
+    return ("{\n  " + ",\n  ".join(f"{json.dumps(key)}: {json.dumps(entry[key], ensure_ascii=False)}"
+            for key in ("model", "coordinates")) + f',\n  "points": [\n    {body}\n  ]\n}}\n')
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="compare with the kept files instead of writing them")
+    parser.add_argument("names", nargs="*", metavar="NAME")
+    arguments = parser.parse_args()
+    wrong = []
+    HERE.mkdir(exist_ok=True)
+    for name in arguments.names or [n for n in SYSTEMS if "/" not in n]:
+        entry = reference(name)
+        if entry is None:
+            continue
+        made, path = text(entry), HERE / f"{name}.json"
+        if not arguments.check:
+            path.write_text(made)
+        elif not path.exists() or path.read_text() != made:
+            wrong.append(name)
+    for line in wrong:
+        print("differs:", line)
+    sys.exit(1 if wrong else 0)
+
+
+if __name__ == "__main__":
+    main()
