@@ -5,6 +5,8 @@
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
+//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `blocks`, `lattice`,
+//!   `roots`, `check`);
 //! - M, K and the equilibrium, from [`linearize`](crate::linearize), in short (`simplify`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
@@ -25,11 +27,18 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod blocks;
+mod check;
 mod energy;
 mod equations;
+mod frequencies;
 mod lagrangian;
+mod lattice;
 mod motion;
+mod pair;
+mod roots;
 mod simplify;
+mod ties;
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, LinearizeError};
@@ -37,6 +46,8 @@ use crate::model::Model;
 use crate::number::Number;
 
 pub use energy::Conserved;
+pub use frequencies::{Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 
 use lagrangian::Variables;
@@ -52,6 +63,10 @@ pub struct Parts {
     pub energy: bool,
     /// The linearized equations, and T and V to second order.
     pub second_order: bool,
+    /// Symmetry classes and closed forms of the frequencies.
+    pub frequencies: bool,
+    /// Blocks of three are solved too, by Viète's formula.
+    pub cubic: bool,
 }
 
 impl Parts {
@@ -62,6 +77,8 @@ impl Parts {
             equations: true,
             energy: true,
             second_order: true,
+            frequencies: true,
+            cubic: false,
         }
     }
 
@@ -76,6 +93,20 @@ impl Parts {
     #[must_use]
     pub fn energy(mut self, wanted: bool) -> Self {
         self.energy = wanted;
+        self
+    }
+
+    /// With symmetry classes and closed forms of the frequencies, or without.
+    #[must_use]
+    pub fn frequencies(mut self, wanted: bool) -> Self {
+        self.frequencies = wanted;
+        self
+    }
+
+    /// With blocks of three solved among the closed forms, or without.
+    #[must_use]
+    pub fn cubic(mut self, wanted: bool) -> Self {
+        self.cubic = wanted;
         self
     }
 
@@ -117,6 +148,8 @@ pub struct Linear {
     pub stiffness: Vec<Vec<ExprId>>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
+    /// Symmetry classes and closed forms, where they are asked for.
+    pub frequencies: Option<Frequencies>,
 }
 
 /// The model to second order in the displacements.
@@ -161,6 +194,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
                 second_order: None,
+                frequencies: None,
             };
             (matrices.pool, Ok(linear))
         }
@@ -187,6 +221,16 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 kinetic,
                 potential,
             });
+        }
+        if parts.frequencies {
+            linear.frequencies = Some(frequencies::frequencies(
+                model,
+                &mut pool,
+                &mut short,
+                &linear.mass,
+                &linear.stiffness,
+                parts.cubic,
+            ));
         }
     }
     let mut derivation = Derivation {

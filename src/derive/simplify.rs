@@ -17,9 +17,9 @@ const MOST_MONOMIALS: usize = 2000;
 const MOST_NESTED: u32 = 8;
 
 /// Powers of bases in ascending order, without repetition.
-type Monomial = Vec<(ExprId, Number)>;
+pub(super) type Monomial = Vec<(ExprId, Number)>;
 /// Monomials with their coefficients.
-type Monomials = BTreeMap<Monomial, Number>;
+pub(super) type Monomials = BTreeMap<Monomial, Number>;
 
 /// Brings expressions of one pool to their shortest form; remembers what it has done.
 #[derive(Debug, Default)]
@@ -261,7 +261,7 @@ fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
 
 /// Which sums are multiplied out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Opening {
+pub(super) enum Opening {
     /// The outermost one, or one factor of a product.
     Outermost,
     /// All that are factors, but not their squares and higher powers.
@@ -271,7 +271,7 @@ enum Opening {
 }
 
 /// The terms of an expression as monomials; `None` where there get too many.
-fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
+pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
     let mut monomials = Monomials::new();
     let factors = match pool.node(e) {
         Node::Product(factors) => factors.to_vec(),
@@ -421,7 +421,7 @@ fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
 }
 
 /// Uses the addition theorems wherever two terms become one.
-fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
+pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
     let is_angle = |pool: &Pool, id: ExprId| {
         angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some()
     };

@@ -1,5 +1,6 @@
 //! The derivation to read.
 
+use super::frequencies::frequencies_text;
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, SecondOrder};
@@ -10,7 +11,8 @@ use crate::number::Number;
 const MOST_FOR_ENERGIES: usize = 12;
 
 /// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
-/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations.
+/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
+/// closed forms of the frequencies.
 ///
 /// Matrices have aligned columns where they fit into the width, else their entries that are not
 /// zero stand one a line, with the upper triangle standing for both.
@@ -122,6 +124,7 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Style) -> Strin
         let equations = derivation.linearized_texts();
         out.push_str(&section("linearized equations", &equations, style));
     }
+    out.push_str(&frequencies_text(derivation, linear, style));
     out
 }
 
