@@ -60,7 +60,8 @@ More about a kind of mistake or warning: what is wrong, why it matters, a model 
 without. Without a code, the list of all codes.";
 
 const DERIVE: &str = "\
-The mass matrix M and the stiffness matrix K at the equilibrium, as expressions in the parameters.
+Lagrange's equations, the mass matrix M and the stiffness matrix K at the equilibrium, symmetry classes and
+closed forms of the frequencies, as expressions in the parameters.
 
 M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
 equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
@@ -79,6 +80,7 @@ Examples:
 const DERIVE_EXAMPLE: &str = "\
 Examples:
     librate derive double_pendulum.lag
+    librate derive three_pendulums.lag --expand k12 2
     librate derive chain.lag --set N=4 --json";
 
 /// The command line.
@@ -177,6 +179,15 @@ pub(crate) struct Explain {
 pub(crate) struct Derive {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// Solve blocks of three for their frequencies too, by Viète's formula
+    #[arg(long)]
+    pub(crate) cubic: bool,
+    /// Closed forms where a parameter goes to a value: `k=0`; may be repeated
+    #[arg(long = "limit", value_name = "NAME=VALUE")]
+    pub(crate) limits: Vec<String>,
+    /// Closed forms as a series in a small parameter, up to a power of it: `k 2`
+    #[arg(long, num_args = 2, value_names = ["NAME", "POWER"])]
+    pub(crate) expand: Vec<String>,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

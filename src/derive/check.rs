@@ -9,13 +9,14 @@ use std::collections::HashMap;
 
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
-use crate::expr::{ExprId, Pool, Symbol, Tape, ZeroVerdict};
+use super::simplify::{Simplifier, rebuild};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict};
 use crate::linearize::{self, Linearized};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
 use crate::oscillation::normal_modes;
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Function, Scalar};
 
 /// An enclosure has to tell so much of a number.
 const WIDEST: f64 = 1e-9;
@@ -57,6 +58,54 @@ impl Checker {
             references(linearized)
         });
         Self { values, modes }
+    }
+
+    /// M and K without absolute values of what has a sign at the values of the parameters, and what
+    /// signs these are.
+    pub(super) fn signed(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        pair: &Pair,
+    ) -> (Pair, Vec<(ExprId, bool)>) {
+        let entries = pair.values();
+        let ids = pool.reachable(&entries);
+        let inside: Vec<(ExprId, ExprId)> = ids
+            .iter()
+            .filter_map(|id| match pool.node(*id) {
+                Node::Function(Function::Abs, x) => Some((*id, *x)),
+                Node::Function(..)
+                | Node::Number(_)
+                | Node::Pi
+                | Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Product(_)
+                | Node::Power { .. }
+                | Node::Atan2 { .. }
+                | Node::Undefined => None,
+            })
+            .collect();
+        if inside.is_empty() || self.modes.is_none() {
+            return (pair.clone(), Vec::new());
+        }
+        let arguments: Vec<ExprId> = inside.iter().map(|(_, x)| *x).collect();
+        let values = self.evaluate(pool, &arguments).unwrap_or_default();
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut signs = Vec::new();
+        for ((id, x), value) in inside.into_iter().zip(values) {
+            if value.is_positive() || value.is_negative() {
+                let negative = value.is_negative();
+                images.insert(id, if negative { pool.neg(x) } else { x });
+                signs.push((x, negative));
+            }
+        }
+        for id in ids {
+            if !images.contains_key(&id) {
+                let new = rebuild(pool, id, &images);
+                images.insert(id, new);
+            }
+        }
+        (pair.replaced(pool, short, &images), signs)
     }
 
     /// Takes what does not hold out of a case, and puts the rest in ascending order.

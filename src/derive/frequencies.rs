@@ -14,13 +14,16 @@ use super::pair::{Pair, Sparse};
 use super::roots::{Degree, roots};
 use super::simplify::Simplifier;
 use super::ties::Ties;
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
 const MOST_COORDINATES: usize = 1500;
+
+/// Closed forms of more symbols than this are no help to anybody.
+const MOST_SYMBOLS: u64 = 160;
 
 /// What the symmetry of a model tells about its frequencies.
 #[derive(Clone, Debug)]
@@ -32,6 +35,30 @@ pub struct Frequencies {
     pub tied: Option<Case>,
     /// A symmetry that the model would have if parameters were equal that aren't.
     pub would_be: Option<Exchange>,
+    /// What is taken to be positive, or where the second is true negative, as it is at the values.
+    pub signs: Vec<(ExprId, bool)>,
+    /// What has been done to the frequencies since.
+    pub approximations: Vec<Approximation>,
+}
+
+/// What has been done to closed forms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Approximation {
+    /// A parameter went to a value.
+    Limit {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: Number,
+    },
+    /// They were expanded in powers of a parameter.
+    Expansion {
+        /// The parameter.
+        name: String,
+        /// The highest power.
+        order: u32,
+    },
 }
 
 /// A symmetry and what it needs.
@@ -128,12 +155,13 @@ pub(super) fn frequencies(
 ) -> Frequencies {
     let degree = if cubic { Degree::Three } else { Degree::Two };
     let pair = Pair::new(pool, mass, stiffness);
+    let checker = Checker::new(model, &pair);
+    let (pair, signs) = checker.signed(pool, short, &pair);
     let used = pool.symbols_of(&pair.values());
     let pattern = pair.pattern(pool);
     let plain = Symmetry::find(&pattern);
     let order = |symmetry: &Option<Symmetry>| symmetry.as_ref().map_or(1.0, |found| found.order);
     let none = Ties::default();
-    let checker = Checker::new(model, &pair);
     let mut general = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
     checker.check(pool, &pair, &mut general);
 
@@ -146,6 +174,15 @@ pub(super) fn frequencies(
         let pattern = equal.pattern(pool);
         let symmetry = Symmetry::find(&pattern);
         tied_order = tied_order.max(order(&symmetry));
+        if equal.values().iter().any(|value| pool.is_undefined(*value)) {
+            return Frequencies {
+                general,
+                tied: None,
+                would_be: None,
+                signs,
+                approximations: Vec::new(),
+            };
+        }
         let mut found = case(model, pool, short, &equal, symmetry.as_ref(), &ties, degree);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
@@ -171,9 +208,20 @@ pub(super) fn frequencies(
 
     let mut would_be = None;
     let all = Ties::of_a_kind(model, pool, &used, false);
-    if !all.is_empty() && all != ties {
+    // Equal parameters may move an equilibrium that depends on them.
+    let at_zero = model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+    if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
+        if equal.values().iter().any(|value| pool.is_undefined(*value)) {
+            return Frequencies {
+                general,
+                tied,
+                would_be: None,
+                signs,
+                approximations: Vec::new(),
+            };
+        }
         let pattern = equal.pattern(pool);
         if let Some(symmetry) = Symmetry::find(&pattern)
             && symmetry.order > tied_order
@@ -195,6 +243,8 @@ pub(super) fn frequencies(
         general,
         tied,
         would_be,
+        signs,
+        approximations: Vec::new(),
     }
 }
 
@@ -329,11 +379,62 @@ fn solve_parts(
     for part in block.components(pool) {
         let own = block.restricted(&part);
         for value in roots(pool, short, &own, degree).into_iter().flatten() {
-            if !pool.is_undefined(value) {
+            let value = opened(pool, short, value);
+            if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
                 found.add(value, 1, class.clone());
             }
         }
     }
+}
+
+/// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
+/// `(g + k*l/m)/l`.
+fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+    let (size, core) = pool.split_content(e);
+    // A lone term keeps its number as a sum.
+    let (size, core) = if let Node::Sum { constant, terms } = pool.node(core)
+        && constant.is_zero()
+        && let [(term, factor)] = &**terms
+    {
+        (size.mul(factor), *term)
+    } else {
+        (size, core)
+    };
+    let Node::Product(factors) = pool.node(core) else {
+        return e;
+    };
+    let factors = factors.to_vec();
+    let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| {
+        exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. })
+    });
+    let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
+    let [at] = sums.as_slice() else {
+        return e;
+    };
+    let Node::Sum { constant, terms } = pool.node(factors[*at].0) else {
+        return e;
+    };
+    let divides = |term: &ExprId| {
+        let of_factors = |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
+        matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
+    };
+    if !terms.iter().any(|(term, _)| divides(term)) {
+        return e;
+    }
+    let mut parts: Vec<(ExprId, Number)> = terms.to_vec();
+    let constant = constant.clone();
+    if !constant.is_zero() {
+        parts.push((pool.one(), constant));
+    }
+    let mut sum = Vec::new();
+    for (term, coefficient) in parts {
+        let mut product = factors.clone();
+        product[*at] = (term, Number::ONE);
+        let product = pool.product_of_powers(&product);
+        let product = short.simplify(pool, product);
+        sum.push((product, coefficient.mul(&size)));
+    }
+    pool.linear(&sum)
 }
 
 /// The frequencies of a chain, ring or net one by one, and as a series.

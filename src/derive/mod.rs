@@ -34,6 +34,7 @@ mod equations;
 mod frequencies;
 mod lagrangian;
 mod lattice;
+mod limits;
 mod motion;
 mod pair;
 mod roots;
@@ -46,7 +47,7 @@ use crate::model::Model;
 use crate::number::Number;
 
 pub use energy::Conserved;
-pub use frequencies::{Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 
@@ -288,6 +289,28 @@ impl Derivation {
                 conserved: energy::conserved(pool, &variables, &lagrangian, &dissipation),
                 rest_energy: lagrangian.has_rest_energy,
             });
+        }
+    }
+
+    /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
+    /// defined there is dropped.
+    pub fn limit(&mut self, parameter: &str, value: &Number) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear
+            && let Some(frequencies) = &mut linear.frequencies
+        {
+            frequencies.limit(&mut self.pool, &mut short, parameter, value);
+        }
+    }
+
+    /// Replaces the closed forms by their series about 0 in a parameter, up to a power of it; what has
+    /// no such series is dropped.
+    pub fn expand(&mut self, parameter: &str, order: u32) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear
+            && let Some(frequencies) = &mut linear.frequencies
+        {
+            frequencies.expand(&mut self.pool, &mut short, parameter, order);
         }
     }
 

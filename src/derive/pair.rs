@@ -71,8 +71,20 @@ impl Pair {
     ) -> Self {
         let values = self.values();
         let images = pool.substitute(&values, map);
+        let images = values.into_iter().zip(images).collect();
+        self.replaced(pool, short, &images)
+    }
+
+    /// With each entry replaced, and in its shortest form.
+    pub(super) fn replaced(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        images: &HashMap<ExprId, ExprId>,
+    ) -> Self {
         let mut image: HashMap<ExprId, ExprId> = HashMap::new();
-        for (value, new) in values.into_iter().zip(images) {
+        for value in self.values() {
+            let new = images.get(&value).copied().unwrap_or(value);
             image.insert(value, short.simplify(pool, new));
         }
         let of = |rows: &[Row]| {

@@ -42,8 +42,51 @@ pub(super) fn roots(
     if block.len() > MOST_COORDINATES {
         return None;
     }
+    let (coupling, _) = block.at(pool, 0, 1);
+    if block.len() == 2 && is_zero(pool, coupling) {
+        return Some(pair_of_roots(pool, short, block));
+    }
     let coefficients = characteristic(pool, short, block)?;
     of_polynomial(pool, short, coefficients, most)
+}
+
+/// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
+/// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
+fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<ExprId> {
+    let [(m1, k1), (_, k12), (m2, k2)] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
+    let one = Number::ONE;
+    let minus = Number::MINUS_ONE;
+    let [a, b, c] = [
+        vec![(k1, one.clone()), (m1, minus.clone())],
+        vec![(k2, one.clone()), (m2, minus.clone())],
+        vec![(k12, Number::from(2)), (m1, minus.clone()), (m2, minus.clone())],
+    ]
+    .map(|factors| pool.product_of_powers(&factors));
+    let sum = pool.linear(&[(a, Number::half()), (b, Number::half())]);
+    let middle = short.simplify(pool, sum);
+    let difference = pool.sub(a, b);
+    let difference = short.simplify(pool, difference);
+    let square = pool.square(difference);
+    let quarter = Number::half().mul(&Number::half());
+    let c = short.simplify(pool, c);
+    let inside = pool.linear(&[(square, quarter), (c, one)]);
+    around(pool, short, middle, inside)
+}
+
+/// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
+fn around(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    middle: ExprId,
+    square: ExprId,
+) -> Vec<ExprId> {
+    let (root, is_exact) = root(pool, short, square);
+    let mut roots = Vec::new();
+    for sign in [Number::MINUS_ONE, Number::ONE] {
+        let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
+        roots.push(if is_exact { short.simplify(pool, value) } else { value });
+    }
+    roots
 }
 
 /// det(K - z M), by expansion along the columns with the minors kept (Laplace).
@@ -132,11 +175,7 @@ pub(super) fn of_polynomial(
             let q = quotient(pool, *c, *a);
             let square = pool.square(p);
             let difference = pool.sub(square, q);
-            let root = root(pool, short, difference)?;
-            for sign in [Number::MINUS_ONE, Number::ONE] {
-                let value = pool.linear(&[(p, Number::ONE), (root, sign)]);
-                roots.push(short.simplify(pool, value));
-            }
+            roots.extend(around(pool, short, p, difference));
         }
         [d, c, b, a] if most >= Degree::Three => {
             let b = quotient(pool, *b, *a);
@@ -181,18 +220,21 @@ fn cubic(
     roots
 }
 
-/// A square root of an expression, up to its sign: the polynomial of which it is the square where it
-/// is one, else with squares of common factors in front of the root.
-fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
-    let e = short.simplify(pool, e);
-    if is_zero(pool, e) || pool.is_zero(e) == ZeroVerdict::Zero {
-        return Some(pool.zero());
+/// A square root of an expression, up to its sign, and whether it could be drawn: the polynomial of which
+/// it is the square where it is one, else with squares of common factors in front of the root where that
+/// is shorter.
+fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
+    if pool.is_zero(e) == ZeroVerdict::Zero {
+        return (pool.zero(), true);
     }
+    let plain = pool.sqrt(e);
     let Some(mut monomials) = expand(pool, e, Opening::Powers) else {
-        return Some(pool.sqrt(e));
+        return (plain, false);
     };
     collapse(pool, &mut monomials);
-    let (_, size) = leading(&monomials)?;
+    let Some((_, size)) = leading(&monomials) else {
+        return (plain, false);
+    };
     let inverse = if size.is_negative() { None } else { size.recip() };
     let scaled = inverse.map(|inverse| {
         let terms = monomials.iter();
@@ -207,7 +249,7 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
             .collect();
         let value = pool.linear(&terms);
         let value = pool.mul(size, value);
-        return Some(short.simplify(pool, value));
+        return (short.simplify(pool, value), true);
     }
     // The even powers that all terms have in common.
     let mut common: Option<Monomial> = None;
@@ -218,7 +260,7 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
         });
     }
     let mut outside = Monomial::new();
-    let mut inverse = vec![(e, Number::ONE)];
+    let mut inverse = Monomial::new();
     for (base, exponent) in common.unwrap_or_default() {
         // A negative power is taken out whole, so that no fraction is left below the root.
         let half = exponent.mul(&Number::half());
@@ -228,11 +270,21 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
             outside.push((base, half));
         }
     }
-    let inside = pool.product_of_powers(&inverse);
+    inverse.sort_by_key(|(base, _)| *base);
+    let terms: Vec<(ExprId, Number)> = monomials
+        .iter()
+        .map(|(monomial, c)| {
+            let rest = times(monomial, &inverse, &Number::ONE);
+            (pool.product_of_powers(&rest), c.clone())
+        })
+        .collect();
+    let inside = pool.linear(&terms);
     let inside = short.simplify(pool, inside);
-    let root = pool.sqrt(inside);
-    outside.push((root, Number::ONE));
-    Some(pool.product_of_powers(&outside))
+    let inner = pool.sqrt(inside);
+    outside.push((inner, Number::ONE));
+    let outside = pool.product_of_powers(&outside);
+    let shortest = short.weight(pool, outside) < short.weight(pool, plain);
+    (if shortest { outside } else { plain }, false)
 }
 
 /// For each base the smaller power.

@@ -148,7 +148,7 @@ fn opens(exponent: &Number) -> bool {
 }
 
 /// The node with its children replaced by their images.
-fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
+pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
     let image = |child: &ExprId| images.get(child).copied().unwrap_or(*child);
     let mut changed = false;
     pool.node(id)

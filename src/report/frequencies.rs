@@ -1,7 +1,7 @@
 //! Symmetry and closed forms to read.
 
 use super::{Style, Tone};
-use crate::derive::{Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear};
+use crate::derive::{Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear};
 use crate::symmetry::{GroupKind, SignedPermutation};
 
 /// Exchanges and equalities of more coordinates than this are broken off.
@@ -175,7 +175,32 @@ fn frequency_text(derivation: &Derivation, frequency: &Frequency) -> String {
     }
 }
 
-fn case_text(derivation: &Derivation, case: &Case, style: &Style) -> String {
+/// `a > 0`, one for each sign that is taken from the values.
+pub(super) fn signs(derivation: &Derivation, frequencies: &Frequencies) -> Vec<String> {
+    let signs = frequencies.signs.iter();
+    signs
+        .map(|(e, negative)| {
+            let relation = if *negative { "<" } else { ">" };
+            format!("{} {relation} 0", derivation.pool.display(*e))
+        })
+        .collect()
+}
+
+/// `, for k -> 0` and `, to order 2 in k`.
+fn approximations(frequencies: &Frequencies) -> String {
+    let texts = frequencies.approximations.iter().map(|done| match done {
+        Approximation::Limit { name, value } => format!(", for {name} -> {value}"),
+        Approximation::Expansion { name, order } => format!(", to order {order} in {name}"),
+    });
+    texts.collect()
+}
+
+fn case_text(
+    derivation: &Derivation,
+    frequencies: &Frequencies,
+    case: &Case,
+    style: &Style,
+) -> String {
     let names = &derivation.names.displacements;
     let mut out = String::new();
     if let Some(found) = &case.symmetry {
@@ -200,9 +225,15 @@ fn case_text(derivation: &Derivation, case: &Case, style: &Style) -> String {
     } else {
         "normal frequencies with a closed form".to_owned()
     };
+    let mut assumed: Vec<String> = Vec::new();
     if !case.ties.is_empty() {
-        title.push_str(&format!(", with {}", ties(&case.ties)));
+        assumed.push(ties(&case.ties));
     }
+    assumed.extend(signs(derivation, frequencies));
+    if !assumed.is_empty() {
+        title.push_str(&format!(", with {}", assumed.join(", ")));
+    }
+    title.push_str(&approximations(frequencies));
     out.push_str(&heading(&title, style));
     for series in &case.series {
         let value = derivation.pool.display(series.omega_squared);
@@ -226,9 +257,9 @@ pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: 
     let Some(frequencies) = &linear.frequencies else {
         return String::new();
     };
-    let mut out = case_text(derivation, &frequencies.general, style);
+    let mut out = case_text(derivation, frequencies, &frequencies.general, style);
     if let Some(tied) = &frequencies.tied {
-        out.push_str(&case_text(derivation, tied, style));
+        out.push_str(&case_text(derivation, frequencies, tied, style));
     }
     if let Some(found) = &frequencies.would_be {
         let names = &derivation.names.displacements;

@@ -6,7 +6,7 @@
 use std::fmt::Write;
 
 use super::derive::conserved_because;
-use super::frequencies::{best, exchange, kind};
+use super::frequencies::{best, exchange, kind, signs};
 use super::{Written, zero_motions};
 use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion};
 use crate::expr::ExprId;
@@ -251,6 +251,10 @@ fn frequency_fields(
     fields.push(("frequencies", lines(entries)));
     fields.push(("frequencies_complete", case.complete.to_string()));
     fields.push(("frequencies_equal", sets(&case.ties)));
+    let signs = signs(derivation, found);
+    if !signs.is_empty() {
+        fields.push(("frequencies_signs", array(signs.iter().map(|sign| string(sign)))));
+    }
 }
 
 /// An array, one item a line.

@@ -160,7 +160,11 @@ fn conjugates(
 /// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are
 /// numbered by falling values, so that the first one is what all elements leave unchanged.
 fn of_other(symmetry: &Symmetry) -> Option<Told> {
-    let generators = &symmetry.generators;
+    let mut generators = symmetry.generators.clone();
+    // Parts that don't hang together have equal frequencies where they are exchanged, and vectors of
+    // these may be in one part or in several: the signs of parts belong to the group then.
+    generators.extend(symmetry.turned_parts());
+    let generators = generators.as_slice();
     let count = symmetry.active.len();
     if count > MOST_COORDINATES {
         return None;

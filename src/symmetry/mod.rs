@@ -145,6 +145,8 @@ pub struct Symmetry {
     pub kind: GroupKind,
     /// The coordinates that some force holds; the others are left out.
     pub active: Vec<bool>,
+    /// The part that each coordinate is in: what hangs together has the same number.
+    pub parts: Vec<usize>,
 }
 
 /// What kind of group a symmetry is.
@@ -172,20 +174,35 @@ impl Symmetry {
         if pattern.all_differ(&active)? {
             return None;
         }
+        let parts = pattern.components();
         let unsigned = pattern.permutations(&active, EFFORT)?;
-        if unsigned.order == 2.0 {
-            return Self::of(unsigned.generators, 2.0, active);
+        // A mirror that leaves a part alone says nothing about that part.
+        let acts_everywhere = |g: &SignedPermutation| {
+            let count = parts.iter().max().map_or(0, |last| last + 1);
+            let mut acts = vec![false; count];
+            for (i, part) in parts.iter().enumerate() {
+                acts[*part] |= g.of(i).0 != i || !active[i];
+            }
+            !acts.contains(&false)
+        };
+        if unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere) {
+            return Self::of(unsigned.generators, 2.0, active, parts);
         }
         let signed = pattern.signed_permutations(&active, EFFORT);
         match signed {
             Some(signed) if signed.order > unsigned.order => {
-                Self::of(signed.generators, signed.order, active)
+                Self::of(signed.generators, signed.order, active, parts)
             }
-            Some(_) | None => Self::of(unsigned.generators, unsigned.order, active),
+            Some(_) | None => Self::of(unsigned.generators, unsigned.order, active, parts),
         }
     }
 
-    fn of(generators: Vec<SignedPermutation>, order: f64, active: Vec<bool>) -> Option<Self> {
+    fn of(
+        generators: Vec<SignedPermutation>,
+        order: f64,
+        active: Vec<bool>,
+        parts: Vec<usize>,
+    ) -> Option<Self> {
         if generators.is_empty() {
             return None;
         }
@@ -197,7 +214,23 @@ impl Symmetry {
             order,
             kind,
             active,
+            parts,
         })
+    }
+}
+
+impl Symmetry {
+    /// The changes of sign of each part, where there are several.
+    fn turned_parts(&self) -> Vec<SignedPermutation> {
+        let count = self.parts.iter().max().map_or(0, |last| last + 1);
+        let all = (0..count).filter(|_| count > 1).map(|part| {
+            let mut turned = SignedPermutation::unsigned((0..self.parts.len()).collect());
+            for (negative, own) in turned.negative.iter_mut().zip(&self.parts) {
+                *negative = *own == part;
+            }
+            turned
+        });
+        all.collect()
     }
 }
 
