@@ -12,6 +12,9 @@ use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 /// Twice as many classes for each mirror.
 const MOST_MIRRORS: usize = 8;
 
+/// Elements of a group that are looked through for mirrors.
+const MOST_ELEMENTS: usize = 200;
+
 /// Vectors of one symmetry under mirrors that commute, and the class they make.
 #[derive(Clone, Debug)]
 pub(super) struct Adapted {
@@ -24,12 +27,8 @@ pub(super) struct Adapted {
 /// Mirrors that commute: all of the group where it is made of them, else some of it.
 pub(super) fn commuting_mirrors(symmetry: &Symmetry) -> Vec<SignedPermutation> {
     let mut chosen: Vec<SignedPermutation> = Vec::new();
-    let generators = &symmetry.generators;
-    let products = generators.iter().enumerate().flat_map(|(i, g)| {
-        let others = generators.iter().skip(i + 1);
-        others.map(|h| g.after(h))
-    });
-    for g in generators.iter().cloned().chain(products) {
+    let generators = symmetry.generators.iter().cloned();
+    for g in generators.chain(SignedPermutation::group(&symmetry.generators, MOST_ELEMENTS)) {
         let undoes_itself = g.after(&g).is_identity() && !g.moves_nothing();
         // What products of the others do already tells nothing new.
         let is_new = (0_u32..1 << chosen.len()).all(|set| {

@@ -60,8 +60,8 @@ impl Checker {
         Self { values, modes }
     }
 
-    /// M and K without absolute values of what has a sign at the values of the parameters, and what
-    /// signs these are.
+    /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
+    /// as x where that is between 0 and pi; and what signs these are.
     pub(super) fn signed(
         &self,
         pool: &mut Pool,
@@ -70,35 +70,43 @@ impl Checker {
     ) -> (Pair, Vec<(ExprId, bool)>) {
         let entries = pair.values();
         let ids = pool.reachable(&entries);
-        let inside: Vec<(ExprId, ExprId)> = ids
-            .iter()
-            .filter_map(|id| match pool.node(*id) {
-                Node::Function(Function::Abs, x) => Some((*id, *x)),
-                Node::Function(..)
-                | Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Atan2 { .. }
-                | Node::Undefined => None,
-            })
-            .collect();
-        if inside.is_empty() || self.modes.is_none() {
+        // What replaces each, and what has to be positive for it.
+        let mut arguments: Vec<(ExprId, ExprId, bool)> = Vec::new();
+        for id in &ids {
+            if let Node::Function(function, x) = *pool.node(*id) {
+                match (function, pool.node(x)) {
+                    (Function::Abs, _) => arguments.push((*id, x, false)),
+                    // The angle between 0 and pi.
+                    (Function::Acos, Node::Function(Function::Cos, angle)) => {
+                        arguments.push((*id, *angle, true));
+                    }
+                    (_, _) => {}
+                }
+            }
+        }
+        if arguments.is_empty() || self.modes.is_none() {
             return (pair.clone(), Vec::new());
         }
-        let arguments: Vec<ExprId> = inside.iter().map(|(_, x)| *x).collect();
-        let values = self.evaluate(pool, &arguments).unwrap_or_default();
+        let inner: Vec<ExprId> = arguments.iter().map(|(_, x, _)| *x).collect();
+        let values = self.evaluate(pool, &inner).unwrap_or_default();
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         let mut signs = Vec::new();
-        for ((id, x), value) in inside.into_iter().zip(values) {
-            if value.is_positive() || value.is_negative() {
-                let negative = value.is_negative();
+        for ((id, x, is_angle), value) in arguments.into_iter().zip(values) {
+            let negative = value.is_negative();
+            if is_angle {
+                if value.is_positive() && Ball::PI.sub(&value).is_positive() {
+                    images.insert(id, x);
+                    let pi = pool.pi();
+                    let rest = pool.sub(pi, x);
+                    signs.extend([(x, false), (rest, false)]);
+                }
+            } else if value.is_positive() || negative {
                 images.insert(id, if negative { pool.neg(x) } else { x });
                 signs.push((x, negative));
             }
         }
+        signs.sort_unstable();
+        signs.dedup();
         for id in ids {
             if !images.contains_key(&id) {
                 let new = rebuild(pool, id, &images);

@@ -156,7 +156,8 @@ pub(super) fn frequencies(
     let degree = if cubic { Degree::Three } else { Degree::Two };
     let pair = Pair::new(pool, mass, stiffness);
     let checker = Checker::new(model, &pair);
-    let (pair, signs) = checker.signed(pool, short, &pair);
+    let (pair, mut signs) = checker.signed(pool, short, &pair);
+    let pair = pair.canonical(pool, short);
     let used = pool.symbols_of(&pair.values());
     let pattern = pair.pattern(pool);
     let plain = Symmetry::find(&pattern);
@@ -171,6 +172,9 @@ pub(super) fn frequencies(
     if !ties.is_empty() {
         let map = ties.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
+        let (equal, more) = checker.signed(pool, short, &equal);
+        signs.extend(more);
+        let equal = equal.canonical(pool, short);
         let pattern = equal.pattern(pool);
         let symmetry = Symmetry::find(&pattern);
         tied_order = tied_order.max(order(&symmetry));
@@ -213,6 +217,7 @@ pub(super) fn frequencies(
     if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
+        let equal = equal.canonical(pool, short);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return Frequencies {
                 general,
@@ -229,6 +234,7 @@ pub(super) fn frequencies(
             let needed = all.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
             let equal = pair.substituted(pool, short, &map);
+        let equal = equal.canonical(pool, short);
             let pattern = equal.pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 would_be = Some(Exchange {

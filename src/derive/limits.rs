@@ -77,8 +77,12 @@ impl Frequencies {
             // Where several are equal the first stands for all.
             let set = case.ties.iter().find(|set| set.iter().any(|own| own == name));
             let leader = set.and_then(|set| set.first()).map_or(name, String::as_str);
-            let symbol = pool.symbol(leader);
-            transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
+            let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
+            let symbols = pool.symbols_of(&all);
+            let symbol = symbols.iter().find(|symbol| pool.symbol_name(**symbol) == leader);
+            if let Some(symbol) = symbol.copied() {
+                transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
+            }
         }
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::simplify::Simplifier;
-use crate::expr::{ExprId, Pool, Substitution};
+use crate::expr::{ExprId, ModularPoint, Pool, Substitution, ZeroVerdict, neg_mod};
 use crate::number::Number;
 use crate::symmetry::Pattern;
 
@@ -101,6 +101,41 @@ impl Pair {
             mass: of(&self.mass),
             stiffness: of(&self.stiffness),
         }
+    }
+
+    /// With entries that are equal or opposite brought to one form.
+    ///
+    /// Candidates are those that agree at a random point modulo a prime.
+    pub(super) fn canonical(&self, pool: &mut Pool, short: &mut Simplifier) -> Self {
+        let values = self.values();
+        let seed = 1;
+        let random = |symbol| ModularPoint::random_value(seed, symbol);
+        let Some(residues) = pool.evaluate_mod(&values, random, seed) else {
+            return self.clone();
+        };
+        let mut first: HashMap<u64, ExprId> = HashMap::new();
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        for (value, residue) in values.into_iter().zip(residues) {
+            if let Some(same) = first.get(&residue).copied() {
+                let difference = pool.sub(value, same);
+                if pool.is_zero(difference) == ZeroVerdict::Zero {
+                    images.insert(value, same);
+                    continue;
+                }
+            }
+            if let Some(opposite) = first.get(&neg_mod(residue)).copied() {
+                let sum = pool.add(value, opposite);
+                if pool.is_zero(sum) == ZeroVerdict::Zero {
+                    images.insert(value, pool.neg(opposite));
+                    continue;
+                }
+            }
+            first.insert(residue, value);
+        }
+        if images.is_empty() {
+            return self.clone();
+        }
+        self.replaced(pool, short, &images)
     }
 
     /// Which entries are the same expression, or opposite ones.

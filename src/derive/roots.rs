@@ -251,13 +251,41 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
         let value = pool.mul(size, value);
         return (short.simplify(pool, value), true);
     }
-    // The even powers that all terms have in common.
+    // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
+    let mut best = plain;
+    let outer = expand(pool, e, Opening::Outermost);
+    for (terms, inner) in [Some(monomials), outer].into_iter().flatten().zip([true, false]) {
+        let candidate = taken_out(pool, short, &terms, inner);
+        if short.weight(pool, candidate) < short.weight(pool, best) {
+            best = candidate;
+        }
+    }
+    (best, false)
+}
+
+/// The root of a sum with the even powers that all terms have in common in front.
+fn taken_out(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    terms: &Monomials,
+    shorten: bool,
+) -> ExprId {
     let mut common: Option<Monomial> = None;
-    for monomial in monomials.keys() {
+    for monomial in terms.keys() {
         common = Some(match common {
             None => monomial.clone(),
             Some(common) => in_common(&common, monomial),
         });
+    }
+    if !shorten {
+        // A fraction that is not in all terms stays where it is.
+        let in_all = |base: &ExprId| {
+            let has = |m: &Monomial| m.binary_search_by_key(base, |(base, _)| *base).is_ok();
+            terms.keys().all(has)
+        };
+        if let Some(common) = &mut common {
+            common.retain(|(base, exponent)| in_all(base) && exponent.is_even());
+        }
     }
     let mut outside = Monomial::new();
     let mut inverse = Monomial::new();
@@ -271,20 +299,20 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
         }
     }
     inverse.sort_by_key(|(base, _)| *base);
-    let terms: Vec<(ExprId, Number)> = monomials
+    let rest: Vec<(ExprId, Number)> = terms
         .iter()
         .map(|(monomial, c)| {
             let rest = times(monomial, &inverse, &Number::ONE);
             (pool.product_of_powers(&rest), c.clone())
         })
         .collect();
-    let inside = pool.linear(&terms);
-    let inside = short.simplify(pool, inside);
-    let inner = pool.sqrt(inside);
-    outside.push((inner, Number::ONE));
-    let outside = pool.product_of_powers(&outside);
-    let shortest = short.weight(pool, outside) < short.weight(pool, plain);
-    (if shortest { outside } else { plain }, false)
+    let mut inside = pool.linear(&rest);
+    if shorten {
+        inside = short.simplify(pool, inside);
+    }
+    let root = pool.sqrt(inside);
+    outside.push((root, Number::ONE));
+    pool.product_of_powers(&outside)
 }
 
 /// For each base the smaller power.

@@ -18,6 +18,8 @@ use crate::symmetry::SignedPermutation;
 pub(super) struct Ties {
     /// The number of the parameter that stands for it.
     leader: Vec<usize>,
+    /// Which ones have the opposite value of the first of their kind.
+    opposite: Vec<bool>,
 }
 
 /// The name without its number or index.
@@ -30,13 +32,15 @@ impl Ties {
     fn none(count: usize) -> Self {
         Self {
             leader: (0..count).collect(),
+            opposite: vec![false; count],
         }
     }
 
     /// All parameters of a kind are equal: of equal values, or whatever their values.
-    pub(super) fn of_a_kind(model: &Model, pool: &Pool, used: &[Symbol], by_value: bool) -> Self {
+    pub(super) fn of_a_kind(model: &Model, pool: &mut Pool, used: &[Symbol], by_value: bool) -> Self {
         let mut ties = Self::none(model.parameters.len());
         let mut first: BTreeMap<(&str, Option<ExprId>), usize> = BTreeMap::new();
+        let zero = pool.zero();
         for (i, parameter) in model.parameters.iter().enumerate() {
             // What is defined from others does not occur.
             if pool.as_symbol(parameter.symbolic) != Some(parameter.symbol)
@@ -49,8 +53,16 @@ impl Ties {
                 (true, value) => value,
                 (false, _) => None,
             };
-            let leader = *first.entry((kind(&parameter.name), value)).or_insert(i);
-            ties.leader[i] = leader;
+            let own = kind(&parameter.name);
+            // Opposite values are equal but for the sign.
+            if let Some(value) = value.filter(|value| *value != zero)
+                && let Some(leader) = first.get(&(own, Some(pool.neg(value))))
+            {
+                ties.leader[i] = *leader;
+                ties.opposite[i] = true;
+                continue;
+            }
+            ties.leader[i] = *first.entry((own, value)).or_insert(i);
         }
         ties
     }
@@ -65,6 +77,8 @@ impl Ties {
         let mut map = Substitution::new();
         for (i, leader) in self.leader.iter().enumerate().filter(|(i, l)| i != *l) {
             let value = pool.symbol_expr(model.parameters[*leader].symbol);
+            let opposite = self.opposite[i] != self.opposite[*leader];
+            let value = if opposite { pool.neg(value) } else { value };
             map.insert(model.parameters[i].symbol, value);
         }
         map
@@ -74,7 +88,9 @@ impl Ties {
     pub(super) fn sets(&self, model: &Model) -> Vec<Vec<String>> {
         let mut sets: BTreeMap<usize, Vec<String>> = BTreeMap::new();
         for (i, leader) in self.leader.iter().enumerate() {
-            let name = model.parameters[i].name.clone();
+            let opposite = self.opposite[i] != self.opposite[*leader];
+            let minus = if opposite { "-" } else { "" };
+            let name = format!("{minus}{}", model.parameters[i].name);
             sets.entry(*leader).or_default().push(name);
         }
         sets.into_values().filter(|set| set.len() > 1).collect()
@@ -100,6 +116,7 @@ impl Ties {
         generators: &[SignedPermutation],
     ) -> Self {
         let mut needed = Self::none(self.leader.len());
+        needed.opposite.clone_from(&self.opposite);
         let mut pairs: Vec<(ExprId, ExprId)> = Vec::new();
         for g in generators {
             for i in 0..pair.len() {

@@ -14,6 +14,8 @@ mod classes;
 mod pattern;
 mod search;
 
+use std::collections::BTreeSet;
+
 pub use classes::{Classes, wave_number};
 pub use pattern::Pattern;
 
@@ -106,6 +108,32 @@ impl SignedPermutation {
             }
         }
         out
+    }
+
+    /// Elements of the group of some generators, the identity among them: all, or where there are more
+    /// so many.
+    #[must_use]
+    pub fn group(generators: &[Self], most: usize) -> Vec<Self> {
+        let Some(first) = generators.first() else {
+            return Vec::new();
+        };
+        let identity = Self::unsigned((0..first.len()).collect());
+        let mut known = BTreeSet::from([identity.clone()]);
+        let mut all = vec![identity];
+        let mut next = 0;
+        while let Some(element) = all.get(next).cloned() {
+            next += 1;
+            for g in generators {
+                let product = g.after(&element);
+                if all.len() >= most {
+                    return all;
+                }
+                if known.insert(product.clone()) {
+                    all.push(product);
+                }
+            }
+        }
+        all
     }
 
     /// The length of the cycles of the coordinates in `active`, if they all have the same and no sign

@@ -5,6 +5,9 @@ use std::collections::HashMap;
 use super::SignedPermutation;
 use super::search::Graph;
 
+/// Elements looked through for one that differs from another only by signs.
+const MOST_KNOWN: usize = 200;
+
 /// What a pair of matrices looks like: equal numbers stand for equal pairs of entries (M_ij, K_ij).
 #[derive(Clone, Debug, Default)]
 pub struct Pattern {
@@ -201,7 +204,10 @@ impl Pattern {
                 negative: image.iter().step_by(2).map(|to| to % 2 == 1).collect(),
             };
             prefer_positive(&mut g, &component);
-            if !g.moves_nothing() {
+            // Signs aside it may be known.
+            let known = SignedPermutation::group(&generators, MOST_KNOWN);
+            let is_new = known.iter().all(|other| other.image != g.image);
+            if !g.moves_nothing() && is_new {
                 generators.push(g);
             }
         }
