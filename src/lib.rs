@@ -54,7 +54,7 @@
 //! # Ok::<(), Vec<syntax::SyntaxError>>(())
 //! ```
 //!
-//! **A notebook** wants the derivation to look at, then numbers, with parameters set from outside:
+//! **A notebook** wants the [derivation](crate::derive) to look at, then numbers, with parameters set from outside:
 //!
 #![cfg_attr(feature = "engine", doc = "```")]
 #![cfg_attr(not(feature = "engine"), doc = "```ignore")]

@@ -399,7 +399,26 @@ fn matrices_as_json() {
     let json: Value = serde_json::from_str(&printed(&["derive", PENDULUMS, "--json"])).unwrap();
     assert_eq!(
         keys(&json),
-        ["model", "coordinates", "equilibrium", "mass", "stiffness"]
+        [
+            "model",
+            "coordinates",
+            "equilibrium",
+            "mass",
+            "stiffness",
+            "equations",
+            "linearized_equations",
+            "kinetic_second_order",
+            "potential_second_order",
+            "momenta",
+            "energy_function",
+            "hamiltonian",
+            "conserved",
+            "force_vanishes"
+        ]
+    );
+    assert_eq!(
+        json["equations"][2],
+        "m[3]*l[3]^2*phi[3]'' + L^2*k23*(phi[3] - phi[2]) + g*m[3]*l[3]*sin(phi[3]) = 0"
     );
     assert_eq!(json["equilibrium"], serde_json::json!(["0", "0", "0"]));
     assert_eq!(json["mass"][0][1], "0");

@@ -28,7 +28,7 @@ A model file, three_pendulums.lag:
 What to type:
 
     librate check three_pendulums.lag                 is everything in order?
-    librate derive three_pendulums.lag                M and K in symbols
+    librate derive three_pendulums.lag                equations, M and K in symbols
     librate modes three_pendulums.lag                 frequencies and mode shapes
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
     librate explain E0201                             more about a mistake, by its code
@@ -60,8 +60,9 @@ More about a kind of mistake or warning: what is wrong, why it matters, a model 
 without. Without a code, the list of all codes.";
 
 const DERIVE: &str = "\
-Lagrange's equations, the mass matrix M and the stiffness matrix K at the equilibrium, symmetry classes and
-closed forms of the frequencies, as expressions in the parameters.
+Lagrange's equations, momenta, the Hamiltonian and what is conserved; then the equilibrium, T and V to
+second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
+classes and closed forms of the frequencies; all as expressions in the parameters.
 
 M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
 equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
@@ -123,7 +124,7 @@ pub(crate) enum Command {
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
-    /// The mass and stiffness matrices in symbols
+    /// Lagrange's equations, mass and stiffness matrices in symbols
     #[command(long_about = DERIVE, after_help = DERIVE_EXAMPLE)]
     Derive(Derive),
     /// What the code of a mistake means, with an example

@@ -182,7 +182,12 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         model,
         warnings,
     } = load(&args.model, Size::Any)?;
-    let known = |name: &str| model.parameters.iter().any(|parameter| parameter.name == name);
+    let known = |name: &str| {
+        model
+            .parameters
+            .iter()
+            .any(|parameter| parameter.name == name)
+    };
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
     let expansion = match args.expand.as_slice() {
@@ -228,7 +233,10 @@ fn limit(text: &str, known: &impl Fn(&str) -> bool) -> Result<(String, Number), 
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
     let (name, value) = (name.trim(), value.trim());
     if !known(name) {
-        return Err(wrong_request(format!("there is no parameter `{name}`"), help));
+        return Err(wrong_request(
+            format!("there is no parameter `{name}`"),
+            help,
+        ));
     }
     let number = match value.strip_prefix('-') {
         Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
@@ -245,7 +253,10 @@ fn expansion(
 ) -> Result<(String, u32), Failure> {
     let help = "a parameter and the highest power are needed: `--expand k 2`";
     if !known(name) {
-        return Err(wrong_request(format!("there is no parameter `{name}`"), help));
+        return Err(wrong_request(
+            format!("there is no parameter `{name}`"),
+            help,
+        ));
     }
     match power.parse() {
         Ok(power) => Ok((name.to_owned(), power)),

@@ -28,11 +28,17 @@ pub(super) struct Adapted {
 pub(super) fn commuting_mirrors(symmetry: &Symmetry) -> Vec<SignedPermutation> {
     let mut chosen: Vec<SignedPermutation> = Vec::new();
     let generators = symmetry.generators.iter().cloned();
-    for g in generators.chain(SignedPermutation::group(&symmetry.generators, MOST_ELEMENTS)) {
+    for g in generators.chain(SignedPermutation::group(
+        &symmetry.generators,
+        MOST_ELEMENTS,
+    )) {
         let undoes_itself = g.after(&g).is_identity() && !g.moves_nothing();
         // What products of the others do already tells nothing new.
         let is_new = (0_u32..1 << chosen.len()).all(|set| {
-            let members = chosen.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0);
+            let members = chosen
+                .iter()
+                .enumerate()
+                .filter(|(i, _)| set & (1 << i) != 0);
             let start = SignedPermutation::unsigned((0..g.len()).collect());
             members.fold(start, |product, (_, h)| product.after(h)) != g
         });
@@ -163,8 +169,14 @@ pub(super) fn waves(
             vec![short.simplify(pool, quotient)]
         }
         [a, b] => {
-            let (m11, k11) = (ring.real(pool, &row(m, a, a))?, ring.real(pool, &row(k, a, a))?);
-            let (m22, k22) = (ring.real(pool, &row(m, b, b))?, ring.real(pool, &row(k, b, b))?);
+            let (m11, k11) = (
+                ring.real(pool, &row(m, a, a))?,
+                ring.real(pool, &row(k, a, a))?,
+            );
+            let (m22, k22) = (
+                ring.real(pool, &row(m, b, b))?,
+                ring.real(pool, &row(k, b, b))?,
+            );
             let (m12, k12) = (row(m, a, b), row(k, a, b));
             let mm = ring.correlation(pool, &m12, &m12)?;
             let mk = ring.correlation(pool, &m12, &k12)?;

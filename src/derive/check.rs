@@ -42,7 +42,9 @@ impl Checker {
         for (i, parameter) in model.parameters.iter().enumerate() {
             let value = parameter.value.and_then(|value| {
                 let tape = Tape::compile(&model.pool, &[value], &[]).ok()?;
-                tape.evaluate::<Ball>(&[], &mut Vec::new()).into_iter().next()
+                tape.evaluate::<Ball>(&[], &mut Vec::new())
+                    .into_iter()
+                    .next()
             });
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| drawn(i)));
@@ -127,9 +129,10 @@ impl Checker {
             Some(_) => None,
             None => self.solved(pool, pair),
         };
-        let (Some(values), Some(modes)) =
-            (self.evaluate(pool, &expressions), self.modes.as_ref().or(own.as_ref()))
-        else {
+        let (Some(values), Some(modes)) = (
+            self.evaluate(pool, &expressions),
+            self.modes.as_ref().or(own.as_ref()),
+        ) else {
             case.frequencies.clear();
             case.series.clear();
             case.complete = false;
@@ -148,7 +151,10 @@ impl Checker {
             }
             same
         });
-        let scale = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
+        let scale = modes
+            .iter()
+            .map(|mode| mode.omega_squared.abs_upper())
+            .fold(0.0, f64::max);
         let mut used = vec![false; modes.len()];
         let before = forms.len();
         forms.retain_mut(|(value, form)| {
@@ -174,7 +180,9 @@ impl Checker {
             if form.symmetry.is_none()
                 && let Some(first) = fits.first()
                 && let Some(class) = &modes[*first].symmetry
-                && fits.iter().all(|at| modes[*at].symmetry.as_ref() == Some(class))
+                && fits
+                    .iter()
+                    .all(|at| modes[*at].symmetry.as_ref() == Some(class))
             {
                 form.symmetry = Some(class.clone());
             }

@@ -197,6 +197,7 @@ pub(super) fn conserved(
     pool: &mut Pool,
     variables: &Variables,
     lagrangian: &Lagrangian,
+    momenta: &[MotionSum],
     dissipation: &[ExprId],
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
@@ -214,7 +215,6 @@ pub(super) fn conserved(
         }
         drives |= variables.time == Some(symbol);
     }
-    // A coordinate whose derivatives cancel doesn't act on anything: the forces tell.
     let mut rubs = vec![false; occurs.len()];
     for term in dissipation {
         for (i, _) in variables.velocity_slopes(pool, *term) {
@@ -225,6 +225,7 @@ pub(super) fn conserved(
     }
     let mut result: Vec<Conserved> = (0..occurs.len())
         .filter(|i| !occurs[*i] && !rubs[*i])
+        .filter(|i| momenta.get(*i).is_some_and(|momentum| !momentum.is_zero()))
         .map(Conserved::Momentum)
         .collect();
     if !drives && !rubs.contains(&true) {

@@ -198,7 +198,12 @@ pub(super) fn frequencies(
         }
         checker.check(pool, &equal, &mut found);
         let more_symmetric = order(&symmetry) > order(&plain);
-        let solved = |case: &Case| case.frequencies.iter().map(|f| f.multiplicity).sum::<usize>();
+        let solved = |case: &Case| {
+            case.frequencies
+                .iter()
+                .map(|f| f.multiplicity)
+                .sum::<usize>()
+        };
         let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
             let all = case.frequencies.iter();
             all.map(|f| short.weight(pool, f.omega_squared)).sum()
@@ -213,7 +218,11 @@ pub(super) fn frequencies(
     let mut would_be = None;
     let all = Ties::of_a_kind(model, pool, &used, false);
     // Equal parameters may move an equilibrium that depends on them.
-    let at_zero = model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+    let at_zero = model
+        .guesses
+        .iter()
+        .chain(&model.equilibria)
+        .all(Option::is_none);
     if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
@@ -234,7 +243,7 @@ pub(super) fn frequencies(
             let needed = all.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
             let equal = pair.substituted(pool, short, &map);
-        let equal = equal.canonical(pool, short);
+            let equal = equal.canonical(pool, short);
             let pattern = equal.pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
                 would_be = Some(Exchange {
@@ -342,9 +351,8 @@ fn closed_forms(
             return;
         }
         let mirrors = commuting_mirrors(symmetry);
-        let kept = |g: &SignedPermutation| {
-            rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok())
-        };
+        let kept =
+            |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
         if !mirrors.is_empty() && mirrors.iter().all(kept) {
             let is_class = matches!(symmetry.kind, GroupKind::Mirrors(_));
             for part in adapted(&mirrors, &rest) {
@@ -421,7 +429,8 @@ fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
         return e;
     };
     let divides = |term: &ExprId| {
-        let of_factors = |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
+        let of_factors =
+            |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
         matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
     };
     if !terms.iter().any(|(term, _)| divides(term)) {

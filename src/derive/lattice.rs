@@ -146,8 +146,14 @@ pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> O
             continue;
         };
         if let Some(outer) = ends(pool, pair, rows, columns) {
-            let outer = Dimension { ends: outer, size: rows };
-            let inner = Dimension { ends: inner, size: columns };
+            let outer = Dimension {
+                ends: outer,
+                size: rows,
+            };
+            let inner = Dimension {
+                ends: inner,
+                size: columns,
+            };
             return formula(pool, short, pair, vec![outer, inner]);
         }
     }
@@ -169,7 +175,10 @@ fn path(pair: &Pair) -> Option<Vec<usize>> {
     if neighbours.iter().any(|own| own.is_empty() || own.len() > 2) {
         return None;
     }
-    let start = neighbours.iter().position(|own| own.len() == 1).unwrap_or(0);
+    let start = neighbours
+        .iter()
+        .position(|own| own.len() == 1)
+        .unwrap_or(0);
     let mut order = vec![start];
     let mut seen = vec![false; n];
     seen[start] = true;
@@ -272,7 +281,9 @@ fn formula(
     pair: &Pair,
     dimensions: Vec<Dimension>,
 ) -> Option<Lattice> {
-    let squares: Vec<Symbol> = (0..dimensions.len()).map(|_| pool.fresh_symbol("s")).collect();
+    let squares: Vec<Symbol> = (0..dimensions.len())
+        .map(|_| pool.fresh_symbol("s"))
+        .collect();
     let mut factors = Vec::new();
     for (dimension, square) in dimensions.iter().zip(&squares) {
         let square = pool.symbol_expr(*square);

@@ -73,13 +73,21 @@ impl Frequencies {
         name: &str,
         change: impl Fn(&mut Pool, ExprId, Symbol) -> ExprId,
     ) {
-        for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
+        for case in [Some(&mut self.general), self.tied.as_mut()]
+            .into_iter()
+            .flatten()
+        {
             // Where several are equal the first stands for all.
-            let set = case.ties.iter().find(|set| set.iter().any(|own| own == name));
+            let set = case
+                .ties
+                .iter()
+                .find(|set| set.iter().any(|own| own == name));
             let leader = set.and_then(|set| set.first()).map_or(name, String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             let symbols = pool.symbols_of(&all);
-            let symbol = symbols.iter().find(|symbol| pool.symbol_name(**symbol) == leader);
+            let symbol = symbols
+                .iter()
+                .find(|symbol| pool.symbol_name(**symbol) == leader);
             if let Some(symbol) = symbol.copied() {
                 transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
             }
@@ -113,5 +121,6 @@ fn transform_case(
     for series in &mut case.series {
         series.omega_squared = change(pool, series.omega_squared);
     }
-    case.series.retain(|series| !pool.is_undefined(series.omega_squared));
+    case.series
+        .retain(|series| !pool.is_undefined(series.omega_squared));
 }

@@ -7,7 +7,8 @@
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `blocks`, `lattice`,
 //!   `roots`, `check`);
-//! - M, K and the equilibrium, from [`linearize`](crate::linearize), in short (`simplify`).
+//! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
@@ -29,8 +30,10 @@
 
 mod blocks;
 mod check;
+mod collapse;
 mod energy;
 mod equations;
+mod equilibria;
 mod frequencies;
 mod lagrangian;
 mod lattice;
@@ -47,6 +50,7 @@ use crate::model::Model;
 use crate::number::Number;
 
 pub use energy::Conserved;
+pub use equilibria::Root;
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
@@ -68,6 +72,8 @@ pub struct Parts {
     pub frequencies: bool,
     /// Blocks of three are solved too, by Viète's formula.
     pub cubic: bool,
+    /// Equilibria in symbols.
+    pub equilibria: bool,
 }
 
 impl Parts {
@@ -80,6 +86,7 @@ impl Parts {
             second_order: true,
             frequencies: true,
             cubic: false,
+            equilibria: true,
         }
     }
 
@@ -111,6 +118,13 @@ impl Parts {
         self
     }
 
+    /// With equilibria in symbols, or without.
+    #[must_use]
+    pub fn equilibria(mut self, wanted: bool) -> Self {
+        self.equilibria = wanted;
+        self
+    }
+
     /// With the linearized equations and T and V to second order, or without.
     #[must_use]
     pub fn second_order(mut self, wanted: bool) -> Self {
@@ -135,6 +149,8 @@ pub struct Derivation {
     pub equations: Option<Vec<MotionSum>>,
     /// Momenta and energies.
     pub energy: Option<Energy>,
+    /// Where forces vanish, as far as that can be solved in symbols.
+    pub equilibria: Option<Vec<Root>>,
 }
 
 /// M and K at the equilibrium, as expressions in the parameters.
@@ -241,8 +257,9 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         linear,
         equations: None,
         energy: None,
+        equilibria: None,
     };
-    if parts.equations || parts.energy {
+    if parts.equations || parts.energy || parts.equilibria {
         derivation.nonlinear(model, parts, &mut short);
     }
     Ok(derivation)
@@ -281,12 +298,18 @@ impl Derivation {
                 equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
         }
+        if parts.equilibria {
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
+        }
         if parts.energy {
+            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
+            let conserved =
+                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
             self.energy = Some(Energy {
-                momenta: energy::momenta(pool, short, &variables, &lagrangian),
+                momenta,
                 function: energy::energy_function(pool, short, &variables, &lagrangian),
                 hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
-                conserved: energy::conserved(pool, &variables, &lagrangian, &dissipation),
+                conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
         }

@@ -27,7 +27,9 @@ pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
 fn sparse(pool: &Pool, rows: &[Vec<ExprId>]) -> Vec<Row> {
     let entries = |row: &Vec<ExprId>| {
         let entries = row.iter().copied().enumerate();
-        entries.filter(|(_, value)| !is_zero(pool, *value)).collect()
+        entries
+            .filter(|(_, value)| !is_zero(pool, *value))
+            .collect()
     };
     rows.iter().map(entries).collect()
 }
@@ -177,7 +179,9 @@ impl Pair {
         let of = |rows: &[Row]| {
             let row = |i: &usize| {
                 let entries = rows[*i].iter();
-                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).collect()
+                entries
+                    .filter_map(|(j, value)| Some((*place.get(j)?, *value)))
+                    .collect()
             };
             to.iter().map(row).collect()
         };
@@ -201,7 +205,9 @@ impl Pair {
                 let mut row: BTreeMap<usize, Vec<(ExprId, Number)>> = BTreeMap::new();
                 for (i, factor) in left {
                     for (j, value) in &rows[*i] {
-                        row.entry(*j).or_default().push((*value, Number::from(*factor)));
+                        row.entry(*j)
+                            .or_default()
+                            .push((*value, Number::from(*factor)));
                     }
                 }
                 for (b, right) in basis.iter().enumerate().skip(a) {

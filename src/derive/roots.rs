@@ -6,8 +6,9 @@
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
+use super::collapse::collapse;
 use super::pair::{Pair, is_zero};
-use super::simplify::{Monomial, Monomials, Opening, Simplifier, collapse, expand};
+use super::simplify::{Monomial, Monomials, Opening, Simplifier, expand};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
 use crate::precision::Function;
@@ -53,13 +54,18 @@ pub(super) fn roots(
 /// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
 /// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
 fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<ExprId> {
-    let [(m1, k1), (_, k12), (m2, k2)] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
+    let [(m1, k1), (_, k12), (m2, k2)] =
+        [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
     let one = Number::ONE;
     let minus = Number::MINUS_ONE;
     let [a, b, c] = [
         vec![(k1, one.clone()), (m1, minus.clone())],
         vec![(k2, one.clone()), (m2, minus.clone())],
-        vec![(k12, Number::from(2)), (m1, minus.clone()), (m2, minus.clone())],
+        vec![
+            (k12, Number::from(2)),
+            (m1, minus.clone()),
+            (m2, minus.clone()),
+        ],
     ]
     .map(|factors| pool.product_of_powers(&factors));
     let sum = pool.linear(&[(a, Number::half()), (b, Number::half())]);
@@ -74,17 +80,16 @@ fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<E
 }
 
 /// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
-fn around(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    middle: ExprId,
-    square: ExprId,
-) -> Vec<ExprId> {
+fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprId) -> Vec<ExprId> {
     let (root, is_exact) = root(pool, short, square);
     let mut roots = Vec::new();
     for sign in [Number::MINUS_ONE, Number::ONE] {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact { short.simplify(pool, value) } else { value });
+        roots.push(if is_exact {
+            short.simplify(pool, value)
+        } else {
+            value
+        });
     }
     roots
 }
@@ -104,7 +109,11 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
                     continue;
                 }
                 let later = (row + 1..n).filter(|other| set & (1 << other) != 0).count();
-                let sign = if later % 2 == 0 { Number::ONE } else { Number::MINUS_ONE };
+                let sign = if later % 2 == 0 {
+                    Number::ONE
+                } else {
+                    Number::MINUS_ONE
+                };
                 let (k, m) = (pool.scale(k, &sign), pool.scale(m, &sign.neg()));
                 let into = next.entry(set | 1 << row).or_default();
                 for (degree, parts) in polynomial.iter().enumerate() {
@@ -191,13 +200,7 @@ pub(super) fn of_polynomial(
 /// The three real zeros of z^3 + b z^2 + c z + d: all zeros of det(K - z M) are real, M being positive
 /// definite, so that Viète's formula holds: with p = (b^2 - 3 c)/9 and q = (2 b^3 - 9 b c + 27 d)/54 they are
 /// -2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi k)/3) - b/3.
-fn cubic(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    b: ExprId,
-    c: ExprId,
-    d: ExprId,
-) -> Vec<ExprId> {
+fn cubic(pool: &mut Pool, short: &mut Simplifier, b: ExprId, c: ExprId, d: ExprId) -> Vec<ExprId> {
     let ratio = |n, d| Number::ratio(n, d).unwrap_or_default();
     let b2 = pool.square(b);
     let p = pool.linear(&[(b2, ratio(1, 9)), (c, ratio(-1, 3))]);
@@ -235,10 +238,16 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
     let Some((_, size)) = leading(&monomials) else {
         return (plain, false);
     };
-    let inverse = if size.is_negative() { None } else { size.recip() };
+    let inverse = if size.is_negative() {
+        None
+    } else {
+        size.recip()
+    };
     let scaled = inverse.map(|inverse| {
         let terms = monomials.iter();
-        terms.map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect()
+        terms
+            .map(|(monomial, c)| (monomial.clone(), c.mul(&inverse)))
+            .collect()
     });
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
@@ -254,7 +263,11 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
     // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
     let mut best = plain;
     let outer = expand(pool, e, Opening::Outermost);
-    for (terms, inner) in [Some(monomials), outer].into_iter().flatten().zip([true, false]) {
+    for (terms, inner) in [Some(monomials), outer]
+        .into_iter()
+        .flatten()
+        .zip([true, false])
+    {
         let candidate = taken_out(pool, short, &terms, inner);
         if short.weight(pool, candidate) < short.weight(pool, best) {
             best = candidate;
@@ -264,12 +277,7 @@ fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
 }
 
 /// The root of a sum with the even powers that all terms have in common in front.
-fn taken_out(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    terms: &Monomials,
-    shorten: bool,
-) -> ExprId {
+fn taken_out(pool: &mut Pool, short: &mut Simplifier, terms: &Monomials, shorten: bool) -> ExprId {
     let mut common: Option<Monomial> = None;
     for monomial in terms.keys() {
         common = Some(match common {
@@ -328,14 +336,20 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
         let (a, b) = (power(a, base), power(b, base));
         (base, if a < b { a } else { b })
     });
-    smaller.filter(|(_, exponent)| !exponent.is_zero()).collect()
+    smaller
+        .filter(|(_, exponent)| !exponent.is_zero())
+        .collect()
 }
 
 /// Compares powers base by base: an order that multiplication keeps.
 fn compare(a: &Monomial, b: &Monomial) -> Ordering {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     let sign = |exponent: &Number| {
-        if exponent.is_negative() { Ordering::Less } else { Ordering::Greater }
+        if exponent.is_negative() {
+            Ordering::Less
+        } else {
+            Ordering::Greater
+        }
     };
     loop {
         match (a.peek(), b.peek()) {
@@ -346,7 +360,11 @@ fn compare(a: &Monomial, b: &Monomial) -> Ordering {
                 Ordering::Less => return sign(x),
                 Ordering::Greater => return sign(y).reverse(),
                 Ordering::Equal if x != y => {
-                    return if x < y { Ordering::Less } else { Ordering::Greater };
+                    return if x < y {
+                        Ordering::Less
+                    } else {
+                        Ordering::Greater
+                    };
                 }
                 Ordering::Equal => {
                     a.next();

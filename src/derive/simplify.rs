@@ -7,9 +7,9 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use super::collapse::collapse;
 use crate::expr::{ExprId, Node, Pool};
 use crate::number::Number;
-use crate::precision::Function;
 
 /// Products of sums are multiplied out to at most so many monomials.
 const MOST_MONOMIALS: usize = 2000;
@@ -242,7 +242,7 @@ fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     }
 }
 
-fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
+pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
     let entry = monomials.entry(monomial);
     match entry {
         std::collections::btree_map::Entry::Vacant(slot) => {
@@ -367,7 +367,7 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
 }
 
 /// A sum of one term as its coefficient and the term; all else is its own term.
-fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
+pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
     match pool.node(e) {
         Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
             ([(term, coefficient)], true) => (coefficient.clone(), *term),
@@ -381,268 +381,6 @@ fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
         | Node::Function(..)
         | Node::Atan2 { .. }
         | Node::Undefined => (Number::ONE, e),
-    }
-}
-
-/// The argument of a sine or cosine.
-fn angle(pool: &Pool, e: ExprId, function: Function) -> Option<ExprId> {
-    match pool.node(e) {
-        Node::Function(own, x) if *own == function => Some(*x),
-        Node::Function(..)
-        | Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
-    }
-}
-
-/// A monomial with some powers changed; exponents that become 0 vanish.
-fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
-    let mut new = monomial.clone();
-    for (base, change) in by {
-        let change = Number::from(*change);
-        match new.binary_search_by_key(base, |(base, _)| *base) {
-            Ok(at) => {
-                let exponent = new[at].1.add(&change);
-                if exponent.is_zero() {
-                    new.remove(at);
-                } else {
-                    new[at].1 = exponent;
-                }
-            }
-            Err(at) => new.insert(at, (*base, change)),
-        }
-    }
-    new
-}
-
-/// Uses the addition theorems wherever two terms become one.
-pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
-    let is_angle = |pool: &Pool, id: ExprId| {
-        angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some()
-    };
-    let mut any = false;
-    for monomial in monomials.keys() {
-        any |= monomial.iter().any(|(base, _)| is_angle(pool, *base));
-    }
-    if !any {
-        return;
-    }
-    for rule in [squares, complements, products, halves] {
-        // Each use leaves one term or one function less.
-        while let Some((gone, new, coefficient)) = find(pool, monomials, rule) {
-            for old in gone.iter().flatten() {
-                monomials.remove(old);
-            }
-            add_to(monomials, new, &coefficient);
-        }
-    }
-}
-
-/// What one or two terms become: those that go, and the one that comes with its coefficient.
-type Step = ([Option<Monomial>; 2], Monomial, Number);
-type Rule = fn(&mut Pool, &Monomials, &Monomial, &Number) -> Option<Step>;
-
-fn find(pool: &mut Pool, monomials: &Monomials, rule: Rule) -> Option<Step> {
-    monomials
-        .iter()
-        .find_map(|(monomial, coefficient)| rule(pool, monomials, monomial, coefficient))
-}
-
-/// cos^2 + sin^2 = 1.
-fn squares(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let two = Number::from(2);
-    for (base, exponent) in monomial {
-        if exponent.is_integer()
-            && *exponent >= two
-            && let Some(x) = angle(pool, *base, Function::Cos)
-        {
-            let sine = pool.sin(x);
-            let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
-            if monomials.get(&partner) == Some(coefficient) {
-                let new = changed(monomial, &[(*base, -2)]);
-                return Some((
-                    [Some(monomial.clone()), Some(partner)],
-                    new,
-                    coefficient.clone(),
-                ));
-            }
-        }
-    }
-    None
-}
-
-/// 1 - cos^2 = sin^2, 1 - sin^2 = cos^2 and cos^2 - sin^2 = cos of the doubled angle.
-fn complements(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let two = Number::from(2);
-    for (base, exponent) in monomial {
-        if !exponent.is_integer() || *exponent < two {
-            continue;
-        }
-        for (own, other) in [
-            (Function::Cos, Function::Sin),
-            (Function::Sin, Function::Cos),
-        ] {
-            let Some(x) = angle(pool, *base, own) else {
-                continue;
-            };
-            let opposite = coefficient.neg();
-            let without = changed(monomial, &[(*base, -2)]);
-            let counterpart = pool.apply(other, x);
-            if monomials.get(&without) == Some(&opposite) {
-                let new = changed(&without, &[(counterpart, 2)]);
-                return Some(([Some(monomial.clone()), Some(without)], new, opposite));
-            }
-            let partner = changed(&without, &[(counterpart, 2)]);
-            if own == Function::Cos && monomials.get(&partner) == Some(&opposite) {
-                let doubled = pool.scale(x, &two);
-                let cosine = pool.cos(doubled);
-                let (sign, cosine) = split(pool, cosine);
-                let new = times(pool, &without, cosine)?;
-                return Some((
-                    [Some(monomial.clone()), Some(partner)],
-                    new,
-                    coefficient.mul(&sign),
-                ));
-            }
-        }
-    }
-    None
-}
-
-/// cos(a)cos(b) ± sin(a)sin(b) and sin(a)cos(b) ± cos(a)sin(b).
-fn products(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let one = Number::ONE;
-    let usable = |exponent: &Number| exponent.is_integer() && *exponent >= one;
-    for (at, (first, e1)) in monomial.iter().enumerate() {
-        for (second, e2) in monomial.iter().skip(at + 1) {
-            if !usable(e1) || !usable(e2) {
-                continue;
-            }
-            // Both cosines, or the one with the sine first.
-            let cosines = (
-                angle(pool, *first, Function::Cos),
-                angle(pool, *second, Function::Cos),
-            );
-            let sines = (
-                angle(pool, *first, Function::Sin),
-                angle(pool, *second, Function::Sin),
-            );
-            let (a, b, mixed) = match (cosines, sines) {
-                ((Some(a), Some(b)), _) => (a, b, false),
-                ((_, Some(b)), (Some(a), _)) => (a, b, true),
-                ((Some(b), _), (_, Some(a))) => (a, b, true),
-                _ => continue,
-            };
-            if a == b {
-                continue;
-            }
-            let rest = changed(monomial, &[(*first, -1), (*second, -1)]);
-            let (sin_a, cos_a) = (pool.sin(a), pool.cos(a));
-            let sin_b = pool.sin(b);
-            let partner = if mixed {
-                changed(&rest, &[(cos_a, 1), (sin_b, 1)])
-            } else {
-                changed(&rest, &[(sin_a, 1), (sin_b, 1)])
-            };
-            let Some(other) = monomials.get(&partner) else {
-                continue;
-            };
-            let same = other == coefficient;
-            if !same && *other != coefficient.neg() {
-                continue;
-            }
-            // cos cos + sin sin is of the difference, sin cos + cos sin of the sum.
-            let argument = if same == mixed {
-                pool.add(a, b)
-            } else {
-                pool.sub(a, b)
-            };
-            let value = if mixed {
-                pool.sin(argument)
-            } else {
-                pool.cos(argument)
-            };
-            let (sign, value) = split(pool, value);
-            let new = times(pool, &rest, value)?;
-            return Some((
-                [Some(monomial.clone()), Some(partner)],
-                new,
-                coefficient.mul(&sign),
-            ));
-        }
-    }
-    None
-}
-
-/// sin(x/2)cos(x/2) = sin(x)/2, where only that rids an angle of its fraction.
-fn halves(
-    pool: &mut Pool,
-    _: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
-    let one = Number::ONE;
-    for (base, exponent) in monomial {
-        let Some(x) = angle(pool, *base, Function::Sin) else {
-            continue;
-        };
-        let (part, _) = split(pool, x);
-        let halved = part.small_parts().is_some_and(|(_, d)| d.is_multiple_of(2));
-        if !halved || !exponent.is_integer() || *exponent < one {
-            continue;
-        }
-        let cosine = pool.cos(x);
-        let at = monomial.binary_search_by_key(&cosine, |(base, _)| *base);
-        let Ok(at) = at else {
-            continue;
-        };
-        let other = &monomial[at].1;
-        if !other.is_integer() || *other < one {
-            continue;
-        }
-        let rest = changed(monomial, &[(*base, -1), (cosine, -1)]);
-        let doubled = pool.scale(x, &Number::from(2));
-        let sine = pool.sin(doubled);
-        let (sign, sine) = split(pool, sine);
-        let new = times(pool, &rest, sine)?;
-        let coefficient = coefficient.mul(&sign).mul(&Number::half());
-        return Some(([Some(monomial.clone()), None], new, coefficient));
-    }
-    None
-}
-
-/// A monomial times one more factor; `None` where the pool makes more of it than a monomial.
-fn times(pool: &mut Pool, monomial: &Monomial, factor: ExprId) -> Option<Monomial> {
-    match pool.node(factor) {
-        Node::Function(..) => Some(changed(monomial, &[(factor, 1)])),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
     }
 }
 

@@ -37,7 +37,12 @@ impl Ties {
     }
 
     /// All parameters of a kind are equal: of equal values, or whatever their values.
-    pub(super) fn of_a_kind(model: &Model, pool: &mut Pool, used: &[Symbol], by_value: bool) -> Self {
+    pub(super) fn of_a_kind(
+        model: &Model,
+        pool: &mut Pool,
+        used: &[Symbol],
+        by_value: bool,
+    ) -> Self {
         let mut ties = Self::none(model.parameters.len());
         let mut first: BTreeMap<(&str, Option<ExprId>), usize> = BTreeMap::new();
         let zero = pool.zero();
@@ -69,7 +74,10 @@ impl Ties {
 
     /// Whether no two parameters are tied.
     pub(super) fn is_empty(&self) -> bool {
-        self.leader.iter().enumerate().all(|(i, leader)| i == *leader)
+        self.leader
+            .iter()
+            .enumerate()
+            .all(|(i, leader)| i == *leader)
     }
 
     /// What each tied parameter is replaced by.
@@ -173,7 +181,9 @@ impl Ties {
         let mut tried = needed.clone();
         let mut partners = alone(&right, &left);
         for i in alone(&left, &right) {
-            let partner = partners.iter().position(|j| self.leader[*j] == self.leader[i]);
+            let partner = partners
+                .iter()
+                .position(|j| self.leader[*j] == self.leader[i]);
             if let Some(at) = partner {
                 tried.join(i, partners.remove(at));
             }

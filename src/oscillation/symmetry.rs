@@ -44,7 +44,10 @@ impl Labels {
         let negative = mass < 0 || (mass == 0 && stiffness < 0);
         let sign = if negative { -1 } else { 1 };
         let fresh = self.0.len() as i64 + 1;
-        sign * *self.0.entry((sign * mass, sign * stiffness)).or_insert(fresh)
+        sign * *self
+            .0
+            .entry((sign * mass, sign * stiffness))
+            .or_insert(fresh)
     }
 }
 
@@ -110,7 +113,11 @@ fn value_classes(values: &[Ball]) -> Option<Vec<Class>> {
             }
         }
         last = Some(value);
-        classes[*i] = if values[*i].is_negative() { -class } else { class };
+        classes[*i] = if values[*i].is_negative() {
+            -class
+        } else {
+            class
+        };
     }
     Some(classes)
 }
@@ -140,7 +147,10 @@ impl BigClasses {
         }
         self.count += 1;
         let class = self.count;
-        self.met.entry(near.to_bits()).or_default().push((size, class));
+        self.met
+            .entry(near.to_bits())
+            .or_default()
+            .push((size, class));
         if negative { -class } else { class }
     }
 }

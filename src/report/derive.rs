@@ -3,7 +3,7 @@
 use super::frequencies::frequencies_text;
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
-use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, SecondOrder};
+use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
 use crate::expr::ExprId;
 use crate::number::Number;
 
@@ -35,12 +35,42 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     if let Some(energy) = &derivation.energy {
         out.push_str(&energy_text(derivation, energy, style));
     }
+    if let Some(roots) = &derivation.equilibria
+        && names.len() <= MOST_FOR_ENERGIES
+        && !roots.is_empty()
+    {
+        out.push_str(&section(
+            "the force vanishes where",
+            &root_texts(derivation, roots),
+            style,
+        ));
+    }
     out.push('\n');
     match &derivation.linear {
         Ok(linear) => out.push_str(&linear_text(derivation, linear, style)),
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// One line a coordinate: its possibilities, with what each needs to exist.
+fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String> {
+    let pool = &derivation.pool;
+    let lines = roots.chunk_by(|a, b| a.coordinate == b.coordinate);
+    lines
+        .map(|roots| {
+            let texts = roots.iter().map(|root| {
+                let value = pool.display(root.value);
+                let left = pool.display(root.left);
+                if root.bounded {
+                    format!("{left} = {value}, if abs({value}) <= 1")
+                } else {
+                    format!("{left} = {value}")
+                }
+            });
+            texts.collect::<Vec<_>>().join("; or ")
+        })
+        .collect()
 }
 
 /// A heading and indented lines.

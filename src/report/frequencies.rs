@@ -1,7 +1,9 @@
 //! Symmetry and closed forms to read.
 
 use super::{Style, Tone};
-use crate::derive::{Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear};
+use crate::derive::{
+    Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
+};
 use crate::symmetry::{GroupKind, SignedPermutation};
 
 /// Exchanges and equalities of more coordinates than this are broken off.
@@ -14,7 +16,12 @@ const MOST_IN_BLOCK: usize = 4;
 /// The case whose closed forms stand for the model: without equalities of parameters where it knows all
 /// frequencies, else the one that knows more of them.
 pub(super) fn best(frequencies: &Frequencies) -> &Case {
-    let known = |case: &Case| case.frequencies.iter().map(|f| f.multiplicity).sum::<usize>();
+    let known = |case: &Case| {
+        case.frequencies
+            .iter()
+            .map(|f| f.multiplicity)
+            .sum::<usize>()
+    };
     match &frequencies.tied {
         Some(tied) if known(tied) > known(&frequencies.general) => tied,
         Some(_) | None => &frequencies.general,
@@ -48,7 +55,12 @@ pub(super) fn exchange(g: &SignedPermutation, names: &[String]) -> String {
         let (back, again) = g.of(to);
         if back == start && negative == again {
             seen[to] = true;
-            cycles.push(format!("{} <-> {}{}", name(start), sign(negative), name(to)));
+            cycles.push(format!(
+                "{} <-> {}{}",
+                name(start),
+                sign(negative),
+                name(to)
+            ));
             continue;
         }
         let mut text = name(start).to_owned();
@@ -167,7 +179,10 @@ fn frequency_text(derivation: &Derivation, frequency: &Frequency) -> String {
         2 => Some("twice".to_owned()),
         n => Some(format!("{n} times")),
     };
-    let remarks: Vec<String> = times.into_iter().chain(frequency.symmetry.clone()).collect();
+    let remarks: Vec<String> = times
+        .into_iter()
+        .chain(frequency.symmetry.clone())
+        .collect();
     if remarks.is_empty() {
         format!("  omega^2 = {value}\n")
     } else {

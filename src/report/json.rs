@@ -174,6 +174,24 @@ pub fn derive_json(derivation: &Derivation) -> String {
     {
         frequency_fields(derivation, found, &mut fields);
     }
+    if let Some(roots) = &derivation.equilibria {
+        let roots = roots.iter().map(|root| {
+            let name = names
+                .get(root.coordinate)
+                .map_or_else(null, |name| string(name));
+            let value = derivation.pool.display(root.value);
+            let condition = if root.bounded {
+                string(&format!("abs({value}) <= 1"))
+            } else {
+                null()
+            };
+            let (left, value) = (expression(&root.left), string(&value));
+            format!(
+                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}}}"
+            )
+        });
+        fields.push(("force_vanishes", lines(roots)));
+    }
     let fields = fields
         .iter()
         .map(|(name, value)| format!("\"{name}\": {value}"));
@@ -187,7 +205,9 @@ fn frequency_fields(
     fields: &mut Vec<(&str, String)>,
 ) {
     let sets = |sets: &[Vec<String>]| {
-        let sets = sets.iter().map(|set| array(set.iter().map(|name| string(name))));
+        let sets = sets
+            .iter()
+            .map(|set| array(set.iter().map(|name| string(name))));
         array(sets)
     };
     let case = best(found);
@@ -210,9 +230,8 @@ fn frequency_fields(
     }
     if !case.blocks.is_empty() {
         let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-        let matrix = |rows: &[Vec<ExprId>]| {
-            array(rows.iter().map(|row| array(row.iter().map(expression))))
-        };
+        let matrix =
+            |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| array(row.iter().map(expression))));
         let blocks = case.blocks.iter().map(|block| {
             let vectors = block.basis.iter().map(|vector| {
                 let mut dense = vec![0; names.len()];
@@ -253,7 +272,10 @@ fn frequency_fields(
     fields.push(("frequencies_equal", sets(&case.ties)));
     let signs = signs(derivation, found);
     if !signs.is_empty() {
-        fields.push(("frequencies_signs", array(signs.iter().map(|sign| string(sign)))));
+        fields.push((
+            "frequencies_signs",
+            array(signs.iter().map(|sign| string(sign))),
+        ));
     }
 }
 

@@ -58,7 +58,10 @@ impl Classes {
         if error.is_nan() || allowed > 1e-3 * largest {
             return None;
         }
-        let outside = vector.iter().zip(&self.active).filter(|(_, active)| !**active);
+        let outside = vector
+            .iter()
+            .zip(&self.active)
+            .filter(|(_, active)| !**active);
         if outside.into_iter().any(|(value, _)| value.abs() > allowed) {
             return None;
         }
@@ -74,7 +77,10 @@ impl Classes {
         let product: f64 = vector.iter().zip(&sum).map(|(x, y)| x * y).sum();
         let value = product / square;
         let pairs = sum.iter().zip(vector);
-        if pairs.into_iter().any(|(y, x)| (y - value * x).abs() > weight * allowed) {
+        if pairs
+            .into_iter()
+            .any(|(y, x)| (y - value * x).abs() > weight * allowed)
+        {
             return None;
         }
         let mut nearest: Vec<(f64, &str)> = self

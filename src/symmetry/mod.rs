@@ -288,9 +288,8 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
             moved == turn || moved == back
         };
         let cycle = cycles(&turn);
-        let joins = |g: &SignedPermutation| {
-            (0..g.len()).any(|i| active[i] && cycle[g.of(i).0] != cycle[i])
-        };
+        let joins =
+            |g: &SignedPermutation| (0..g.len()).any(|i| active[i] && cycle[g.of(i).0] != cycle[i]);
         if (order == turns || order == 2.0 * turns)
             && generators.iter().all(|g| keeps(g) && !joins(g))
         {

@@ -114,15 +114,22 @@ impl Graph {
     /// Whether a permutation keeps colours and edges.
     fn keeps(&self, image: &[usize]) -> bool {
         let mut row_image: Vec<(usize, u64)> = Vec::new();
-        self.rows.iter().zip(&self.colours).enumerate().all(|(i, (row, colour))| {
-            let Some(to) = image.get(i).copied() else {
-                return false;
-            };
-            row_image.clear();
-            row_image.extend(row.iter().filter_map(|(j, label)| Some((*image.get(*j)?, *label))));
-            row_image.sort_unstable();
-            self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
-        })
+        self.rows
+            .iter()
+            .zip(&self.colours)
+            .enumerate()
+            .all(|(i, (row, colour))| {
+                let Some(to) = image.get(i).copied() else {
+                    return false;
+                };
+                row_image.clear();
+                row_image.extend(
+                    row.iter()
+                        .filter_map(|(j, label)| Some((*image.get(*j)?, *label))),
+                );
+                row_image.sort_unstable();
+                self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
+            })
     }
 
     /// The automorphism group; `None` where the effort does not suffice.
@@ -134,7 +141,9 @@ impl Graph {
         };
         let mut levels = vec![self.level(self.colours.clone(), &mut effort)?];
         while let Some(base) = levels.last().and_then(|level| level.base) {
-            let colours = levels.last().map_or_else(Vec::new, |level| level.colours.clone());
+            let colours = levels
+                .last()
+                .map_or_else(Vec::new, |level| level.colours.clone());
             levels.push(self.level(singled_out(colours, base), &mut effort)?);
         }
         for depth in (0..levels.len()).rev() {
@@ -165,7 +174,9 @@ impl Graph {
                 }
             }
             let own = orbits.of(base);
-            let size = (0..self.rows.len()).filter(|i| orbits.of(*i) == own).count();
+            let size = (0..self.rows.len())
+                .filter(|i| orbits.of(*i) == own)
+                .count();
             found.order *= size as f64;
         }
         Some(found)
@@ -233,7 +244,9 @@ fn singled_out(mut colours: Vec<u64>, vertex: usize) -> Vec<u64> {
 fn smallest_cell(colours: &[u64], sorted: &[u64]) -> Option<usize> {
     let cells = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1);
     let smallest = cells.min_by_key(|cell| cell.len())?;
-    colours.iter().position(|colour| Some(colour) == smallest.first())
+    colours
+        .iter()
+        .position(|colour| Some(colour) == smallest.first())
 }
 
 /// Vertices that can be taken to each other.

@@ -5,13 +5,13 @@
 use std::path::{Path, PathBuf};
 
 use librate::derive::{Derivation, Motion, MotionSum};
-use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape};
+use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape, ZeroVerdict};
 use librate::model::{Model, Settings, SymbolKind, TableTexts, TermFamily, elaborate};
 use librate::number::Number;
 use librate::precision::{Big, Scalar};
 use librate::syntax::{StatementKind, parse};
 
-pub fn model_files() -> Vec<PathBuf> {
+pub(crate) fn model_files() -> Vec<PathBuf> {
     let mut files: Vec<PathBuf> = std::fs::read_dir("models")
         .unwrap()
         .map(|entry| entry.unwrap().path())
@@ -22,7 +22,7 @@ pub fn model_files() -> Vec<PathBuf> {
     files
 }
 
-pub fn load(path: &Path) -> Model {
+pub(crate) fn load(path: &Path) -> Model {
     let text = std::fs::read_to_string(path).unwrap();
     let file = parse(&text).unwrap();
     let mut tables = TableTexts::new();
@@ -35,7 +35,7 @@ pub fn load(path: &Path) -> Model {
     elaborate(&file, &tables, &Settings::new()).unwrap()
 }
 
-pub fn model(text: &str) -> Model {
+pub(crate) fn model(text: &str) -> Model {
     let file = parse(text).unwrap_or_else(|errors| panic!("{text}: {errors:?}"));
     elaborate(&file, &TableTexts::new(), &Settings::new())
         .unwrap_or_else(|errors| panic!("{text}: {errors:?}"))
@@ -63,9 +63,9 @@ fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprI
 }
 
 /// The plainest way to the equations: L as one expression, the chain rule for d/dt.
-pub struct BruteForce {
-    pub lagrangian: ExprId,
-    pub dissipation: ExprId,
+pub(crate) struct BruteForce {
+    pub(crate) lagrangian: ExprId,
+    pub(crate) dissipation: ExprId,
     coordinates: Vec<Symbol>,
     velocities: Vec<Symbol>,
     accelerations: Vec<ExprId>,
@@ -73,7 +73,7 @@ pub struct BruteForce {
 }
 
 impl BruteForce {
-    pub fn new(model: &Model, pool: &mut Pool) -> Self {
+    pub(crate) fn new(model: &Model, pool: &mut Pool) -> Self {
         let kinetic = written_out(model, pool, &model.kinetic);
         let potential = written_out(model, pool, &model.potential);
         let symbols = model.coordinates.iter();
@@ -98,7 +98,7 @@ impl BruteForce {
     }
 
     /// The total time derivative.
-    pub fn rate(&self, pool: &mut Pool, e: ExprId) -> ExprId {
+    pub(crate) fn rate(&self, pool: &mut Pool, e: ExprId) -> ExprId {
         let mut seeds = Seeds::default();
         for i in 0..self.coordinates.len() {
             let velocity = pool.symbol_expr(self.velocities[i]);
@@ -111,11 +111,11 @@ impl BruteForce {
         pool.derivation(&[e], &seeds)[0]
     }
 
-    pub fn momentum(&self, pool: &mut Pool, i: usize) -> ExprId {
+    pub(crate) fn momentum(&self, pool: &mut Pool, i: usize) -> ExprId {
         pool.diff(self.lagrangian, self.velocities[i])
     }
 
-    pub fn equation(&self, pool: &mut Pool, i: usize) -> ExprId {
+    pub(crate) fn equation(&self, pool: &mut Pool, i: usize) -> ExprId {
         let momentum = self.momentum(pool, i);
         let rate = self.rate(pool, momentum);
         let force = pool.diff(self.lagrangian, self.coordinates[i]);
@@ -124,19 +124,24 @@ impl BruteForce {
         pool.add(difference, friction)
     }
 
-    pub fn explicit_rate(&self, pool: &mut Pool) -> ExprId {
+    pub(crate) fn explicit_rate(&self, pool: &mut Pool) -> ExprId {
         match self.time {
             Some(time) => pool.diff(self.lagrangian, time),
             None => pool.zero(),
         }
     }
 
-    pub fn velocity(&self, pool: &mut Pool, i: usize) -> ExprId {
+    pub(crate) fn velocity(&self, pool: &mut Pool, i: usize) -> ExprId {
         pool.symbol_expr(self.velocities[i])
     }
 
     /// A sum of the derivation in the symbols used here, momenta replaced by what they are.
-    pub fn expression(&self, pool: &mut Pool, sum: &MotionSum, momenta: &[ExprId]) -> ExprId {
+    pub(crate) fn expression(
+        &self,
+        pool: &mut Pool,
+        sum: &MotionSum,
+        momenta: &[ExprId],
+    ) -> ExprId {
         sum.expression(pool, |pool, motion| match motion {
             Motion::Acceleration(i) => self.accelerations[i],
             Motion::Velocity(i) => pool.symbol_expr(self.velocities[i]),
@@ -192,7 +197,12 @@ fn renamed(text: &str, new: &dyn Fn(&str, usize) -> Option<String>) -> String {
 
 /// The values of printed expressions at a point, through the parser: the model's parameters have their
 /// values, coordinates and their derivatives those of `point[primes][coordinate]` (in decimal).
-pub fn values(model: &Model, texts: &[String], point: &[Vec<String>; 3], bits: usize) -> Vec<Big> {
+pub(crate) fn values(
+    model: &Model,
+    texts: &[String],
+    point: &[Vec<String>; 3],
+    bits: usize,
+) -> Vec<Big> {
     let mut file = String::from("coord z\nT = z'^2\n");
     for (k, parameter) in model.parameters.iter().enumerate() {
         let value = model.pool.display(parameter.value.unwrap());
@@ -228,7 +238,7 @@ pub fn values(model: &Model, texts: &[String], point: &[Vec<String>; 3], bits: u
 }
 
 /// A decimal number of any length.
-pub fn decimal(text: &str, bits: usize) -> Big {
+pub(crate) fn decimal(text: &str, bits: usize) -> Big {
     match text.strip_prefix('-') {
         Some(digits) => Big::from_number(&Number::parse(digits).unwrap(), bits).neg(),
         None => Big::from_number(&Number::parse(text).unwrap(), bits),
@@ -236,10 +246,45 @@ pub fn decimal(text: &str, bits: usize) -> Big {
 }
 
 /// The left sides as printed, without `= 0`.
-pub fn left_sides(derivation: &Derivation) -> Vec<String> {
+pub(crate) fn left_sides(derivation: &Derivation) -> Vec<String> {
     let texts = derivation.equation_texts();
     let texts = texts.iter();
     texts
         .map(|text| text.strip_suffix(" = 0").unwrap().to_owned())
         .collect()
+}
+
+/// Whether two expressions are the same: modulo a prime where that decides, else at points near 1/2 with
+/// 60 digits.
+pub(crate) fn are_equal(pool: &mut Pool, a: ExprId, b: ExprId) -> bool {
+    const BITS: usize = 400;
+    let difference = pool.sub(a, b);
+    match pool.is_zero(difference) {
+        ZeroVerdict::Zero => return true,
+        ZeroVerdict::NonZero => return false,
+        ZeroVerdict::Unknown => {}
+    }
+    let symbols = pool.symbols_of(&[difference, a]);
+    let tape = Tape::compile(pool, &[difference, a], &symbols).unwrap();
+    let mut decided = 0;
+    let mut state = 12_345_u64;
+    for _ in 0..20 {
+        let point: Vec<Big> = symbols
+            .iter()
+            .map(|_| {
+                state = state * 48_271 % 2_147_483_647;
+                let value = Number::ratio(300 + (state % 600) as i64, 1000).unwrap();
+                Big::from_number(&value, BITS)
+            })
+            .collect();
+        let values = tape.prepare::<Big>(BITS).evaluate(&point, &mut Vec::new());
+        if values.iter().all(Big::is_finite) {
+            let size = values[1].mid_f64().abs().max(1.0);
+            if values[0].mid_f64().abs() > 1e-60 * size {
+                return false;
+            }
+            decided += 1;
+        }
+    }
+    decided >= 3
 }

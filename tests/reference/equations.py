@@ -25,7 +25,12 @@ MOST = 12     # coordinates
 POINTS = 3
 
 # What the hand-written energies are divided by, where they are per unit of something.
-FACTOR = {}
+FACTOR = {
+    "bead_on_hoop": mpf("0.01") * mpf("0.2") ** 2,    # m*R^2
+    "bead_on_hoop_fast": mpf("0.2") ** 2,
+    "bead_on_hoop_bottom": mpf("0.2") ** 2,
+    "ball_in_bowl": mpf("0.02"),    # m
+}
 
 
 def draws(seed):
