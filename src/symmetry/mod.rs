@@ -213,36 +213,39 @@ impl Symmetry {
             }
             !acts.contains(&false)
         };
-        if unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere) {
-            return Self::of(unsigned.generators, 2.0, active, parts);
+        let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
+        let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
+        let is_ring =
+            |found: &Self| matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0);
+        if is_mirror || plain.as_ref().is_some_and(is_ring) {
+            return plain;
         }
-        let signed = pattern.signed_permutations(&active, EFFORT);
-        match signed {
+        match pattern.signed_permutations(&active, EFFORT) {
             Some(signed) if signed.order > unsigned.order => {
-                Self::of(signed.generators, signed.order, active, parts)
+                Self::of(signed.generators, signed.order, &active, &parts)
             }
-            Some(_) | None => Self::of(unsigned.generators, unsigned.order, active, parts),
+            Some(_) | None => plain,
         }
     }
 
     fn of(
         generators: Vec<SignedPermutation>,
         order: f64,
-        active: Vec<bool>,
-        parts: Vec<usize>,
+        active: &[bool],
+        parts: &[usize],
     ) -> Option<Self> {
         if generators.is_empty() {
             return None;
         }
-        let kind = ring(&generators, order, &active)
+        let kind = ring(&generators, order, active)
             .or_else(|| mirrors(&generators))
             .unwrap_or(GroupKind::Other);
         Some(Self {
             generators,
             order,
             kind,
-            active,
-            parts,
+            active: active.to_vec(),
+            parts: parts.to_vec(),
         })
     }
 }
