@@ -129,7 +129,10 @@ fn closed_forms_agree_with_references() {
         // Where the equilibrium was searched for, coordinates stand for themselves.
         let searched = |(name, at): (&Value, &Value)| name == at;
         let pairs = json["coordinates"].as_array().unwrap().iter();
-        if pairs.zip(json["equilibrium"].as_array().unwrap()).any(searched) {
+        if pairs
+            .zip(json["equilibrium"].as_array().unwrap())
+            .any(searched)
+        {
             continue;
         }
         let expressions: Vec<String> = entries
@@ -284,7 +287,11 @@ fn a_cubic_is_solved_on_request() {
     // Zeros of the Laguerre polynomial L_3 (SymPy: laguerre_poly(3).nroots()), times g/l.
     let want = [0.415774556783479, 2.29428036027904, 6.28994508293748];
     let text = std::fs::read_to_string("models/triple_pendulum.lag").unwrap();
-    let model = load(&text, Path::new("models"), &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"]);
+    let model = load(
+        &text,
+        Path::new("models"),
+        &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"],
+    );
     let plain = frequencies(&model);
     assert!(plain.get("frequencies").is_none());
     let parts = Parts::default().frequencies(true).cubic(true);

@@ -155,13 +155,14 @@ fn filled(entries: &[i64], heavy: i64) -> Matrix {
     let n = 8;
     let mut a = vec![vec![0; n]; n];
     let mut entries = entries.iter();
-    for i in 0..n {
-        for j in 0..=i {
-            let value = *entries.next().unwrap();
-            a[i][j] = value;
-            a[j][i] = value;
-        }
-        a[i][i] += heavy + i64::try_from(i).unwrap();
+    let places = (0..n).flat_map(|i| (0..=i).map(move |j| (i, j)));
+    for (i, j) in places {
+        let value = *entries.next().unwrap();
+        a[i][j] = value;
+        a[j][i] = value;
+    }
+    for (i, row) in a.iter_mut().enumerate() {
+        row[i] += heavy + i64::try_from(i).unwrap();
     }
     a
 }

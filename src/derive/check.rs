@@ -143,11 +143,13 @@ impl Checker {
         forms.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
         // Forms that only look different are one.
         forms.dedup_by(|(later, form), (value, kept)| {
-            let same = form.symmetry == kept.symmetry
-                && later.sub(value).contains_zero()
+            let same = later.sub(value).contains_zero()
                 && equal(pool, form.omega_squared, kept.omega_squared);
             if same {
                 kept.multiplicity += form.multiplicity;
+                if kept.symmetry != form.symmetry {
+                    kept.symmetry = None;
+                }
             }
             same
         });

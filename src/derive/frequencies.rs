@@ -85,7 +85,7 @@ pub struct Case {
     pub blocks: Vec<Block>,
     /// Series of frequencies, given by their number.
     pub series: Vec<Series>,
-    /// The closed forms, checked, one for each distinct frequency (for each class of symmetry).
+    /// The closed forms, checked, one for each distinct frequency.
     pub frequencies: Vec<Frequency>,
     /// Whether these are all frequencies.
     pub complete: bool,
@@ -130,7 +130,8 @@ pub struct Series {
 /// What is found on the way, before it is checked.
 #[derive(Default)]
 struct Found {
-    frequencies: BTreeMap<(ExprId, Option<String>), usize>,
+    /// By omega^2: multiplicity and class, where all have the same.
+    frequencies: BTreeMap<ExprId, (usize, Option<String>)>,
     series: Vec<Series>,
     blocks: Vec<Block>,
     count: usize,
@@ -138,8 +139,12 @@ struct Found {
 
 impl Found {
     fn add(&mut self, omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) {
-        let place = self.frequencies.entry((omega_squared, symmetry));
-        *place.or_default() += multiplicity;
+        let place = self.frequencies.entry(omega_squared);
+        let (count, class) = place.or_insert_with(|| (0, symmetry.clone()));
+        *count += multiplicity;
+        if *class != symmetry {
+            *class = None;
+        }
         self.count += multiplicity;
     }
 }
@@ -279,7 +284,7 @@ fn case(
     let frequencies: Vec<Frequency> = found
         .frequencies
         .into_iter()
-        .map(|((omega_squared, symmetry), multiplicity)| Frequency {
+        .map(|(omega_squared, (multiplicity, symmetry))| Frequency {
             omega_squared,
             multiplicity,
             symmetry,

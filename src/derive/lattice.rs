@@ -64,9 +64,9 @@ impl Dimension {
             Ends::Corners(0, 0) => (1, 0, 2 * (n + 1), 1, n, None),
             Ends::Corners(1, 1) => (1, 0, 2 * n, 0, n - 1, None),
             Ends::Corners(-1, -1) => (1, 0, 2 * n, 1, n, None),
-            Ends::Corners(1, 0) | Ends::Corners(0, 1) => (2, -1, 2 * (2 * n + 1), 1, n, None),
+            Ends::Corners(1, 0) | Ends::Corners(0, 1) => (2, 1, 2 * (2 * n + 1), 0, n - 1, None),
             Ends::Corners(-1, 0) | Ends::Corners(0, -1) => (1, 0, 2 * n + 1, 1, n, None),
-            Ends::Corners(..) => (2, -1, 4 * n, 1, n, None),
+            Ends::Corners(..) => (2, 1, 4 * n, 0, n - 1, None),
         };
         Angles {
             step,

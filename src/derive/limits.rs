@@ -109,11 +109,14 @@ fn transform_case(
             continue;
         }
         form.omega_squared = short.simplify(pool, value);
-        let same = frequencies.iter_mut().find(|other| {
-            other.omega_squared == form.omega_squared && other.symmetry == form.symmetry
-        });
-        match same {
-            Some(other) => other.multiplicity += form.multiplicity,
+        let same = |other: &&mut Frequency| other.omega_squared == form.omega_squared;
+        match frequencies.iter_mut().find(same) {
+            Some(other) => {
+                other.multiplicity += form.multiplicity;
+                if other.symmetry != form.symmetry {
+                    other.symmetry = None;
+                }
+            }
             None => frequencies.push(form),
         }
     }

@@ -215,8 +215,9 @@ impl Symmetry {
         };
         let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
         let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
-        let is_ring =
-            |found: &Self| matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0);
+        let is_ring = |found: &Self| {
+            matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0)
+        };
         if is_mirror || plain.as_ref().is_some_and(is_ring) {
             return plain;
         }
