@@ -124,6 +124,9 @@ pub mod linearize;
 pub mod modes;
 
 #[cfg(feature = "engine")]
+pub mod symmetry;
+
+#[cfg(feature = "engine")]
 pub mod oscillation;
 
 #[cfg(feature = "engine")]

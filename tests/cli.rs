@@ -414,6 +414,11 @@ fn matrices_as_json() {
             "energy_function",
             "hamiltonian",
             "conserved",
+            "symmetry",
+            "blocks",
+            "frequencies",
+            "frequencies_complete",
+            "frequencies_equal",
             "force_vanishes"
         ]
     );

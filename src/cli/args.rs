@@ -61,8 +61,8 @@ without. Without a code, the list of all codes.";
 
 const DERIVE: &str = "\
 Lagrange's equations, momenta, the Hamiltonian and what is conserved; then the equilibrium, T and V to
-second order about it, the mass matrix M, the stiffness matrix K and the linearized equations, all as
-expressions in the parameters.
+second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
+classes and closed forms of the frequencies; all as expressions in the parameters.
 
 M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
 equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
@@ -81,6 +81,7 @@ Examples:
 const DERIVE_EXAMPLE: &str = "\
 Examples:
     librate derive double_pendulum.lag
+    librate derive three_pendulums.lag --expand k12 2
     librate derive chain.lag --set N=4 --json
     librate derive double_pendulum.lag --latex --standalone > page.tex";
 
@@ -180,6 +181,15 @@ pub(crate) struct Explain {
 pub(crate) struct Derive {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// Solve blocks of three for their frequencies too, by Viète's formula
+    #[arg(long)]
+    pub(crate) cubic: bool,
+    /// Closed forms where a parameter goes to a value: `k=0`; may be repeated
+    #[arg(long = "limit", value_name = "NAME=VALUE")]
+    pub(crate) limits: Vec<String>,
+    /// Closed forms as a series in a small parameter, up to a power of it: `k 2`
+    #[arg(long, num_args = 2, value_names = ["NAME", "POWER"])]
+    pub(crate) expand: Vec<String>,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

@@ -15,6 +15,7 @@ use clap::Parser;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings};
+use librate::number::Number;
 use librate::report::{self, Style};
 use librate::{Error, explain, linearize, modes, oscillation, syntax};
 
@@ -181,9 +182,30 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         model,
         warnings,
     } = load(&args.model, Size::Any)?;
+    let known = |name: &str| {
+        model
+            .parameters
+            .iter()
+            .any(|parameter| parameter.name == name)
+    };
+    let limits = args.limits.iter().map(|text| limit(text, &known));
+    let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
+    let expansion = match args.expand.as_slice() {
+        [name, power] => Some(expansion(name, power, &known)?),
+        _ => None,
+    };
     let progress = Progress::start("deriving the equations");
-    let derived = derive::derive(&model, &Parts::all());
+    let derived = derive::derive(&model, &Parts::all().cubic(args.cubic));
     drop(progress);
+    let derived = derived.map(|mut derivation| {
+        for (name, value) in &limits {
+            derivation.limit(name, value);
+        }
+        if let Some((name, order)) = &expansion {
+            derivation.expand(name, *order);
+        }
+        derivation
+    });
     let text = match derived {
         Ok(derivation) if args.json => report::derive_json(&derivation),
         Ok(derivation) if args.latex => report::derive_latex(&derivation, args.standalone),
@@ -194,6 +216,53 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         text,
         remarks: Some((source, warnings)),
     })
+}
+
+/// Wrong words behind `--limit` or `--expand`.
+fn wrong_request(message: String, help: &str) -> Failure {
+    Failure::Other {
+        message,
+        help: Some(help.to_owned()),
+        status: USAGE,
+    }
+}
+
+/// `k=0` of `--limit`.
+fn limit(text: &str, known: &impl Fn(&str) -> bool) -> Result<(String, Number), Failure> {
+    let help = "a parameter and a number are needed: `--limit k=0`";
+    let wrong = || wrong_request(format!("`{text}` is no limit"), help);
+    let (name, value) = text.split_once('=').ok_or_else(wrong)?;
+    let (name, value) = (name.trim(), value.trim());
+    if !known(name) {
+        return Err(wrong_request(
+            format!("there is no parameter `{name}`"),
+            help,
+        ));
+    }
+    let number = match value.strip_prefix('-') {
+        Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
+        None => Number::parse(value),
+    };
+    Ok((name.to_owned(), number.ok_or_else(wrong)?))
+}
+
+/// `k 2` of `--expand`.
+fn expansion(
+    name: &str,
+    power: &str,
+    known: &impl Fn(&str) -> bool,
+) -> Result<(String, u32), Failure> {
+    let help = "a parameter and the highest power are needed: `--expand k 2`";
+    if !known(name) {
+        return Err(wrong_request(
+            format!("there is no parameter `{name}`"),
+            help,
+        ));
+    }
+    match power.parse() {
+        Ok(power) => Ok((name.to_owned(), power)),
+        Err(_) => Err(wrong_request(format!("`{power}` is no power"), help)),
+    }
 }
 
 /// How many coordinates a command can do with.

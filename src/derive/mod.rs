@@ -5,6 +5,8 @@
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
 //! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
+//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `blocks`, `lattice`,
+//!   `roots`, `check`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
 //!
@@ -26,13 +28,21 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod blocks;
+mod check;
 mod collapse;
 mod energy;
 mod equations;
 mod equilibria;
+mod frequencies;
 mod lagrangian;
+mod lattice;
+mod limits;
 mod motion;
+mod pair;
+mod roots;
 mod simplify;
+mod ties;
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, Feature, LinearizeError};
@@ -41,6 +51,8 @@ use crate::number::Number;
 
 pub use energy::Conserved;
 pub use equilibria::Root;
+pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 
 use lagrangian::Variables;
@@ -56,6 +68,10 @@ pub struct Parts {
     pub energy: bool,
     /// The linearized equations, and T and V to second order.
     pub second_order: bool,
+    /// Symmetry classes and closed forms of the frequencies.
+    pub frequencies: bool,
+    /// Blocks of three are solved too, by Viète's formula.
+    pub cubic: bool,
     /// Equilibria in symbols.
     pub equilibria: bool,
 }
@@ -68,6 +84,8 @@ impl Parts {
             equations: true,
             energy: true,
             second_order: true,
+            frequencies: true,
+            cubic: false,
             equilibria: true,
         }
     }
@@ -83,6 +101,20 @@ impl Parts {
     #[must_use]
     pub fn energy(mut self, wanted: bool) -> Self {
         self.energy = wanted;
+        self
+    }
+
+    /// With symmetry classes and closed forms of the frequencies, or without.
+    #[must_use]
+    pub fn frequencies(mut self, wanted: bool) -> Self {
+        self.frequencies = wanted;
+        self
+    }
+
+    /// With blocks of three solved among the closed forms, or without.
+    #[must_use]
+    pub fn cubic(mut self, wanted: bool) -> Self {
+        self.cubic = wanted;
         self
     }
 
@@ -133,6 +165,8 @@ pub struct Linear {
     pub stiffness: Vec<Vec<ExprId>>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
+    /// Symmetry classes and closed forms, where they are asked for.
+    pub frequencies: Option<Frequencies>,
 }
 
 /// The model to second order in the displacements.
@@ -178,6 +212,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
                 second_order: None,
+                frequencies: None,
             };
             (matrices.pool, Ok(linear))
         }
@@ -211,6 +246,16 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 kinetic,
                 potential,
             });
+        }
+        if parts.frequencies {
+            linear.frequencies = Some(frequencies::frequencies(
+                model,
+                &mut pool,
+                &mut short,
+                &linear.mass,
+                &linear.stiffness,
+                parts.cubic,
+            ));
         }
     }
     let mut derivation = Derivation {
@@ -275,6 +320,28 @@ impl Derivation {
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
+        }
+    }
+
+    /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
+    /// defined there is dropped.
+    pub fn limit(&mut self, parameter: &str, value: &Number) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear
+            && let Some(frequencies) = &mut linear.frequencies
+        {
+            frequencies.limit(&mut self.pool, &mut short, parameter, value);
+        }
+    }
+
+    /// Replaces the closed forms by their series about 0 in a parameter, up to a power of it; what has
+    /// no such series is dropped.
+    pub fn expand(&mut self, parameter: &str, order: u32) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear
+            && let Some(frequencies) = &mut linear.frequencies
+        {
+            frequencies.expand(&mut self.pool, &mut short, parameter, order);
         }
     }
 

@@ -148,7 +148,7 @@ fn opens(exponent: &Number) -> bool {
 }
 
 /// The node with its children replaced by their images.
-fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
+pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
     let image = |child: &ExprId| images.get(child).copied().unwrap_or(*child);
     let mut changed = false;
     pool.node(id)
@@ -261,7 +261,7 @@ pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient:
 
 /// Which sums are multiplied out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Opening {
+pub(super) enum Opening {
     /// The outermost one, or one factor of a product.
     Outermost,
     /// All that are factors, but not their squares and higher powers.
@@ -271,7 +271,7 @@ enum Opening {
 }
 
 /// The terms of an expression as monomials; `None` where there get too many.
-fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
+pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
     let mut monomials = Monomials::new();
     let factors = match pool.node(e) {
         Node::Product(factors) => factors.to_vec(),

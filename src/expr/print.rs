@@ -4,7 +4,7 @@
 //! negative powers below a fraction bar, no doubled signs. The text is put together from a stack
 //! of pieces, so that its depth does not matter.
 
-use super::{ExprId, Function, Node, Pool};
+use super::{ExprId, Function, Node, PI, Pool};
 use crate::number::Number;
 
 /// Length in bytes beyond which the text is cut off (an expression with shared parts can be
@@ -240,6 +240,8 @@ impl Pool {
         let mut above: Vec<Vec<Piece>> = Vec::new();
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
+        // pi*j/12: as angles are written.
+        let is_angle = factors.len() > 1 && factors.iter().any(|(base, _)| *base == PI);
         for (base, exponent) in factors {
             only_numbers &= matches!(self.node(base), Node::Number(_));
             let magnitude = exponent.abs();
@@ -276,7 +278,9 @@ impl Pool {
         let whole = Number::from_integer(coefficient.numerator());
         let divisor = Number::from_integer(coefficient.denominator().into());
         // 1/2*k, but sqrt(2)/2 and 1/(2*k).
-        if decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers) {
+        if !is_angle
+            && (decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers))
+        {
             if !coefficient.is_one() || above.is_empty() {
                 above.insert(0, vec![Piece::Owned(number_text(coefficient))]);
             }

@@ -473,6 +473,26 @@ impl Assembly {
     fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
         let n = self.dimension;
         let mut matrix = vec![S::from_number(&Number::from(0), values.precision); n * n];
+        self.entries(part, at, values, |i, j, value| {
+            let entry = &mut matrix[i as usize + n * j as usize];
+            *entry = entry.add(value);
+        });
+        for j in 0..n {
+            for i in 0..j {
+                matrix[i + n * j] = matrix[j + n * i].clone();
+            }
+        }
+        matrix
+    }
+
+    /// What adds up to the lower triangle of M or K: row, column and share, often several for one entry.
+    pub(super) fn entries<S: Scalar>(
+        &self,
+        part: Part,
+        at: &[S],
+        values: &Values<S>,
+        mut share: impl FnMut(u32, u32, &S),
+    ) {
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
             let elements = if part == Part::Inertia {
@@ -482,10 +502,9 @@ impl Assembly {
             };
             // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
             let mut add = |i: u32, j: u32, value: &S, both: bool| {
-                let entry = &mut matrix[i.max(j) as usize + n * i.min(j) as usize];
-                *entry = entry.add(value);
+                share(i.max(j), i.min(j), value);
                 if both && i == j {
-                    *entry = entry.add(value);
+                    share(i, j, value);
                 }
             };
             let mut rest = numbers;
@@ -516,12 +535,6 @@ impl Assembly {
                 }
             }
         });
-        for j in 0..n {
-            for i in 0..j {
-                matrix[i + n * j] = matrix[j + n * i].clone();
-            }
-        }
-        matrix
     }
 }
 

@@ -1,7 +1,7 @@
 //! Normal modes of a linearized model: the numeric stage put to work, and its results named.
 //!
 //! Hands M and K with their bounds to [`crate::modes`], proves zero modes only where the stiffness
-//! may be singular, looks for a mirror, and puts the model's names back. It computes no eigenvalue
+//! may be singular, looks for symmetries, and puts the model's names back. It computes no eigenvalue
 //! itself.
 
 mod symmetry;
@@ -15,6 +15,9 @@ use crate::modes::{
     Stability,
 };
 use crate::precision::Ball;
+
+/// Shapes that nobody asked for are made for at most so many coordinates.
+const MOST_SHAPES_FOR_CLASSES: usize = 600;
 
 /// All modes of a model that were asked for.
 #[derive(Clone, Debug)]
@@ -48,7 +51,8 @@ pub struct NormalMode {
     pub vector_error_bound: f64,
     /// Modes with the same number are not separated by the bounds.
     pub cluster: u32,
-    /// The class under the model's mirror: `even` or `odd`.
+    /// The class under the model's symmetry: `even` or `odd` for a mirror (in a row for several that
+    /// commute), `wave number j` for a ring, else `class j`.
     pub symmetry: Option<String>,
     /// What a zero mode is: "translation", "rotation about z", …
     pub meaning: Option<String>,
@@ -86,11 +90,12 @@ pub fn normal_modes(
         stiffness,
         zero_vectors: vectors(&zero_modes),
     };
-    let mirror = symmetry::mirror(dimension, &problem.mass, &problem.stiffness)
-        .filter(|mirror| mirror.holds(linearized));
-    // The classes are read off the shapes, whether or not these are wanted.
+    // The classes are read off the shapes, which are made for them where that is cheap.
+    let classes = (options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES)
+        .then(|| symmetry::classes(linearized, &problem.mass, &problem.stiffness))
+        .flatten();
     let inner = Options {
-        vectors: options.vectors || mirror.is_some(),
+        vectors: options.vectors || classes.is_some(),
         ..options.clone()
     };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
@@ -132,9 +137,9 @@ pub fn normal_modes(
                 zeros += 1;
                 meanings.get(zeros - 1).cloned()
             });
-            let symmetry = mirror
+            let symmetry = classes
                 .as_ref()
-                .and_then(|mirror| mirror.class(&mode.vector, mode.vector_error_bound));
+                .and_then(|classes| classes.of(&mode.vector, mode.vector_error_bound));
             NormalMode {
                 kind: mode.kind,
                 omega_squared: mode.omega_squared,

@@ -1,257 +1,190 @@
-//! A mirror: a permutation of the coordinates that leaves M and K unchanged.
+//! The symmetry of M and K in numbers, and the classes of modes under it.
 //!
-//! Entries count as equal where their enclosures meet, at thirty digits while a permutation is looked
-//! for, and at [`BITS`] bits before it is believed: parameters may differ in the 34th digit. The coordinates are first told apart by repeated refinement of their rows'
-//! contents; what is left is searched with a limited effort. Only a group with a single element
-//! beside the identity is a mirror; larger groups are not named here. Nothing is ever labelled
-//! that was not checked entry by entry.
+//! Signed permutations are looked for among the enclosures at hand, of which those that meet count as
+//! equal. Where there is one it is decided again on entries of a thousand bits from the exact expressions, so
+//! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for the enclosures decide.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
-use crate::linearize::Linearized;
-use crate::precision::{Ball, Big};
+use crate::linearize::{Entries, Linearized};
+use crate::precision::{Ball, Big, Scalar};
+use crate::symmetry::{Classes, Pattern, Symmetry};
 
 /// Larger models are not searched.
-const MOST_COORDINATES: usize = 600;
-/// Steps of the search before it gives up.
-const MOST_STEPS: usize = 200_000;
+const MOST_COORDINATES: usize = 1500;
+/// Numbers that agree to so many bits are equal.
+const BITS: usize = 1024;
 
-/// A permutation has to leave the numbers unchanged to so many bits ...
-const BITS: usize = 320;
-/// ... in models of up to so many coordinates; for larger ones it would take longer than the modes.
-const MOST_CHECKED: usize = 200;
-
-/// The only permutation beside the identity that leaves M and K unchanged.
-pub(super) struct Mirror {
-    image: Vec<usize>,
-}
-
-impl Mirror {
-    /// Whether the mirror leaves the matrices unchanged in numbers of many bits too.
-    pub(super) fn holds(&self, linearized: &Linearized) -> bool {
-        let n = self.image.len();
-        if n > MOST_CHECKED {
-            return true;
-        }
-        let Some(precise) = linearized.precisely(BITS) else {
-            return false;
-        };
-        let unchanged = |matrix: &[Big]| {
-            let meets = |i: usize, j: usize| {
-                let (own, other) = (
-                    &matrix[i + n * j],
-                    &matrix[self.image[i] + n * self.image[j]],
-                );
-                // Most entries are the same bits.
-                own == other || (own - other).contains_zero()
-            };
-            (0..n).all(|j| (0..=j).all(|i| meets(i, j)))
-        };
-        unchanged(&precise.mass) && unchanged(&precise.stiffness)
-    }
-
-    /// `even` where the mirror leaves the vector unchanged, `odd` where it reverses it.
-    pub(super) fn class(&self, vector: &[f64], error: f64) -> Option<&'static str> {
-        if vector.len() != self.image.len() {
-            return None;
-        }
-        let largest = vector.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
-        let allowed = (2.0 * error).max(1e-9 * largest);
-        if error.is_nan() || allowed > 1e-3 * largest {
-            return None;
-        }
-        let mirrored = self.image.iter().map(|j| vector[*j]);
-        let (mut even, mut odd) = (true, true);
-        for (own, other) in vector.iter().zip(mirrored) {
-            even &= (own - other).abs() <= allowed;
-            odd &= (own + other).abs() <= allowed;
-        }
-        match (even, odd) {
-            (true, false) => Some("even"),
-            (false, true) => Some("odd"),
-            (true, true) | (false, false) => None,
-        }
-    }
-}
-
-/// The mirror of a problem, if it has exactly one.
-pub(super) fn mirror(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Mirror> {
+/// What tells the modes of different symmetry apart, if there is a symmetry.
+pub(super) fn classes(
+    linearized: &Linearized,
+    mass: &[Ball],
+    stiffness: &[Ball],
+) -> Option<Classes> {
+    let n = linearized.dimension();
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }
-    let classes = entry_classes(mass, stiffness)?;
-    let colours = refine(n, &classes);
-    let found = automorphisms(n, &classes, &colours)?;
-    let [image] = <[Vec<usize>; 1]>::try_from(found).ok()?;
-    // Coordinates that no force holds can be exchanged in any model; that is no mirror of it.
-    let held = |i: usize| (0..n).any(|j| !stiffness[i + n * j].contains_zero());
-    if !(0..n).any(|i| image[i] != i && held(i)) {
+    let mut symmetry = Symmetry::find(&of_enclosures(n, mass, stiffness)?)?;
+    if let Some(entries) = linearized.entries(BITS) {
+        symmetry = Symmetry::find(&of_entries(n, &entries))?;
+    }
+    Classes::new(&symmetry)
+}
+
+/// A class of values with its sign: 0 for zero, opposite for opposite values.
+type Class = i64;
+
+/// Numbers pairs of classes, opposite pairs by opposite numbers.
+#[derive(Default)]
+struct Labels(HashMap<(Class, Class), i64>);
+
+impl Labels {
+    fn of(&mut self, mass: Class, stiffness: Class) -> i64 {
+        let negative = mass < 0 || (mass == 0 && stiffness < 0);
+        let sign = if negative { -1 } else { 1 };
+        let fresh = self.0.len() as i64 + 1;
+        sign * *self
+            .0
+            .entry((sign * mass, sign * stiffness))
+            .or_insert(fresh)
+    }
+}
+
+fn of_enclosures(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Pattern> {
+    let diagonal_differs = || {
+        let mut pairs: Vec<(f64, f64)> = (0..n)
+            .map(|i| (mass[i + n * i].mid_f64(), stiffness[i + n * i].mid_f64()))
+            .collect();
+        pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        // Equal numbers may differ by their rounding.
+        let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * (a.abs() + b.abs());
+        pairs.windows(2).all(|pair| !near(pair[0].0, pair[1].0))
+            || (pairs.windows(2).all(|pair| pair[0].0 == pair[1].0)
+                && pairs.windows(2).all(|pair| !near(pair[0].1, pair[1].1)))
+    };
+    if diagonal_differs() {
         return None;
     }
-    // A single element beside the identity is its own inverse.
-    Some(Mirror { image })
+    let mass = value_classes(mass)?;
+    let stiffness = value_classes(stiffness)?;
+    let mut labels = Labels::default();
+    let mut pattern = Pattern::new(n);
+    for i in 0..n {
+        let diagonal = labels.of(mass[i + n * i], stiffness[i + n * i]);
+        // The mass is positive, so is its label.
+        pattern.set_diagonal(i, diagonal.unsigned_abs(), stiffness[i + n * i] != 0);
+        for j in (0..n).filter(|j| *j != i) {
+            let (m, k) = (mass[i + n * j], stiffness[i + n * j]);
+            if (m, k) != (0, 0) {
+                pattern.push(i, j, labels.of(m, k), k != 0);
+            }
+        }
+    }
+    Some(pattern)
 }
 
-/// One number for each pair of entries (M_ij, K_ij), the same where both are equal.
-fn entry_classes(mass: &[Ball], stiffness: &[Ball]) -> Option<Vec<u64>> {
-    let of_mass = value_classes(mass)?;
-    let of_stiffness = value_classes(stiffness)?;
-    let pairs = of_mass.into_iter().zip(of_stiffness);
-    Some(
-        pairs
-            .map(|(m, k)| u64::from(m) << 32 | u64::from(k))
-            .collect(),
-    )
-}
-
-/// Numbers values so that those whose balls meet have the same number.
-fn value_classes(values: &[Ball]) -> Option<Vec<u32>> {
+/// Numbers values so that those whose balls meet have the same number, and opposite ones opposite
+/// numbers.
+fn value_classes(values: &[Ball]) -> Option<Vec<Class>> {
     if !values.iter().all(Ball::is_finite) {
         return None;
     }
-    // Most entries are exact zeros; the first stands for all of them.
-    let zero = values.iter().position(Ball::is_zero);
-    let mut order: Vec<usize> = (0..values.len())
-        .filter(|i| Some(*i) == zero || !values[*i].is_zero())
-        .collect();
-    order.sort_by(|a, b| {
-        values[*a]
-            .mid
-            .partial_cmp(&values[*b].mid)
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
     let mut classes = vec![0; values.len()];
-    let mut class = 0;
-    for pair in order.windows(2) {
-        let (before, after) = (&values[pair[0]], &values[pair[1]]);
-        // Rounding differs with the order of summation: a little more than the radii is allowed.
-        let gap = (after.mid - before.mid).hi;
-        let reach = before.radius + after.radius + 1e-29 * after.mid.hi.abs();
-        if gap > reach {
-            class += 1;
-        }
-        classes[pair[1]] = class;
-    }
-    if let Some(zero) = zero {
-        let class = classes[zero];
-        for (own, value) in classes.iter_mut().zip(values) {
-            if value.is_zero() {
-                *own = class;
+    let mut order: Vec<(usize, Ball)> = values
+        .iter()
+        .enumerate()
+        .filter(|(_, value)| !value.is_zero() && !value.contains_zero())
+        .map(|(i, value)| (i, value.abs()))
+        .collect();
+    order.sort_by(|(_, a), (_, b)| {
+        let order = a.mid.partial_cmp(&b.mid);
+        order.unwrap_or(std::cmp::Ordering::Equal)
+    });
+    let mut class = 1;
+    let mut last: Option<&Ball> = None;
+    for (i, value) in &order {
+        if let Some(before) = last {
+            // Rounding differs with the order of summation: a little more than the radii is allowed.
+            let gap = (value.mid - before.mid).hi;
+            let reach = before.radius + value.radius + 1e-29 * value.mid.hi.abs();
+            if gap > reach {
+                class += 1;
             }
         }
+        last = Some(value);
+        classes[*i] = if values[*i].is_negative() {
+            -class
+        } else {
+            class
+        };
     }
     Some(classes)
 }
 
-/// The class that most entries beside the diagonal have.
-fn commonest(n: usize, classes: &[u64]) -> Option<u64> {
-    let mut beside: Vec<u64> = (0..n * n)
-        .filter(|at| at % n != at / n)
-        .map(|at| classes[at])
-        .collect();
-    beside.sort_unstable();
-    let most = beside.chunk_by(|a, b| a == b).max_by_key(|same| same.len());
-    most.and_then(|same| same.first()).copied()
+/// Numbers values of many bits in the same way.
+#[derive(Default)]
+struct BigClasses {
+    /// By the nearest double: values that were met, with their numbers.
+    met: BTreeMap<u64, Vec<(Big, Class)>>,
+    count: Class,
 }
 
-/// Colours coordinates until those of one colour see the same colours in their rows.
-///
-/// Entries of the commonest class are left out of the rows: the colours of all coordinates
-/// together are the same seen from each, so that what is seen through the other classes and the
-/// own colour tells those.
-fn refine(n: usize, classes: &[u64]) -> Vec<u32> {
-    let common = commonest(n, classes);
-    let rows: Vec<Vec<(u64, usize)>> = (0..n)
-        .map(|i| {
-            (0..n)
-                .filter(|j| *j != i && Some(classes[i + n * j]) != common)
-                .map(|j| (classes[i + n * j], j))
-                .collect()
-        })
-        .collect();
-    let mut colours: Vec<u32> = vec![0; n];
-    let mut count = 1;
-    loop {
-        let mut numbers: HashMap<(u32, Vec<(u64, u32)>), u32> = HashMap::new();
-        let mut next = Vec::with_capacity(n);
-        for i in 0..n {
-            let mut row: Vec<(u64, u32)> = rows[i]
-                .iter()
-                .map(|(class, j)| (*class, colours[*j]))
-                .collect();
-            row.sort_unstable();
-            row.push((classes[i + n * i], colours[i]));
-            let fresh = u32::try_from(numbers.len()).unwrap_or(u32::MAX);
-            next.push(*numbers.entry((colours[i], row)).or_insert(fresh));
+impl BigClasses {
+    fn of(&mut self, value: &Big) -> Class {
+        if value.contains_zero() {
+            return 0;
         }
-        let new_count = numbers.len();
-        colours = next;
-        if new_count == count {
-            return colours;
-        }
-        count = new_count;
-    }
-}
-
-/// The permutations beside the identity, at most two; `None` where the search was given up.
-fn automorphisms(n: usize, classes: &[u64], colours: &[u32]) -> Option<Vec<Vec<usize>>> {
-    // Coordinates of rare colours first: they leave little choice.
-    let mut sizes: HashMap<u32, usize> = HashMap::new();
-    for colour in colours {
-        *sizes.entry(*colour).or_insert(0) += 1;
-    }
-    let mut order: Vec<usize> = (0..n).collect();
-    order.sort_by_key(|i| (sizes[&colours[*i]], *i));
-    let mut image = vec![usize::MAX; n];
-    let mut used = vec![false; n];
-    let mut found = Vec::new();
-    // For each depth: the next candidate to try.
-    let mut next = vec![0];
-    let mut steps = 0;
-    while let Some(depth) = next.len().checked_sub(1) {
-        if depth == n {
-            let identity = image.iter().enumerate().all(|(i, j)| i == *j);
-            if !identity {
-                found.push(image.clone());
-                if found.len() == 2 {
-                    return Some(found);
+        let negative = value.is_negative();
+        let size = if negative { value.neg() } else { value.clone() };
+        let near = size.mid_f64().abs();
+        for key in [near.next_down(), near, near.next_up()] {
+            for (other, class) in self.met.get(&key.to_bits()).into_iter().flatten() {
+                if other.sub(&size).contains_zero() {
+                    return if negative { -class } else { *class };
                 }
             }
-            next.pop();
-            continue;
         }
-        let i = order[depth];
-        if image[i] != usize::MAX {
-            used[image[i]] = false;
-            image[i] = usize::MAX;
-        }
-        let candidate = (next[depth]..n).find(|j| {
-            steps += 1;
-            !used[*j]
-                && colours[*j] == colours[i]
-                && classes[i + n * i] == classes[*j + n * *j]
-                && order[..depth]
-                    .iter()
-                    .all(|k| classes[i + n * k] == classes[*j + n * image[*k]])
-        });
-        if steps > MOST_STEPS {
-            return None;
-        }
-        match candidate {
-            Some(j) => {
-                image[i] = j;
-                used[j] = true;
-                next[depth] = j + 1;
-                next.push(0);
-            }
-            None => {
-                next.pop();
-            }
-        }
+        self.count += 1;
+        let class = self.count;
+        self.met
+            .entry(near.to_bits())
+            .or_default()
+            .push((size, class));
+        if negative { -class } else { class }
     }
-    Some(found)
 }
 
+fn of_entries(n: usize, entries: &Entries) -> Pattern {
+    let (mut masses, mut stiffnesses) = (BigClasses::default(), BigClasses::default());
+    let mut pairs: BTreeMap<(usize, usize), (Class, Class)> = BTreeMap::new();
+    for ((i, j), value) in &entries.mass {
+        let class = masses.of(value);
+        for place in [(*i, *j), (*j, *i)] {
+            pairs.entry(place).or_default().0 = class;
+        }
+    }
+    for ((i, j), value) in &entries.stiffness {
+        let class = stiffnesses.of(value);
+        for place in [(*i, *j), (*j, *i)] {
+            pairs.entry(place).or_default().1 = class;
+        }
+    }
+    let mut labels = Labels::default();
+    let mut pattern = Pattern::new(n);
+    for ((i, j), (m, k)) in pairs {
+        if (m, k) == (0, 0) {
+            continue;
+        }
+        let label = labels.of(m, k);
+        if i == j {
+            pattern.set_diagonal(i, label.unsigned_abs(), k != 0);
+        } else {
+            pattern.push(i, j, label, k != 0);
+        }
+    }
+    pattern
+}
 #[cfg(test)]
 mod tests {
     use crate::linearize::linearize;

@@ -4,6 +4,7 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
+use super::frequencies::frequencies_text;
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
@@ -15,7 +16,8 @@ use crate::typeset::{Block, Formula, Notation};
 pub(super) const MOST_FOR_ENERGIES: usize = 12;
 
 /// The derivation as text, in the order of the page: Lagrange's equations, momenta and what is
-/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations.
+/// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
+/// closed forms of the frequencies.
 ///
 /// Matrices have aligned columns where they fit into the width, else their entries that are not
 /// zero stand one a line, with the upper triangle standing for both.
@@ -83,7 +85,7 @@ pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String>
 }
 
 /// How the page is laid out and what its names stand for.
-struct Sheet {
+pub(super) struct Sheet {
     style: Style,
     /// None where the language's own notation is wanted.
     notation: Option<Notation>,
@@ -100,22 +102,47 @@ impl Deref for Sheet {
 impl Sheet {
     /// A formula of the model language, in the lines that it takes; what is none, or is too wide, stays as it
     /// is.
-    fn lines(&self, text: &str) -> Vec<String> {
-        let formula = self
-            .notation
-            .as_ref()
-            .and_then(|notation| notation.read_relation(text));
+    pub(super) fn lines(&self, text: &str) -> Vec<String> {
+        self.lines_with(text, "")
+    }
+
+    /// The same with a remark behind it.
+    pub(super) fn lines_with(&self, text: &str, remark: &str) -> Vec<String> {
         let width = self.width.saturating_sub(2);
-        let lines = formula
-            .map(|formula| formula.text(width))
-            .unwrap_or_default();
+        let lines = match self.formula(text) {
+            Some(formula) if remark.is_empty() => formula.text(width),
+            Some(formula) => {
+                let block = Block::beside(&[formula.block(), Block::line(remark)]);
+                block.lines().map(str::to_owned).collect()
+            }
+            None => Vec::new(),
+        };
         // Fractions that a terminal wraps can't be read at all.
         let fits = lines.iter().all(|line| line.width() <= width);
         if lines.is_empty() || !fits {
-            vec![text.to_owned()]
+            vec![format!("{text}{remark}")]
         } else {
             lines
         }
+    }
+
+    /// A formula of the model language on one line; what needs more stays as it is.
+    pub(super) fn inline(&self, text: &str) -> String {
+        let block = self.formula(text).map(|formula| formula.block());
+        match block {
+            Some(block) if block.height() == 1 => block.lines().collect(),
+            Some(_) | None => text.to_owned(),
+        }
+    }
+
+    /// Names as symbols.
+    pub(super) fn names(&self, names: &[String]) -> Vec<String> {
+        names.iter().map(|name| self.inline(name)).collect()
+    }
+
+    fn formula(&self, text: &str) -> Option<Formula> {
+        let notation = self.notation.as_ref()?;
+        notation.read_relation(text)
     }
 
     /// An entry of a matrix.
@@ -217,6 +244,7 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
         let equations = derivation.linearized_texts();
         out.push_str(&section("linearized equations", &equations, style));
     }
+    out.push_str(&frequencies_text(derivation, linear, style));
     out
 }
 

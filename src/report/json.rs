@@ -6,8 +6,9 @@
 use std::fmt::Write;
 
 use super::derive::conserved_because;
+use super::frequencies::{best, exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{Conserved, Derivation, Motion};
+use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -174,6 +175,11 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("conserved", lines(conserved)));
     }
+    if let Ok(linear) = &derivation.linear
+        && let Some(found) = &linear.frequencies
+    {
+        frequency_fields(derivation, found, &mut fields);
+    }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
             let name = names
@@ -196,6 +202,87 @@ pub fn derive_json(derivation: &Derivation) -> String {
         .iter()
         .map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
+}
+
+/// `symmetry`, `frequencies` and what they need.
+fn frequency_fields(
+    derivation: &Derivation,
+    found: &Frequencies,
+    fields: &mut Vec<(&str, String)>,
+) {
+    let sets = |sets: &[Vec<String>]| {
+        let sets = sets
+            .iter()
+            .map(|set| array(set.iter().map(|name| string(name))));
+        array(sets)
+    };
+    let case = best(found);
+    let names = &derivation.names.displacements;
+    let symmetry = |found: &Exchange| {
+        let exchanges = found.generators.iter();
+        let exchanges = exchanges.map(|g| string(&exchange(g, names)));
+        format!(
+            "{{\"kind\": {}, \"exchanges\": {}, \"equal\": {}}}",
+            string(&kind(&found.kind)),
+            array(exchanges),
+            sets(&found.ties)
+        )
+    };
+    if let Some(found) = &case.symmetry {
+        fields.push(("symmetry", symmetry(found)));
+    }
+    if let Some(found) = &found.would_be {
+        fields.push(("symmetry_if_equal", symmetry(found)));
+    }
+    if !case.blocks.is_empty() {
+        let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+        let matrix =
+            |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| array(row.iter().map(expression))));
+        let blocks = case.blocks.iter().map(|block| {
+            let vectors = block.basis.iter().map(|vector| {
+                let mut dense = vec![0; names.len()];
+                for (i, value) in vector {
+                    if let Some(place) = dense.get_mut(*i) {
+                        *place = *value;
+                    }
+                }
+                array(dense.iter().map(ToString::to_string))
+            });
+            format!(
+                "{{\"symmetry\": {}, \"vectors\": {}, \"mass\": {}, \"stiffness\": {}}}",
+                string(&block.class),
+                array(vectors),
+                matrix(&block.mass),
+                matrix(&block.stiffness)
+            )
+        });
+        fields.push(("blocks", lines(blocks)));
+    }
+    if case.frequencies.is_empty() {
+        return;
+    }
+    let entries = case.frequencies.iter().map(|frequency| {
+        let mut entry = format!(
+            "{{\"omega_squared\": {}, \"multiplicity\": {}",
+            string(&derivation.pool.display(frequency.omega_squared)),
+            frequency.multiplicity
+        );
+        if let Some(class) = &frequency.symmetry {
+            let _ = write!(entry, ", \"symmetry\": {}", string(class));
+        }
+        entry.push('}');
+        entry
+    });
+    fields.push(("frequencies", lines(entries)));
+    fields.push(("frequencies_complete", case.complete.to_string()));
+    fields.push(("frequencies_equal", sets(&case.ties)));
+    let signs = signs(derivation, found);
+    if !signs.is_empty() {
+        fields.push((
+            "frequencies_signs",
+            array(signs.iter().map(|sign| string(sign))),
+        ));
+    }
 }
 
 /// An array, one item a line.

@@ -3,7 +3,11 @@
 use super::derive::{
     MOST_FOR_ENERGIES, conserved_because, potential_name, quadratic_forms, root_texts,
 };
-use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, SecondOrder};
+use super::frequencies::{MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, remarks, signs};
+use crate::derive::{
+    Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
+    SecondOrder,
+};
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::typeset::{Formula, Notation};
@@ -200,6 +204,145 @@ impl<'a> Page<'a> {
             self.heading("Linearized equations");
             self.equations(&self.derivation.linearized_texts());
         }
+        if let Some(frequencies) = &linear.frequencies {
+            self.case(frequencies, &frequencies.general);
+            if let Some(tied) = &frequencies.tied {
+                self.case(frequencies, tied);
+            }
+            if let Some(found) = &frequencies.would_be {
+                let ties = self.ties(&found.ties);
+                self.heading(&format!("It would have a symmetry, if {ties}"));
+                self.exchanges(found);
+            }
+        }
+    }
+
+    /// The sets of equal parameters, in the text.
+    fn ties(&self, sets: &[Vec<String>]) -> String {
+        let sets = sets.iter().map(|set| {
+            let formula = self.notation.read_relation(&set.join(" = "));
+            formula.map_or_else(String::new, |formula| format!("${}$", formula.latex()))
+        });
+        sets.collect::<Vec<_>>().join(", ")
+    }
+
+    /// The displacements as LaTeX, for lists of them that are put together as text.
+    fn displacements(&self) -> Vec<String> {
+        let names = self.derivation.names.displacements.iter();
+        names.map(|name| self.formula(name).latex()).collect()
+    }
+
+    fn exchanges(&mut self, found: &Exchange) {
+        let names = self.displacements();
+        for g in found.generators.iter().take(MOST_FOR_MATRICES) {
+            let arrows = exchange(g, &names)
+                .replace("<->", r"\leftrightarrow")
+                .replace("->", r"\to")
+                .replace('…', r"\dots");
+            self.out.push_str(&format!("\\[\n{arrows}\n\\]\n"));
+        }
+    }
+
+    /// Symmetry, blocks and closed forms of one case.
+    fn case(&mut self, frequencies: &Frequencies, case: &Case) {
+        if let Some(found) = &case.symmetry {
+            let ties = self.ties(&found.ties);
+            let because = if ties.is_empty() {
+                String::new()
+            } else {
+                format!(", as {ties}")
+            };
+            self.heading(&format!("Symmetry: {}{because}", kind(&found.kind)));
+            self.exchanges(found);
+        }
+        let ties = self.ties(&case.ties);
+        let with = |ties: &str| {
+            if ties.is_empty() {
+                String::new()
+            } else {
+                format!(", with {ties}")
+            }
+        };
+        if !case.blocks.is_empty() {
+            self.heading(&format!(
+                "Blocks of $M$ and $K$, one a class{}",
+                with(&ties)
+            ));
+            let names = self.displacements();
+            for block in &case.blocks {
+                let moves = motion(block, &names)
+                    .replace("all others 0", r"\text{all others } 0")
+                    .replace('…', r"\dots");
+                let class = escaped(&block.class);
+                self.out.push_str(&format!("{class}: ${moves}$\n"));
+                if block.mass.len() <= MOST_IN_BLOCK {
+                    self.matrix("M", &block.mass);
+                    self.matrix("K", &block.stiffness);
+                }
+            }
+        }
+        if case.frequencies.is_empty() {
+            return;
+        }
+        let mut assumed: Vec<String> = Vec::new();
+        if !ties.is_empty() {
+            assumed.push(ties);
+        }
+        for sign in signs(self.derivation, frequencies) {
+            if let Some(formula) = self.notation.read_relation(&sign) {
+                assumed.push(format!("${}$", formula.latex()));
+            }
+        }
+        let title = if case.complete {
+            "Normal frequencies"
+        } else {
+            "Normal frequencies with a closed form"
+        };
+        let mut title = format!("{title}{}", with(&assumed.join(", ")));
+        for done in &frequencies.approximations {
+            title.push_str(&match done {
+                Approximation::Limit { name, value } => {
+                    let name = self.formula(name).latex();
+                    format!(", for ${name} \\to {value}$")
+                }
+                Approximation::Expansion { name, order } => {
+                    format!(", to order {order} in ${}$", self.formula(name).latex())
+                }
+            });
+        }
+        self.heading(&title);
+        for series in &case.series {
+            let ranges = series.numbers.iter().map(|(name, angles)| {
+                let name = self.formula(name).latex();
+                format!(r"{name} = {}, \dots, {}", angles.first, angles.last)
+            });
+            let ranges = ranges.collect::<Vec<_>>().join(r",\; ");
+            self.frequency(series.omega_squared, &ranges);
+        }
+        if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
+            for frequency in &case.frequencies {
+                let remarks = remarks(frequency).join(", ");
+                let remark = if remarks.is_empty() {
+                    remarks
+                } else {
+                    format!(r"\text{{({})}}", escaped(&remarks))
+                };
+                self.frequency(frequency.omega_squared, &remark);
+            }
+        }
+    }
+
+    /// One square of a frequency, with a remark behind it.
+    fn frequency(&mut self, omega_squared: ExprId, remark: &str) {
+        let square = self.formula("omega^2");
+        let formula = Formula::equation(square, self.expression(omega_squared));
+        let text = formula.latex_display();
+        let remark = if remark.is_empty() {
+            String::new()
+        } else {
+            format!(r" \qquad {remark}")
+        };
+        self.out.push_str(&format!("\\[\n{text}{remark}\n\\]\n"));
     }
 
     fn equilibrium(&mut self, linear: &Linear) {

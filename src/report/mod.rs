@@ -5,6 +5,7 @@
 //! functions return text.
 
 mod derive;
+mod frequencies;
 mod json;
 mod latex;
 mod modes;

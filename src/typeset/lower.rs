@@ -44,10 +44,12 @@ impl Notation {
     /// `V` are symbols like others.
     #[must_use]
     pub fn read_relation(&self, text: &str) -> Option<Formula> {
-        const SIGNS: [(&str, Sign); 4] = [
+        const SIGNS: [(&str, Sign); 6] = [
             ("; or ", Sign::Or),
             (", if ", Sign::If),
             (" <= ", Sign::LessEqual),
+            (" < ", Sign::Less),
+            (" > ", Sign::Greater),
             (" = ", Sign::Equal),
         ];
         for (between, sign) in SIGNS {

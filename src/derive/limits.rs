@@ -1,0 +1,129 @@
+//! Closed forms for special values of a parameter, and their series in a small one.
+
+use super::frequencies::{Approximation, Case, Frequencies, Frequency};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::number::Number;
+
+/// The highest power of a series.
+const MOST_ORDERS: u32 = 12;
+
+impl Frequencies {
+    /// The frequencies where a parameter goes to a value: `--limit k=0`. A form that isn't defined there
+    /// is dropped.
+    pub(super) fn limit(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        name: &str,
+        value: &Number,
+    ) {
+        self.transform(pool, short, name, |pool, e, symbol| {
+            let value = pool.number(value.clone());
+            pool.substitute_one(e, &Substitution::from([(symbol, value)]))
+        });
+        self.approximations.push(Approximation::Limit {
+            name: name.to_owned(),
+            value: value.clone(),
+        });
+    }
+
+    /// The frequencies to some power of a parameter, by Taylor's formula about 0: `--expand k 2`. A
+    /// form without such a series is dropped.
+    pub(super) fn expand(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        name: &str,
+        order: u32,
+    ) {
+        let order = order.min(MOST_ORDERS);
+        self.transform(pool, short, name, |pool, e, symbol| {
+            let zero = pool.zero();
+            let at_zero = Substitution::from([(symbol, zero)]);
+            let variable = pool.symbol_expr(symbol);
+            let mut simplifier = Simplifier::default();
+            let mut derivative = e;
+            let mut factorial = Number::ONE;
+            let mut terms = Vec::new();
+            for power in 0..=order {
+                if power > 0 {
+                    derivative = pool.diff(derivative, symbol);
+                    factorial = factorial.mul(&Number::from(i64::from(power)));
+                }
+                let value = pool.substitute_one(derivative, &at_zero);
+                let value = simplifier.simplify(pool, value);
+                let inverse = factorial.recip().unwrap_or_default();
+                let power = pool.powi(variable, i64::from(power));
+                let term = pool.mul(value, power);
+                terms.push((term, inverse));
+            }
+            pool.linear(&terms)
+        });
+        self.approximations.push(Approximation::Expansion {
+            name: name.to_owned(),
+            order,
+        });
+    }
+
+    fn transform(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        name: &str,
+        change: impl Fn(&mut Pool, ExprId, Symbol) -> ExprId,
+    ) {
+        for case in [Some(&mut self.general), self.tied.as_mut()]
+            .into_iter()
+            .flatten()
+        {
+            // Where several are equal the first stands for all.
+            let set = case
+                .ties
+                .iter()
+                .find(|set| set.iter().any(|own| own == name));
+            let leader = set.and_then(|set| set.first()).map_or(name, String::as_str);
+            let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
+            let symbols = pool.symbols_of(&all);
+            let symbol = symbols
+                .iter()
+                .find(|symbol| pool.symbol_name(**symbol) == leader);
+            if let Some(symbol) = symbol.copied() {
+                transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
+            }
+        }
+    }
+}
+
+fn transform_case(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    case: &mut Case,
+    change: impl Fn(&mut Pool, ExprId) -> ExprId,
+) {
+    let mut frequencies: Vec<Frequency> = Vec::new();
+    for mut form in case.frequencies.drain(..) {
+        let value = change(pool, form.omega_squared);
+        if pool.is_undefined(value) {
+            case.complete = false;
+            continue;
+        }
+        form.omega_squared = short.simplify(pool, value);
+        let same = |other: &&mut Frequency| other.omega_squared == form.omega_squared;
+        match frequencies.iter_mut().find(same) {
+            Some(other) => {
+                other.multiplicity += form.multiplicity;
+                if other.symmetry != form.symmetry {
+                    other.symmetry = None;
+                }
+            }
+            None => frequencies.push(form),
+        }
+    }
+    case.frequencies = frequencies;
+    for series in &mut case.series {
+        series.omega_squared = change(pool, series.omega_squared);
+    }
+    case.series
+        .retain(|series| !pool.is_undefined(series.omega_squared));
+}

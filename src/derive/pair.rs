@@ -1,0 +1,260 @@
+//! M and K as sparse rows of expressions, and what becomes of them in another basis.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, ModularPoint, Pool, Substitution, ZeroVerdict, neg_mod};
+use crate::number::Number;
+use crate::symmetry::Pattern;
+
+/// A row without its zeros.
+type Row = BTreeMap<usize, ExprId>;
+
+/// A vector without its zeros.
+pub(super) type Sparse = Vec<(usize, i64)>;
+
+/// Two symmetric matrices.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Pair {
+    pub(super) mass: Vec<Row>,
+    pub(super) stiffness: Vec<Row>,
+}
+
+pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+fn sparse(pool: &Pool, rows: &[Vec<ExprId>]) -> Vec<Row> {
+    let entries = |row: &Vec<ExprId>| {
+        let entries = row.iter().copied().enumerate();
+        entries
+            .filter(|(_, value)| !is_zero(pool, *value))
+            .collect()
+    };
+    rows.iter().map(entries).collect()
+}
+
+impl Pair {
+    pub(super) fn new(pool: &Pool, mass: &[Vec<ExprId>], stiffness: &[Vec<ExprId>]) -> Self {
+        Self {
+            mass: sparse(pool, mass),
+            stiffness: sparse(pool, stiffness),
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.mass.len()
+    }
+
+    /// M_ij and K_ij.
+    pub(super) fn at(&self, pool: &Pool, i: usize, j: usize) -> (ExprId, ExprId) {
+        let of = |rows: &[Row]| {
+            let entry = rows.get(i).and_then(|row| row.get(&j));
+            entry.copied().unwrap_or(pool.zero())
+        };
+        (of(&self.mass), of(&self.stiffness))
+    }
+
+    /// The different entries, in ascending order.
+    pub(super) fn values(&self) -> Vec<ExprId> {
+        let rows = self.mass.iter().chain(&self.stiffness);
+        let mut values: Vec<ExprId> = rows.flat_map(|row| row.values().copied()).collect();
+        values.sort_unstable();
+        values.dedup();
+        values
+    }
+
+    /// With symbols replaced, and each entry in its shortest form.
+    pub(super) fn substituted(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        map: &Substitution,
+    ) -> Self {
+        let values = self.values();
+        let images = pool.substitute(&values, map);
+        let images = values.into_iter().zip(images).collect();
+        self.replaced(pool, short, &images)
+    }
+
+    /// With each entry replaced, and in its shortest form.
+    pub(super) fn replaced(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        images: &HashMap<ExprId, ExprId>,
+    ) -> Self {
+        let mut image: HashMap<ExprId, ExprId> = HashMap::new();
+        for value in self.values() {
+            let new = images.get(&value).copied().unwrap_or(value);
+            image.insert(value, short.simplify(pool, new));
+        }
+        let of = |rows: &[Row]| {
+            let replaced = |row: &Row| {
+                let entries = row.iter().filter_map(|(j, value)| {
+                    let value = image.get(value).copied().unwrap_or(*value);
+                    (!is_zero(pool, value)).then_some((*j, value))
+                });
+                entries.collect()
+            };
+            rows.iter().map(replaced).collect()
+        };
+        Self {
+            mass: of(&self.mass),
+            stiffness: of(&self.stiffness),
+        }
+    }
+
+    /// With entries that are equal or opposite brought to one form.
+    ///
+    /// Candidates are those that agree at a random point modulo a prime.
+    pub(super) fn canonical(&self, pool: &mut Pool, short: &mut Simplifier) -> Self {
+        let values = self.values();
+        let seed = 1;
+        let random = |symbol| ModularPoint::random_value(seed, symbol);
+        let Some(residues) = pool.evaluate_mod(&values, random, seed) else {
+            return self.clone();
+        };
+        let mut first: HashMap<u64, ExprId> = HashMap::new();
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        for (value, residue) in values.into_iter().zip(residues) {
+            if let Some(same) = first.get(&residue).copied() {
+                let difference = pool.sub(value, same);
+                if pool.is_zero(difference) == ZeroVerdict::Zero {
+                    images.insert(value, same);
+                    continue;
+                }
+            }
+            if let Some(opposite) = first.get(&neg_mod(residue)).copied() {
+                let sum = pool.add(value, opposite);
+                if pool.is_zero(sum) == ZeroVerdict::Zero {
+                    images.insert(value, pool.neg(opposite));
+                    continue;
+                }
+            }
+            first.insert(residue, value);
+        }
+        if images.is_empty() {
+            return self.clone();
+        }
+        self.replaced(pool, short, &images)
+    }
+
+    /// Which entries are the same expression, or opposite ones.
+    pub(super) fn pattern(&self, pool: &mut Pool) -> Pattern {
+        let mut labels: HashMap<(ExprId, ExprId), i64> = HashMap::new();
+        let mut count = 0;
+        let mut pattern = Pattern::new(self.len());
+        let zero = pool.zero();
+        for i in 0..self.len() {
+            let columns = self.mass[i].keys().chain(self.stiffness[i].keys());
+            let mut columns: Vec<usize> = columns.copied().collect();
+            columns.sort_unstable();
+            columns.dedup();
+            for j in columns {
+                let (m, k) = self.at(pool, i, j);
+                let label = match labels.get(&(m, k)) {
+                    Some(label) => *label,
+                    None => {
+                        count += 1;
+                        let opposite = (pool.neg(m), pool.neg(k));
+                        labels.insert(opposite, -count);
+                        labels.insert((m, k), count);
+                        count
+                    }
+                };
+                if i == j {
+                    pattern.set_diagonal(i, label.unsigned_abs(), k != zero);
+                } else {
+                    pattern.push(i, j, label, k != zero);
+                }
+            }
+        }
+        pattern
+    }
+
+    /// The rows and columns of some coordinates, in this order.
+    pub(super) fn restricted(&self, to: &[usize]) -> Self {
+        let place: HashMap<usize, usize> = to.iter().enumerate().map(|(at, i)| (*i, at)).collect();
+        let of = |rows: &[Row]| {
+            let row = |i: &usize| {
+                let entries = rows[*i].iter();
+                entries
+                    .filter_map(|(j, value)| Some((*place.get(j)?, *value)))
+                    .collect()
+            };
+            to.iter().map(row).collect()
+        };
+        Self {
+            mass: of(&self.mass),
+            stiffness: of(&self.stiffness),
+        }
+    }
+
+    /// BᵀMB and BᵀKB for the columns of B, each entry in its shortest form.
+    pub(super) fn projected(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        basis: &[Sparse],
+    ) -> Self {
+        let mut of = |rows: &[Row]| -> Vec<Row> {
+            let mut out = vec![Row::new(); basis.len()];
+            for (a, left) in basis.iter().enumerate() {
+                // The row leftᵀ times the matrix.
+                let mut row: BTreeMap<usize, Vec<(ExprId, Number)>> = BTreeMap::new();
+                for (i, factor) in left {
+                    for (j, value) in &rows[*i] {
+                        row.entry(*j)
+                            .or_default()
+                            .push((*value, Number::from(*factor)));
+                    }
+                }
+                for (b, right) in basis.iter().enumerate().skip(a) {
+                    let mut parts: Vec<(ExprId, Number)> = Vec::new();
+                    for (j, factor) in right {
+                        for (value, own) in row.get(j).into_iter().flatten() {
+                            parts.push((*value, own.mul(&Number::from(*factor))));
+                        }
+                    }
+                    if parts.is_empty() {
+                        continue;
+                    }
+                    let sum = pool.linear(&parts);
+                    let sum = short.simplify(pool, sum);
+                    if !is_zero(pool, sum) {
+                        out[a].insert(b, sum);
+                        out[b].insert(a, sum);
+                    }
+                }
+            }
+            out
+        };
+        let mass = of(&self.mass);
+        let stiffness = of(&self.stiffness);
+        Self { mass, stiffness }
+    }
+
+    /// Written out, row by row.
+    pub(super) fn dense(&self, pool: &Pool) -> (Vec<Vec<ExprId>>, Vec<Vec<ExprId>>) {
+        let of = |rows: &[Row]| {
+            let row = |row: &Row| {
+                let at = |j| row.get(&j).copied().unwrap_or(pool.zero());
+                (0..rows.len()).map(at).collect()
+            };
+            rows.iter().map(row).collect()
+        };
+        (of(&self.mass), of(&self.stiffness))
+    }
+
+    /// The coordinates of each part that hangs together.
+    pub(super) fn components(&self, pool: &mut Pool) -> Vec<Vec<usize>> {
+        let numbers = self.pattern(pool).components();
+        let count = numbers.iter().max().map_or(0, |last| last + 1);
+        let mut parts = vec![Vec::new(); count];
+        for (i, own) in numbers.into_iter().enumerate() {
+            parts[own].push(i);
+        }
+        parts
+    }
+}

@@ -1,0 +1,437 @@
+//! The zeros of det(K - z M) of a small block, where they can be written down.
+//!
+//! Factors z are taken out first, where the last coefficients vanish identically; what is left is solved
+//! up to the second degree, and on request up to the third.
+
+use std::cmp::Ordering;
+use std::collections::BTreeMap;
+
+use super::collapse::collapse;
+use super::pair::{Pair, is_zero};
+use super::simplify::{Monomial, Monomials, Opening, Simplifier, expand};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::number::Number;
+use crate::precision::Function;
+
+/// Determinants of larger blocks are not written out.
+const MOST_COORDINATES: usize = 5;
+/// Square roots of polynomials with more terms are not looked for.
+const MOST_TERMS: usize = 200;
+
+/// A polynomial in z, the constant first.
+type Polynomial = Vec<ExprId>;
+
+/// Polynomials of at most this degree are solved.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Degree {
+    Two,
+    Three,
+}
+
+/// All zeros of det(K - z M), repeated ones as often as they are; `None` where there is no closed form.
+pub(super) fn roots(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    block: &Pair,
+    most: Degree,
+) -> Option<Vec<ExprId>> {
+    if block.len() == 1 {
+        let (mass, stiffness) = block.at(pool, 0, 0);
+        let quotient = pool.div(stiffness, mass);
+        return Some(vec![short.simplify(pool, quotient)]);
+    }
+    if block.len() > MOST_COORDINATES {
+        return None;
+    }
+    let (coupling, _) = block.at(pool, 0, 1);
+    if block.len() == 2 && is_zero(pool, coupling) {
+        return Some(pair_of_roots(pool, short, block));
+    }
+    let coefficients = characteristic(pool, short, block)?;
+    of_polynomial(pool, short, coefficients, most)
+}
+
+/// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
+/// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
+fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<ExprId> {
+    let [(m1, k1), (_, k12), (m2, k2)] =
+        [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
+    let one = Number::ONE;
+    let minus = Number::MINUS_ONE;
+    let [a, b, c] = [
+        vec![(k1, one.clone()), (m1, minus.clone())],
+        vec![(k2, one.clone()), (m2, minus.clone())],
+        vec![
+            (k12, Number::from(2)),
+            (m1, minus.clone()),
+            (m2, minus.clone()),
+        ],
+    ]
+    .map(|factors| pool.product_of_powers(&factors));
+    let sum = pool.linear(&[(a, Number::half()), (b, Number::half())]);
+    let middle = short.simplify(pool, sum);
+    let difference = pool.sub(a, b);
+    let difference = short.simplify(pool, difference);
+    let square = pool.square(difference);
+    let quarter = Number::half().mul(&Number::half());
+    let c = short.simplify(pool, c);
+    let inside = pool.linear(&[(square, quarter), (c, one)]);
+    around(pool, short, middle, inside)
+}
+
+/// middle -+ sqrt(square): added up where the root can be drawn, else as two terms.
+fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprId) -> Vec<ExprId> {
+    let (root, is_exact) = root(pool, short, square);
+    let mut roots = Vec::new();
+    for sign in [Number::MINUS_ONE, Number::ONE] {
+        let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
+        roots.push(if is_exact {
+            short.simplify(pool, value)
+        } else {
+            value
+        });
+    }
+    roots
+}
+
+/// det(K - z M), by expansion along the columns with the minors kept (Laplace).
+fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Option<Polynomial> {
+    let n = block.len();
+    // By the set of rows used so far: the determinant of these with the first columns.
+    let mut minors: BTreeMap<u32, Vec<Vec<ExprId>>> = BTreeMap::new();
+    minors.insert(0, vec![vec![pool.one()]]);
+    for column in 0..n {
+        let mut next: BTreeMap<u32, Vec<Vec<ExprId>>> = BTreeMap::new();
+        for (set, polynomial) in &minors {
+            for row in (0..n).filter(|row| set & (1 << row) == 0) {
+                let (m, k) = block.at(pool, row, column);
+                if is_zero(pool, m) && is_zero(pool, k) {
+                    continue;
+                }
+                let later = (row + 1..n).filter(|other| set & (1 << other) != 0).count();
+                let sign = if later % 2 == 0 {
+                    Number::ONE
+                } else {
+                    Number::MINUS_ONE
+                };
+                let (k, m) = (pool.scale(k, &sign), pool.scale(m, &sign.neg()));
+                let into = next.entry(set | 1 << row).or_default();
+                for (degree, parts) in polynomial.iter().enumerate() {
+                    let value = pool.sum(parts);
+                    for (shift, factor) in [(0, k), (1, m)] {
+                        let product = pool.mul(value, factor);
+                        if into.len() <= degree + shift {
+                            into.resize(degree + shift + 1, Vec::new());
+                        }
+                        if let Some(place) = into.get_mut(degree + shift) {
+                            place.push(product);
+                        }
+                    }
+                }
+            }
+        }
+        minors = BTreeMap::new();
+        for (set, polynomial) in next {
+            let mut shortened = Vec::new();
+            for parts in polynomial {
+                let sum = pool.sum(&parts);
+                shortened.push(vec![short.simplify(pool, sum)]);
+            }
+            minors.insert(set, shortened);
+        }
+    }
+    let all = minors.into_values().next()?;
+    let mut coefficients: Vec<ExprId> = all.into_iter().flatten().collect();
+    while let Some(last) = coefficients.last()
+        && is_zero(pool, *last)
+    {
+        coefficients.pop();
+    }
+    (coefficients.len() == n + 1).then_some(coefficients)
+}
+
+/// The zeros of a polynomial of positive degree.
+pub(super) fn of_polynomial(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    coefficients: Polynomial,
+    most: Degree,
+) -> Option<Vec<ExprId>> {
+    let zero = pool.zero();
+    let mut roots = Vec::new();
+    let mut rest = coefficients.as_slice();
+    while let [first, others @ ..] = rest
+        && !others.is_empty()
+        && pool.is_zero(*first) == ZeroVerdict::Zero
+    {
+        roots.push(zero);
+        rest = others;
+    }
+    let mut quotient = |pool: &mut Pool, a: ExprId, b: ExprId| {
+        let quotient = pool.div(a, b);
+        short.simplify(pool, quotient)
+    };
+    match rest {
+        [_] => {}
+        [c, b] => {
+            let value = quotient(pool, *c, *b);
+            roots.push(pool.neg(value));
+        }
+        [c, b, a] => {
+            // z = p -+ sqrt(p^2 - q)
+            let half = quotient(pool, *b, *a);
+            let p = pool.scale(half, &Number::half().neg());
+            let q = quotient(pool, *c, *a);
+            let square = pool.square(p);
+            let difference = pool.sub(square, q);
+            roots.extend(around(pool, short, p, difference));
+        }
+        [d, c, b, a] if most >= Degree::Three => {
+            let b = quotient(pool, *b, *a);
+            let c = quotient(pool, *c, *a);
+            let d = quotient(pool, *d, *a);
+            roots.extend(cubic(pool, short, b, c, d));
+        }
+        _ => return None,
+    }
+    Some(roots)
+}
+
+/// The three real zeros of z^3 + b z^2 + c z + d: all zeros of det(K - z M) are real, M being positive
+/// definite, so that Viète's formula holds: with p = (b^2 - 3 c)/9 and q = (2 b^3 - 9 b c + 27 d)/54 they are
+/// -2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi k)/3) - b/3.
+fn cubic(pool: &mut Pool, short: &mut Simplifier, b: ExprId, c: ExprId, d: ExprId) -> Vec<ExprId> {
+    let ratio = |n, d| Number::ratio(n, d).unwrap_or_default();
+    let b2 = pool.square(b);
+    let p = pool.linear(&[(b2, ratio(1, 9)), (c, ratio(-1, 3))]);
+    let p = short.simplify(pool, p);
+    let b3 = pool.powi(b, 3);
+    let bc = pool.mul(b, c);
+    let q = pool.linear(&[(b3, ratio(1, 27)), (bc, ratio(-1, 6)), (d, Number::half())]);
+    let q = short.simplify(pool, q);
+    let cosine = pool.product_of_powers(&[(q, Number::ONE), (p, ratio(-3, 2))]);
+    let angle = pool.apply(Function::Acos, cosine);
+    let root = pool.sqrt(p);
+    let pi = pool.pi();
+    let mut roots = Vec::new();
+    for k in 0..3 {
+        let angle = pool.linear(&[(angle, ratio(1, 3)), (pi, ratio(2 * k, 3))]);
+        let cosine = pool.cos(angle);
+        let product = pool.mul(root, cosine);
+        roots.push(pool.linear(&[(product, Number::from(-2)), (b, ratio(-1, 3))]));
+    }
+    roots
+}
+
+/// A square root of an expression, up to its sign, and whether it could be drawn: the polynomial of which
+/// it is the square where it is one, else with squares of common factors in front of the root where that
+/// is shorter.
+fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
+    if pool.is_zero(e) == ZeroVerdict::Zero {
+        return (pool.zero(), true);
+    }
+    let plain = pool.sqrt(e);
+    let Some(mut monomials) = expand(pool, e, Opening::Powers) else {
+        return (plain, false);
+    };
+    collapse(pool, &mut monomials);
+    let Some((_, size)) = leading(&monomials) else {
+        return (plain, false);
+    };
+    let inverse = if size.is_negative() {
+        None
+    } else {
+        size.recip()
+    };
+    let scaled = inverse.map(|inverse| {
+        let terms = monomials.iter();
+        terms
+            .map(|(monomial, c)| (monomial.clone(), c.mul(&inverse)))
+            .collect()
+    });
+    if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
+        let size = pool.number(size);
+        let size = pool.sqrt(size);
+        let terms: Vec<(ExprId, Number)> = terms
+            .into_iter()
+            .map(|(monomial, c)| (pool.product_of_powers(&monomial), c))
+            .collect();
+        let value = pool.linear(&terms);
+        let value = pool.mul(size, value);
+        return (short.simplify(pool, value), true);
+    }
+    // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
+    let mut best = plain;
+    let outer = expand(pool, e, Opening::Outermost);
+    for (terms, inner) in [Some(monomials), outer]
+        .into_iter()
+        .flatten()
+        .zip([true, false])
+    {
+        let candidate = taken_out(pool, short, &terms, inner);
+        if short.weight(pool, candidate) < short.weight(pool, best) {
+            best = candidate;
+        }
+    }
+    (best, false)
+}
+
+/// The root of a sum with the even powers that all terms have in common in front.
+fn taken_out(pool: &mut Pool, short: &mut Simplifier, terms: &Monomials, shorten: bool) -> ExprId {
+    let mut common: Option<Monomial> = None;
+    for monomial in terms.keys() {
+        common = Some(match common {
+            None => monomial.clone(),
+            Some(common) => in_common(&common, monomial),
+        });
+    }
+    if !shorten {
+        // A fraction that is not in all terms stays where it is.
+        let in_all = |base: &ExprId| {
+            let has = |m: &Monomial| m.binary_search_by_key(base, |(base, _)| *base).is_ok();
+            terms.keys().all(has)
+        };
+        if let Some(common) = &mut common {
+            common.retain(|(base, exponent)| in_all(base) && exponent.is_even());
+        }
+    }
+    let mut outside = Monomial::new();
+    let mut inverse = Monomial::new();
+    for (base, exponent) in common.unwrap_or_default() {
+        // A negative power is taken out whole, so that no fraction is left below the root.
+        let half = exponent.mul(&Number::half());
+        let half = half.floor();
+        if !half.is_zero() {
+            inverse.push((base, half.mul(&Number::from(-2))));
+            outside.push((base, half));
+        }
+    }
+    inverse.sort_by_key(|(base, _)| *base);
+    let rest: Vec<(ExprId, Number)> = terms
+        .iter()
+        .map(|(monomial, c)| {
+            let rest = times(monomial, &inverse, &Number::ONE);
+            (pool.product_of_powers(&rest), c.clone())
+        })
+        .collect();
+    let mut inside = pool.linear(&rest);
+    if shorten {
+        inside = short.simplify(pool, inside);
+    }
+    let root = pool.sqrt(inside);
+    outside.push((root, Number::ONE));
+    pool.product_of_powers(&outside)
+}
+
+/// For each base the smaller power.
+fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
+    let power = |monomial: &Monomial, base: ExprId| {
+        let at = monomial.binary_search_by_key(&base, |(base, _)| *base);
+        at.ok().map_or(Number::ZERO, |at| monomial[at].1.clone())
+    };
+    let mut bases: Vec<ExprId> = a.iter().chain(b).map(|(base, _)| *base).collect();
+    bases.sort_unstable();
+    bases.dedup();
+    let smaller = bases.into_iter().map(|base| {
+        let (a, b) = (power(a, base), power(b, base));
+        (base, if a < b { a } else { b })
+    });
+    smaller
+        .filter(|(_, exponent)| !exponent.is_zero())
+        .collect()
+}
+
+/// Compares powers base by base: an order that multiplication keeps.
+fn compare(a: &Monomial, b: &Monomial) -> Ordering {
+    let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
+    let sign = |exponent: &Number| {
+        if exponent.is_negative() {
+            Ordering::Less
+        } else {
+            Ordering::Greater
+        }
+    };
+    loop {
+        match (a.peek(), b.peek()) {
+            (None, None) => return Ordering::Equal,
+            (Some((_, x)), None) => return sign(x),
+            (None, Some((_, y))) => return sign(y).reverse(),
+            (Some((p, x)), Some((q, y))) => match p.cmp(q) {
+                Ordering::Less => return sign(x),
+                Ordering::Greater => return sign(y).reverse(),
+                Ordering::Equal if x != y => {
+                    return if x < y {
+                        Ordering::Less
+                    } else {
+                        Ordering::Greater
+                    };
+                }
+                Ordering::Equal => {
+                    a.next();
+                    b.next();
+                }
+            },
+        }
+    }
+}
+
+/// a times b^power.
+fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
+    let mut product: BTreeMap<ExprId, Number> = a.iter().cloned().collect();
+    for (base, exponent) in b {
+        let place = product.entry(*base).or_insert(Number::ZERO);
+        *place = place.add(&exponent.mul(power));
+    }
+    product.retain(|_, exponent| !exponent.is_zero());
+    product.into_iter().collect()
+}
+
+/// The term that is largest in an order that multiplication keeps.
+fn leading(terms: &Monomials) -> Option<(Monomial, Number)> {
+    let largest = terms.iter().max_by(|(a, _), (b, _)| compare(a, b))?;
+    Some((largest.0.clone(), largest.1.clone()))
+}
+
+/// The polynomial (with negative powers too) whose square this is, by division from the leading term on,
+/// whose coefficient is 1.
+fn exact_root(square: &Monomials) -> Option<Vec<(Monomial, Number)>> {
+    if square.len() > MOST_TERMS {
+        return None;
+    }
+    let (monomial, coefficient) = leading(square)?;
+    let half = |(base, exponent): (ExprId, Number)| {
+        let half = exponent.mul(&Number::half());
+        half.is_integer().then_some((base, half))
+    };
+    let first: Monomial = monomial.into_iter().map(half).collect::<Option<_>>()?;
+    if !coefficient.is_one() {
+        return None;
+    }
+    let mut root = vec![(first.clone(), Number::ONE)];
+    let mut rest = square.clone();
+    let subtract = |rest: &mut Monomials, monomial: Monomial, value: &Number| {
+        let entry = rest.entry(monomial.clone()).or_insert(Number::ZERO);
+        *entry = entry.sub(value);
+        if entry.is_zero() {
+            rest.remove(&monomial);
+        }
+    };
+    let one = Number::ONE;
+    subtract(&mut rest, times(&first, &first, &one), &one);
+    let twice = Number::half();
+    while let Some((monomial, coefficient)) = leading(&rest) {
+        // A root of t terms has at most t (t + 1)/2 terms in its square and at least t.
+        if root.len() > square.len() {
+            return None;
+        }
+        let next = times(&monomial, &first, &Number::MINUS_ONE);
+        let value = coefficient.mul(&twice);
+        for (other, factor) in &root {
+            let product = factor.mul(&value).mul(&Number::from(2));
+            subtract(&mut rest, times(other, &next, &one), &product);
+        }
+        subtract(&mut rest, times(&next, &next, &one), &value.mul(&value));
+        root.push((next, value));
+    }
+    Some(root)
+}

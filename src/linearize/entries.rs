@@ -1,0 +1,56 @@
+//! The entries of M and K that are not zero, to many bits, without the others.
+
+use std::collections::BTreeMap;
+
+use super::Linearized;
+use super::assemble::{Part, evaluate_closed};
+use super::equilibrium::Origin;
+use crate::precision::{Big, Scalar};
+
+/// The lower triangles of M and K by row and column.
+#[derive(Clone, Debug, Default)]
+#[non_exhaustive]
+pub struct Entries {
+    /// Of the mass matrix.
+    pub mass: BTreeMap<(usize, usize), Big>,
+    /// Of the stiffness matrix.
+    pub stiffness: BTreeMap<(usize, usize), Big>,
+}
+
+impl Linearized {
+    /// The entries of M and K with so many bits, where the equilibrium is known exactly; `None` where it
+    /// was searched for, or something is not finite.
+    #[must_use]
+    pub fn entries(&self, bits: usize) -> Option<Entries> {
+        let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
+        let found = &self.equilibrium;
+        let mut at = Vec::with_capacity(found.values.len());
+        for (i, origin) in found.origins.iter().enumerate() {
+            at.push(match origin {
+                Origin::Given => {
+                    let given = self.model.equilibria[i].and_then(|given| given.value)?;
+                    evaluate_closed(&self.model.pool, given, bits)?
+                }
+                Origin::Zero => Big::zero(bits),
+                Origin::Found => return None,
+            });
+        }
+        let added = |part: Part| {
+            let mut entries: BTreeMap<(usize, usize), Big> = BTreeMap::new();
+            self.assembly.entries(part, &at, &values, |i, j, share| {
+                let place = (i as usize, j as usize);
+                match entries.get_mut(&place) {
+                    Some(entry) => *entry = entry.add(share),
+                    None => {
+                        entries.insert(place, share.clone());
+                    }
+                }
+            });
+            entries.values().all(Big::is_finite).then_some(entries)
+        };
+        Some(Entries {
+            mass: added(Part::Inertia)?,
+            stiffness: added(Part::Stiffness)?,
+        })
+    }
+}

@@ -1,0 +1,312 @@
+//! Symmetry and closed forms to read.
+
+use super::Tone;
+use super::derive::Sheet;
+use crate::derive::{
+    Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
+};
+use crate::symmetry::{GroupKind, SignedPermutation};
+
+/// Exchanges and equalities of more coordinates than this are broken off.
+const MOST_NAMED: usize = 8;
+/// Frequencies that a formula gives by their number are not listed beyond this.
+pub(super) const MOST_LISTED: usize = 24;
+/// Blocks of more coordinates than this are not written out.
+pub(super) const MOST_IN_BLOCK: usize = 4;
+
+/// The case whose closed forms stand for the model: without equalities of parameters where it knows all
+/// frequencies, else the one that knows more of them.
+pub(super) fn best(frequencies: &Frequencies) -> &Case {
+    let known = |case: &Case| {
+        case.frequencies
+            .iter()
+            .map(|f| f.multiplicity)
+            .sum::<usize>()
+    };
+    match &frequencies.tied {
+        Some(tied) if known(tied) > known(&frequencies.general) => tied,
+        Some(_) | None => &frequencies.general,
+    }
+}
+
+/// The sets of equal parameters: `l[1] = l[3], k12 = k23`.
+fn ties(sets: &[Vec<String>], style: &Sheet) -> String {
+    let sets: Vec<String> = sets
+        .iter()
+        .map(|set| style.inline(&set.join(" = ")))
+        .collect();
+    sets.join(", ")
+}
+
+/// Where a signed permutation takes the coordinates: `x <-> y`, `x -> -x`, `x -> y -> z -> x`.
+pub(super) fn exchange(g: &SignedPermutation, names: &[String]) -> String {
+    let name = |i: usize| names.get(i).map_or("", String::as_str);
+    let sign = |negative: bool| if negative { "-" } else { "" };
+    let mut seen = vec![false; g.len()];
+    let mut cycles = Vec::new();
+    for start in 0..g.len() {
+        if seen[start] {
+            continue;
+        }
+        seen[start] = true;
+        let (to, negative) = g.of(start);
+        if to == start {
+            if negative {
+                cycles.push(format!("{0} -> -{0}", name(start)));
+            }
+            continue;
+        }
+        let (back, again) = g.of(to);
+        if back == start && negative == again {
+            seen[to] = true;
+            cycles.push(format!(
+                "{} <-> {}{}",
+                name(start),
+                sign(negative),
+                name(to)
+            ));
+            continue;
+        }
+        let mut text = name(start).to_owned();
+        let (mut at, mut minus, mut length) = (to, negative, 1);
+        while !seen[at] {
+            seen[at] = true;
+            if length < MOST_NAMED {
+                text.push_str(&format!(" -> {}{}", sign(minus), name(at)));
+            } else if length == MOST_NAMED {
+                text.push_str(" -> …");
+            }
+            let (next, turned) = g.of(at);
+            (at, minus) = (next, minus != turned);
+            length += 1;
+        }
+        cycles.push(format!("{text} -> {}{}", sign(minus), name(at)));
+    }
+    shortened(cycles)
+}
+
+fn shortened(mut items: Vec<String>) -> String {
+    if items.len() > MOST_NAMED {
+        items.truncate(MOST_NAMED);
+        items.push("…".to_owned());
+    }
+    items.join(", ")
+}
+
+/// The name of a kind of group.
+pub(super) fn kind(kind: &GroupKind) -> String {
+    match kind {
+        GroupKind::Mirrors(mirrors) if mirrors.len() == 1 => "mirror".to_owned(),
+        GroupKind::Mirrors(_) => "mirrors".to_owned(),
+        GroupKind::Ring { length, .. } => format!("ring of {length}"),
+        GroupKind::Other => "group".to_owned(),
+    }
+}
+
+/// How the coordinates move in a class: `phi[1] = -phi[3], phi[2] = 0`.
+pub(super) fn motion(block: &Block, names: &[String]) -> String {
+    let name = |i: usize| names.get(i).map_or("", String::as_str);
+    let mut at_rest = vec![true; names.len()];
+    let mut parts = Vec::new();
+    for vector in &block.basis {
+        for (i, _) in vector {
+            if let Some(rests) = at_rest.get_mut(*i) {
+                *rests = false;
+            }
+        }
+        if let [(first, sign), others @ ..] = vector.as_slice()
+            && !others.is_empty()
+        {
+            let mut text = name(*first).to_owned();
+            for (i, other) in others {
+                let minus = if (*other < 0) == (*sign < 0) { "" } else { "-" };
+                text.push_str(&format!(" = {minus}{}", name(*i)));
+            }
+            parts.push(text);
+        }
+    }
+    let resting = at_rest.iter().enumerate().filter(|(_, rests)| **rests);
+    let resting: Vec<&str> = resting.map(|(i, _)| name(i)).collect();
+    if !resting.is_empty() {
+        parts.push(if resting.len() > MOST_NAMED {
+            "all others 0".to_owned()
+        } else {
+            format!("{} = 0", resting.join(" = "))
+        });
+    }
+    shortened(parts)
+}
+
+fn heading(text: &str, style: &Sheet) -> String {
+    format!("\n{}\n", style.paint(Tone::Heading, text))
+}
+
+fn symmetry_text(found: &Exchange, names: &[String], style: &Sheet) -> String {
+    let kind = kind(&found.kind);
+    let mut out = heading(
+        &if found.ties.is_empty() {
+            format!("symmetry: {kind}")
+        } else {
+            format!("symmetry: {kind}, as {}", ties(&found.ties, style))
+        },
+        style,
+    );
+    for g in found.generators.iter().take(MOST_NAMED) {
+        out.push_str(&format!("  {}\n", exchange(g, names)));
+    }
+    out
+}
+
+fn block_text(derivation: &Derivation, block: &Block, names: &[String], style: &Sheet) -> String {
+    let mut out = format!("  {}: {}\n", block.class, motion(block, names));
+    if block.mass.len() > MOST_IN_BLOCK {
+        return out;
+    }
+    for (letter, rows) in [("M", &block.mass), ("K", &block.stiffness)] {
+        let rows: Vec<String> = rows
+            .iter()
+            .map(|row| {
+                let row: Vec<String> = row.iter().map(|at| derivation.pool.display(*at)).collect();
+                format!("[{}]", row.join(", "))
+            })
+            .collect();
+        for line in style.lines(&format!("{letter} = [{}]", rows.join(", "))) {
+            out.push_str(&format!("    {line}\n"));
+        }
+    }
+    out
+}
+
+/// How many times there is a frequency, if more than once, and its class.
+pub(super) fn remarks(frequency: &Frequency) -> Vec<String> {
+    let times = match frequency.multiplicity {
+        1 => None,
+        2 => Some("twice".to_owned()),
+        n => Some(format!("{n} times")),
+    };
+    times
+        .into_iter()
+        .chain(frequency.symmetry.clone())
+        .collect()
+}
+
+fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Sheet) -> String {
+    let value = derivation.pool.display(frequency.omega_squared);
+    let remarks = remarks(frequency);
+    let remark = if remarks.is_empty() {
+        String::new()
+    } else {
+        format!("  ({})", remarks.join(", "))
+    };
+    let lines = style.lines_with(&format!("omega^2 = {value}"), &remark);
+    let lines: Vec<String> = lines.iter().map(|line| format!("  {line}\n")).collect();
+    lines.concat()
+}
+
+/// `a > 0`, one for each sign that is taken from the values.
+pub(super) fn signs(derivation: &Derivation, frequencies: &Frequencies) -> Vec<String> {
+    let signs = frequencies.signs.iter();
+    signs
+        .map(|(e, negative)| {
+            let relation = if *negative { "<" } else { ">" };
+            format!("{} {relation} 0", derivation.pool.display(*e))
+        })
+        .collect()
+}
+
+/// `, for k -> 0` and `, to order 2 in k`.
+fn approximations(frequencies: &Frequencies, style: &Sheet) -> String {
+    let texts = frequencies.approximations.iter().map(|done| match done {
+        Approximation::Limit { name, value } => {
+            format!(", for {} -> {value}", style.inline(name))
+        }
+        Approximation::Expansion { name, order } => {
+            format!(", to order {order} in {}", style.inline(name))
+        }
+    });
+    texts.collect()
+}
+
+fn case_text(
+    derivation: &Derivation,
+    frequencies: &Frequencies,
+    case: &Case,
+    style: &Sheet,
+) -> String {
+    let names = &style.names(&derivation.names.displacements);
+    let mut out = String::new();
+    if let Some(found) = &case.symmetry {
+        out.push_str(&symmetry_text(found, names, style));
+    }
+    if !case.blocks.is_empty() {
+        let title = if case.ties.is_empty() {
+            "blocks of M and K, one a class".to_owned()
+        } else {
+            format!(
+                "blocks of M and K, one a class, with {}",
+                ties(&case.ties, style)
+            )
+        };
+        out.push_str(&heading(&title, style));
+        for block in &case.blocks {
+            out.push_str(&block_text(derivation, block, names, style));
+        }
+    }
+    if case.frequencies.is_empty() {
+        return out;
+    }
+    let mut title = if case.complete {
+        "normal frequencies".to_owned()
+    } else {
+        "normal frequencies with a closed form".to_owned()
+    };
+    let mut assumed: Vec<String> = Vec::new();
+    if !case.ties.is_empty() {
+        assumed.push(ties(&case.ties, style));
+    }
+    let signs = signs(derivation, frequencies);
+    assumed.extend(signs.iter().map(|sign| style.inline(sign)));
+    if !assumed.is_empty() {
+        title.push_str(&format!(", with {}", assumed.join(", ")));
+    }
+    title.push_str(&approximations(frequencies, style));
+    out.push_str(&heading(&title, style));
+    for series in &case.series {
+        let value = derivation.pool.display(series.omega_squared);
+        let ranges: Vec<String> = series
+            .numbers
+            .iter()
+            .map(|(name, angles)| format!("{name} = {}..{}", angles.first, angles.last))
+            .collect();
+        let remark = format!(", {}", ranges.join(", "));
+        for line in style.lines_with(&format!("omega^2 = {value}"), &remark) {
+            out.push_str(&format!("  {line}\n"));
+        }
+    }
+    if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
+        for frequency in &case.frequencies {
+            out.push_str(&frequency_text(derivation, frequency, style));
+        }
+    }
+    out
+}
+
+/// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
+pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
+    let Some(frequencies) = &linear.frequencies else {
+        return String::new();
+    };
+    let mut out = case_text(derivation, frequencies, &frequencies.general, style);
+    if let Some(tied) = &frequencies.tied {
+        out.push_str(&case_text(derivation, frequencies, tied, style));
+    }
+    if let Some(found) = &frequencies.would_be {
+        let names = &style.names(&derivation.names.displacements);
+        let title = format!("it would have a symmetry, if {}", ties(&found.ties, style));
+        out.push_str(&heading(&title, style));
+        for g in found.generators.iter().take(MOST_NAMED) {
+            out.push_str(&format!("  {}\n", exchange(g, names)));
+        }
+    }
+    out
+}

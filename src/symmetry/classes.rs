@@ -1,0 +1,238 @@
+//! The classes of a symmetry and how vectors are told apart.
+//!
+//! A sum of elements of the group over whole conjugacy classes commutes with the group and with M and K,
+//! and on the vectors of one class of symmetry it is a number (Schur's lemma; Landau and Lifshitz, Quantum
+//! Mechanics, §94). Mirrors that commute are such sums, and so is a turn of a ring plus its inverse, with
+//! 2 cos(2 pi j/N) for the wave number j. So the class of a vector doesn't depend on which vectors of
+//! a degenerate frequency are looked at.
+
+use std::collections::BTreeSet;
+
+use nalgebra::DMatrix;
+
+use super::{GroupKind, SignedPermutation, Symmetry};
+
+/// Sums of more elements are not made.
+const MOST_CONJUGATES: usize = 2000;
+/// The classes of groups that are neither mirrors nor a ring are found for at most so many coordinates.
+const MOST_COORDINATES: usize = 200;
+/// More mirrors than this are not told apart.
+const MOST_MIRRORS: usize = 12;
+
+/// What tells vectors of different symmetry apart.
+#[derive(Clone, Debug)]
+pub struct Classes {
+    /// Elements with their factors; on each class the sum is a number.
+    terms: Vec<(f64, SignedPermutation)>,
+    /// These numbers in ascending order, with the names of the classes.
+    names: Vec<(f64, String)>,
+    active: Vec<bool>,
+}
+
+impl Classes {
+    /// The classes of a symmetry; `None` where they can't be told apart.
+    #[must_use]
+    pub fn new(symmetry: &Symmetry) -> Option<Self> {
+        let (terms, mut names) = match &symmetry.kind {
+            GroupKind::Mirrors(mirrors) => of_mirrors(mirrors)?,
+            GroupKind::Ring { turn, length } => of_ring(turn, *length),
+            GroupKind::Other => of_other(symmetry)?,
+        };
+        names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Some(Self {
+            terms,
+            names,
+            active: symmetry.active.clone(),
+        })
+    }
+
+    /// The class of a vector whose components are known within `error`; `None` where it has parts in
+    /// several, or moves what is outside of the symmetry.
+    #[must_use]
+    pub fn of(&self, vector: &[f64], error: f64) -> Option<&str> {
+        if vector.len() != self.active.len() {
+            return None;
+        }
+        let largest = vector.iter().fold(0.0_f64, |a, b| a.max(b.abs()));
+        let allowed = (2.0 * error).max(1e-9 * largest);
+        if error.is_nan() || allowed > 1e-3 * largest {
+            return None;
+        }
+        let outside = vector
+            .iter()
+            .zip(&self.active)
+            .filter(|(_, active)| !**active);
+        if outside.into_iter().any(|(value, _)| value.abs() > allowed) {
+            return None;
+        }
+        let mut sum = vec![0.0; vector.len()];
+        let mut weight = 1.0;
+        for (factor, element) in &self.terms {
+            weight += factor.abs();
+            for (own, value) in sum.iter_mut().zip(element.apply(vector)) {
+                *own += factor * value;
+            }
+        }
+        let square: f64 = vector.iter().map(|x| x * x).sum();
+        let product: f64 = vector.iter().zip(&sum).map(|(x, y)| x * y).sum();
+        let value = product / square;
+        let pairs = sum.iter().zip(vector);
+        if pairs
+            .into_iter()
+            .any(|(y, x)| (y - value * x).abs() > weight * allowed)
+        {
+            return None;
+        }
+        let mut nearest: Vec<(f64, &str)> = self
+            .names
+            .iter()
+            .map(|(at, name)| ((at - value).abs(), name.as_str()))
+            .collect();
+        nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
+        match nearest.as_slice() {
+            [(distance, name), rest @ ..] => {
+                let other = rest.first().map_or(1.0, |(other, _)| *other);
+                (*distance < 0.1 * other).then_some(*name)
+            }
+            [] => None,
+        }
+    }
+}
+
+type Told = (Vec<(f64, SignedPermutation)>, Vec<(f64, String)>);
+
+/// Each mirror is 1 or -1; with weights 1, 3, 9, … all sums differ.
+fn of_mirrors(mirrors: &[SignedPermutation]) -> Option<Told> {
+    if mirrors.len() > MOST_MIRRORS {
+        return None;
+    }
+    let mut terms = Vec::new();
+    let mut names = vec![(0.0, String::new())];
+    let mut weight = 1.0;
+    for mirror in mirrors {
+        terms.push((weight, mirror.clone()));
+        names = names
+            .iter()
+            .flat_map(|(value, name)| {
+                let comma = if name.is_empty() { "" } else { ", " };
+                [
+                    (value + weight, format!("{name}{comma}even")),
+                    (value - weight, format!("{name}{comma}odd")),
+                ]
+            })
+            .collect();
+        weight *= 3.0;
+    }
+    Some((terms, names))
+}
+
+/// The name of the class of a wave number.
+#[must_use]
+pub fn wave_number(j: usize) -> String {
+    format!("wave number {j}")
+}
+
+fn of_ring(turn: &SignedPermutation, length: usize) -> Told {
+    let terms = vec![(1.0, turn.clone()), (1.0, turn.inverse())];
+    let angle = std::f64::consts::TAU / length as f64;
+    let names = (0..=length / 2)
+        .map(|j| (2.0 * (angle * j as f64).cos(), wave_number(j)))
+        .collect();
+    (terms, names)
+}
+
+/// All elements that an element is turned into by others.
+fn conjugates(
+    of: &SignedPermutation,
+    generators: &[SignedPermutation],
+) -> Option<BTreeSet<SignedPermutation>> {
+    let mut found = BTreeSet::from([of.clone(), of.inverse()]);
+    let mut open: Vec<SignedPermutation> = found.iter().cloned().collect();
+    while let Some(element) = open.pop() {
+        for g in generators {
+            let moved = g.after(&element).after(&g.inverse());
+            if !found.contains(&moved) {
+                if found.len() == MOST_CONJUGATES {
+                    return None;
+                }
+                found.insert(moved.clone());
+                open.push(moved);
+            }
+        }
+    }
+    Some(found)
+}
+
+/// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are
+/// numbered by falling values, so that the first one is what all elements leave unchanged.
+fn of_other(symmetry: &Symmetry) -> Option<Told> {
+    let mut generators = symmetry.generators.clone();
+    // Parts that don't hang together have equal frequencies where they are exchanged, and vectors of
+    // these may be in one part or in several: the signs of parts belong to the group then.
+    generators.extend(symmetry.turned_parts());
+    let generators = generators.as_slice();
+    let count = symmetry.active.len();
+    if count > MOST_COORDINATES {
+        return None;
+    }
+    let mut sums: Vec<BTreeSet<SignedPermutation>> = Vec::new();
+    let products = generators.iter().enumerate().flat_map(|(i, g)| {
+        let others = generators.iter().skip(i + 1);
+        others.map(|h| g.after(h))
+    });
+    for element in generators.iter().cloned().chain(products) {
+        if sums.iter().all(|sum| !sum.contains(&element))
+            && !element.is_identity()
+            && let Some(sum) = conjugates(&element, generators)
+        {
+            sums.push(sum);
+        }
+    }
+    // Weights without a rational relation, so that no two classes get the same sum by chance.
+    let mut terms: Vec<(f64, SignedPermutation)> = Vec::new();
+    let mut matrices: Vec<DMatrix<f64>> = Vec::new();
+    let mut all = DMatrix::zeros(count, count);
+    for (at, sum) in sums.iter().enumerate() {
+        let weight = (at as f64 + 2.0).sqrt().fract().mul_add(0.5, 1.0) / sum.len() as f64;
+        let mut matrix = DMatrix::zeros(count, count);
+        for element in sum {
+            terms.push((weight, element.clone()));
+            for i in 0..count {
+                let (to, negative) = element.of(i);
+                matrix[(to, i)] += if negative { -1.0 } else { 1.0 };
+            }
+        }
+        all += &matrix * weight;
+        matrices.push(matrix);
+    }
+    let places: Vec<usize> = (0..count).filter(|i| symmetry.active[*i]).collect();
+    let inner = all.select_rows(&places).select_columns(&places);
+    // A sum over a class and its inverses is symmetric.
+    let decomposed = nalgebra::SymmetricEigen::try_new(inner, f64::EPSILON, 1000)?;
+    let mut values: Vec<(f64, Vec<i64>)> = Vec::new();
+    for (value, vector) in decomposed
+        .eigenvalues
+        .iter()
+        .zip(decomposed.eigenvectors.column_iter())
+    {
+        if values.iter().any(|(known, _)| (known - value).abs() < 1e-7) {
+            continue;
+        }
+        let tuple = matrices.iter().map(|matrix| {
+            let inner = matrix.select_rows(&places).select_columns(&places);
+            // Rounded, so that what is equal is so.
+            ((vector.transpose() * &inner * vector)[(0, 0)] * 1e6).round() as i64
+        });
+        values.push((*value, tuple.collect()));
+    }
+    if values.len() < 2 {
+        return None;
+    }
+    values.sort_by(|a, b| b.1.cmp(&a.1));
+    let names = values
+        .iter()
+        .enumerate()
+        .map(|(i, (value, _))| (*value, format!("class {}", i + 1)))
+        .collect();
+    Some((terms, names))
+}

@@ -1,0 +1,317 @@
+//! Signed permutations of coordinates that leave a pair of symmetric matrices unchanged.
+//!
+//! A [`Pattern`] says which entries are equal to each other or opposite, and nothing more, so that numbers
+//! and expressions are treated alike. [`Symmetry::find`] gives generators of the group, by refinement of
+//! hashed rows and a search with a limited effort, and says what kind of group it is: mirrors that
+//! commute, the turns of a ring, or another. [`Classes`] is what tells vectors of different symmetry apart.
+//!
+//! Permutations without signs come first. One with signs is a permutation of the coordinates and of their
+//! opposites at once, which keeps each beside its own opposite; changing the sign of everything that hangs
+//! together is always possible and counts as nothing. What no force holds has no place in a symmetry and is
+//! left out. *Knows no numbers and no names.*
+
+mod classes;
+mod pattern;
+mod search;
+
+use std::collections::BTreeSet;
+
+pub use classes::{Classes, wave_number};
+pub use pattern::Pattern;
+
+/// Looks at edges before the search is given up: well below a second.
+const EFFORT: usize = 40_000_000;
+
+/// A permutation of the coordinates with signs: the unit vector of coordinate i goes to that of `image[i]`,
+/// with the opposite sign where `negative[i]`.
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct SignedPermutation {
+    image: Vec<usize>,
+    negative: Vec<bool>,
+}
+
+impl SignedPermutation {
+    /// A permutation without signs.
+    #[must_use]
+    pub fn unsigned(image: Vec<usize>) -> Self {
+        let negative = vec![false; image.len()];
+        Self { image, negative }
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.image.len()
+    }
+
+    /// Whether there are no coordinates.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.image.is_empty()
+    }
+
+    /// Where a coordinate goes, and whether its sign changes.
+    #[must_use]
+    pub fn of(&self, coordinate: usize) -> (usize, bool) {
+        let image = self.image.get(coordinate).copied().unwrap_or(coordinate);
+        let negative = self.negative.get(coordinate).copied().unwrap_or(false);
+        (image, negative)
+    }
+
+    /// Whether every coordinate stays where it is, signs aside.
+    #[must_use]
+    pub fn moves_nothing(&self) -> bool {
+        self.image.iter().enumerate().all(|(i, j)| i == *j)
+    }
+
+    /// Whether nothing changes.
+    #[must_use]
+    pub fn is_identity(&self) -> bool {
+        self.moves_nothing() && !self.negative.contains(&true)
+    }
+
+    /// First the other one, then this one.
+    #[must_use]
+    pub fn after(&self, other: &Self) -> Self {
+        let mut image = Vec::with_capacity(self.len());
+        let mut negative = Vec::with_capacity(self.len());
+        for i in 0..other.len() {
+            let (middle, first) = other.of(i);
+            let (end, second) = self.of(middle);
+            image.push(end);
+            negative.push(first != second);
+        }
+        Self { image, negative }
+    }
+
+    /// The one that undoes it.
+    #[must_use]
+    pub fn inverse(&self) -> Self {
+        let mut image = vec![0; self.len()];
+        let mut negative = vec![false; self.len()];
+        for i in 0..self.len() {
+            let (to, sign) = self.of(i);
+            image[to] = i;
+            negative[to] = sign;
+        }
+        Self { image, negative }
+    }
+
+    /// What becomes of a vector.
+    #[must_use]
+    pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
+        let mut out = vec![0.0; vector.len()];
+        for (i, value) in vector.iter().enumerate() {
+            let (to, negative) = self.of(i);
+            if let Some(place) = out.get_mut(to) {
+                *place = if negative { -value } else { *value };
+            }
+        }
+        out
+    }
+
+    /// Elements of the group of some generators, the identity among them: all, or where there are more
+    /// so many.
+    #[must_use]
+    pub fn group(generators: &[Self], most: usize) -> Vec<Self> {
+        let Some(first) = generators.first() else {
+            return Vec::new();
+        };
+        let identity = Self::unsigned((0..first.len()).collect());
+        let mut known = BTreeSet::from([identity.clone()]);
+        let mut all = vec![identity];
+        let mut next = 0;
+        while let Some(element) = all.get(next).cloned() {
+            next += 1;
+            for g in generators {
+                let product = g.after(&element);
+                if all.len() >= most {
+                    return all;
+                }
+                if known.insert(product.clone()) {
+                    all.push(product);
+                }
+            }
+        }
+        all
+    }
+
+    /// The length of the cycles of the coordinates in `active`, if they all have the same and no sign
+    /// changes.
+    fn common_cycle(&self, active: &[bool]) -> Option<usize> {
+        let mut seen = vec![false; self.len()];
+        let mut common = None;
+        for start in (0..self.len()).filter(|i| active.get(*i) == Some(&true)) {
+            let (mut at, mut length) = (start, 0);
+            while !seen[at] {
+                seen[at] = true;
+                let (to, negative) = self.of(at);
+                if negative {
+                    return None;
+                }
+                at = to;
+                length += 1;
+            }
+            if length > 0 && *common.get_or_insert(length) != length {
+                return None;
+            }
+        }
+        common
+    }
+}
+
+/// The symmetry of a pattern.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Symmetry {
+    /// The generators; none of them is in the group of those before it, signs of what hangs together
+    /// aside.
+    pub generators: Vec<SignedPermutation>,
+    /// How many elements the group has, signs of what hangs together aside.
+    pub order: f64,
+    /// What kind of group it is.
+    pub kind: GroupKind,
+    /// The coordinates that some force holds; the others are left out.
+    pub active: Vec<bool>,
+    /// The part that each coordinate is in: what hangs together has the same number.
+    pub parts: Vec<usize>,
+}
+
+/// What kind of group a symmetry is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum GroupKind {
+    /// Mirrors that commute: each vector of a mode is even or odd under each.
+    Mirrors(Vec<SignedPermutation>),
+    /// A ring: `turn` moves every coordinate to its neighbour, in cycles of `length`, which is 3 at least.
+    Ring {
+        /// The turn by one place.
+        turn: SignedPermutation,
+        /// How many turns there are.
+        length: usize,
+    },
+    /// Any other group.
+    Other,
+}
+
+impl Symmetry {
+    /// The symmetry of a pattern, if it has any and the search comes to its end.
+    #[must_use]
+    pub fn find(pattern: &Pattern) -> Option<Self> {
+        let active = pattern.active();
+        if pattern.all_differ(&active)? {
+            return None;
+        }
+        let parts = pattern.components();
+        let unsigned = pattern.permutations(&active, EFFORT)?;
+        // A mirror that leaves a part alone says nothing about that part.
+        let acts_everywhere = |g: &SignedPermutation| {
+            let count = parts.iter().max().map_or(0, |last| last + 1);
+            let mut acts = vec![false; count];
+            for (i, part) in parts.iter().enumerate() {
+                acts[*part] |= g.of(i).0 != i || !active[i];
+            }
+            !acts.contains(&false)
+        };
+        let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
+        let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
+        let is_ring = |found: &Self| {
+            matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0)
+        };
+        if is_mirror || plain.as_ref().is_some_and(is_ring) {
+            return plain;
+        }
+        match pattern.signed_permutations(&active, EFFORT) {
+            Some(signed) if signed.order > unsigned.order => {
+                Self::of(signed.generators, signed.order, &active, &parts)
+            }
+            Some(_) | None => plain,
+        }
+    }
+
+    fn of(
+        generators: Vec<SignedPermutation>,
+        order: f64,
+        active: &[bool],
+        parts: &[usize],
+    ) -> Option<Self> {
+        if generators.is_empty() {
+            return None;
+        }
+        let kind = ring(&generators, order, active)
+            .or_else(|| mirrors(&generators))
+            .unwrap_or(GroupKind::Other);
+        Some(Self {
+            generators,
+            order,
+            kind,
+            active: active.to_vec(),
+            parts: parts.to_vec(),
+        })
+    }
+}
+
+impl Symmetry {
+    /// The changes of sign of each part, where there are several.
+    fn turned_parts(&self) -> Vec<SignedPermutation> {
+        let count = self.parts.iter().max().map_or(0, |last| last + 1);
+        let all = (0..count).filter(|_| count > 1).map(|part| {
+            let mut turned = SignedPermutation::unsigned((0..self.parts.len()).collect());
+            for (negative, own) in turned.negative.iter_mut().zip(&self.parts) {
+                *negative = *own == part;
+            }
+            turned
+        });
+        all.collect()
+    }
+}
+
+/// Mirrors undo themselves and each other's order does not matter.
+fn mirrors(generators: &[SignedPermutation]) -> Option<GroupKind> {
+    let undoes_itself = |g: &SignedPermutation| g.after(g).is_identity();
+    let commutes = |g: &SignedPermutation| generators.iter().all(|h| g.after(h) == h.after(g));
+    let all = generators.iter().all(|g| undoes_itself(g) && commutes(g));
+    all.then(|| GroupKind::Mirrors(generators.to_vec()))
+}
+
+/// A ring: a turn in equal cycles which all other elements keep or turn back, in a group with nothing
+/// but turns and the mirrors of a polygon, none of which joins two cycles.
+fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option<GroupKind> {
+    let products = generators.iter().enumerate().flat_map(|(i, g)| {
+        let others = generators.iter().skip(i + 1);
+        others.map(|h| g.after(h))
+    });
+    for turn in generators.iter().cloned().chain(products) {
+        let Some(length) = turn.common_cycle(active).filter(|length| *length >= 3) else {
+            continue;
+        };
+        let turns = length as f64;
+        let back = turn.inverse();
+        let keeps = |g: &SignedPermutation| {
+            let moved = g.after(&turn).after(&g.inverse());
+            moved == turn || moved == back
+        };
+        let cycle = cycles(&turn);
+        let joins =
+            |g: &SignedPermutation| (0..g.len()).any(|i| active[i] && cycle[g.of(i).0] != cycle[i]);
+        if (order == turns || order == 2.0 * turns)
+            && generators.iter().all(|g| keeps(g) && !joins(g))
+        {
+            return Some(GroupKind::Ring { turn, length });
+        }
+    }
+    None
+}
+
+/// The cycle that each coordinate is in, named by its first coordinate.
+fn cycles(turn: &SignedPermutation) -> Vec<usize> {
+    let mut cycle = vec![usize::MAX; turn.len()];
+    for start in 0..turn.len() {
+        let mut at = start;
+        while cycle[at] == usize::MAX {
+            cycle[at] = start;
+            at = turn.of(at).0;
+        }
+    }
+    cycle
+}

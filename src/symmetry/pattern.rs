@@ -1,0 +1,231 @@
+//! Which entries of M and K are equal, and the graphs whose automorphisms are their symmetries.
+
+use std::collections::HashMap;
+
+use super::SignedPermutation;
+use super::search::Graph;
+
+/// Elements looked through for one that differs from another only by signs.
+const MOST_KNOWN: usize = 200;
+
+/// What a pair of matrices looks like: equal numbers stand for equal pairs of entries (M_ij, K_ij).
+#[derive(Clone, Debug, Default)]
+pub struct Pattern {
+    /// Beside the diagonal, by row, in ascending order of columns: what is not 0.
+    rows: Vec<Vec<(usize, i64)>>,
+    diagonal: Vec<u64>,
+    /// Whether some force acts along the coordinate or between it and others.
+    held: Vec<bool>,
+}
+
+/// A group of signed permutations.
+pub(super) struct Permutations {
+    pub(super) generators: Vec<SignedPermutation>,
+    pub(super) order: f64,
+}
+
+impl Pattern {
+    /// A pattern without entries.
+    #[must_use]
+    pub fn new(coordinates: usize) -> Self {
+        Self {
+            rows: vec![Vec::new(); coordinates],
+            diagonal: vec![0; coordinates],
+            held: vec![false; coordinates],
+        }
+    }
+
+    /// How many coordinates there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there are no coordinates.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Says what stands on the diagonal; `held` where the stiffness is not 0.
+    pub fn set_diagonal(&mut self, coordinate: usize, label: u64, held: bool) {
+        if let (Some(own), Some(is_held)) = (
+            self.diagonal.get_mut(coordinate),
+            self.held.get_mut(coordinate),
+        ) {
+            *own = label;
+            *is_held |= held;
+        }
+    }
+
+    /// Says what stands at (i, j), in rows and columns in ascending order: not 0, with opposite numbers
+    /// for opposite entries; `held` where the stiffness is not 0.
+    pub fn push(&mut self, i: usize, j: usize, label: i64, held: bool) {
+        if i == j || j >= self.len() {
+            return;
+        }
+        if let (Some(row), Some(is_held)) = (self.rows.get_mut(i), self.held.get_mut(i)) {
+            row.push((j, label));
+            *is_held |= held;
+        }
+    }
+
+    /// The number of the part that hangs together, for each coordinate.
+    #[must_use]
+    pub fn components(&self) -> Vec<usize> {
+        let mut component = vec![usize::MAX; self.len()];
+        let mut count = 0;
+        for start in 0..self.len() {
+            if component[start] != usize::MAX {
+                continue;
+            }
+            let mut open = vec![start];
+            component[start] = count;
+            while let Some(i) = open.pop() {
+                for (j, _) in &self.rows[i] {
+                    if component[*j] == usize::MAX {
+                        component[*j] = count;
+                        open.push(*j);
+                    }
+                }
+            }
+            count += 1;
+        }
+        component
+    }
+
+    /// The coordinates in parts where some force acts.
+    #[must_use]
+    pub fn active(&self) -> Vec<bool> {
+        let component = self.components();
+        let mut held = vec![false; self.len()];
+        for (i, own) in component.iter().enumerate() {
+            held[*own] |= self.held[i];
+        }
+        component.iter().map(|own| held[*own]).collect()
+    }
+
+    /// Whether a signed permutation leaves the pattern unchanged.
+    #[must_use]
+    pub fn is_kept_by(&self, g: &SignedPermutation) -> bool {
+        let mut moved: Vec<(usize, i64)> = Vec::new();
+        g.len() == self.len()
+            && self.rows.iter().enumerate().all(|(i, row)| {
+                let (to, sign) = g.of(i);
+                moved.clear();
+                moved.extend(row.iter().map(|(j, label)| {
+                    let (column, other) = g.of(*j);
+                    (column, if sign == other { *label } else { -*label })
+                }));
+                moved.sort_unstable();
+                self.diagonal.get(to) == self.diagonal.get(i) && self.rows.get(to) == Some(&moved)
+            })
+    }
+
+    /// What differs from the start: entries of the diagonal; each coordinate outside of the symmetry
+    /// from all others.
+    fn colours(&self, active: &[bool]) -> Vec<u64> {
+        let diagonal = self.diagonal.iter().zip(active).enumerate();
+        diagonal
+            .map(|(i, (label, active))| if *active { 2 * label } else { 2 * i as u64 + 1 })
+            .collect()
+    }
+
+    /// Whether no two coordinates can be exchanged, whatever the signs; `None` where the effort does
+    /// not suffice.
+    pub(super) fn all_differ(&self, active: &[bool]) -> Option<bool> {
+        let mut colours = self.colours(active);
+        colours.sort_unstable();
+        if colours.windows(2).all(|pair| pair[0] != pair[1]) {
+            return Some(true);
+        }
+        let row = |row: &Vec<(usize, i64)>| {
+            let labels = row.iter().map(|(j, label)| (*j, label.unsigned_abs()));
+            labels.collect()
+        };
+        let graph = Graph {
+            colours: self.colours(active),
+            rows: self.rows.iter().map(row).collect(),
+        };
+        graph.all_differ(super::EFFORT)
+    }
+
+    /// The permutations without signs.
+    pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+        let graph = Graph {
+            colours: self.colours(active),
+            rows: self
+                .rows
+                .iter()
+                .map(|row| row.iter().map(|(j, label)| (*j, *label as u64)).collect())
+                .collect(),
+        };
+        let found = graph.automorphisms(effort)?;
+        let generators = found.generators.into_iter();
+        Some(Permutations {
+            generators: generators.map(SignedPermutation::unsigned).collect(),
+            order: found.order,
+        })
+    }
+
+    /// The permutations with signs, without those that only change signs.
+    ///
+    /// Coordinate i becomes two vertices, 2i for itself and 2i + 1 for its opposite, joined by an edge
+    /// of a label of its own; an entry joins equal ends by its label and opposite ones by the opposite.
+    pub(super) fn signed_permutations(
+        &self,
+        active: &[bool],
+        effort: usize,
+    ) -> Option<Permutations> {
+        let mut graph = Graph::default();
+        for (i, colour) in self.colours(active).into_iter().enumerate() {
+            for opposite in [0, 1] {
+                let mut row: Vec<(usize, u64)> = vec![(2 * i + 1 - opposite, 0)];
+                for (j, label) in &self.rows[i] {
+                    row.push((2 * j + opposite, *label as u64));
+                    row.push((2 * j + 1 - opposite, label.wrapping_neg() as u64));
+                }
+                row.sort_unstable();
+                graph.colours.push(colour);
+                graph.rows.push(row);
+            }
+        }
+        let found = graph.automorphisms(effort)?;
+        let component = self.components();
+        let parts = component.iter().max().map_or(0, |last| last + 1);
+        let mut order = found.order;
+        for _ in 0..parts {
+            order /= 2.0;
+        }
+        let mut generators: Vec<SignedPermutation> = Vec::new();
+        for image in found.generators {
+            let mut g = SignedPermutation {
+                image: image.iter().step_by(2).map(|to| to / 2).collect(),
+                negative: image.iter().step_by(2).map(|to| to % 2 == 1).collect(),
+            };
+            prefer_positive(&mut g, &component);
+            // Signs aside it may be known.
+            let known = SignedPermutation::group(&generators, MOST_KNOWN);
+            let is_new = known.iter().all(|other| other.image != g.image);
+            if !g.moves_nothing() && is_new {
+                generators.push(g);
+            }
+        }
+        Some(Permutations { generators, order })
+    }
+}
+
+/// Turns the signs of each part that hangs together so that most are positive, or where as many are
+/// negative the first one is.
+fn prefer_positive(g: &mut SignedPermutation, component: &[usize]) {
+    let mut balance: HashMap<usize, (i64, bool)> = HashMap::new();
+    for (own, negative) in component.iter().zip(&g.negative) {
+        let (balance, _) = balance.entry(*own).or_insert((0, *negative));
+        *balance += if *negative { -1 } else { 1 };
+    }
+    for (own, negative) in component.iter().zip(&mut g.negative) {
+        if let Some((balance, first)) = balance.get(own) {
+            *negative ^= *balance < 0 || (*balance == 0 && *first);
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! Generators of the automorphism group of a coloured graph: refinement of hashed rows, and a search
+//! with a limited effort.
+//!
+//! A base is a list of vertices of which each is told apart in turn, with refinement in between, until
+//! all vertices differ. From its end to its beginning, one automorphism is searched for each vertex
+//! that the next base vertex may be taken to and isn't yet, with all base vertices before held where
+//! they are. So the orbits multiply to the order of the group, and no two searches find the same
+//! (Sims, 1970; B. D. McKay, Congressus Numerantium 30 (1981) 45).
+
+/// A graph with labelled edges; equal labels are equal numbers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Graph {
+    /// What tells vertices apart from the start.
+    pub(super) colours: Vec<u64>,
+    /// Neighbours in ascending order, with the labels of the edges; both directions are there.
+    pub(super) rows: Vec<Vec<(usize, u64)>>,
+}
+
+/// A group of permutations, each given by the images of 0, 1, …
+#[derive(Clone, Debug, Default)]
+pub(super) struct Automorphisms {
+    /// None of them is in the group that those before it generate.
+    pub(super) generators: Vec<Vec<usize>>,
+    /// How many elements the group has.
+    pub(super) order: f64,
+}
+
+/// Colours after the base vertices of a level have been told apart.
+struct Level {
+    colours: Vec<u64>,
+    sorted: Vec<u64>,
+    /// The next base vertex; none where all vertices differ.
+    base: Option<usize>,
+}
+
+/// Steps left; a step is one look at an edge.
+struct Effort(usize);
+
+impl Effort {
+    fn spend(&mut self, steps: usize) -> Option<()> {
+        self.0 = self.0.checked_sub(steps)?;
+        Some(())
+    }
+}
+
+/// The finalizer of SplitMix64 (Steele, Lea and Flood, 2014): every bit depends on every bit.
+fn mix(x: u64) -> u64 {
+    let x = x.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+fn sorted(colours: &[u64]) -> Vec<u64> {
+    let mut sorted = colours.to_vec();
+    sorted.sort_unstable();
+    sorted
+}
+
+fn distinct(sorted: &[u64]) -> usize {
+    sorted.chunk_by(|a, b| a == b).count()
+}
+
+impl Graph {
+    fn edges(&self) -> usize {
+        self.rows.iter().map(Vec::len).sum::<usize>() + self.rows.len()
+    }
+
+    /// Colours vertices anew by what they see until that tells no more of them apart. A hash that
+    /// comes out equal by chance tells too few apart, which costs time and nothing else.
+    fn refine(&self, colours: &mut Vec<u64>, effort: &mut Effort) -> Option<Vec<u64>> {
+        let mut before = sorted(colours);
+        let mut count = distinct(&before);
+        let mut rounds = 1;
+        loop {
+            effort.spend(rounds * self.edges())?;
+            for _ in 0..rounds {
+                let next = self.rows.iter().zip(colours.iter()).map(|(row, own)| {
+                    row.iter().fold(mix(*own), |sum, (j, label)| {
+                        let seen = colours.get(*j).copied().unwrap_or(0);
+                        sum.wrapping_add(mix(seen ^ mix(*label)))
+                    })
+                });
+                *colours = next.collect();
+            }
+            before = sorted(colours);
+            let new_count = distinct(&before);
+            if new_count <= count || new_count == colours.len() {
+                return Some(before);
+            }
+            count = new_count;
+            // Looking whether it is over costs more than a round.
+            rounds = (2 * rounds).min(64);
+        }
+    }
+
+    /// Whether refinement tells all vertices apart.
+    pub(super) fn all_differ(&self, effort: usize) -> Option<bool> {
+        let mut colours = self.colours.clone();
+        let sorted = self.refine(&mut colours, &mut Effort(effort))?;
+        Some(distinct(&sorted) == colours.len())
+    }
+
+    fn level(&self, mut colours: Vec<u64>, effort: &mut Effort) -> Option<Level> {
+        let sorted = self.refine(&mut colours, effort)?;
+        let base = smallest_cell(&colours, &sorted);
+        Some(Level {
+            colours,
+            sorted,
+            base,
+        })
+    }
+
+    /// Whether a permutation keeps colours and edges.
+    fn keeps(&self, image: &[usize]) -> bool {
+        let mut row_image: Vec<(usize, u64)> = Vec::new();
+        self.rows
+            .iter()
+            .zip(&self.colours)
+            .enumerate()
+            .all(|(i, (row, colour))| {
+                let Some(to) = image.get(i).copied() else {
+                    return false;
+                };
+                row_image.clear();
+                row_image.extend(
+                    row.iter()
+                        .filter_map(|(j, label)| Some((*image.get(*j)?, *label))),
+                );
+                row_image.sort_unstable();
+                self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
+            })
+    }
+
+    /// The automorphism group; `None` where the effort does not suffice.
+    pub(super) fn automorphisms(&self, effort: usize) -> Option<Automorphisms> {
+        let mut effort = Effort(effort);
+        let mut found = Automorphisms {
+            generators: Vec::new(),
+            order: 1.0,
+        };
+        let mut levels = vec![self.level(self.colours.clone(), &mut effort)?];
+        while let Some(base) = levels.last().and_then(|level| level.base) {
+            let colours = levels
+                .last()
+                .map_or_else(Vec::new, |level| level.colours.clone());
+            levels.push(self.level(singled_out(colours, base), &mut effort)?);
+        }
+        for depth in (0..levels.len()).rev() {
+            let Some(base) = levels[depth].base else {
+                continue;
+            };
+            let colour = levels[depth].colours[base];
+            let mut orbits = Orbits::new(self.rows.len());
+            for generator in &found.generators {
+                orbits.join(generator);
+            }
+            let mut refused: Vec<usize> = Vec::new();
+            for to in 0..self.rows.len() {
+                let known = orbits.of(to);
+                if levels[depth].colours[to] != colour
+                    || known == orbits.of(base)
+                    || refused.contains(&known)
+                {
+                    continue;
+                }
+                match self.search(&levels, depth, to, &mut effort)? {
+                    Some(generator) => {
+                        orbits.join(&generator);
+                        refused = refused.iter().map(|at| orbits.of(*at)).collect();
+                        found.generators.push(generator);
+                    }
+                    None => refused.push(known),
+                }
+            }
+            let own = orbits.of(base);
+            let size = (0..self.rows.len())
+                .filter(|i| orbits.of(*i) == own)
+                .count();
+            found.order *= size as f64;
+        }
+        Some(found)
+    }
+
+    /// An automorphism that holds the base vertices before `depth` and takes the next one to `to`.
+    fn search(
+        &self,
+        levels: &[Level],
+        depth: usize,
+        to: usize,
+        effort: &mut Effort,
+    ) -> Option<Option<Vec<usize>>> {
+        let start = levels[depth].colours.clone();
+        // What is to be tried: a coloured target, its depth, and the vertex to single out.
+        let mut open = vec![(start, depth, to)];
+        while let Some((colours, depth, to)) = open.pop() {
+            let mut colours = singled_out(colours, to);
+            let target = self.refine(&mut colours, effort)?;
+            let Some(source) = levels.get(depth + 1) else {
+                continue;
+            };
+            if target != source.sorted {
+                continue;
+            }
+            match source.base {
+                Some(base) => {
+                    let colour = source.colours[base];
+                    let choices = (0..colours.len()).rev().filter(|j| colours[*j] == colour);
+                    let choices: Vec<usize> = choices.collect();
+                    effort.spend(choices.len() * colours.len())?;
+                    open.extend(choices.into_iter().map(|j| (colours.clone(), depth + 1, j)));
+                }
+                None => {
+                    let mut places: Vec<(u64, usize)> =
+                        colours.iter().copied().zip(0..colours.len()).collect();
+                    places.sort_unstable();
+                    let image: Vec<usize> = source
+                        .colours
+                        .iter()
+                        .filter_map(|colour| {
+                            let at = places.binary_search_by_key(colour, |(c, _)| *c).ok()?;
+                            Some(places[at].1)
+                        })
+                        .collect();
+                    effort.spend(self.edges())?;
+                    if image.len() == colours.len() && self.keeps(&image) {
+                        return Some(Some(image));
+                    }
+                }
+            }
+        }
+        Some(None)
+    }
+}
+
+fn singled_out(mut colours: Vec<u64>, vertex: usize) -> Vec<u64> {
+    if let Some(colour) = colours.get_mut(vertex) {
+        *colour = mix(!*colour);
+    }
+    colours
+}
+
+/// The first vertex of the smallest set of several vertices that look the same.
+fn smallest_cell(colours: &[u64], sorted: &[u64]) -> Option<usize> {
+    let cells = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1);
+    let smallest = cells.min_by_key(|cell| cell.len())?;
+    colours
+        .iter()
+        .position(|colour| Some(colour) == smallest.first())
+}
+
+/// Vertices that can be taken to each other.
+struct Orbits(Vec<usize>);
+
+impl Orbits {
+    fn new(count: usize) -> Self {
+        Self((0..count).collect())
+    }
+
+    fn of(&self, mut vertex: usize) -> usize {
+        while let Some(up) = self.0.get(vertex).copied()
+            && up != vertex
+        {
+            vertex = up;
+        }
+        vertex
+    }
+
+    fn join(&mut self, permutation: &[usize]) {
+        for (i, j) in permutation.iter().enumerate() {
+            let (a, b) = (self.of(i), self.of(*j));
+            let (low, high) = (a.min(b), a.max(b));
+            self.0[high] = low;
+            // Paths stay short.
+            self.0[i] = low;
+            self.0[*j] = low;
+        }
+    }
+}
