@@ -241,7 +241,8 @@ impl Pool {
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
         // pi*j/12: as angles are written.
-        let is_angle = factors.len() > 1 && factors.iter().any(|(base, _)| *base == PI);
+        let is_angle =
+            factors.len() > 1 && factors.iter().any(|(base, e)| *base == PI && e.is_one());
         for (base, exponent) in factors {
             only_numbers &= matches!(self.node(base), Node::Number(_));
             let magnitude = exponent.abs();

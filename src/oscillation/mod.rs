@@ -91,11 +91,11 @@ pub fn normal_modes(
         zero_vectors: vectors(&zero_modes),
     };
     // The classes are read off the shapes, which are made for them where that is cheap.
-    let classes = (options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES)
-        .then(|| symmetry::classes(linearized, &problem.mass, &problem.stiffness))
+    let labels = (options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES)
+        .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
         .flatten();
     let inner = Options {
-        vectors: options.vectors || classes.is_some(),
+        vectors: options.vectors || labels.is_some(),
         ..options.clone()
     };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
@@ -128,6 +128,12 @@ pub fn normal_modes(
         }
     }
     let meanings = meanings(&zero_modes);
+    let vectors = spectrum.modes.iter();
+    let vectors: Vec<(&[f64], f64)> = vectors
+        .map(|mode| (mode.vector.as_slice(), mode.vector_error_bound))
+        .collect();
+    let classes = labels.map_or_else(Vec::new, |labels| labels.of(&vectors));
+    let mut classes = classes.into_iter();
     let mut zeros = 0;
     let modes = spectrum
         .modes
@@ -137,9 +143,7 @@ pub fn normal_modes(
                 zeros += 1;
                 meanings.get(zeros - 1).cloned()
             });
-            let symmetry = classes
-                .as_ref()
-                .and_then(|classes| classes.of(&mode.vector, mode.vector_error_bound));
+            let symmetry = classes.next().flatten();
             NormalMode {
                 kind: mode.kind,
                 omega_squared: mode.omega_squared,
@@ -153,7 +157,7 @@ pub fn normal_modes(
                 },
                 vector_error_bound: mode.vector_error_bound,
                 cluster: mode.cluster,
-                symmetry: symmetry.map(str::to_owned),
+                symmetry,
                 meaning: meaning.flatten(),
             }
         })

@@ -15,21 +15,53 @@ const MOST_COORDINATES: usize = 1500;
 /// Numbers that agree to so many bits are equal.
 const BITS: usize = 1024;
 
-/// What tells the modes of different symmetry apart, if there is a symmetry.
-pub(super) fn classes(
-    linearized: &Linearized,
-    mass: &[Ball],
-    stiffness: &[Ball],
-) -> Option<Classes> {
+/// What tells the modes of different symmetry apart, and the pattern it comes from.
+pub(super) struct Labels {
+    classes: Classes,
+    pattern: Pattern,
+}
+
+impl Labels {
+    /// The classes of vectors with their errors.
+    ///
+    /// Where a mirror leaves some without a class, vectors of one frequency may be exchanged by more
+    /// than it: then the whole group with signs is asked, and stands if it leaves fewer.
+    pub(super) fn of(&self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
+        let told = |classes: &Classes| -> Vec<Option<String>> {
+            let labels = vectors.iter().map(|(x, error)| classes.of(x, *error));
+            labels.map(|label| label.map(str::to_owned)).collect()
+        };
+        let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
+        let own = told(&self.classes);
+        if missing(&own) == 0 {
+            return own;
+        }
+        let whole = Symmetry::find_signed(&self.pattern);
+        let other = whole
+            .as_ref()
+            .and_then(Classes::new)
+            .map(|classes| told(&classes));
+        match other {
+            Some(other) if missing(&other) < missing(&own) => other,
+            Some(_) | None => own,
+        }
+    }
+}
+
+/// The symmetry of a model, if it has one.
+pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball]) -> Option<Labels> {
     let n = linearized.dimension();
     if !(2..=MOST_COORDINATES).contains(&n) {
         return None;
     }
-    let mut symmetry = Symmetry::find(&of_enclosures(n, mass, stiffness)?)?;
+    let mut pattern = of_enclosures(n, mass, stiffness)?;
+    let mut symmetry = Symmetry::find(&pattern)?;
     if let Some(entries) = linearized.entries(BITS) {
-        symmetry = Symmetry::find(&of_entries(n, &entries))?;
+        pattern = of_entries(n, &entries);
+        symmetry = Symmetry::find(&pattern)?;
     }
-    Classes::new(&symmetry)
+    let classes = Classes::new(&symmetry)?;
+    Some(Labels { classes, pattern })
 }
 
 /// A class of values with its sign: 0 for zero, opposite for opposite values.
@@ -37,9 +69,9 @@ type Class = i64;
 
 /// Numbers pairs of classes, opposite pairs by opposite numbers.
 #[derive(Default)]
-struct Labels(HashMap<(Class, Class), i64>);
+struct Numbering(HashMap<(Class, Class), i64>);
 
-impl Labels {
+impl Numbering {
     fn of(&mut self, mass: Class, stiffness: Class) -> i64 {
         let negative = mass < 0 || (mass == 0 && stiffness < 0);
         let sign = if negative { -1 } else { 1 };
@@ -68,7 +100,7 @@ fn of_enclosures(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Pattern>
     }
     let mass = value_classes(mass)?;
     let stiffness = value_classes(stiffness)?;
-    let mut labels = Labels::default();
+    let mut labels = Numbering::default();
     let mut pattern = Pattern::new(n);
     for i in 0..n {
         let diagonal = labels.of(mass[i + n * i], stiffness[i + n * i]);
@@ -170,7 +202,7 @@ fn of_entries(n: usize, entries: &Entries) -> Pattern {
             pairs.entry(place).or_default().1 = class;
         }
     }
-    let mut labels = Labels::default();
+    let mut labels = Numbering::default();
     let mut pattern = Pattern::new(n);
     for ((i, j), (m, k)) in pairs {
         if (m, k) == (0, 0) {

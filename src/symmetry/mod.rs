@@ -195,7 +195,8 @@ pub enum GroupKind {
 }
 
 impl Symmetry {
-    /// The symmetry of a pattern, if it has any and the search comes to its end.
+    /// The symmetry of a pattern, if it has any and the search comes to its end. A mirror without signs
+    /// is taken as it is, whether or not there is more with signs: see [`Symmetry::find_signed`].
     #[must_use]
     pub fn find(pattern: &Pattern) -> Option<Self> {
         let active = pattern.active();
@@ -221,12 +222,23 @@ impl Symmetry {
         if is_mirror || plain.as_ref().is_some_and(is_ring) {
             return plain;
         }
-        match pattern.signed_permutations(&active, EFFORT) {
-            Some(signed) if signed.order > unsigned.order => {
-                Self::of(signed.generators, signed.order, &active, &parts)
-            }
+        match Self::find_signed(pattern) {
+            Some(signed) if signed.order > unsigned.order => Some(signed),
             Some(_) | None => plain,
         }
+    }
+
+    /// The whole group with signs.
+    #[must_use]
+    pub fn find_signed(pattern: &Pattern) -> Option<Self> {
+        let active = pattern.active();
+        let signed = pattern.signed_permutations(&active, EFFORT)?;
+        Self::of(
+            signed.generators,
+            signed.order,
+            &active,
+            &pattern.components(),
+        )
     }
 
     fn of(
