@@ -18,6 +18,9 @@ const MOST_CONJUGATES: usize = 2000;
 const MOST_COORDINATES: usize = 200;
 /// More mirrors than this are not told apart.
 const MOST_MIRRORS: usize = 12;
+/// Coordinates moved in search of conjugates, all in all: a tenth of a second. Many like coordinates that
+/// hang together in no way have more than all the symmetry that there is to name.
+const MOST_EFFORT: usize = 20_000_000;
 
 /// What tells vectors of different symmetry apart.
 #[derive(Clone, Debug)]
@@ -141,15 +144,18 @@ fn of_ring(turn: &SignedPermutation, length: usize) -> Told {
     (terms, names)
 }
 
-/// All elements that an element is turned into by others.
+/// All elements that an element is turned into by others; `None` where there are too many. `effort` is
+/// what may still be spent, in coordinates that are moved.
 fn conjugates(
     of: &SignedPermutation,
     generators: &[SignedPermutation],
+    effort: &mut usize,
 ) -> Option<BTreeSet<SignedPermutation>> {
     let mut found = BTreeSet::from([of.clone(), of.inverse()]);
     let mut open: Vec<SignedPermutation> = found.iter().cloned().collect();
     while let Some(element) = open.pop() {
         for g in generators {
+            *effort = effort.checked_sub(3 * of.len())?;
             let moved = g.after(&element).after(&g.inverse());
             if !found.contains(&moved) {
                 if found.len() == MOST_CONJUGATES {
@@ -180,13 +186,16 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         let others = generators.iter().skip(i + 1);
         others.map(|h| g.after(h))
     });
+    let mut effort = MOST_EFFORT;
     for element in generators.iter().cloned().chain(products) {
         if sums.iter().all(|sum| !sum.contains(&element))
             && !element.is_identity()
-            && let Some(sum) = conjugates(&element, generators)
+            && let Some(sum) = conjugates(&element, generators, &mut effort)
         {
             sums.push(sum);
         }
+        // Some classes without others would tell less than there is.
+        effort = effort.checked_sub(element.len())?;
     }
     // Weights without a rational relation, so that no two classes get the same sum by chance.
     let mut terms: Vec<(f64, SignedPermutation)> = Vec::new();
