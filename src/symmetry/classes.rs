@@ -18,9 +18,9 @@ const MOST_CONJUGATES: usize = 2000;
 const MOST_COORDINATES: usize = 200;
 /// More mirrors than this are not told apart.
 const MOST_MIRRORS: usize = 12;
-/// Coordinates moved in search of conjugates, all in all: a tenth of a second. Many like coordinates that
+/// Coordinates moved in search of conjugates, all in all: some hundredths of a second. Many like coordinates that
 /// hang together in no way have more than all the symmetry that there is to name.
-const MOST_EFFORT: usize = 20_000_000;
+const MOST_EFFORT: usize = 2_000_000;
 
 /// What tells vectors of different symmetry apart.
 #[derive(Clone, Debug)]

@@ -62,8 +62,11 @@ const GREEK: &[(&str, &str, &str)] = &[
     ("Omega", r"\Omega", "Ω"),
 ];
 
+/// By its name or as the letter itself.
 fn greek(name: &str) -> Option<(&'static str, &'static str)> {
-    let found = GREEK.iter().find(|(known, ..)| *known == name);
+    let found = GREEK
+        .iter()
+        .find(|(known, _, letter)| *known == name || *letter == name);
     found.map(|(_, latex, unicode)| (*latex, *unicode))
 }
 
@@ -74,6 +77,8 @@ pub(super) fn latex_word(word: &str) -> String {
     }
     let mut letters = word.chars();
     match (letters.next(), letters.next()) {
+        // Fonts for formulas have no other letters.
+        _ if !word.is_ascii() => format!(r"\text{{{word}}}"),
         (Some(only), None) => only.to_string(),
         _ if word.chars().all(|c| c.is_ascii_digit()) => word.to_owned(),
         _ => format!(r"\mathrm{{{}}}", word.replace('_', r"\_")),
@@ -170,6 +175,8 @@ mod tests {
         assert_eq!(parts("x"), expected("x", ""));
         assert_eq!(latex_word("mass"), r"\mathrm{mass}");
         assert_eq!(latex_word("phi"), r"\varphi");
+        assert_eq!(latex_word("φ"), r"\varphi");
+        assert_eq!(latex_word("é"), r"\text{é}");
         assert_eq!(latex_word("12"), "12");
     }
 }
