@@ -197,25 +197,10 @@ impl Compiler<'_> {
         })
     }
 
-    /// What a term of a sum is a product of.
-    fn factors(&self, term: ExprId) -> Vec<(ExprId, Number)> {
-        match self.pool.node(term) {
-            Node::Product(factors) => factors.to_vec(),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => vec![(term, Number::ONE)],
-        }
-    }
-
     fn sum(&mut self, constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
         let mut parts: Vec<(Vec<(ExprId, Number)>, Number)> = terms
             .iter()
-            .map(|(term, coefficient)| (self.factors(*term), coefficient.clone()))
+            .map(|(term, coefficient)| (self.pool.factors(*term), coefficient.clone()))
             .collect();
         let mut common: Vec<(ExprId, Number)> = Vec::new();
         let mut scale = Number::ONE;

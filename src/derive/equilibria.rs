@@ -60,17 +60,7 @@ fn roots_of(
     force: ExprId,
 ) -> Option<Vec<Root>> {
     let (_, core) = pool.split_content(force);
-    let factors = match pool.node(core) {
-        Node::Product(factors) => factors.to_vec(),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => vec![(core, Number::ONE)],
-    };
+    let factors = pool.factors(core);
     let mut roots = Vec::new();
     for (base, exponent) in factors {
         if !moves(pool, variables, coordinate, base) {
@@ -127,17 +117,7 @@ fn root(
             rest.push((term, coefficient));
             continue;
         }
-        let parts = match pool.node(term) {
-            Node::Product(factors) => factors.to_vec(),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => vec![(term, Number::ONE)],
-        };
+        let parts = pool.factors(term);
         let (own, others): (Vec<_>, Vec<_>) = parts
             .into_iter()
             .partition(|(base, _)| moves(pool, variables, coordinate, *base));

@@ -273,17 +273,7 @@ pub(super) enum Opening {
 /// The terms of an expression as monomials; `None` where there get too many.
 pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
     let mut monomials = Monomials::new();
-    let factors = match pool.node(e) {
-        Node::Product(factors) => factors.to_vec(),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => vec![(e, Number::ONE)],
-    };
+    let factors = pool.factors(e);
     // Products of what is still to be multiplied out: (coefficient, factors).
     let mut open: Vec<(Number, Vec<(ExprId, Number)>)> = vec![(Number::ONE, factors)];
     let mut steps = 0;

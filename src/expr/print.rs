@@ -150,17 +150,7 @@ impl Pool {
         }
         let mut has_positive = !all_negative;
         for (term, coefficient) in terms {
-            let factors = match self.node(*term) {
-                Node::Product(factors) => factors.to_vec(),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => vec![(*term, Number::ONE)],
-            };
+            let factors = self.factors(*term);
             // Where nothing else could lead without a sign, a difference takes up the minus.
             let reversed = if has_positive {
                 None

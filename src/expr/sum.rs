@@ -142,6 +142,22 @@ impl Pool {
         result
     }
 
+    /// What an expression is a product of: bases with their exponents, itself alone where it is none.
+    #[must_use]
+    pub fn factors(&self, e: ExprId) -> Vec<(ExprId, Number)> {
+        match self.node(e) {
+            Node::Product(factors) => factors.to_vec(),
+            Node::Number(_)
+            | Node::Pi
+            | Node::Symbol(_)
+            | Node::Sum { .. }
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => vec![(e, Number::ONE)],
+        }
+    }
+
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
     /// leading one positive. Numbers are their own coefficient, with the core 1.
     pub fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
