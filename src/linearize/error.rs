@@ -100,6 +100,43 @@ pub enum LinearizeError {
         /// Where.
         span: Span,
     },
+    /// A steady rate of a coordinate that something depends on.
+    #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
+    NotCyclic {
+        /// The coordinate.
+        coordinate: String,
+        /// Where the rate stands.
+        span: Span,
+        /// Where the coordinate itself occurs.
+        energy: Span,
+    },
+    /// Constraints that can't hold together.
+    #[error("{}", contradiction_words(.difference.as_deref()))]
+    ConstraintsContradict {
+        /// What the sides of this one differ by where the others hold; `None` where no place was found at which they
+        /// all hold.
+        difference: Option<String>,
+        /// The constraint.
+        span: Span,
+    },
+    /// A given equilibrium off a constraint.
+    #[error("the equilibrium that is given breaks a constraint: its sides differ by {difference}")]
+    ConstraintBroken {
+        /// Left less right side.
+        difference: String,
+        /// The constraint.
+        span: Span,
+        /// Where the equilibrium is given.
+        given: Option<Span>,
+    },
+    /// Constraints that depend on each other just at the equilibrium.
+    #[error("the constraints are singular at {point}: just there they don't determine which motions they allow")]
+    ConstraintsSingular {
+        /// The point.
+        point: String,
+        /// A constraint.
+        span: Span,
+    },
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
     TimeDependent {
@@ -154,6 +191,15 @@ pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
         text.push_str(" + …");
     }
     format!("the motion along {text}")
+}
+
+fn contradiction_words(difference: Option<&str>) -> String {
+    match difference {
+        Some(difference) => format!(
+            "the constraints contradict each other: where the others hold, the sides of this one differ by {difference}"
+        ),
+        None => "no place was found where all constraints hold".to_owned(),
+    }
 }
 
 fn unsupported_words(feature: Feature) -> &'static str {
@@ -227,6 +273,25 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 Diagnostic::error(message, *span, "declared here")
                     .with_help("a kinetic energy can't be negative; look for a wrong sign in T")
             }
+            LinearizeError::NotCyclic { coordinate, span, energy } => Diagnostic::error(message, *span, "turned here")
+                .with_secondary(*energy, format!("depends on `{coordinate}`"))
+                .with_help("only a coordinate that occurs by its velocity alone keeps its rate; a rotation that a motor keeps up is written with an explicit rate in place of the coordinate"),
+            LinearizeError::ConstraintsContradict { span, difference } => Diagnostic::error(message, *span, "this constraint")
+                .with_help(if difference.is_some() {
+                    "leave one of them out, or mend its numbers"
+                } else {
+                    "give a point near the equilibrium with `guess`; are there more constraints than the body can follow?"
+                }),
+            LinearizeError::ConstraintBroken { span, given, .. } => {
+                let broken = Diagnostic::error(message, *span, "broken");
+                let broken = match given {
+                    Some(given) => broken.with_secondary(*given, "given here"),
+                    None => broken,
+                };
+                broken.with_help("an equilibrium has to obey all constraints; a point nearby can be given as `guess`")
+            }
+            LinearizeError::ConstraintsSingular { span, .. } => Diagnostic::error(message, *span, "the gradients of the constraints are dependent there")
+                .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
             LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),

@@ -1,4 +1,4 @@
-//! From a checked model to its linearization: the equilibrium, and M and K there.
+//! From a checked model to its linearization: the equilibrium, and M, G, C and K there.
 //!
 //! The kinetic energy is read off at velocity zero as a quadratic form, the effective potential
 //! V - T0 is differentiated twice; nothing else of the equations of motion is ever built. Both stay
@@ -10,6 +10,7 @@ mod absent;
 mod assemble;
 mod codes;
 mod condition;
+mod constrained;
 mod descent;
 mod elements;
 mod enclosure;
@@ -27,9 +28,13 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod steady;
 mod symbolic;
 mod symmetry;
+mod tied;
+mod unbalanced;
 mod undefined;
+mod velocity;
 mod verify;
 mod zero;
 
@@ -50,9 +55,12 @@ pub(crate) use symbolic::instance;
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};
+use constrained::Tangent;
+use unbalanced::Unbalanced;
+use velocity::Matrix;
 
 use crate::model::Model;
-use crate::precision::Ball;
+use crate::precision::{Ball, Scalar};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -75,32 +83,139 @@ pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
 /// A model about its equilibrium.
 #[derive(Clone, Debug)]
 pub struct Linearized {
+    /// What all is worked out with: rates of steady motions put in, multipliers among the coordinates.
     model: Model,
+    /// The model and its equilibrium as they were asked for, where these differ.
+    shown: Option<Box<(Model, Equilibrium)>>,
     assembly: Assembly,
     values: Values<Ball>,
     equilibrium: Equilibrium,
+    /// Where the equilibrium comes from beside friction that acts at rest.
+    unbalanced: Option<Box<Unbalanced>>,
+    /// The directions that constraints allow.
+    constrained: Option<Box<Constrained>>,
+    structure: Structure,
+}
+
+/// Constraints at the equilibrium.
+#[derive(Clone, Debug)]
+struct Constrained {
+    tangent: Tangent<Ball>,
+    /// The coordinates that follow the others.
+    bound: Vec<usize>,
+    /// The multipliers are those of a given point, not searched for.
+    given: bool,
+    /// The constraints that follow from others, by number.
+    dependent: Vec<usize>,
+}
+
+/// What kind of linear system of equations a model leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Structure {
+    /// M q'' + K q = 0.
+    Conservative,
+    /// M q'' + G q' + K q = 0 with skew G and symmetric K.
+    Gyroscopic,
+    /// M q'' + (G + C) q' + (K + N) q = 0: with dissipation.
+    Damped,
 }
 
 /// Finds the equilibrium of a model and linearizes it there.
 ///
 /// # Errors
 /// Where the model needs something that is not supported, a parameter has no value, there is no
-/// equilibrium, or the energies are not defined there.
+/// equilibrium, the energies are not defined there, a steady motion is none, or constraints
+/// contradict each other or depend on each other just there.
 pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
-    check_supported(&model)?;
-    check_size(model.coordinates.len())?;
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let visible = model.coordinates.len();
+    check_size(visible)?;
+    let turning = model.rates.iter().any(Option::is_some);
+    let bound = !model.constraints.is_empty();
+    let asked = (turning || bound).then(|| model.clone());
+    if turning {
+        steady::put_rates_in(&mut model)?;
+    }
+    let mut dependent = Vec::new();
+    if bound {
+        let multiplied = constrained::with_multipliers(&model);
+        model = multiplied.model;
+        dependent = multiplied.dependent;
+        check_size(model.coordinates.len())?;
+    }
     assemble::put_exponents_in(&mut model);
-    let (assembly, linear) = assemble::assemble(&mut model);
+    let (mut assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
         .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
-    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
-    gyroscopic::check(&mut model, &linear, &equilibrium)?;
-    Ok(Linearized {
+    let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
+    if !linear.is_empty() {
+        let mut pool = std::mem::take(&mut model.pool);
+        let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        model.pool = pool;
+        if gyroscopic::vanishes(&mut model, &linear, &point) {
+            assembly.forget_gyroscopic();
+        }
+    }
+    let constrained = if bound {
+        let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
+        Some(Box::new(found))
+    } else {
+        None
+    };
+    let shown = asked.map(|model| Box::new((model, equilibrium.first(visible))));
+    let mut linearized = Linearized {
         model,
+        shown,
         assembly,
         values,
         equilibrium,
+        unbalanced: unbalanced.map(Box::new),
+        constrained,
+        structure: Structure::Conservative,
+    };
+    linearized.structure = linearized.find_structure();
+    Ok(linearized)
+}
+
+/// The directions that constraints allow at an equilibrium; that those left out hold as well.
+fn at_equilibrium(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    equilibrium: &Equilibrium,
+    visible: usize,
+    dependent: Vec<usize>,
+) -> Result<Constrained, LinearizeError> {
+    let at = &equilibrium.values;
+    for number in &dependent {
+        let difference = constrained::difference(model, *number, at);
+        if let Some(difference) = difference
+            && !difference.contains_zero()
+        {
+            return Err(LinearizeError::ConstraintsContradict {
+                difference: Some(equilibrium::short(difference.mid_f64())),
+                span: model.constraints[*number].span,
+            });
+        }
+    }
+    let order = model.coordinates.len();
+    let second = assembly.stiffness(at, values);
+    let rows = constrained::gradients(&second, visible, order);
+    let singular = || LinearizeError::ConstraintsSingular {
+        point: undefined::point_text(model, &at[..visible]),
+        span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
+    };
+    let bound = constrained::choose_bound(&rows).ok_or_else(singular)?;
+    let tangent = Tangent::new(&rows, &bound, ()).ok_or_else(singular)?;
+    Ok(Constrained {
+        tangent,
+        bound,
+        given: equilibrium.multipliers_given,
+        dependent,
     })
 }
 
@@ -110,22 +225,43 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
 /// # Errors
 /// As [`linearize`].
 pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
-    check_supported(&model)?;
+    check_plain(&model)?;
     let (assembly, linear) = assemble::assemble(&mut model);
     let guessed = model.guesses.iter().any(Option::is_some);
     let mut pool = model.pool.clone();
     let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
     model.pool = pool;
     if !guessed && symbolic::forces_vanish(&model, &assembly, &point) == Some(true) {
-        gyroscopic::check_symbolic(&mut model, &linear, &point)?;
+        check_curl(&mut model, &linear, &point)?;
         return Ok(symbolic::matrices(&model, &assembly, None));
     }
     let values = assembly
         .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
-    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
-    gyroscopic::check(&mut model, &linear, &equilibrium)?;
+    let visible = model.coordinates.len();
+    let equilibrium = equilibrium::find(&model, &assembly, &values, visible)?;
+    let mut pool = std::mem::take(&mut model.pool);
+    let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+    model.pool = pool;
+    check_curl(&mut model, &linear, &point)?;
     Ok(symbolic::matrices(&model, &assembly, Some(&equilibrium)))
+}
+
+/// Refuses a gyroscopic matrix that does not vanish.
+fn check_curl(
+    model: &mut Model,
+    linear: &[assemble::VelocityLinear],
+    point: &[crate::expr::ExprId],
+) -> Result<(), LinearizeError> {
+    match linear.first() {
+        Some(term) if !gyroscopic::vanishes(model, linear, point) => {
+            Err(LinearizeError::Unsupported {
+                feature: Feature::Gyroscopic,
+                span: term.family.span,
+            })
+        }
+        Some(_) | None => Ok(()),
+    }
 }
 
 fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
@@ -136,14 +272,16 @@ fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
     }
 }
 
-fn check_supported(model: &Model) -> Result<(), LinearizeError> {
+/// Refuses what is beyond M and K of free coordinates at rest.
+fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
     let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
     let features = [
         (Feature::Dissipation, model.dissipation),
-        (Feature::Constraint, model.constraints.first().copied()),
+        (Feature::Constraint, constraint),
         (Feature::SteadyMotion, rate),
     ];
     for (feature, span) in features {
@@ -158,19 +296,69 @@ impl Linearized {
     /// The model.
     #[must_use]
     pub fn model(&self) -> &Model {
-        &self.model
+        self.shown.as_ref().map_or(&self.model, |shown| &shown.0)
     }
 
     /// The equilibrium.
     #[must_use]
     pub fn equilibrium(&self) -> &Equilibrium {
-        &self.equilibrium
+        self.shown
+            .as_ref()
+            .map_or(&self.equilibrium, |shown| &shown.1)
     }
 
     /// The number of coordinates.
     #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.model().coordinates.len()
+    }
+
+    /// The number of degrees of freedom, which the matrices have as many rows as: that of the
+    /// coordinates, less the number of independent constraints.
+    #[must_use]
     pub fn dimension(&self) -> usize {
-        self.model.coordinates.len()
+        match &self.constrained {
+            Some(constrained) => constrained.tangent.free.len(),
+            None => self.model.coordinates.len(),
+        }
+    }
+
+    /// Whether constraints tie coordinates to each other. The matrices are then those of the
+    /// coordinates that the others follow; [`Linearized::embed`] makes motions of all of them.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        self.constrained.is_some()
+    }
+
+    /// The constraints that follow from the others, by their number in the model: nothing would change
+    /// without them.
+    #[must_use]
+    pub fn dependent_constraints(&self) -> &[usize] {
+        match &self.constrained {
+            Some(constrained) => &constrained.dependent,
+            None => &[],
+        }
+    }
+
+    /// What kind of equations of motion the model has near the equilibrium.
+    #[must_use]
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    fn find_structure(&self) -> Structure {
+        let acts = |matrix: Option<Vec<Ball>>| {
+            matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()))
+        };
+        if self.assembly.velocity.is_empty() {
+            Structure::Conservative
+        } else if acts(self.damping()) || acts(self.circulatory()) {
+            Structure::Damped
+        } else if acts(self.gyroscopic()) {
+            Structure::Gyroscopic
+        } else {
+            Structure::Conservative
+        }
     }
 
     /// The families of elements.
@@ -182,21 +370,85 @@ impl Linearized {
     /// The mass matrix, dense, column by column, in SI.
     #[must_use]
     pub fn mass(&self) -> Vec<Ball> {
-        self.assembly.mass(&self.equilibrium.values, &self.values)
+        let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
+        self.symmetric(mass)
     }
 
-    /// The stiffness matrix, dense, column by column, in SI.
+    /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
+    /// to it ([`Linearized::circulatory`]).
     #[must_use]
     pub fn stiffness(&self) -> Vec<Ball> {
-        self.assembly
-            .stiffness(&self.equilibrium.values, &self.values)
+        let at = &self.equilibrium.values;
+        self.symmetric(self.assembly.stiffness(at, &self.values))
     }
 
-    /// The stiffness matrix as a sum of squares, as far as it is one.
+    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
+        match &self.constrained {
+            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        }
+    }
+
+    fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
+        let at = &self.equilibrium.values;
+        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
+        Some(match &self.constrained {
+            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        })
+    }
+
+    /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
     #[must_use]
-    pub fn factors(&self) -> Factors {
-        self.assembly
-            .factors(&self.equilibrium.values, &self.values)
+    pub fn gyroscopic(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Gyroscopic)
+    }
+
+    /// The damping matrix C, dense, column by column, in SI; `None` without friction.
+    #[must_use]
+    pub fn damping(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Damping)
+    }
+
+    /// The circulatory matrix N, dense, column by column, in SI: what friction that acts at rest adds to
+    /// the stiffness. `None` where there is none.
+    #[must_use]
+    pub fn circulatory(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Circulatory)
+    }
+
+    /// G + C and K + N, dense, column by column, in SI.
+    #[must_use]
+    pub fn of_first_and_zeroth_order(&self) -> (Vec<Ball>, Vec<Ball>) {
+        let mut stiffness = self.stiffness();
+        let mut velocity = vec![Ball::ZERO; stiffness.len()];
+        for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
+            velocity.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+        }
+        if let Some(part) = self.circulatory() {
+            stiffness.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+        }
+        (velocity, stiffness)
+    }
+
+    /// A motion of all coordinates, from a motion of those that the others follow whose components are
+    /// off by up to `error`; and what its components are off by. The same where nothing is constrained.
+    #[must_use]
+    pub fn embed(&self, motion: &[f64], error: f64) -> (Vec<f64>, f64) {
+        match &self.constrained {
+            Some(own) => own.tangent.embed(motion, error),
+            None => (motion.to_vec(), error),
+        }
+    }
+
+    /// The stiffness matrix as a sum of squares, as far as it is one; `None` under constraints.
+    #[must_use]
+    pub fn factors(&self) -> Option<Factors> {
+        if self.is_constrained() {
+            return None;
+        }
+        let at = &self.equilibrium.values;
+        Some(self.assembly.factors(at, &self.values))
     }
 
     /// M and K as expressions.
@@ -208,12 +460,15 @@ impl Linearized {
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
-        zero::zero_modes(
-            &self.model,
-            &self.assembly,
-            &self.equilibrium.values,
-            &self.values,
-        )
+        let at = &self.equilibrium.values;
+        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
+        match &self.constrained {
+            Some(own) => modes
+                .into_iter()
+                .map(|mode| mode.mapped(|vector| own.tangent.restrict(vector)))
+                .collect(),
+            None => modes,
+        }
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -4,12 +4,13 @@
 //! may be singular, looks for symmetries, and puts the model's names back. It computes no eigenvalue
 //! itself.
 
+mod exponents;
 mod symmetry;
 mod warning;
 
 pub use warning::{Warning, warnings};
 
-use crate::linearize::{LinearizeError, Linearized, ZeroMode};
+use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
 use crate::modes::{
     self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source,
     Stability,
@@ -67,6 +68,9 @@ pub fn normal_modes(
     linearized: &Linearized,
     options: &Options,
 ) -> Result<NormalModes, LinearizeError> {
+    if linearized.structure() != Structure::Conservative {
+        return exponents::normal_modes(linearized, options);
+    }
     let dimension = linearized.dimension();
     let mass = linearized.mass();
     let stiffness = linearized.stiffness();
@@ -91,7 +95,8 @@ pub fn normal_modes(
         zero_vectors: vectors(&zero_modes),
     };
     // The classes are read off the shapes, which are made for them where that is cheap.
-    let labels = (options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES)
+    let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
+    let labels = (wanted && !linearized.is_constrained())
         .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
         .flatten();
     let inner = Options {
@@ -144,18 +149,19 @@ pub fn normal_modes(
                 meanings.get(zeros - 1).cloned()
             });
             let symmetry = classes.next().flatten();
+            let (vector, vector_error_bound) = if options.vectors {
+                shape(linearized, mode.vector, mode.vector_error_bound)
+            } else {
+                (Vec::new(), mode.vector_error_bound)
+            };
             NormalMode {
                 kind: mode.kind,
                 omega_squared: mode.omega_squared,
                 omega: mode.omega,
                 growth: mode.growth,
                 precise: mode.precise,
-                vector: if options.vectors {
-                    mode.vector
-                } else {
-                    Vec::new()
-                },
-                vector_error_bound: mode.vector_error_bound,
+                vector,
+                vector_error_bound,
                 cluster: mode.cluster,
                 symmetry,
                 meaning: meaning.flatten(),
@@ -169,6 +175,21 @@ pub fn normal_modes(
     })
 }
 
+/// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of
+/// the largest is positive in these, too.
+fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) {
+    if !linearized.is_constrained() {
+        return (own, bound);
+    }
+    let (mut vector, bound) = linearized.embed(&own, bound);
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
+    if first.is_some_and(|x| *x < 0.0) {
+        vector.iter_mut().for_each(|x| *x = -*x);
+    }
+    (vector, bound)
+}
+
 /// A model as the source of a problem.
 struct Model<'a> {
     linearized: &'a Linearized,
@@ -177,7 +198,7 @@ struct Model<'a> {
 
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
-        let factors = self.linearized.factors();
+        let factors = self.linearized.factors()?;
         Some(Factors {
             rows: factors.rows,
             rest: factors.rest,

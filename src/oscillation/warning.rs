@@ -217,7 +217,7 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
         return Vec::new();
     };
     let (span, name) = (coordinate.span, coordinate.name.clone());
-    vec![if unstable == coordinates.len() {
+    vec![if unstable == linearized.dimension() {
         Warning::Maximum {
             span,
             coordinate: name,
