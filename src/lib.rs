@@ -130,6 +130,9 @@ pub mod symmetry;
 pub mod oscillation;
 
 #[cfg(feature = "engine")]
+pub mod sensitivity;
+
+#[cfg(feature = "engine")]
 pub mod batch;
 
 #[cfg(feature = "engine")]
@@ -140,6 +143,9 @@ mod error;
 
 #[cfg(feature = "engine")]
 pub use error::Error;
+
+#[cfg(feature = "engine")]
+pub mod sweep;
 
 #[cfg(feature = "cli")]
 pub mod report;

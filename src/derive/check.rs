@@ -249,7 +249,7 @@ fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
 fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
     let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
     let references = modes.modes.into_iter().map(|mode| Reference {
-        omega_squared: mode.omega_squared,
+        omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
         symmetry: mode.symmetry,
     });
     Some(references.collect())

@@ -92,7 +92,11 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
         });
         gradients.push(slopes);
     }
-    let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
+    let all: Vec<ExprId> = gradients
+        .iter()
+        .flatten()
+        .map(|(_, slope)| *slope)
+        .collect();
     let all_kept = ((0..count).collect(), Vec::new());
     let Some(values) = at_random(&model.pool, &all) else {
         return all_kept;
@@ -206,7 +210,10 @@ fn eliminate<S: Enclosure>(
 
 /// The solution of linear equations, each with its right side for a last entry; `None` where they
 /// are not shown to have just one.
-pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precision) -> Option<Vec<S>> {
+pub(crate) fn solve<S: Enclosure>(
+    equations: Vec<Vec<S>>,
+    precision: S::Precision,
+) -> Option<Vec<S>> {
     let unknowns: Vec<usize> = (0..equations.len()).collect();
     let (pivots, rows) = eliminate(equations, Some(&unknowns), precision)?;
     let mut solution: Vec<Option<S>> = vec![None; unknowns.len()];
@@ -320,7 +327,11 @@ impl<S: Enclosure> Tangent<S> {
 /// The rows -∂c/∂q of second derivatives of U, from all of them (column by column).
 pub(crate) fn gradients<S: Scalar>(second: &[S], visible: usize, order: usize) -> Vec<Vec<S>> {
     (visible..order)
-        .map(|row| (0..visible).map(|column| second[row + order * column].clone()).collect())
+        .map(|row| {
+            (0..visible)
+                .map(|column| second[row + order * column].clone())
+                .collect()
+        })
         .collect()
 }
 

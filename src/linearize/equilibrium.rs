@@ -288,7 +288,10 @@ impl Search<'_> {
     ///
     /// First along the path of Newton steps, with forces compared by the masses, then by the
     /// stiffness; where both paths end, down the potential from the same start.
-    pub(super) fn search(&self, at: &mut Vec<Ball>) -> Result<(usize, Option<Proof>), LinearizeError> {
+    pub(super) fn search(
+        &self,
+        at: &mut Vec<Ball>,
+    ) -> Result<(usize, Option<Proof>), LinearizeError> {
         let start = at.clone();
         let masses = self.metric(&start);
         let spectrum = match self.run(at, &masses)? {

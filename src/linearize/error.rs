@@ -130,7 +130,9 @@ pub enum LinearizeError {
         given: Option<Span>,
     },
     /// Constraints that depend on each other just at the equilibrium.
-    #[error("the constraints are singular at {point}: just there they don't determine which motions they allow")]
+    #[error(
+        "the constraints are singular at {point}: just there they don't determine which motions they allow"
+    )]
     ConstraintsSingular {
         /// The point.
         point: String,

@@ -28,6 +28,7 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod slopes;
 mod steady;
 mod symbolic;
 mod symmetry;
@@ -50,12 +51,14 @@ pub use factors::Factors;
 pub(crate) use facts::Variable;
 pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
+pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instance;
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};
 use constrained::Tangent;
+use dashu_int::IBig;
 use unbalanced::Unbalanced;
 use velocity::Matrix;
 
@@ -64,6 +67,12 @@ use crate::precision::{Ball, Scalar};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
+
+/// The number that an expression without symbols comes to; `None` where it has symbols.
+#[must_use]
+pub fn constant(pool: &crate::expr::Pool, value: crate::expr::ExprId) -> Option<Ball> {
+    assemble::evaluate_closed::<Ball>(pool, value, ())
+}
 
 /// Refuses more coordinates than [`linearize`] takes, for callers that know their number before
 /// there is a model: see [`coordinate_count`](crate::model::coordinate_count).
@@ -207,7 +216,11 @@ fn at_equilibrium(
     let rows = constrained::gradients(&second, visible, order);
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
-        span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
+        span: model
+            .constraints
+            .first()
+            .map(|own| own.span)
+            .unwrap_or_default(),
     };
     let bound = constrained::choose_bound(&rows).ok_or_else(singular)?;
     let tangent = Tangent::new(&rows, &bound, ()).ok_or_else(singular)?;
@@ -384,7 +397,9 @@ impl Linearized {
 
     fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
         match &self.constrained {
-            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
+            Some(own) => own
+                .tangent
+                .reduce_symmetric(&matrix, self.model.coordinates.len()),
             None => matrix,
         }
     }
@@ -423,12 +438,50 @@ impl Linearized {
         let mut stiffness = self.stiffness();
         let mut velocity = vec![Ball::ZERO; stiffness.len()];
         for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
-            velocity.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+            velocity
+                .iter_mut()
+                .zip(part)
+                .for_each(|(x, y)| *x = x.add(&y));
         }
         if let Some(part) = self.circulatory() {
-            stiffness.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+            stiffness
+                .iter_mut()
+                .zip(part)
+                .for_each(|(x, y)| *x = x.add(&y));
         }
         (velocity, stiffness)
+    }
+
+    /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.
+    #[must_use]
+    pub fn rates(&self) -> Vec<Ball> {
+        let model = self.model();
+        let rate = |given: &Option<crate::model::Given>| {
+            let value = given.and_then(|given| given.value)?;
+            assemble::evaluate_closed::<Ball>(&model.pool, value, ())
+        };
+        let rates = model.rates.iter();
+        rates
+            .map(|given| rate(given).unwrap_or(Ball::ZERO))
+            .collect()
+    }
+
+    /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.
+    pub(crate) fn is_free_of_friction_at_rest(&self, motion: &[Ball]) -> bool {
+        let n = motion.len();
+        self.circulatory().is_none_or(|matrix| {
+            (0..n).all(|j| motion[j].is_zero() || (0..n).all(|i| matrix[i + n * j].is_zero()))
+        })
+    }
+
+    /// M, G + C and K + N times one positive number, exactly, dense, column by column; `None` where an entry
+    /// is not known to be rational, constraints hold, or there are too many.
+    #[must_use]
+    pub fn integers(&self) -> Option<[Vec<IBig>; 3]> {
+        if self.is_constrained() {
+            return None;
+        }
+        exact::integers(&self.model, &self.assembly, &self.equilibrium)
     }
 
     /// A motion of all coordinates, from a motion of those that the others follow whose components are

@@ -140,9 +140,7 @@ impl Linearized {
 
 fn sum(left: Option<Vec<Big>>, right: Option<Vec<Big>>) -> Option<Vec<Big>> {
     match (left, right) {
-        (Some(left), Some(right)) => {
-            Some(left.iter().zip(&right).map(|(x, y)| x.add(y)).collect())
-        }
+        (Some(left), Some(right)) => Some(left.iter().zip(&right).map(|(x, y)| x.add(y)).collect()),
         (one, None) | (None, one) => one,
     }
 }

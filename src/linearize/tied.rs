@@ -61,7 +61,9 @@ impl Search<'_> {
         closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Equilibrium, LinearizeError> {
         let visible = self.visible;
-        let all_given = origins[..visible].iter().all(|origin| *origin == Origin::Given);
+        let all_given = origins[..visible]
+            .iter()
+            .all(|origin| *origin == Origin::Given);
         let guessed = self.model.guesses.iter().any(Option::is_some);
         if all_given || !guessed {
             match self.settled(&mut point, &origins)? {
@@ -136,8 +138,7 @@ impl Search<'_> {
         let Some(bound) = choose_bound(&rows) else {
             return Ok(Some(singular));
         };
-        let put =
-            put_multipliers_in(self.assembly, self.values, point, visible, &bound);
+        let put = put_multipliers_in(self.assembly, self.values, point, visible, &bound);
         if put.is_none() {
             return Ok(Some(singular));
         }
@@ -197,11 +198,7 @@ impl Search<'_> {
     fn guess_multipliers(&self, point: &mut [Ball]) {
         let (visible, order) = (self.visible, point.len());
         let force = self.gradient(point);
-        let rows = gradients(
-            &self.assembly.stiffness(point, self.values),
-            visible,
-            order,
-        );
+        let rows = gradients(&self.assembly.stiffness(point, self.values), visible, order);
         let matrix = DMatrix::from_fn(visible, rows.len(), |i, a| rows[a][i].mid_f64());
         let right = DVector::from_fn(visible, |i, _| -force[i].mid_f64());
         if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {

@@ -37,7 +37,11 @@ pub(crate) fn find(
     let zero = vec![Ball::ZERO; model.coordinates.len()];
     let force = assembly.gradient(&zero, values);
     let rests = force.iter().all(Ball::is_zero)
-        && model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+        && model
+            .guesses
+            .iter()
+            .chain(&model.equilibria)
+            .all(Option::is_none);
     if rests {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }

@@ -66,7 +66,11 @@ impl VelocityFamily {
         }
         let expressions: Vec<ExprId> = entries.iter().map(|(.., e)| *e).collect();
         let rest_expressions: Vec<ExprId> = rest.iter().map(|(_, e)| *e).collect();
-        let all: Vec<ExprId> = expressions.iter().chain(&rest_expressions).copied().collect();
+        let all: Vec<ExprId> = expressions
+            .iter()
+            .chain(&rest_expressions)
+            .copied()
+            .collect();
         let parameters = parameters_of(model, &all);
         let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
         inputs.extend(&terms.values);
@@ -76,8 +80,15 @@ impl VelocityFamily {
             rest_tape: Tape::compile(&model.pool, &rest_expressions, &inputs).ok()?,
             terms: terms.clone(),
             parameters,
-            constants: terms.constants.iter().map(|constant| number(*constant)).collect(),
-            entries: entries.iter().map(|(matrix, i, j, _)| (*matrix, *i, *j)).collect(),
+            constants: terms
+                .constants
+                .iter()
+                .map(|constant| number(*constant))
+                .collect(),
+            entries: entries
+                .iter()
+                .map(|(matrix, i, j, _)| (*matrix, *i, *j))
+                .collect(),
             expressions,
             rest: rest.iter().map(|(i, _)| *i).collect(),
             rest_expressions,
@@ -96,7 +107,11 @@ impl VelocityFamily {
         coordinates
             .map(|number| point.get(*number as usize).unwrap_or(zero).clone())
             .chain(constants.map(|number| values.constants[*number as usize].clone()))
-            .chain(self.parameters.iter().map(|number| values.parameter(*number, zero)))
+            .chain(
+                self.parameters
+                    .iter()
+                    .map(|number| values.parameter(*number, zero)),
+            )
             .collect()
     }
 }

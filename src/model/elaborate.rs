@@ -359,7 +359,8 @@ impl<'a> Elaborator<'a> {
             };
             let expression = self.world.pool.sub(left, right);
             if let Some(on) = self.moving_symbol(expression) {
-                self.errors.push(ModelError::ConstraintOnVelocities { on, span });
+                self.errors
+                    .push(ModelError::ConstraintOnVelocities { on, span });
                 return None;
             }
             found.push(Constraint { expression, span });
@@ -448,8 +449,10 @@ impl<'a> Elaborator<'a> {
                 self.world.coordinates[number].unit = dimensions.unit(&family.name, member);
             }
         }
-        let time_dependent =
-            self.time_dependence(&[&kinetic, &potential, &lagrangian, &friction], &constraints);
+        let time_dependent = self.time_dependence(
+            &[&kinetic, &potential, &lagrangian, &friction],
+            &constraints,
+        );
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),

@@ -511,9 +511,8 @@ fn described(error: &ModelError) -> Diagnostic {
             .with_help(format!(
                 "{energy} may contain coordinates and velocities only; was one `'` too many?"
             )),
-        ModelError::ConstraintOnVelocities { span, .. } => at(*span, "of velocities").with_help(
-            "integrate it: rolling without slipping, x' = r*theta', is x = r*theta",
-        ),
+        ModelError::ConstraintOnVelocities { span, .. } => at(*span, "of velocities")
+            .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
         ModelError::NotConstant { span, .. } => at(*span, "not constant"),
         ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
             format!("give it a value in the file, or `--set {name}=VALUE`"),

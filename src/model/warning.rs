@@ -380,7 +380,10 @@ fn unused_indices(file: &File) -> Vec<Warning> {
 /// A `period` statement in a model that the time leaves alone.
 fn period_without_time(model: &Model) -> Option<Warning> {
     let period = model.period?;
-    model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
+    model
+        .time_dependent
+        .is_none()
+        .then_some(Warning::PeriodWithoutTime { span: period.span })
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

@@ -120,7 +120,9 @@ fn mode(
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
         Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
-        Kind::Undecided => (omega_squared.sqrt(), (-omega_squared).sqrt()),
+        Kind::Damped | Kind::Overdamped | Kind::Undecided => {
+            (omega_squared.sqrt(), (-omega_squared).sqrt())
+        }
     };
     let (vector, vector_error_bound) =
         shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));

@@ -136,13 +136,14 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
         .enumerate()
         .filter(|(_, mode)| matches!(mode.kind, Kind::Oscillation | Kind::Unstable))
         .filter(|(_, mode)| mode.vector.len() == linearized.dimension())
-        .map(|(at, mode)| {
+        .filter(|(_, mode)| mode.imaginary.is_empty())
+        .filter_map(|(at, mode)| {
             let shape = Shape {
                 vector: &mode.vector,
                 error: mode.vector_error_bound,
-                square: mode.omega_squared.mid_f64(),
+                square: mode.omega_squared?.mid_f64(),
             };
-            (at, shape)
+            Some((at, shape))
         })
         .collect();
     soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));

@@ -23,9 +23,22 @@ use crate::precision::one_digit_up;
 /// rounding to doubles included. What is not finite is `null`. Where zero modes are known by name,
 /// `zero_motions` lists what they are together; their vectors are some basis of these motions. A
 /// file with units adds `units`: SI units of the coordinates (`null` where the file doesn't tell),
-/// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m².
+/// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m². A steady motion adds `rates`, one
+/// a coordinate, 0 for those that rest. Components of shapes that do not move in phase are pairs of real and
+/// imaginary part; `limit` says why an exponent is known less well, `gyroscopically_stabilised` that the
+/// potential has no minimum and the motion is stable all the same.
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
+    modes_with(linearized, modes, options, &|_| String::new())
+}
+
+/// The modes as [`modes_json`] writes them, with further fields of their objects (each begins with a comma).
+pub(super) fn modes_with(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    options: &Options,
+    more: &dyn Fn(usize) -> String,
+) -> String {
     let model = linearized.model();
     let names = model
         .coordinates
@@ -52,9 +65,17 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
     );
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
-        write_mode(&mut out, mode, options);
+        write_mode(&mut out, mode, options, &more(at));
     }
     out.push(']');
+    if model.rates.iter().any(Option::is_some) {
+        let rates = linearized.rates().into_iter();
+        let rates = rates.map(|rate| number(rate.mid_f64()));
+        let _ = write!(out, ",\n \"rates\": {}", array(rates));
+    }
+    if modes.gyroscopically_stabilised {
+        out.push_str(",\n \"gyroscopically_stabilised\": true");
+    }
     let motions = zero_motions(modes, linearized.dimension());
     if !motions.is_empty() {
         let _ = write!(
@@ -78,7 +99,7 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
     out
 }
 
-fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
+fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str) {
     let precise = mode.precise.as_deref();
     let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
     let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
@@ -89,18 +110,29 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
         "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
         number(mode.omega.mid_f64()),
         digits(&omega),
-        number(mode.omega_squared.mid_f64()),
+        mode.omega_squared
+            .as_ref()
+            .map_or_else(null, |square| number(square.mid_f64())),
         number(mode.growth.mid_f64()),
         digits(&growth),
         number(one_digit_up(error)),
         number(omega.bound.max(growth.bound)),
         mode.kind.as_str(),
     );
+    if let Some(limit) = &mode.limit {
+        let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit)));
+    }
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
     }
     if options.vectors {
-        let components = mode.vector.iter().map(|component| number(*component));
+        let components = mode.vector.iter().enumerate().map(|(at, component)| {
+            let real = number(*component);
+            match mode.imaginary.get(at) {
+                Some(imaginary) => format!("[{real}, {}]", number(*imaginary)),
+                None => real,
+            }
+        });
         let _ = write!(
             out,
             ", \"vector\": {}, \"vector_error_bound\": {}",
@@ -108,6 +140,7 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
             number(one_digit_up(mode.vector_error_bound)),
         );
     }
+    out.push_str(more);
     out.push('}');
 }
 
@@ -291,12 +324,12 @@ fn lines(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.join(","))
 }
 
-fn null() -> String {
+pub(super) fn null() -> String {
     "null".to_owned()
 }
 
 /// The shortest digits that give the same double; JSON has no infinities.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value.is_finite() {
         // Adding zero turns -0 into 0.
         format!("{:?}", value + 0.0)
@@ -305,7 +338,7 @@ fn number(value: f64) -> String {
     }
 }
 
-fn string(text: &str) -> String {
+pub(super) fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 

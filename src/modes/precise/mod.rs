@@ -60,7 +60,9 @@ impl Precise {
             Kind::Oscillation => (omega_squared.sqrt(), zero),
             Kind::Zero => (zero.clone(), zero),
             Kind::Unstable => (zero, (-&omega_squared).sqrt()),
-            Kind::Undecided => (omega_squared.sqrt(), (-&omega_squared).sqrt()),
+            Kind::Damped | Kind::Overdamped | Kind::Undecided => {
+                (omega_squared.sqrt(), (-&omega_squared).sqrt())
+            }
         };
         Self {
             omega_squared,
