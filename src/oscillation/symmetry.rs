@@ -1,7 +1,7 @@
 //! The symmetry of M and K in numbers, and the classes of modes under it.
 //!
-//! Signed permutations are looked for among the enclosures at hand, of which those that meet count as
-//! equal. Where there is one it is decided again on entries of a thousand bits from the exact expressions, so
+//! The enclosures at hand, of which those that meet count as equal, say whether there may be a symmetry with
+//! classes. Where there may it is looked for among entries of a thousand bits from the exact expressions, so
 //! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for the enclosures decide.
 
 use std::collections::{BTreeMap, HashMap};
@@ -55,11 +55,13 @@ pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball])
         return None;
     }
     let mut pattern = of_enclosures(n, mass, stiffness)?;
-    let mut symmetry = Symmetry::find(&pattern)?;
+    if !Symmetry::may_have_classes(&pattern) {
+        return None;
+    }
     if let Some(entries) = linearized.entries(BITS) {
         pattern = of_entries(n, &entries);
-        symmetry = Symmetry::find(&pattern)?;
     }
+    let symmetry = Symmetry::find(&pattern)?;
     let classes = Classes::new(&symmetry)?;
     Some(Labels { classes, pattern })
 }

@@ -6,8 +6,12 @@
 //! 2 cos(2 pi j/N) for the wave number j. So the class of a vector doesn't depend on which vectors of
 //! a degenerate frequency are looked at.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
+use faer::diag::DiagMut;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::{MatMut, Par};
 use nalgebra::DMatrix;
 
 use super::{GroupKind, SignedPermutation, Symmetry};
@@ -25,8 +29,11 @@ const MOST_EFFORT: usize = 2_000_000;
 /// What tells vectors of different symmetry apart.
 #[derive(Clone, Debug)]
 pub struct Classes {
-    /// Elements with their factors; on each class the sum is a number.
-    terms: Vec<(f64, SignedPermutation)>,
+    /// A sum of elements with their factors, which is a number on each class, by columns: where a
+    /// coordinate goes, and by what factor.
+    sum: Vec<Vec<(usize, f64)>>,
+    /// The magnitudes of all factors together, and 1.
+    weight: f64,
     /// These numbers in ascending order, with the names of the classes.
     names: Vec<(f64, String)>,
     active: Vec<bool>,
@@ -42,8 +49,19 @@ impl Classes {
             GroupKind::Other => of_other(symmetry)?,
         };
         names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut sum = vec![BTreeMap::<usize, f64>::new(); symmetry.active.len()];
+        let mut weight = 1.0;
+        for (factor, element) in &terms {
+            weight += factor.abs();
+            for (i, column) in sum.iter_mut().enumerate() {
+                let (to, negative) = element.of(i);
+                *column.entry(to).or_default() += if negative { -factor } else { *factor };
+            }
+        }
+        let entries = |column: BTreeMap<usize, f64>| column.into_iter().collect();
         Some(Self {
-            terms,
+            sum: sum.into_iter().map(entries).collect(),
+            weight,
             names,
             active: symmetry.active.clone(),
         })
@@ -69,11 +87,9 @@ impl Classes {
             return None;
         }
         let mut sum = vec![0.0; vector.len()];
-        let mut weight = 1.0;
-        for (factor, element) in &self.terms {
-            weight += factor.abs();
-            for (own, value) in sum.iter_mut().zip(element.apply(vector)) {
-                *own += factor * value;
+        for (column, value) in self.sum.iter().zip(vector) {
+            for (to, factor) in column {
+                sum[*to] += factor * value;
             }
         }
         let square: f64 = vector.iter().map(|x| x * x).sum();
@@ -82,7 +98,7 @@ impl Classes {
         let pairs = sum.iter().zip(vector);
         if pairs
             .into_iter()
-            .any(|(y, x)| (y - value * x).abs() > weight * allowed)
+            .any(|(y, x)| (y - value * x).abs() > self.weight * allowed)
         {
             return None;
         }
@@ -156,17 +172,25 @@ fn conjugates(
     while let Some(element) = open.pop() {
         for g in generators {
             *effort = effort.checked_sub(3 * of.len())?;
-            let moved = g.after(&element).after(&g.inverse());
+            let moved = element.conjugated(g);
             if !found.contains(&moved) {
                 if found.len() == MOST_CONJUGATES {
                     return None;
                 }
-                found.insert(moved.clone());
-                open.push(moved);
+                open.push(moved.clone());
+                found.insert(moved);
             }
         }
     }
     Some(found)
+}
+
+/// Whether what exchanges `alike` of so many coordinates in any way already has too many conjugates: then no
+/// group with it has classes here.
+pub(super) fn too_many(alike: usize, coordinates: usize) -> bool {
+    let exchanges = alike.saturating_mul(alike.saturating_sub(1)) / 2;
+    let moved = exchanges.saturating_mul(alike.saturating_sub(1));
+    alike > 3 && (exchanges > MOST_CONJUGATES || moved.saturating_mul(3 * coordinates) > MOST_EFFORT)
 }
 
 /// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are
@@ -199,8 +223,9 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     }
     // Weights without a rational relation, so that no two classes get the same sum by chance.
     let mut terms: Vec<(f64, SignedPermutation)> = Vec::new();
+    let places: Vec<usize> = (0..count).filter(|i| symmetry.active[*i]).collect();
     let mut matrices: Vec<DMatrix<f64>> = Vec::new();
-    let mut all = DMatrix::zeros(count, count);
+    let mut all = DMatrix::zeros(places.len(), places.len());
     for (at, sum) in sums.iter().enumerate() {
         let weight = (at as f64 + 2.0).sqrt().fract().mul_add(0.5, 1.0) / sum.len() as f64;
         let mut matrix = DMatrix::zeros(count, count);
@@ -211,26 +236,20 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
                 matrix[(to, i)] += if negative { -1.0 } else { 1.0 };
             }
         }
-        all += &matrix * weight;
-        matrices.push(matrix);
+        let inner = matrix.select_rows(&places).select_columns(&places);
+        all += &inner * weight;
+        matrices.push(inner);
     }
-    let places: Vec<usize> = (0..count).filter(|i| symmetry.active[*i]).collect();
-    let inner = all.select_rows(&places).select_columns(&places);
     // A sum over a class and its inverses is symmetric.
-    let decomposed = nalgebra::SymmetricEigen::try_new(inner, f64::EPSILON, 1000)?;
+    let (eigenvalues, eigenvectors) = decomposed(all)?;
     let mut values: Vec<(f64, Vec<i64>)> = Vec::new();
-    for (value, vector) in decomposed
-        .eigenvalues
-        .iter()
-        .zip(decomposed.eigenvectors.column_iter())
-    {
+    for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
         if values.iter().any(|(known, _)| (known - value).abs() < 1e-7) {
             continue;
         }
         let tuple = matrices.iter().map(|matrix| {
-            let inner = matrix.select_rows(&places).select_columns(&places);
             // Rounded, so that what is equal is so.
-            ((vector.transpose() * &inner * vector)[(0, 0)] * 1e6).round() as i64
+            ((matrix * vector).dot(&vector) * 1e6).round() as i64
         });
         values.push((*value, tuple.collect()));
     }
@@ -244,4 +263,32 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         .map(|(i, (value, _))| (*value, format!("class {}", i + 1)))
         .collect();
     Some((terms, names))
+}
+
+/// From this dimension on faer decomposes faster than nalgebra.
+const LARGE: usize = 14;
+
+/// Eigenvalues and eigenvectors of a symmetric matrix.
+fn decomposed(matrix: DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    let n = matrix.nrows();
+    if n < LARGE {
+        let eigen = nalgebra::SymmetricEigen::try_new(matrix, f64::EPSILON, 1000)?;
+        return Some((eigen.eigenvalues.as_slice().to_vec(), eigen.eigenvectors));
+    }
+    let entries = faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n);
+    let mut values = vec![0.0; n];
+    let mut vectors = vec![0.0; n * n];
+    let yes = ComputeEigenvectors::Yes;
+    let scratch = self_adjoint_evd_scratch::<f64>(n, yes, Par::Seq, Default::default());
+    let mut memory = MemBuffer::try_new(scratch).ok()?;
+    self_adjoint_evd(
+        entries,
+        DiagMut::from_slice_mut(&mut values),
+        Some(MatMut::from_column_major_slice_mut(&mut vectors, n, n)),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .ok()?;
+    Some((values, DMatrix::from_vec(n, n, vectors)))
 }

@@ -97,6 +97,20 @@ impl SignedPermutation {
         Self { image, negative }
     }
 
+    /// g · self · g⁻¹.
+    fn conjugated(&self, g: &Self) -> Self {
+        let mut image = vec![0; self.len()];
+        let mut negative = vec![false; self.len()];
+        for i in 0..self.len() {
+            let (from, first) = g.of(i);
+            let (middle, second) = self.of(i);
+            let (to, third) = g.of(middle);
+            image[from] = to;
+            negative[from] = first ^ second ^ third;
+        }
+        Self { image, negative }
+    }
+
     /// What becomes of a vector.
     #[must_use]
     pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
@@ -226,6 +240,15 @@ impl Symmetry {
             Some(signed) if signed.order > unsigned.order => Some(signed),
             Some(_) | None => plain,
         }
+    }
+
+    /// Whether a pattern may have classes of symmetry: cheap beside the search, and `false` only where that comes
+    /// to nothing, because all coordinates differ or so many are alike that the group is too large.
+    #[must_use]
+    pub fn may_have_classes(pattern: &Pattern) -> bool {
+        let active = pattern.active();
+        pattern.all_differ(&active) == Some(false)
+            && !classes::too_many(pattern.most_alike(&active), pattern.len())
     }
 
     /// The whole group with signs.
