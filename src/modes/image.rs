@@ -298,6 +298,18 @@ fn sliced_product(xt: &Matrix, a: &Matrix, slices: usize) -> (Matrix, Vec<f64>) 
     (value, error)
 }
 
+/// Takes from double-doubles what is a multiple of the anchors' unit.
+///
+/// Rounds to that unit; exact, as is what is left (Rump, Ogita, Oishi, "Accurate floating-point summation
+/// I", SIAM J. Sci. Comput. 31 (2008)).
+fn cut(to: &mut [f64], (hi, lo): (&mut [f64], &mut [f64]), anchors: &[f64]) {
+    for (((to, hi), lo), anchor) in to.iter_mut().zip(hi).zip(lo).zip(anchors) {
+        let top = (*hi + anchor) - anchor;
+        *to = top;
+        (*hi, *lo) = two_sum(*hi - top, *lo);
+    }
+}
+
 /// Cuts a matrix into slices, scaled by rows or by columns.
 fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
     let (rows, columns) = (a.rows, a.columns);
@@ -314,27 +326,32 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
         .map(|&x| (exponent_of(x) + 1).clamp(-400, 900))
         .collect();
     let mut parts: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
-    let mut rest = vec![(0.0, 0.0); rows];
+    // 1.5 · 2^52 times the unit of a slice, for each row or column.
+    let anchors: Vec<Vec<f64>> = (1..=slices as i32)
+        .map(|number| {
+            let anchor = |scale: &i32| 1.5 * power_of_two((52 + scale - number * bits).max(-1000));
+            scales.iter().map(anchor).collect()
+        })
+        .collect();
+    let (mut hi, mut lo) = (vec![0.0; rows], vec![0.0; rows]);
+    let mut same = vec![0.0; rows];
     for column in 0..columns {
-        let (hi, lo) = (a.column_hi(column), a.column_lo(column));
-        for (rest, (hi, lo)) in rest.iter_mut().zip(hi.iter().zip(lo)) {
-            *rest = (*hi, *lo);
-        }
-        for (number, part) in parts.iter_mut().enumerate() {
-            let drop = (number as i32 + 1) * bits;
-            let column_part = part.column_mut(column);
-            for (row, (rest, to)) in rest.iter_mut().zip(column_part).enumerate() {
-                let scale = scales[if by_rows { row } else { column }];
-                // Rounds to a multiple of 2^(scale - drop); exact, as is what is left (Rump, Ogita,
-                // Oishi, "Accurate floating-point summation I", SIAM J. Sci. Comput. 31 (2008)).
-                let anchor = 1.5 * power_of_two((52 + scale - drop).max(-1000));
-                let top = (rest.0 + anchor) - anchor;
-                *to = top;
-                *rest = two_sum(rest.0 - top, rest.1);
-            }
+        hi.copy_from_slice(a.column_hi(column));
+        lo.copy_from_slice(a.column_lo(column));
+        for (part, anchors) in parts.iter_mut().zip(&anchors) {
+            let anchors = if by_rows {
+                anchors.as_slice()
+            } else {
+                same.fill(anchors[column]);
+                same.as_slice()
+            };
+            cut(part.column_mut(column), (&mut hi, &mut lo), anchors);
         }
     }
-    while parts.pop_if(|part| part.data.iter().all(|x| *x == 0.0)).is_some() {}
+    while parts
+        .pop_if(|part| part.data.iter().all(|x| *x == 0.0))
+        .is_some()
+    {}
     Sliced { parts, scales }
 }
 

@@ -241,7 +241,10 @@ impl Round {
             return self.g().get(i, j);
         }
         let image = &self.mass_image.value;
-        dot(row(&self.xt.hi, self.xt.stride, i), row(&image.hi, image.stride, j))
+        dot(
+            row(&self.xt.hi, self.xt.stride, i),
+            row(&image.hi, image.stride, j),
+        )
     }
 
     /// Near x_iᵀr_j for one pair.

@@ -15,10 +15,11 @@ const MOST_COORDINATES: usize = 1500;
 /// Numbers that agree to so many bits are equal.
 const BITS: usize = 1024;
 
-/// What tells the modes of different symmetry apart, and the pattern it comes from.
+/// What tells the modes of different symmetry apart.
 pub(super) struct Labels {
     classes: Classes,
-    pattern: Pattern,
+    /// Where there may be more symmetry than was looked for.
+    pattern: Option<Pattern>,
 }
 
 impl Labels {
@@ -33,10 +34,10 @@ impl Labels {
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);
-        if missing(&own) == 0 {
+        let Some(pattern) = self.pattern.as_ref().filter(|_| missing(&own) > 0) else {
             return own;
-        }
-        let whole = Symmetry::find_signed(&self.pattern);
+        };
+        let whole = Symmetry::find_signed(pattern);
         let other = whole
             .as_ref()
             .and_then(Classes::new)
@@ -63,6 +64,7 @@ pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball])
     }
     let symmetry = Symmetry::find(&pattern)?;
     let classes = Classes::new(&symmetry)?;
+    let pattern = symmetry.may_be_larger().then_some(pattern);
     Some(Labels { classes, pattern })
 }
 

@@ -6,7 +6,7 @@
 //! 2 cos(2 pi j/N) for the wave number j. So the class of a vector doesn't depend on which vectors of
 //! a degenerate frequency are looked at.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use faer::diag::DiagMut;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -49,18 +49,28 @@ impl Classes {
             GroupKind::Other => of_other(symmetry)?,
         };
         names.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut sum = vec![BTreeMap::<usize, f64>::new(); symmetry.active.len()];
-        let mut weight = 1.0;
-        for (factor, element) in &terms {
-            weight += factor.abs();
-            for (i, column) in sum.iter_mut().enumerate() {
+        let weight = terms
+            .iter()
+            .fold(1.0, |sum, (factor, _)| sum + factor.abs());
+        let mut factors = vec![0.0; symmetry.active.len()];
+        let mut touched = Vec::new();
+        let column = |i: usize| -> Vec<(usize, f64)> {
+            touched.clear();
+            for (factor, element) in &terms {
                 let (to, negative) = element.of(i);
-                *column.entry(to).or_default() += if negative { -factor } else { *factor };
+                touched.push(to);
+                factors[to] += if negative { -factor } else { *factor };
             }
-        }
-        let entries = |column: BTreeMap<usize, f64>| column.into_iter().collect();
+            touched.sort_unstable();
+            touched.dedup();
+            let entries = touched.iter();
+            entries
+                .map(|to| (*to, std::mem::take(&mut factors[*to])))
+                .collect()
+        };
+        let sum = (0..symmetry.active.len()).map(column).collect();
         Some(Self {
-            sum: sum.into_iter().map(entries).collect(),
+            sum,
             weight,
             names,
             active: symmetry.active.clone(),
@@ -190,7 +200,8 @@ fn conjugates(
 pub(super) fn too_many(alike: usize, coordinates: usize) -> bool {
     let exchanges = alike.saturating_mul(alike.saturating_sub(1)) / 2;
     let moved = exchanges.saturating_mul(alike.saturating_sub(1));
-    alike > 3 && (exchanges > MOST_CONJUGATES || moved.saturating_mul(3 * coordinates) > MOST_EFFORT)
+    alike > 3
+        && (exchanges > MOST_CONJUGATES || moved.saturating_mul(3 * coordinates) > MOST_EFFORT)
 }
 
 /// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are

@@ -189,6 +189,8 @@ pub struct Symmetry {
     pub active: Vec<bool>,
     /// The part that each coordinate is in: what hangs together has the same number.
     pub parts: Vec<usize>,
+    /// Whether there is no more with signs.
+    whole: bool,
 }
 
 /// What kind of group a symmetry is.
@@ -238,8 +240,17 @@ impl Symmetry {
         }
         match Self::find_signed(pattern) {
             Some(signed) if signed.order > unsigned.order => Some(signed),
-            Some(_) | None => plain,
+            Some(_) | None => plain.map(|plain| Self {
+                whole: true,
+                ..plain
+            }),
         }
+    }
+
+    /// Whether the group may be larger with signs, which [`Symmetry::find_signed`] would find.
+    #[must_use]
+    pub fn may_be_larger(&self) -> bool {
+        !self.whole
     }
 
     /// Whether a pattern may have classes of symmetry: cheap beside the search, and `false` only where that comes
@@ -256,12 +267,16 @@ impl Symmetry {
     pub fn find_signed(pattern: &Pattern) -> Option<Self> {
         let active = pattern.active();
         let signed = pattern.signed_permutations(&active, EFFORT)?;
-        Self::of(
+        let found = Self::of(
             signed.generators,
             signed.order,
             &active,
             &pattern.components(),
-        )
+        );
+        found.map(|found| Self {
+            whole: true,
+            ..found
+        })
     }
 
     fn of(
@@ -282,6 +297,7 @@ impl Symmetry {
             kind,
             active: active.to_vec(),
             parts: parts.to_vec(),
+            whole: false,
         })
     }
 }

@@ -153,7 +153,8 @@ impl Pattern {
 
     /// The graph for permutations without signs.
     fn unsigned(&self, active: &[bool]) -> Graph {
-        let row = |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
+        let row =
+            |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
         Graph {
             colours: self.colours(active),
             rows: self.rows.iter().map(row).collect(),

@@ -103,7 +103,8 @@ impl Graph {
 
     /// The rows with labels in which every bit counts.
     fn mixed(&self) -> Vec<Vec<(usize, u64)>> {
-        let row = |row: &Vec<(usize, u64)>| row.iter().map(|(j, label)| (*j, mix(*label))).collect();
+        let row =
+            |row: &Vec<(usize, u64)>| row.iter().map(|(j, label)| (*j, mix(*label))).collect();
         self.rows.iter().map(row).collect()
     }
 
@@ -138,7 +139,9 @@ impl Graph {
         keys.sort_unstable();
         let alike = keys.chunk_by(|a, b| a.0 == b.0).map(|group| {
             let first = group[0].1;
-            let exchanged = group[1..].iter().filter(|(_, i)| self.exchange(first, *i).is_some());
+            let exchanged = group[1..]
+                .iter()
+                .filter(|(_, i)| self.exchange(first, *i).is_some());
             1 + exchanged.count()
         });
         alike.max().unwrap_or(0)
