@@ -24,6 +24,9 @@ const QUICK: usize = 60;
 /// digits of eigenvalues a millionth of the largest, or all of a double-double.
 const SLICES: [usize; 2] = [4, 6];
 
+/// Columns that give so many digits are not what keeps others away.
+const SOME_DIGITS: usize = 10;
+
 /// How accurate shapes have to be.
 const SHAPES: f64 = 1e-12;
 
@@ -178,6 +181,16 @@ pub(super) fn climb(
         && let Some(factors) = source.factors()
     {
         let factored = Factored::new(scaled, &factors)?;
+        // Columns that are good enough for some digits may be so for all, and only the entries not.
+        let some = options.clone().digits(options.digits.min(SOME_DIGITS));
+        let good = climb.best.as_ref().map(|(_, solution)| solution);
+        let good = good.filter(|solution| covered(&solution.certificate, &some));
+        if let Some(x) = good.map(|solution| solution.x.clone())
+            && let Ok(true) = climb.rounds(Some(&factored), x, Rung::Factors)
+            && let Some((_, solution)) = climb.best
+        {
+            return Ok(solution);
+        }
         let columns = scaled.n - zero.mid.columns;
         let start = factored.singular_vectors(scaled, columns);
         let x = match (start, &climb.best) {

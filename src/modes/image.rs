@@ -473,4 +473,49 @@ mod tests {
             assert!(size(exact(*found) - total) <= &unit * sizes);
         }
     }
+
+    #[test]
+    fn images_of_moved_columns_keep_their_bounds() {
+        let (m, n) = (4, 37);
+        let entries = sample(n, n, 3.0, 23);
+        let balls: Vec<Ball> = (0..n * n)
+            .map(|at| entries.get(at % n, at / n))
+            .map(|entry| Ball::new(entry, 1e-30 * entry.hi.abs()))
+            .collect();
+        let matrix = Enclosed::new(n, &balls, &vec![0; n], 0);
+        let operator = Operator::new(&matrix);
+        for shift in [1e-14, 1e-9] {
+            let xt = sample(m, n, 0.0, 29);
+            let before = operator.image(&xt, &lengths_of_rows(&xt), 6);
+            let mut change = Plain::zeros(m, n);
+            let steps = sample(m, n, 2.0, 31);
+            for (to, x) in change.data.iter_mut().zip(&steps.hi) {
+                *to = shift * x;
+            }
+            let mut next = xt.clone();
+            add_to(&mut next, &change);
+            let (image, products) =
+                operator.image_after(before, &Moved::new(next.clone(), &change));
+            for row in 0..m {
+                let (mut squares, mut form) = (RBig::ZERO, RBig::ZERO);
+                for column in 0..n {
+                    let sum = (0..n).fold(RBig::ZERO, |sum, k| {
+                        sum + exact(next.get(row, k)) * exact(matrix.mid.get(k, column))
+                    });
+                    squares += square(&(exact(image.value.get(row, column)) - &sum));
+                    form += sum * exact(next.get(row, column));
+                }
+                let bound = RBig::try_from(image.error[row]).unwrap();
+                assert!(squares <= square(&bound), "{shift}");
+                let (mid, radius) = (exact(products[row].mid), products[row].radius);
+                let off = mid - form;
+                assert!(
+                    square(&off) <= square(&RBig::try_from(radius).unwrap()),
+                    "{shift}"
+                );
+                // The products of A with a large step are off by what counts in a square only.
+                assert!(shift < 1e-12 || radius < 1e-5 * image.error[row]);
+            }
+        }
+    }
 }
