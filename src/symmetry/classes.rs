@@ -195,13 +195,15 @@ fn conjugates(
     Some(found)
 }
 
-/// Whether what exchanges `alike` of so many coordinates in any way already has too many conjugates: then no
-/// group with it has classes here.
+/// Whether no classes are found for a group that has all permutations of `alike` coordinates among so many.
+///
+/// An exchange of two of them has alike (alike - 1) / 2 conjugates at least, each of which every generator is
+/// tried on, alike - 1 at least: where that takes more than [`MOST_EFFORT`], [`of_other`] finds nothing. For
+/// alike > 3 the group is neither mirrors that commute nor that of a ring.
 pub(super) fn too_many(alike: usize, coordinates: usize) -> bool {
-    let exchanges = alike.saturating_mul(alike.saturating_sub(1)) / 2;
-    let moved = exchanges.saturating_mul(alike.saturating_sub(1));
-    alike > 3
-        && (exchanges > MOST_CONJUGATES || moved.saturating_mul(3 * coordinates) > MOST_EFFORT)
+    let others = alike.saturating_sub(1);
+    let tried = (alike.saturating_mul(others) / 2).saturating_mul(others);
+    alike > 3 && tried.saturating_mul(3 * coordinates) > MOST_EFFORT
 }
 
 /// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are
