@@ -241,16 +241,18 @@ pub(crate) fn kernel(
         };
         rows.swap(done, found);
         let inverse = rows[done][column].recip()?;
-        for entry in &mut rows[done] {
+        for entry in rows[done].iter_mut().filter(|entry| !entry.is_zero()) {
             *entry = entry.mul(&inverse);
         }
-        let pivot = rows[done].clone();
+        let nonzero = rows[done].iter().enumerate();
+        let nonzero = nonzero.filter(|(_, entry)| !entry.is_zero());
+        let pivot: Vec<(usize, Number)> = nonzero.map(|(at, x)| (at, x.clone())).collect();
         for (row, own) in rows.iter_mut().enumerate() {
             if row != done && !own[column].is_zero() {
                 let factor = own[column].clone();
-                for (entry, above) in own.iter_mut().zip(&pivot) {
-                    *entry = entry.sub(&factor.mul(above));
-                    if entry.is_oversized() {
+                for (at, above) in &pivot {
+                    own[*at] = own[*at].sub(&factor.mul(above));
+                    if own[*at].is_oversized() {
                         return None;
                     }
                 }
