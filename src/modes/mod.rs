@@ -15,6 +15,7 @@
 mod certify;
 mod climb;
 mod dense;
+pub mod exponents;
 mod factored;
 mod image;
 mod pencil;
