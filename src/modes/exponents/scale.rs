@@ -53,9 +53,11 @@ impl Enclosure {
         }
     }
 
-    /// A bound of how far the exact entry is from the midpoint.
-    pub(super) fn radius(&self, row: usize, column: usize) -> f64 {
-        self.radius.get(row, column)
+    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
+        Ball {
+            mid: self.mid.get(row, column),
+            radius: self.radius.get(row, column),
+        }
     }
 
     /// The matrix times x, and a bound of the error of every entry.
@@ -112,6 +114,9 @@ impl Scaled {
                     column: at / n,
                 });
             }
+        }
+        if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
+            return Err(ExponentsError::ZeroVector { index });
         }
         let shift: Vec<i32> = (0..n)
             .map(|i| {

@@ -87,6 +87,9 @@ pub(super) fn in_double_double(
     if !is_positive_definite(&scaled.mass) {
         return Err(ExponentsError::NotPositiveDefinite);
     }
+    if let Some(index) = bad_zero_vector(scaled) {
+        return Err(ExponentsError::ZeroVector { index });
+    }
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).ok_or(ExponentsError::NoConvergence)?;
     let mut columns = Columns::new(begun);
@@ -95,7 +98,8 @@ pub(super) fn in_double_double(
     for round in 0..ROUNDS {
         let sheets = measure(scaled, &mut columns);
         let distance = |i: usize, j: usize| columns.distance(i, j);
-        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, distance) else {
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance)
+        else {
             break;
         };
         let certificate = certify(&couplings, columns.together(), &columns.twin);
@@ -322,6 +326,39 @@ impl Facts {
     }
 }
 
+/// The first zero vector that is certainly not in the kernel of S, is not shown to be independent of those before
+/// it, or has the wrong length.
+fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
+    let n = scaled.n;
+    let mut basis: Vec<(usize, Vec<Ball>)> = Vec::new();
+    for (index, vector) in scaled.zero.iter().enumerate() {
+        if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
+            return Some(index);
+        }
+        let outside = (0..n).any(|i| {
+            let image = (0..n).fold(Ball::ZERO, |sum, k| {
+                sum + scaled.stiffness.ball(i, k) * vector[k]
+            });
+            !image.contains_zero()
+        });
+        // Elimination by those before; what is left has a component that is not 0.
+        let mut rest = vector.clone();
+        for (at, row) in &basis {
+            let factor = rest[*at] / row[*at];
+            for (x, y) in rest.iter_mut().zip(row) {
+                *x = *x - factor * *y;
+            }
+            rest[*at] = Ball::ZERO;
+        }
+        let pivot = (0..n).max_by(|&a, &b| rest[a].abs_lower().total_cmp(&rest[b].abs_lower()));
+        match pivot {
+            Some(at) if !outside && !rest[at].contains_zero() => basis.push((at, rest)),
+            _ => return Some(index),
+        }
+    }
+    None
+}
+
 /// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given.
 ///
 /// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Without dissipation S is symmetric, so
@@ -334,16 +371,12 @@ fn least_zeros(scaled: &Scaled) -> usize {
         return 0;
     }
     let n = scaled.n;
-    let entry = |i: usize, k: usize| Ball {
-        mid: scaled.velocity.mid.get(i, k),
-        radius: scaled.velocity.radius(i, k),
-    };
     let images: Vec<Vec<Ball>> = scaled
         .zero
         .iter()
         .map(|v| {
             (0..n)
-                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + entry(i, k) * v[k]))
+                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]))
                 .collect()
         })
         .collect();

@@ -25,6 +25,9 @@ const ROUNDS: usize = 60;
 /// Products for a round that are still worth starting: some seconds.
 const MOST_WORK: f64 = 3e8;
 
+/// Larger groups have their entries of Q from doubles.
+const MOST_TOGETHER: usize = 16;
+
 /// A matrix of numbers of many bits: the entries that are not 0, row by row.
 struct Rows(Vec<Vec<(usize, Big)>>);
 
@@ -112,6 +115,46 @@ pub(super) struct WideColumn {
     pub(super) mu: Wide,
     x: Vec<Wide>,
     y: Vec<Wide>,
+    /// M x and D x, as they were measured.
+    image: Vec<Wide>,
+    slope: Vec<Wide>,
+}
+
+impl WideColumn {
+    fn new(mu: Wide, x: Vec<Wide>, y: Vec<Wide>) -> Self {
+        Self {
+            mu,
+            x,
+            y,
+            image: Vec::new(),
+            slope: Vec::new(),
+        }
+    }
+
+    fn conj(&self) -> Self {
+        let conj = |v: &[Wide]| v.iter().map(Wide::conj).collect();
+        Self {
+            mu: self.mu.conj(),
+            x: conj(&self.x),
+            y: conj(&self.y),
+            image: conj(&self.image),
+            slope: conj(&self.slope),
+        }
+    }
+
+    /// Q_ij = y_iᵀ ((μ_i + μ_j) M + D) x_j.
+    fn unit(&self, other: &Self) -> Approximate {
+        let sum = self.mu.add(&other.mu);
+        let parts = other.image.iter().zip(&other.slope);
+        let entry = self
+            .y
+            .iter()
+            .zip(parts)
+            .fold(Wide::zero(64), |total, (y, (u, v))| {
+                total.add(&y.mul(&sum.mul(u).add(v)))
+            });
+        approximate(&entry)
+    }
 }
 
 /// Columns of double-double, some of them replaced by better ones.
@@ -138,6 +181,30 @@ impl WideColumns {
         Value::wide(part(&column.mu.re), im)
     }
 
+    fn get(&self, j: usize) -> Option<WideColumn> {
+        match self.base.twin[j] {
+            Some(i) => self.wide[i].as_ref().map(WideColumn::conj),
+            None => self.wide[j].clone(),
+        }
+    }
+
+    /// The entries of Q between members of a group.
+    fn units(&self, certificate: &Certificate) -> Vec<(usize, usize, Approximate)> {
+        let mut known = Vec::new();
+        for group in &certificate.groups {
+            let members = group.members.iter();
+            let columns: Vec<(usize, WideColumn)> =
+                members.filter_map(|&j| Some((j, self.get(j)?))).collect();
+            if group.members.len() < 2 || columns.len() > MOST_TOGETHER {
+                continue;
+            }
+            for (i, a) in &columns {
+                known.extend(columns.iter().map(|(j, b)| (*i, *j, a.unit(b))));
+            }
+        }
+        known
+    }
+
     fn mu(&self, j: usize) -> Option<Wide> {
         match self.base.twin[j] {
             Some(i) => self.wide[i].as_ref().map(|column| column.mu.conj()),
@@ -162,11 +229,9 @@ impl WideColumns {
                         .map(|x| Wide::from_complex(*x, self.bits))
                         .collect()
                 };
-                self.wide[j] = Some(WideColumn {
-                    mu: Wide::from_complex(self.base.mu[j], self.bits),
-                    x: wide(&self.base.x[j]),
-                    y: wide(&self.base.y[j]),
-                });
+                let mu = Wide::from_complex(self.base.mu[j], self.bits);
+                let (x, y) = (wide(&self.base.x[j]), wide(&self.base.y[j]));
+                self.wide[j] = Some(WideColumn::new(mu, x, y));
             }
         }
     }
@@ -189,16 +254,8 @@ fn approximate(x: &Wide) -> Approximate {
 fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
     let bits = matrices.bits;
     let real = column.mu.im.is_zero();
-    let of_x: Vec<Vec<Wide>> = matrices
-        .right
-        .iter()
-        .map(|a| a.times(&column.x, bits))
-        .collect();
-    let of_y: Vec<Vec<Wide>> = matrices
-        .left
-        .iter()
-        .map(|a| a.times(&column.y, bits))
-        .collect();
+    let of_x = matrices.right.each_ref().map(|a| a.times(&column.x, bits));
+    let of_y = matrices.left.each_ref().map(|a| a.times(&column.y, bits));
     let quadratic = |mu: &Wide, parts: &[Vec<Wide>]| -> Vec<Wide> {
         (0..parts[0].len())
             .map(|i| {
@@ -254,6 +311,9 @@ fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
         defect,
     };
     column.mu = mu;
+    let [image, slope, _] = of_x;
+    column.image = image;
+    column.slope = slope;
     sheet
 }
 
@@ -318,8 +378,9 @@ pub(super) fn climb(
             let d = columns.difference(i, j);
             d.re.hypot(d.im)
         };
-        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.base.links, distance)
-        else {
+        let known = columns.units(&best.certificate);
+        let links = &columns.base.links;
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, links, &known, distance) else {
             break;
         };
         let certificate = certify(&couplings, columns.base.together(), &columns.base.twin);
@@ -471,11 +532,7 @@ fn better(
             })
             .collect();
         if x.iter().chain(&y).all(Wide::is_finite) {
-            next.wide[j] = Some(WideColumn {
-                mu: column.mu.clone(),
-                x,
-                y,
-            });
+            next.wide[j] = Some(WideColumn::new(column.mu.clone(), x, y));
         }
     }
     next
@@ -498,17 +555,8 @@ fn centre(columns: &WideColumns, members: &[usize], real: bool) -> Option<Wide> 
 /// Puts the turned columns in the place of the members.
 fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centre: &Wide) {
     let bits = from.bits;
-    let get = |j: usize| -> Option<WideColumn> {
-        match from.base.twin[j] {
-            Some(i) => from.wide[i].as_ref().map(|column| WideColumn {
-                mu: column.mu.conj(),
-                x: column.x.iter().map(Wide::conj).collect(),
-                y: column.y.iter().map(Wide::conj).collect(),
-            }),
-            None => from.wide[j].clone(),
-        }
-    };
-    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| get(j)).collect() else {
+    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| from.get(j)).collect()
+    else {
         return;
     };
     let k = turn.members.len();
@@ -556,11 +604,8 @@ fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centre: &Wide) {
                 })
                 .collect()
         };
-        let column = WideColumn {
-            mu: centre.add(&Wide::from_c64(turn.steps[a], 2 * bits)),
-            x: scale(x, by),
-            y: scale(y, 1.0 / by),
-        };
+        let mu = centre.add(&Wide::from_c64(turn.steps[a], 2 * bits));
+        let column = WideColumn::new(mu, scale(x, by), scale(y, 1.0 / by));
         if !(column.mu.is_finite() && column.x.iter().chain(&column.y).all(Wide::is_finite)) {
             return;
         }
