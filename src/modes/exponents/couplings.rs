@@ -33,11 +33,6 @@ pub(super) struct Approximate {
 }
 
 impl Approximate {
-    pub(super) const ZERO: Self = Self {
-        value: c64::new(0.0, 0.0),
-        error: 0.0,
-    };
-
     pub(super) fn conj(self) -> Self {
         Self {
             value: c64::new(self.value.re, -self.value.im),
@@ -113,6 +108,14 @@ pub(super) struct Couplings {
 pub(super) struct Products(Plain);
 
 impl Products {
+    fn put(&mut self, i: usize, j: usize, value: c64) {
+        let (i, j) = (2 * i, 2 * j);
+        self.0.set(i, j, value.re);
+        self.0.set(i + 1, j + 1, 0.0);
+        self.0.set(i, j + 1, value.im);
+        self.0.set(i + 1, j, 0.0);
+    }
+
     pub(super) fn get(&self, i: usize, j: usize) -> c64 {
         let p = |a: usize, b: usize| self.0.get(2 * i + a, 2 * j + b);
         c64::new(p(0, 0) - p(1, 1), p(0, 1) + p(1, 0))
@@ -182,11 +185,13 @@ fn modulus(x: c64) -> f64 {
 }
 
 impl Couplings {
-    /// From all columns; `distance(i, j)` is |μ_i - μ_j|.
+    /// From all columns; `distance(i, j)` is |μ_i - μ_j|, `known` are entries of Q that are known better than
+    /// from doubles: columns that are nearly parallel have long left vectors.
     pub(super) fn new(
         n: usize,
         sheets: &[Sheet],
         links: &[Link],
+        known: &[(usize, usize, Approximate)],
         distance: impl Fn(usize, usize) -> f64,
     ) -> Option<Self> {
         let m = sheets.len();
@@ -202,7 +207,14 @@ impl Couplings {
         for (a, b) in unit.data.iter_mut().zip(&second.0.data) {
             *a += b;
         }
-        let unit = Products(unit);
+        let mut unit = Products(unit);
+        let (mut first_error, mut second_error) = (first_error, second_error);
+        for &(i, j, entry) in known {
+            unit.put(i, j, entry.value);
+            first_error.set(i, j, entry.error);
+            second_error.set(i, j, 0.0);
+        }
+        let unit = unit;
         let square = || Plain::zeros(m, m);
         let (mut right, mut left_t, mut q, mut q_t) = (square(), square(), square(), square());
         let (mut defect, mut least) = (Vec::with_capacity(m), Vec::with_capacity(m));

@@ -21,11 +21,14 @@ mod columns;
 mod complex;
 mod couplings;
 mod definite;
+mod exact;
+mod polynomial;
 mod resolve;
 mod scale;
 mod solve;
 mod spectrum;
 mod start;
+mod wide;
 
 use dashu_int::IBig;
 use faer::c64;

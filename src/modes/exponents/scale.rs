@@ -10,6 +10,7 @@ use crate::precision::{Ball, exponent_of, up};
 /// A matrix of enclosures.
 pub(super) struct Enclosure {
     pub(super) mid: Matrix,
+    radius: Plain,
     /// Radius + [`TERM`] |mid|.
     weight: Plain,
 }
@@ -33,23 +34,30 @@ pub(super) struct Scaled {
 impl Enclosure {
     fn new(n: usize, entry: impl Fn(usize, usize) -> Ball) -> Self {
         let mut mid = Matrix::zeros(n, n);
-        let mut weight = Plain::zeros(n, n);
+        let (mut radius, mut weight) = (Plain::zeros(n, n), Plain::zeros(n, n));
         for column in 0..n {
             for row in 0..n {
                 let entry = entry(row, column);
                 if !entry.is_zero() {
                     mid.set(row, column, entry.mid);
+                    radius.set(row, column, entry.radius);
                     let bound = up(entry.radius + TERM * entry.mid.hi.abs());
                     weight.set(row, column, bound);
                 }
             }
         }
-        Self { mid, weight }
+        Self {
+            mid,
+            radius,
+            weight,
+        }
     }
 
-    /// A bound of how far the exact entry is from the midpoint.
-    pub(super) fn radius(&self, row: usize, column: usize) -> f64 {
-        self.weight.get(row, column)
+    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
+        Ball {
+            mid: self.mid.get(row, column),
+            radius: self.radius.get(row, column),
+        }
     }
 
     /// The matrix times x, and a bound of the error of every entry.
@@ -106,6 +114,9 @@ impl Scaled {
                     column: at / n,
                 });
             }
+        }
+        if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
+            return Err(ExponentsError::ZeroVector { index });
         }
         let shift: Vec<i32> = (0..n)
             .map(|i| {

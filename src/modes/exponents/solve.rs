@@ -7,10 +7,12 @@ use super::columns::{Columns, improve, measure};
 use super::complex::Complex;
 use super::couplings::{Couplings, Sheet};
 use super::definite::is_positive_definite;
+use super::exact;
 use super::resolve::{Turn, members, turn};
 use super::scale::Scaled;
-use super::spectrum::{Facts, Status, spectrum, status};
+use super::spectrum::{Facts, Status, Value, exact_spectrum, mark_rough, spectrum, status};
 use super::start::{cholesky, start};
+use super::wide::{WideColumns, climb};
 use super::{
     Exponents, ExponentsError, Options, QuadraticProblem, QuadraticSource, Rung, Stability,
     Structure,
@@ -22,7 +24,7 @@ const ROUNDS: usize = 12;
 
 /// What a rung has come to.
 pub(super) struct Solution {
-    pub(super) columns: Columns,
+    pub(super) columns: WideColumns,
     pub(super) sheets: Vec<Sheet>,
     pub(super) couplings: Couplings,
     pub(super) certificate: Certificate,
@@ -44,9 +46,36 @@ pub(super) fn solve(
             rung: Rung::Doubles,
         });
     }
-    let solution = in_double_double(&scaled, options)?;
-    let _ = source;
+    let mut solution = in_double_double(&scaled, options)?;
+    if solution.statuses.iter().any(|status| status.lacking) {
+        if undecided(&solution)
+            && scaled.n <= exact::LARGEST
+            && let Some(matrices) = source.integers()
+            && let Some(found) =
+                exact::exact(&matrices, scaled.n, options.digits, solution.facts.definite)
+        {
+            solution.rung = Rung::Precise;
+            return Ok(exact_spectrum(&scaled, &solution, found, options));
+        }
+        solution = climb(&scaled, problem, source, solution, options);
+    }
     Ok(spectrum(&scaled, &solution, options))
+}
+
+/// Whether more digits may not decide what is open: exponents that are not separated, signs, the multiplicity
+/// of the exponent 0.
+fn undecided(solution: &Solution) -> bool {
+    let columns = &solution.columns;
+    (0..columns.base.count()).any(|j| {
+        let status = &solution.statuses[j];
+        let (_, radius, shared) = solution.certificate.disc(j);
+        let value = columns.value(j, radius);
+        status.lacking
+            && (shared > 1
+                || j < columns.base.together()
+                || !status.growth_zero && value.growth.contains_zero()
+                || !status.omega_zero && value.omega.contains_zero())
+    })
 }
 
 /// The rungs up to double-double.
@@ -58,6 +87,9 @@ pub(super) fn in_double_double(
     if !is_positive_definite(&scaled.mass) {
         return Err(ExponentsError::NotPositiveDefinite);
     }
+    if let Some(index) = bad_zero_vector(scaled) {
+        return Err(ExponentsError::ZeroVector { index });
+    }
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).ok_or(ExponentsError::NoConvergence)?;
     let mut columns = Columns::new(begun);
@@ -66,14 +98,19 @@ pub(super) fn in_double_double(
     for round in 0..ROUNDS {
         let sheets = measure(scaled, &mut columns);
         let distance = |i: usize, j: usize| columns.distance(i, j);
-        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, distance) else {
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance)
+        else {
             break;
         };
         let certificate = certify(&couplings, columns.together(), &columns.twin);
-        let statuses = status(&facts, &columns, &certificate, options);
+        let value = |j: usize, radius: f64| columns.value(j, radius);
+        let mut statuses = status(&facts, &columns, &value, &certificate, options);
+        if options.vectors {
+            mark_rough(&mut statuses, &columns, &sheets, &certificate);
+        }
         let score = score(&statuses);
         let lacking: Vec<usize> = (0..columns.count())
-            .filter(|&j| statuses[j].lacking)
+            .filter(|&j| statuses[j].lacking || statuses[j].rough)
             .collect();
         let gained = best.as_ref().is_none_or(|(before, _)| score < before - 4.0);
         stalled = if gained { 0 } else { stalled + 1 };
@@ -88,7 +125,11 @@ pub(super) fn in_double_double(
             };
             let kept = std::mem::replace(&mut columns, next.unwrap_or_else(Columns::none));
             let solution = Solution {
-                columns: kept,
+                columns: WideColumns {
+                    wide: vec![None; kept.count()],
+                    base: kept,
+                    bits: 0,
+                },
                 sheets,
                 couplings,
                 certificate,
@@ -264,13 +305,11 @@ impl Columns {
         }
     }
 
-    /// The exponent as balls: growth and omega, both with this radius.
-    pub(super) fn value(&self, j: usize, radius: f64) -> (Ball, Ball) {
+    /// The exponent with this radius.
+    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
         let mu = self.mu[j];
-        (
-            Ball::from(mu.re).with_added_radius(radius),
-            Ball::from(mu.im).with_added_radius(radius),
-        )
+        let part = |x: DoubleDouble| Ball::from(x).with_added_radius(radius);
+        Value::new(part(mu.re), part(mu.im))
     }
 }
 
@@ -287,6 +326,39 @@ impl Facts {
     }
 }
 
+/// The first zero vector that is certainly not in the kernel of S, is not shown to be independent of those before
+/// it, or has the wrong length.
+fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
+    let n = scaled.n;
+    let mut basis: Vec<(usize, Vec<Ball>)> = Vec::new();
+    for (index, vector) in scaled.zero.iter().enumerate() {
+        if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
+            return Some(index);
+        }
+        let outside = (0..n).any(|i| {
+            let image = (0..n).fold(Ball::ZERO, |sum, k| {
+                sum + scaled.stiffness.ball(i, k) * vector[k]
+            });
+            !image.contains_zero()
+        });
+        // Elimination by those before; what is left has a component that is not 0.
+        let mut rest = vector.clone();
+        for (at, row) in &basis {
+            let factor = rest[*at] / row[*at];
+            for (x, y) in rest.iter_mut().zip(row) {
+                *x = *x - factor * *y;
+            }
+            rest[*at] = Ball::ZERO;
+        }
+        let pivot = (0..n).max_by(|&a, &b| rest[a].abs_lower().total_cmp(&rest[b].abs_lower()));
+        match pivot {
+            Some(at) if !outside && !rest[at].contains_zero() => basis.push((at, rest)),
+            _ => return Some(index),
+        }
+    }
+    None
+}
+
 /// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given.
 ///
 /// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Without dissipation S is symmetric, so
@@ -299,16 +371,12 @@ fn least_zeros(scaled: &Scaled) -> usize {
         return 0;
     }
     let n = scaled.n;
-    let entry = |i: usize, k: usize| Ball {
-        mid: scaled.velocity.mid.get(i, k),
-        radius: scaled.velocity.radius(i, k),
-    };
     let images: Vec<Vec<Ball>> = scaled
         .zero
         .iter()
         .map(|v| {
             (0..n)
-                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + entry(i, k) * v[k]))
+                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]))
                 .collect()
         })
         .collect();

@@ -4,10 +4,15 @@ use faer::c64;
 
 use super::certify::Certificate;
 use super::columns::Columns;
+use super::complex::Complex;
+use super::couplings::Sheet;
+use super::exact::ExactSpectrum;
 use super::scale::Scaled;
 use super::solve::Solution;
-use super::{Exponent, ExponentKind, Exponents, Limit, Options, Stability, Structure};
-use crate::precision::{Ball, Rounding, decimal, up};
+use super::{
+    Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Stability, Structure,
+};
+use crate::precision::{Ball, Big, Rounding, decimal, up};
 
 /// What is proved about the problem as a whole.
 #[derive(Clone, Debug)]
@@ -28,8 +33,36 @@ pub(super) struct Status {
     pub(super) omega_zero: bool,
     /// Whether digits or a sign are missing.
     pub(super) lacking: bool,
+    /// Whether the vector is worse than doubles have it, though its exponent may do.
+    pub(super) rough: bool,
     /// About how many bits are missing.
     pub(super) score: f64,
+}
+
+/// An exponent with its bound: growth and omega, and both to more digits where balls do not hold them.
+#[derive(Clone, Debug)]
+pub(super) struct Value {
+    pub(super) growth: Ball,
+    pub(super) omega: Ball,
+    pub(super) wide: Option<(Big, Big)>,
+}
+
+impl Value {
+    pub(super) fn new(growth: Ball, omega: Ball) -> Self {
+        Self {
+            growth,
+            omega,
+            wide: None,
+        }
+    }
+
+    pub(super) fn wide(growth: Big, omega: Big) -> Self {
+        Self {
+            growth: growth.to_ball(),
+            omega: omega.to_ball(),
+            wide: Some((growth, omega)),
+        }
+    }
 }
 
 /// Whether the group of the first column holds the exponent 0 as often as is proved, and nothing else.
@@ -42,6 +75,7 @@ pub(super) fn zeros_proved(facts: &Facts, columns: &Columns, certificate: &Certi
 pub(super) fn status(
     facts: &Facts,
     columns: &Columns,
+    value: &dyn Fn(usize, f64) -> Value,
     certificate: &Certificate,
     options: &Options,
 ) -> Vec<Status> {
@@ -56,31 +90,44 @@ pub(super) fn status(
                     growth_zero: true,
                     omega_zero: true,
                     lacking: false,
+                    rough: false,
                     score: 0.0,
                 };
             }
             let (disc, radius, shared) = discs[j];
             let (re, im) = (columns.mu[j].re.hi, columns.mu[j].im.hi);
             // An exponent alone in its disc is its own mirror image if the mirrored disc meets no other.
-            let alone = |mirrored: (f64, f64)| {
+            let alone = |mirrored: Complex| {
                 shared == 1
                     && (0..m).all(|k| {
-                        let (a, b) = (columns.mu[k].re.hi, columns.mu[k].im.hi);
                         k == j || {
-                            let apart = (a - mirrored.0).hypot(b - mirrored.1);
-                            let rounding = 1e-14 * (a.abs() + b.abs() + re.abs() + im.abs());
+                            let other = columns.mu[k];
+                            let apart = other.sub(mirrored).size() * (1.0 - 1e-14);
+                            // Exponents of more bits are rounded to double-double here.
+                            let rounding = 1e-30 * (other.size() + mirrored.size());
                             apart > up(disc + discs[k].0 + rounding)
                         }
                     })
             };
             let growth_zero = !of_zero
                 && (facts.definite
-                    || facts.gyroscopic && re.abs() <= up(radius) && alone((-re, im)));
-            let omega_zero =
-                !of_zero && !facts.definite && im.abs() <= up(radius) && alone((re, -im));
-            let (growth, omega) = columns.value(j, radius);
+                    || facts.gyroscopic
+                        && re.abs() <= up(radius)
+                        && alone(Complex {
+                            re: -columns.mu[j].re,
+                            im: columns.mu[j].im,
+                        }));
+            let omega_zero = !of_zero
+                && !facts.definite
+                && im.abs() <= up(radius)
+                && alone(columns.mu[j].conj());
+            let Value {
+                growth,
+                omega,
+                wide,
+            } = value(j, radius);
             let size = re.hypot(im);
-            let part = |zero: bool, value: &Ball| {
+            let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
                 if zero {
                     return (true, 0.0);
                 }
@@ -96,17 +143,51 @@ pub(super) fn status(
                 } else {
                     missing.clamp(0.0, 2000.0)
                 };
-                (covers(value, options.digits), bits)
+                let covered = match wide {
+                    Some(wide) => covers_wide(wide, options.digits),
+                    None => covers(value, options.digits),
+                };
+                (covered, bits)
             };
-            let (a, b) = (part(growth_zero, &growth), part(omega_zero, &omega));
+            let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));
+            let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.1));
             Status {
                 growth_zero,
                 omega_zero,
                 lacking: of_zero || !(a.0 && b.0),
+                rough: false,
                 score: a.1 + b.1,
             }
         })
         .collect()
+}
+
+/// What vectors are off by beside their largest component, at most, before another round is spent on them.
+const ROUGH: f64 = 1e-13;
+
+/// Marks columns whose vectors are [`Status::rough`].
+pub(super) fn mark_rough(
+    statuses: &mut [Status],
+    columns: &Columns,
+    sheets: &[Sheet],
+    certificate: &Certificate,
+) {
+    let largest: Vec<f64> = sheets
+        .iter()
+        .map(|sheet| {
+            let sizes = sheet.x.iter().map(|x| x.value.re.hypot(x.value.im));
+            sizes.fold(0.0, f64::max)
+        })
+        .collect();
+    for j in columns.together()..columns.count() {
+        let group = &certificate.groups[certificate.of[j]];
+        let off: f64 = group.reach.iter().zip(&largest).map(|(a, b)| a * b).sum();
+        let missing = (off / (ROUGH * largest[j])).log2();
+        if missing > 0.0 {
+            statuses[j].rough = true;
+            statuses[j].score += missing.min(100.0);
+        }
+    }
 }
 
 /// Whether the number has `digits` digits, correctly rounded.
@@ -129,6 +210,15 @@ pub(super) fn covers(x: &Ball, digits: usize) -> bool {
     decimal(&x.abs(), digits).rounding == Rounding::Correct
 }
 
+/// The same for more digits than a ball has.
+fn covers_wide(x: &Big, digits: usize) -> bool {
+    if x.contains_zero() {
+        return false;
+    }
+    let missing = x.radius().log2() - x.abs_upper().log2();
+    missing < -3.33 * (digits as f64 + 3.0) && x.decimal(digits).rounding == Rounding::Correct
+}
+
 /// The entries in printing order.
 pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) -> Exponents {
     let mut entries = Vec::new();
@@ -138,6 +228,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         facts,
         ..
     } = solution;
+    let columns = &columns.base;
     let mut shapes = Shapes::new(scaled, solution, options.vectors);
     // Of the real exponents without dissipation the growing half stands for the pairs.
     let mut real: Vec<usize> = Vec::new();
@@ -163,17 +254,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         let zeros = if gyroscopic { facts.least_zeros / 2 } else { z };
         for k in 0..zeros {
             let (vector, vector_error_bound) = shapes.of(k % z);
-            entries.push(Exponent {
-                kind: ExponentKind::Zero,
-                growth: Ball::ZERO,
-                omega: Ball::ZERO,
-                omega_squared: Some(Ball::ZERO),
-                precise: None,
-                vector,
-                vector_error_bound,
-                cluster: certificate.of[0] as u32,
-                limit: None,
-            });
+            entries.push(zero(vector, vector_error_bound, certificate.of[0] as u32));
         }
         // Columns of the exponent 0 that are not proved to be of it.
         let left = columns.together().saturating_sub(facts.least_zeros);
@@ -196,7 +277,11 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &mut Shapes<'_>
     } = solution;
     let status = &statuses[j];
     let (_, radius, shared) = certificate.disc(j);
-    let (growth, omega) = columns.value(j, radius);
+    let Value {
+        growth,
+        omega,
+        wide,
+    } = columns.value(j, radius);
     let growth = if status.growth_zero {
         Ball::ZERO
     } else {
@@ -218,16 +303,126 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &mut Shapes<'_>
         }
     });
     let (vector, vector_error_bound) = shapes.of(j);
+    let precise = wide.map(|(growth, omega)| {
+        let part = |zero: bool, x: &Big| {
+            if zero {
+                Big::zero(x.bits())
+            } else {
+                x.scale(scaled.power.into())
+            }
+        };
+        let omega = part(status.omega_zero, &omega);
+        Box::new(PreciseExponent {
+            growth: part(status.growth_zero, &growth),
+            omega: if omega.is_negative() { -&omega } else { omega },
+        })
+    });
     Exponent {
         kind: kind(&growth, &omega),
         omega_squared: omega_squared(&growth, &omega),
         growth,
         omega,
-        precise: None,
+        precise,
         vector,
         vector_error_bound,
         cluster: certificate.of[j] as u32,
         limit,
+    }
+}
+
+/// The entries of a spectrum that was decided exactly, vectors from the nearest columns.
+pub(super) fn exact_spectrum(
+    scaled: &Scaled,
+    solution: &Solution,
+    exact: ExactSpectrum,
+    options: &Options,
+) -> Exponents {
+    let columns = &solution.columns.base;
+    let mut shapes = Shapes::new(scaled, solution, options.vectors);
+    let mut entries = Vec::new();
+    let mut used = vec![false; columns.count()];
+    let mut cluster = 0;
+    for root in exact.roots {
+        let (growth, omega) = (root.growth.to_ball(), root.omega.to_ball());
+        if solution.facts.gyroscopic && omega.is_zero() && growth.is_negative() {
+            // The growing one stands for the pair.
+            continue;
+        }
+        cluster += 1;
+        let limit = match root.vectors {
+            Some(vectors) => (vectors < root.multiplicity).then_some(Limit::Defective {
+                multiplicity: root.multiplicity,
+                vectors,
+            }),
+            None => Some(Limit::Unresolved {
+                count: root.multiplicity,
+            }),
+        };
+        let (re, im) = (
+            growth.scale(-scaled.power).mid.hi,
+            omega.scale(-scaled.power).mid.hi,
+        );
+        for _ in 0..root.multiplicity {
+            let far =
+                |j: &usize| (columns.mu[*j].re.hi - re).hypot(columns.mu[*j].im.hi.abs() - im);
+            let nearest = (columns.together()..columns.count())
+                .filter(|&j| columns.twin[j].is_none() && !used[j])
+                .min_by(|a, b| far(a).total_cmp(&far(b)));
+            let (vector, vector_error_bound) = match nearest {
+                Some(j) => {
+                    // A column above the axis serves once, its pair being one entry; a pair of columns near the axis
+                    // may stand for two real exponents.
+                    used[j] = !omega.is_zero() || !columns.twin.contains(&Some(j));
+                    shapes.of(j)
+                }
+                None => (Vec::new(), f64::INFINITY),
+            };
+            entries.push(Exponent {
+                kind: kind(&growth, &omega),
+                growth,
+                omega,
+                omega_squared: omega_squared(&growth, &omega),
+                precise: Some(Box::new(PreciseExponent {
+                    growth: root.growth.clone(),
+                    omega: root.omega.clone(),
+                })),
+                vector,
+                vector_error_bound,
+                cluster,
+                limit,
+            });
+        }
+    }
+    let z = columns.zeros;
+    let zeros = if solution.facts.gyroscopic {
+        exact.zeros / 2
+    } else if exact.zeros > 0 {
+        z.max(1)
+    } else {
+        0
+    };
+    for k in 0..zeros {
+        let (vector, vector_error_bound) = if z > 0 {
+            shapes.of(k % z)
+        } else {
+            (Vec::new(), f64::INFINITY)
+        };
+        entries.push(zero(vector, vector_error_bound, 0));
+    }
+    finish(entries, solution, options)
+}
+
+fn zero(vector: Vec<c64>, vector_error_bound: f64, cluster: u32) -> Exponent {
+    Exponent {
+        kind: ExponentKind::Zero,
+        growth: Ball::ZERO,
+        omega: Ball::ZERO,
+        omega_squared: Some(Ball::ZERO),
+        precise: None,
+        vector,
+        vector_error_bound,
+        cluster,
+        limit: None,
     }
 }
 
@@ -283,12 +478,19 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
     let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
     let stability = if some(ExponentKind::Unstable) {
         Stability::Unstable
-    } else if entries
-        .iter()
-        .any(|entry| entry.growth.contains_zero() && !entry.growth.is_zero())
-    {
+    } else if entries.iter().any(|entry| {
+        let open = entry.growth.contains_zero() && !entry.growth.is_zero();
+        let repeated = matches!(entry.limit, Some(Limit::Unresolved { .. }));
+        let semisimple = solution.facts.definite;
+        open || repeated && !semisimple && entry.kind == ExponentKind::Oscillation
+    }) {
         Stability::Undecided
-    } else if some(ExponentKind::Zero) {
+    } else if some(ExponentKind::Zero)
+        || entries.iter().any(|entry| {
+            entry.kind == ExponentKind::Oscillation
+                && matches!(entry.limit, Some(Limit::Defective { .. }))
+        })
+    {
         Stability::Neutral
     } else {
         Stability::Stable
@@ -346,8 +548,9 @@ impl<'a> Shapes<'a> {
             certificate,
             ..
         } = self.solution;
+        let columns = &columns.base;
         let n = self.scaled.n;
-        let x: Vec<c64> = columns.x[j].iter().map(|x| x.to_c64()).collect();
+        let x: Vec<c64> = sheets[j].x.iter().map(|x| x.value).collect();
         let group = &certificate.groups[certificate.of[j]];
         let mut off: Vec<f64> = sheets[j]
             .x

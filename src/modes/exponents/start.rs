@@ -32,6 +32,10 @@ pub(super) struct Start {
     pub(super) links: Vec<Link>,
 }
 
+/// The length that links of chains of the exponent 0 are given: discs around 0 are at least as large. Residuals of
+/// the columns at both ends are smaller by far, whatever the length.
+const LINK: f64 = 1.0 / (1u64 << 30) as f64;
+
 /// The lower Cholesky factor in doubles; `None` if a pivot is not clearly positive.
 pub(super) fn cholesky(a: &Mat<f64>) -> Option<Mat<f64>> {
     let n = a.nrows();
@@ -241,28 +245,60 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Start> {
             }
         }
     }
-    let (mu, vectors) = rest(&a, &fixed, !definite)?;
-    // All columns of first order, and their inverse.
-    let mut v = Mat::<c64>::zeros(2 * n, 2 * n);
-    for j in 0..2 * n {
-        for i in 0..2 * n {
-            v[(i, j)] = if j < split {
+    let gamma = if definite { None } else { Some(gamma) };
+    for attempt in 0..2 {
+        if attempt > 0 {
+            disturb(&mut a);
+        }
+        let (mu, vectors) = rest(&a, &fixed, !definite)?;
+        // All columns of first order, and their inverse.
+        let v = Mat::from_fn(2 * n, 2 * n, |i, j| {
+            if j < split {
                 c64::new(fixed[(i, j)], 0.0)
             } else {
                 vectors[(i, j - split)]
-            };
+            }
+        });
+        let w = v.partial_piv_lu().inverse();
+        let clear = (split..2 * n).all(|j| {
+            // Columns have length 1, so that a row is as long as its exponent is ill-conditioned.
+            let square: f64 = (0..2 * n)
+                .map(|i| w[(j, i)].re * w[(j, i)].re + w[(j, i)].im * w[(j, i)].im)
+                .sum();
+            (0.5..MOST_CONDITION * MOST_CONDITION).contains(&square)
+        });
+        if clear || attempt > 0 {
+            return assemble(scaled, l, &mu, &v, &w, kernel.as_ref(), gamma);
         }
     }
-    let w = v.partial_piv_lu().inverse();
-    assemble(
-        scaled,
-        l,
-        &mu,
-        &v,
-        &w,
-        kernel.as_ref(),
-        if definite { None } else { Some(gamma) },
-    )
+    None
+}
+
+/// Vectors more parallel than this have no use for what follows.
+const MOST_CONDITION: f64 = 1e7;
+
+/// Moves exponents that doubles do not tell apart away from each other: entries by some 1e-9 of their rows and
+/// columns, in no pattern but always the same.
+fn disturb(a: &mut Mat<f64>) {
+    let m = a.nrows();
+    let mut rows = vec![0.0_f64; m];
+    let mut columns = vec![0.0_f64; m];
+    for j in 0..m {
+        for i in 0..m {
+            rows[i] = rows[i].max(a[(i, j)].abs());
+            columns[j] = columns[j].max(a[(i, j)].abs());
+        }
+    }
+    let mut state = 1_u64;
+    for j in 0..m {
+        for i in 0..m {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            let share = (state >> 40) as f64 / f64::from(1 << 23) - 1.0;
+            a[(i, j)] += share * 1e-9 * (rows[i] * columns[j]).sqrt();
+        }
+    }
 }
 
 /// Exponents and vectors of first order of what is left of A beside the given columns, an invariant
@@ -420,8 +456,8 @@ fn assemble(
             continue;
         }
         if j < split {
-            x.push(real(column(&xs, j, 1.0)));
-            y.push(real(column(&ys, j, 1.0)));
+            x.push(real(column(&xs, j, LINK)));
+            y.push(real(column(&ys, j, 1.0 / LINK)));
             continue;
         }
         if mu[j].im < 0.0 {
@@ -457,7 +493,7 @@ fn assemble(
     if let Some(kernel) = kernel {
         for to in 0..split - z {
             for from in 0..z {
-                let value = kernel.heads[(from, to)];
+                let value = kernel.heads[(from, to)] * LINK;
                 if value != 0.0 {
                     links.push(Link {
                         from,
