@@ -31,29 +31,35 @@
 mod blocks;
 mod check;
 mod collapse;
+mod conserved;
 mod energy;
 mod equations;
 mod equilibria;
+mod forms;
 mod frequencies;
 mod lagrangian;
 mod lattice;
 mod limits;
 mod motion;
+mod normal;
 mod pair;
 mod roots;
 mod simplify;
 mod ties;
+
+use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, Feature, LinearizeError};
 use crate::model::Model;
 use crate::number::Number;
 
-pub use energy::Conserved;
-pub use equilibria::Root;
+pub use conserved::Conserved;
+pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
+pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
 
 use lagrangian::Variables;
 use simplify::Simplifier;
@@ -143,6 +149,9 @@ pub struct Derivation {
     pub model: Option<String>,
     /// What the coordinates and displacements are called.
     pub names: Names,
+    /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
+    /// velocities (`x'`) and the time `t`, where it speaks of it.
+    pub symbols: BTreeMap<String, ExprId>,
     /// The model about its equilibrium, or why it has no M and K.
     pub linear: Result<Linear, LinearizeError>,
     /// The left sides of Lagrange's equations, one a coordinate.
@@ -259,6 +268,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         }
     }
     let mut derivation = Derivation {
+        symbols: symbols(model, &mut pool),
         pool,
         model: model.name.clone(),
         names,
@@ -271,6 +281,23 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         derivation.nonlinear(model, parts, &mut short);
     }
     Ok(derivation)
+}
+
+/// What names stand for.
+fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
+    let mut symbols = BTreeMap::new();
+    for parameter in &model.parameters {
+        symbols.insert(parameter.name.clone(), parameter.symbolic);
+    }
+    for coordinate in &model.coordinates {
+        symbols.insert(coordinate.name.clone(), pool.symbol_expr(coordinate.symbol));
+        let velocity = pool.symbol_expr(coordinate.velocity);
+        symbols.insert(format!("{}'", coordinate.name), velocity);
+    }
+    if let Some(time) = Variables::new(model).time {
+        symbols.insert("t".to_owned(), pool.symbol_expr(time));
+    }
+    symbols
 }
 
 /// Displacements are named as the coordinates where they are the same.
@@ -291,6 +318,7 @@ fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) ->
     Names {
         coordinates,
         displacements,
+        normal: normal::family_name(model),
     }
 }
 
@@ -307,12 +335,25 @@ impl Derivation {
             self.equations = Some(equations);
         }
         if parts.equilibria {
-            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
+            self.equilibria = Some(equilibria::roots(
+                pool,
+                short,
+                &variables,
+                &lagrangian,
+                model,
+            ));
         }
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let conserved =
-                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
+            let conserved = conserved::conserved(
+                pool,
+                &variables,
+                &lagrangian,
+                &momenta,
+                &dissipation,
+                model,
+                short,
+            );
             self.energy = Some(Energy {
                 momenta,
                 function: energy::energy_function(pool, short, &variables, &lagrangian),

@@ -60,6 +60,27 @@ pub fn function_name(function: Function) -> &'static str {
     }
 }
 
+/// The function of a name in the model language, if it is one of one argument.
+#[must_use]
+pub fn function_from_name(name: &str) -> Option<Function> {
+    const ALL: [Function; 12] = [
+        Function::Sin,
+        Function::Cos,
+        Function::Tan,
+        Function::Asin,
+        Function::Acos,
+        Function::Atan,
+        Function::Sinh,
+        Function::Cosh,
+        Function::Tanh,
+        Function::Exp,
+        Function::Ln,
+        Function::Abs,
+    ];
+    let mut all = ALL.into_iter();
+    all.find(|function| function_name(*function) == name)
+}
+
 impl Pool {
     /// The expression in the language's own syntax; read back it gives the same id. (What has no
     /// value is `1/0`. Texts beyond 16 MiB are cut off and end in `…`.)
@@ -227,6 +248,8 @@ impl Pool {
         out: &mut Vec<Piece>,
     ) {
         factors.sort_by_key(|(base, _)| self.factor_order(*base));
+        let (coefficient, under_root) = self.joined_root(coefficient, &mut factors);
+        let coefficient = &coefficient;
         let mut above: Vec<Vec<Piece>> = Vec::new();
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
@@ -255,6 +278,15 @@ impl Pool {
                 write_root(&magnitude, inner, &mut piece);
                 above.push(piece);
                 continue;
+            } else if let Some((joined, number)) = &under_root
+                && *joined == base
+            {
+                let term = Piece::Term {
+                    coefficient: number.clone(),
+                    factors: self.factors(base),
+                    negated: None,
+                };
+                write_root(&magnitude, vec![term], &mut piece);
             } else {
                 write_power(&magnitude, &mut piece, |place| {
                     Piece::Expression(base, place)
@@ -288,6 +320,36 @@ impl Pool {
             out.push(Piece::Text("/"));
             in_parentheses(below.len() > 1, out, |out| write_joined(below, out));
         }
+    }
+
+    /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`: the number that goes below the root of a factor, and what is left of
+    /// the coefficient.
+    fn joined_root(
+        &self,
+        coefficient: &Number,
+        factors: &mut Vec<(ExprId, Number)>,
+    ) -> (Number, Option<(ExprId, Number)>) {
+        let half = Number::half();
+        let whole = factors.iter().position(|(base, e)| {
+            *e == half && self.as_number(*base).is_some_and(Number::is_integer)
+        });
+        let below = factors
+            .iter()
+            .find(|(base, e)| *e == half.neg() && self.inverted(*base).is_none());
+        if let (Some(at), Some((base, _))) = (whole, below)
+            && let Some(number) = self.as_number(factors[at].0).cloned()
+        {
+            let base = *base;
+            let rest = coefficient.mul(&number);
+            // Only where the number goes away above.
+            let divisor = Number::from_integer(coefficient.denominator().into());
+            let left = Number::from_integer(rest.denominator().into());
+            if left.mul(&number) == divisor {
+                factors.remove(at);
+                return (rest, Some((base, number)));
+            }
+        }
+        (coefficient.clone(), None)
     }
 
     /// The factors of the inverse of a product that has some below the fraction bar.

@@ -47,6 +47,7 @@ pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instance;
+pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};

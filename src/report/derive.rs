@@ -4,10 +4,12 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-use super::frequencies::frequencies_text;
+use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
-use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
+use crate::derive::{
+    Condition, Conserved, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
+};
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::typeset::{Block, Formula, Notation};
@@ -50,11 +52,13 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         && names.len() <= MOST_FOR_ENERGIES
         && !roots.is_empty()
     {
-        out.push_str(&section(
-            "the force vanishes where",
-            &root_texts(derivation, roots),
-            style,
-        ));
+        let mut title = "the force vanishes where".to_owned();
+        let signs = signs(derivation, &assumed_of(roots));
+        if !signs.is_empty() {
+            let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
+            title.push_str(&format!(", with {}", signs.join(", ")));
+        }
+        out.push_str(&section(&title, &root_texts(derivation, roots), style));
     }
     out.push('\n');
     match &derivation.linear {
@@ -73,15 +77,46 @@ pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String>
             let texts = roots.iter().map(|root| {
                 let value = pool.display(root.value);
                 let left = pool.display(root.left);
-                if root.bounded {
-                    format!("{left} = {value}, if abs({value}) <= 1")
-                } else {
-                    format!("{left} = {value}")
+                match &root.condition {
+                    Some(condition) => {
+                        format!(
+                            "{left} = {value}, if {}",
+                            condition_text(derivation, condition)
+                        )
+                    }
+                    None => format!("{left} = {value}"),
                 }
             });
             texts.collect::<Vec<_>>().join("; or ")
         })
         .collect()
+}
+
+/// `W^2 > g/R`
+pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> String {
+    let pool = &derivation.pool;
+    let sign = match condition.relation {
+        Relation::Less => "<",
+        Relation::LessOrEqual => "<=",
+        Relation::Greater => ">",
+        Relation::GreaterOrEqual => ">=",
+    };
+    format!(
+        "{} {sign} {}",
+        pool.display(condition.left),
+        pool.display(condition.right)
+    )
+}
+
+/// What the conditions take for granted, each once.
+pub(super) fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
+    let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
+    let mut signs: Vec<(ExprId, bool)> = conditions
+        .flat_map(|condition| condition.signs.iter().copied())
+        .collect();
+    signs.sort_unstable();
+    signs.dedup();
+    signs
 }
 
 /// How the page is laid out and what its names stand for.
@@ -155,10 +190,15 @@ impl Sheet {
     }
 }
 
-/// A heading and indented lines; formulas of several lines are set apart.
+/// A heading and indented formulas.
 fn section(title: &str, texts: &[String], style: &Sheet) -> String {
-    let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
     let formulas: Vec<Vec<String>> = texts.iter().map(|text| style.lines(text)).collect();
+    set_apart(title, &formulas, style)
+}
+
+/// A heading and indented formulas, each in lines; those of several lines are set apart.
+pub(super) fn set_apart(title: &str, formulas: &[Vec<String>], style: &Sheet) -> String {
+    let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
     let tall = formulas.iter().any(|lines| lines.len() > 1);
     for (at, lines) in formulas.iter().enumerate() {
         if tall && at > 0 {
@@ -200,12 +240,8 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> Strin
         .conserved
         .iter()
         .map(|quantity| {
-            let name = match quantity {
-                Conserved::Momentum(i) => names.of(Motion::Momentum(*i)),
-                Conserved::Energy { is_total: true } => "the energy T + V".to_owned(),
-                Conserved::Energy { is_total: false } => "h".to_owned(),
-            };
-            format!("{name}: {}", conserved_because(*quantity, names))
+            let name = conserved_name(derivation, quantity);
+            format!("{name}: {}", conserved_because(quantity, names))
         })
         .collect();
     if !conserved.is_empty() {
@@ -214,11 +250,22 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> Strin
     out
 }
 
-/// Why something is conserved, in words.
-pub(super) fn conserved_because(quantity: Conserved, names: &Names) -> String {
+/// What is conserved: a momentum or a sum of them in the model language, or an energy in words.
+pub(super) fn conserved_name(derivation: &Derivation, quantity: &Conserved) -> String {
     match quantity {
+        Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
+        Conserved::Motion { momenta, .. } => derivation.text(momenta),
+        Conserved::Energy { is_total: true } => "the energy T + V".to_owned(),
+        Conserved::Energy { is_total: false } => "h".to_owned(),
+    }
+}
+
+/// Why something is conserved, in words.
+pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
+    match quantity {
+        Conserved::Motion { motion, .. } => format!("{motion} leaves L unchanged"),
         Conserved::Momentum(i) => {
-            let name = names.coordinates.get(i).map_or("", String::as_str);
+            let name = names.coordinates.get(*i).map_or("", String::as_str);
             format!("{name} is cyclic, only its velocity occurs in L")
         }
         Conserved::Energy { is_total: true } => "the time does not occur in L".to_owned(),
