@@ -5,6 +5,7 @@
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
+    clippy::print_stderr,
     reason = "tests stop at the first surprise"
 )]
 
@@ -121,6 +122,7 @@ fn engine() -> Option<&'static str> {
 #[test]
 fn an_engine_typesets_every_page_where_one_is_installed() {
     let Some(engine) = engine() else {
+        eprintln!("no TeX engine is installed, nothing is typeset");
         return;
     };
     let folder = std::env::temp_dir().join(format!("librate-latex-{}", std::process::id()));

@@ -25,6 +25,15 @@ const WIDEST: f64 = 1e-9;
 /// What has a sign at the values of the parameters, and whether that is negative.
 pub(super) type Signs = Vec<(ExprId, bool)>;
 
+/// What is replaced by what it is at the values of the parameters.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Resolve {
+    /// acos(cos(x)) by x, between 0 and pi.
+    Angles,
+    /// Absolute values.
+    Sizes,
+}
+
 /// A mode in closed form.
 pub(super) struct Column {
     pub(super) omega_squared: ExprId,
@@ -42,7 +51,7 @@ struct Reference {
 /// What closed forms are compared with. The model goes its way to numbers only where there is something to
 /// compare.
 pub(super) struct Checker<'a> {
-    model: &'a Model,
+    pub(super) model: &'a Model,
     /// The values of parameters, drawn for those that have none.
     values: HashMap<Symbol, Ball>,
     /// Whether all parameters have values.
@@ -122,54 +131,75 @@ impl<'a> Checker<'a> {
         short: &mut Simplifier,
         pair: &Pair,
     ) -> (Pair, Signs) {
-        let entries = pair.values();
-        let (images, signs) = self.resolved(pool, &entries);
-        if images.is_empty() {
-            return (pair.clone(), signs);
+        let mut pair = pair.clone();
+        let mut signs = Signs::new();
+        // With its angle a term may vanish, and with it what has a sign in it.
+        for only in [Resolve::Angles, Resolve::Sizes] {
+            let entries = pair.values();
+            let (images, found) = self.resolved(pool, &entries, only);
+            if !images.is_empty() {
+                pair = pair.replaced(pool, short, &images);
+                signs.extend(found);
+            }
         }
-        (pair.replaced(pool, short, &images), signs)
+        signs.sort_unstable();
+        signs.dedup();
+        (pair, signs)
     }
 
-    /// The same for any expressions: what each of them and of their parts becomes, where anything does.
-    pub(super) fn resolved(
+    /// What each expression and each of its parts becomes without some functions, where anything changes.
+    fn resolved(
         &self,
         pool: &mut Pool,
         roots: &[ExprId],
+        only: Resolve,
     ) -> (HashMap<ExprId, ExprId>, Signs) {
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut signs = Signs::new();
+        if !self.complete {
+            return (images, signs);
+        }
         let ids = pool.reachable(roots);
-        // What replaces each, and what has to be positive for it.
-        let mut arguments: Vec<(ExprId, ExprId, bool)> = Vec::new();
+        // What may be replaced, and by what.
+        let mut arguments: Vec<(ExprId, ExprId)> = Vec::new();
         for id in &ids {
             if let Node::Function(function, x) = *pool.node(*id) {
-                match (function, pool.node(x)) {
-                    (Function::Abs, _) => arguments.push((*id, x, false)),
-                    // The angle between 0 and pi.
-                    (Function::Acos, Node::Function(Function::Cos, angle)) => {
-                        arguments.push((*id, *angle, true));
+                match (only, function, pool.node(x)) {
+                    (Resolve::Sizes, Function::Abs, _) => arguments.push((*id, x)),
+                    (Resolve::Angles, Function::Acos, Node::Function(Function::Cos, angle)) => {
+                        arguments.push((*id, *angle));
                     }
-                    (_, _) => {}
+                    (Resolve::Sizes | Resolve::Angles, _, _) => {}
                 }
             }
         }
-        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-        let mut signs = Signs::new();
-        if arguments.is_empty() || !self.complete {
+        if arguments.is_empty() {
             return (images, signs);
         }
-        let inner: Vec<ExprId> = arguments.iter().map(|(_, x, _)| *x).collect();
+        let inner: Vec<ExprId> = arguments.iter().map(|(_, x)| *x).collect();
         let values = self.evaluate(pool, &inner).unwrap_or_default();
-        for ((id, x, is_angle), value) in arguments.into_iter().zip(values) {
-            let negative = value.is_negative();
-            if is_angle {
-                if value.is_positive() && Ball::PI.sub(&value).is_positive() {
-                    images.insert(id, x);
-                    let pi = pool.pi();
-                    let rest = pool.sub(pi, x);
-                    signs.extend([(x, false), (rest, false)]);
+        // Without a number in front: alpha > 0, not 2*alpha > 0.
+        let sign = |pool: &mut Pool, x: ExprId, negative: bool| {
+            let (size, core) = pool.split_content(x);
+            (core, negative != size.is_negative())
+        };
+        for ((id, x), value) in arguments.into_iter().zip(values) {
+            match only {
+                Resolve::Angles => {
+                    if value.is_positive() && Ball::PI.sub(&value).is_positive() {
+                        images.insert(id, x);
+                        let pi = pool.pi();
+                        let rest = pool.sub(pi, x);
+                        signs.extend([sign(pool, x, false), sign(pool, rest, false)]);
+                    }
                 }
-            } else if value.is_positive() || negative {
-                images.insert(id, if negative { pool.neg(x) } else { x });
-                signs.push((x, negative));
+                Resolve::Sizes => {
+                    let negative = value.is_negative();
+                    if value.is_positive() || negative {
+                        images.insert(id, if negative { pool.neg(x) } else { x });
+                        signs.push(sign(pool, x, negative));
+                    }
+                }
             }
         }
         signs.sort_unstable();

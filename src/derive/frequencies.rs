@@ -5,6 +5,7 @@
 //! parts are taken apart by symmetry (`blocks`), and blocks are solved (`roots`). Every closed form
 //! is compared with certified numbers before it is given out (`check`).
 
+use super::Linear;
 use super::check::Checker;
 use super::forms::{Found, closed_forms};
 use super::lattice::Angles;
@@ -147,17 +148,16 @@ pub struct Series {
 
 /// Looks for symmetries and closed forms.
 pub(super) fn frequencies(
-    model: &Model,
+    checker: &Checker<'_>,
     pool: &mut Pool,
     short: &mut Simplifier,
-    mass: &[Vec<ExprId>],
-    stiffness: &[Vec<ExprId>],
+    linear: &Linear,
     cubic: bool,
 ) -> Frequencies {
+    let model = checker.model;
     let degree = if cubic { Degree::Three } else { Degree::Two };
-    let pair = Pair::new(pool, mass, stiffness);
-    let checker = Checker::new(model);
-    let (pair, mut signs) = checker.signed(pool, short, &pair);
+    let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
+    let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
     let used = pool.symbols_of(&pair.values());
     let pattern = pair.pattern(pool);
@@ -166,7 +166,7 @@ pub(super) fn frequencies(
     let none = Ties::default();
     let (mut general, shapes) = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
     checker.check(pool, &pair, &mut general);
-    general.normal = normal_coordinates(model, pool, short, &checker, &pair, &general, shapes);
+    general.normal = normal_coordinates(model, pool, short, checker, &pair, &general, shapes);
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied = None;
@@ -176,6 +176,8 @@ pub(super) fn frequencies(
         let equal = pair.substituted(pool, short, &map);
         let (equal, more) = checker.signed(pool, short, &equal);
         signs.extend(more);
+        signs.sort_unstable();
+        signs.dedup();
         let equal = equal.canonical(pool, short);
         let pattern = equal.pattern(pool);
         let symmetry = Symmetry::find(&pattern);
@@ -200,7 +202,7 @@ pub(super) fn frequencies(
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
         checker.check(pool, &equal, &mut found);
-        found.normal = normal_coordinates(model, pool, short, &checker, &equal, &found, shapes);
+        found.normal = normal_coordinates(model, pool, short, checker, &equal, &found, shapes);
         let more_symmetric = order(&symmetry) > order(&plain);
         let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
             let all = case.frequencies.iter();

@@ -4,15 +4,18 @@
 //! worked out only where [`Parts`] asks for it:
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
-//! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
-//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `blocks`, `lattice`,
-//!   `roots`, `check`);
+//! - momenta, the energy function, the Hamiltonian, T and V to second order (`energy`), what is conserved
+//!   (`conserved`);
+//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
+//!   `roots`, `check`), and normal coordinates (`normal`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
-//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`);
+//! - names for what a page would repeat (`abbreviate`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
-//! Nothing here gets a number but the equilibrium, which is searched for where it has to be.
+//! Nothing here gets a number but the equilibrium, which is searched for where it has to be, and what closed forms are
+//! checked with. Of parameters the signs at their values are used, where that saves absolute values; each is told.
 //!
 //! ```
 //! use librate::derive::{Parts, derive};
@@ -28,6 +31,7 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod abbreviate;
 mod blocks;
 mod check;
 mod collapse;
@@ -47,13 +51,14 @@ mod roots;
 mod simplify;
 mod ties;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, Feature, LinearizeError};
 use crate::model::Model;
 use crate::number::Number;
 
+pub use abbreviate::Definition;
 pub use conserved::Conserved;
 pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
@@ -61,7 +66,9 @@ pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
 
+use check::Checker;
 use lagrangian::Variables;
+use pair::Pair;
 use simplify::Simplifier;
 
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
@@ -172,6 +179,9 @@ pub struct Linear {
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
     pub stiffness: Vec<Vec<ExprId>>,
+    /// What is taken to be positive in them, or where the second is true negative, as it is at the values of the
+    /// parameters; only where that saves absolute values.
+    pub signs: Vec<(ExprId, bool)>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
     /// Symmetry classes and closed forms, where they are asked for.
@@ -220,6 +230,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 equilibrium: matrices.equilibrium,
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
+                signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
             };
@@ -237,14 +248,13 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     };
     let names = names(model, &pool, &linear);
     if let Ok(linear) = &mut linear {
-        for entry in linear
-            .mass
-            .iter_mut()
-            .chain(&mut linear.stiffness)
-            .flatten()
-        {
-            *entry = short.simplify(&mut pool, *entry);
-        }
+        let checker = Checker::new(model);
+        let pair = Pair::new(&pool, &linear.mass, &linear.stiffness);
+        let pair = pair.replaced(&mut pool, &mut short, &HashMap::new());
+        let (pair, signs) = checker.signed(&mut pool, &mut short, &pair);
+        let pair = pair.with_halved_angles(&mut pool, &mut short);
+        linear.signs = signs;
+        (linear.mass, linear.stiffness) = pair.dense(&pool);
         if parts.second_order {
             let equations = equations::linearized(&mut pool, &linear.mass, &linear.stiffness);
             let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
@@ -258,11 +268,10 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         }
         if parts.frequencies {
             linear.frequencies = Some(frequencies::frequencies(
-                model,
+                &checker,
                 &mut pool,
                 &mut short,
-                &linear.mass,
-                &linear.stiffness,
+                linear,
                 parts.cubic,
             ));
         }

@@ -314,7 +314,7 @@ fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     let fraction = pool.product_of_powers(&factors);
     let (own, before) = (short.weight(pool, fraction), short.weight(pool, e));
-    if own <= before + before / 4 {
+    if own <= before + before / 2 {
         fraction
     } else {
         e

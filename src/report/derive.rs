@@ -8,7 +8,8 @@ use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{
-    Condition, Conserved, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root,
+    SecondOrder,
 };
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -21,10 +22,15 @@ pub(super) const MOST_FOR_ENERGIES: usize = 12;
 /// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
 /// closed forms of the frequencies.
 ///
-/// Matrices have aligned columns where they fit into the width, else their entries that are not
+/// What would be repeated too often is given a name at the top. Matrices have aligned columns where they fit into the width, else their entries that are not
 /// zero stand one a line, with the upper triangle standing for both.
 #[must_use]
 pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let abbreviated = derivation.abbreviated();
+    let (derivation, definitions) = match &abbreviated {
+        Some((derivation, definitions)) => (derivation, definitions.as_slice()),
+        None => (derivation, [].as_slice()),
+    };
     let names = derivation.names.coordinates.iter().map(String::as_str);
     let notation = (!style.ascii).then(|| Notation::new(names));
     let style = &Sheet {
@@ -38,6 +44,10 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     );
     out.push('\n');
     out.push_str(&listed("coordinates", names, style.width));
+    if !definitions.is_empty() {
+        let texts = definitions.iter().map(definition_text);
+        out.push_str(&section("with", &texts.collect::<Vec<_>>(), style));
+    }
     if derivation.equations.is_some() {
         out.push_str(&section(
             "Lagrange's equations",
@@ -66,6 +76,11 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// `d12 = norm(r[2] - r[1])`
+pub(super) fn definition_text(definition: &Definition) -> String {
+    format!("{} = {}", definition.name, definition.value)
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
@@ -236,16 +251,23 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> Strin
             style,
         ));
     }
-    let conserved: Vec<String> = energy
+    let conserved: Vec<Vec<String>> = energy
         .conserved
         .iter()
         .map(|quantity| {
-            let name = conserved_name(derivation, quantity);
-            format!("{name}: {}", conserved_because(quantity, names))
+            let because = format!(": {}", conserved_because(quantity, names));
+            match quantity {
+                Conserved::Energy { .. } => {
+                    vec![format!("{}{because}", conserved_name(derivation, quantity))]
+                }
+                Conserved::Momentum(_) | Conserved::Motion { .. } => {
+                    style.lines_with(&conserved_name(derivation, quantity), &because)
+                }
+            }
         })
         .collect();
     if !conserved.is_empty() {
-        out.push_str(&section("conserved", &conserved, style));
+        out.push_str(&set_apart("conserved", &conserved, style));
     }
     out
 }
@@ -277,6 +299,11 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
 
 fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
+    if !linear.signs.is_empty() {
+        let signs = signs(derivation, &linear.signs);
+        let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
+        out.push_str(&listed("below, as at the values", &signs, style.width));
+    }
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, style));
     }

@@ -141,6 +141,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
             ));
             fields.push(("mass", matrix(&linear.mass)));
             fields.push(("stiffness", matrix(&linear.stiffness)));
+            let taken = signs(derivation, &linear.signs);
+            if !taken.is_empty() {
+                fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
+            }
         }
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }

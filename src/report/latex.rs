@@ -1,8 +1,8 @@
 //! The derivation as LaTeX.
 
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, potential_name,
-    quadratic_forms, root_texts,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
+    potential_name, quadratic_forms, root_texts,
 };
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, normal_lines, remarks, signs,
@@ -22,7 +22,17 @@ const MOST_FOR_MATRICES: usize = 8;
 /// be read into a document that has the package `amsmath`, or with `standalone` a whole document.
 #[must_use]
 pub fn derive_latex(derivation: &Derivation, standalone: bool) -> String {
+    let abbreviated = derivation.abbreviated();
+    let (derivation, definitions) = match &abbreviated {
+        Some((derivation, definitions)) => (derivation, definitions.as_slice()),
+        None => (derivation, [].as_slice()),
+    };
     let mut page = Page::new(derivation);
+    if !definitions.is_empty() {
+        page.heading("Abbreviations");
+        let texts: Vec<String> = definitions.iter().map(definition_text).collect();
+        page.equations(&texts);
+    }
     page.write();
     if !standalone {
         return page.out;
@@ -216,6 +226,12 @@ impl<'a> Page<'a> {
     fn linear(&mut self, linear: &Linear) {
         self.heading("Equilibrium");
         self.equilibrium(linear);
+        let signs = self.relations(&signs(self.derivation, &linear.signs));
+        if !signs.is_empty() {
+            let signs = signs.join(", ");
+            self.out
+                .push_str(&format!("Below, as at the values: {signs}.\n"));
+        }
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
         {
