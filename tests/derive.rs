@@ -243,7 +243,7 @@ fn sums_of_momenta_are_conserved() {
     );
     assert_eq!(
         conserved("param m  param k  coord x, y  T = 1/2*m*(x'^2 + y'^2)  V = k*(x^2 + y^2)^2"),
-        ["-y*p_x + x*p_y (rotation)"]
+        ["x*p_y - y*p_x (rotation)"]
     );
     // T has to stay the same too: two masses that differ do not turn into each other, and one that depends on the
     // place does not drift.
@@ -259,7 +259,7 @@ fn sums_of_momenta_are_conserved() {
     // In a magnetic field: the angular momentum, with its part from the field.
     let spin = "param m  param b  param k  coord x, y
         lagrangian = 1/2*m*(x'^2 + y'^2) + 1/2*b*(x*y' - y*x') - 1/2*k*(x^2 + y^2)";
-    assert_eq!(conserved(spin), ["-y*p_x + x*p_y (rotation)"]);
+    assert_eq!(conserved(spin), ["x*p_y - y*p_x (rotation)"]);
 }
 
 #[test]

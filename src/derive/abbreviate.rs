@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::motion::MotionSum;
 use super::simplify::{Simplifier, rebuild};
 use super::{Derivation, Names};
-use crate::expr::{ExprId, Node, Pool, Symbol};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
 use crate::number::Number;
 
 /// What is named has so many symbols at least, stands there so often, and saves so many.
@@ -20,14 +20,18 @@ const MOST_NAMES: usize = 12;
 /// Rounds of naming: what is named contains what is named in the next one.
 const MOST_ROUNDS: usize = 4;
 
-/// A name and what it stands for, in the model language.
+/// A name and what it stands for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Definition {
     /// The name, which is no name of the model.
     pub name: String,
+    /// Its symbol.
+    pub symbol: Symbol,
     /// What it stands for; earlier names may occur.
-    pub value: String,
+    pub value: ExprId,
+    /// The same in the model language, a distance as the length of a vector.
+    pub text: String,
 }
 
 /// What gets a name.
@@ -45,6 +49,8 @@ struct Named {
     value: ExprId,
     /// How it is written where that is shorter than the value.
     text: Option<String>,
+    /// Whether the name tells what it is: the distance of two points.
+    is_distance: bool,
 }
 
 impl Derivation {
@@ -68,7 +74,7 @@ impl Derivation {
             each.fold(0, u64::saturating_add)
         };
         let before = total(&self.pool, &mut weights, &roots);
-        if candidates(&self.pool, &mut weights, &roots).is_empty() {
+        if candidates(&self.pool, &mut weights, &roots, &page.entries()).is_empty() {
             return None;
         }
         let mut pool = self.pool.clone();
@@ -77,7 +83,7 @@ impl Derivation {
         for _ in 0..MOST_ROUNDS {
             let mut all = roots.clone();
             all.extend(named.iter().map(|own| own.value));
-            let mut chosen = candidates(&pool, &mut weights, &all);
+            let mut chosen = candidates(&pool, &mut weights, &all, &page.entries());
             chosen.truncate(MOST_NAMES.saturating_sub(named.len()));
             if chosen.is_empty() {
                 break;
@@ -112,7 +118,9 @@ impl Derivation {
         if named.is_empty() || after.saturating_add(before / 10) > before {
             return None;
         }
-        let definitions = in_order(&pool, named);
+        let named = in_order(&pool, named);
+        let (definitions, renamed) = letters.numbered(&mut pool, named);
+        page.for_each(&mut |e| *e = pool.substitute_one(*e, &renamed));
         let mut derivation = self.clone();
         derivation.pool = pool;
         derivation.equations = page.equations;
@@ -132,6 +140,13 @@ struct PageOf {
 }
 
 impl PageOf {
+    /// The entries of M and K: what is looked for there is not to be found elsewhere.
+    fn entries(&self) -> BTreeSet<ExprId> {
+        let linear = self.linear.iter();
+        let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));
+        rows.flatten().copied().collect()
+    }
+
     fn for_each(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
         let mut in_sum = |sum: &mut MotionSum| {
             for term in &mut sum.terms {
@@ -157,7 +172,12 @@ impl PageOf {
 }
 
 /// What is worth a name, the most saving first; none of them is a part of another.
-fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId]) -> Vec<Candidate> {
+fn candidates(
+    pool: &Pool,
+    weights: &mut Simplifier,
+    roots: &[ExprId],
+    entries: &BTreeSet<ExprId>,
+) -> Vec<Candidate> {
     let ids = pool.reachable(roots);
     // How often each stands on the page, and how often below a root or a fractional power.
     let mut times: HashMap<ExprId, u64> = HashMap::with_capacity(ids.len());
@@ -188,7 +208,7 @@ fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId]) -> Vec<Ca
             }
         };
         let count = times.get(&id).copied().unwrap_or(0);
-        if !is_one || count < LEAST_TIMES {
+        if !is_one || count < LEAST_TIMES || entries.contains(&id) {
             continue;
         }
         let root = below_root.get(&id).is_some_and(|of| 2 * of >= count);
@@ -280,7 +300,6 @@ struct Letters {
     distance: String,
     other: String,
     count: usize,
-    distances: usize,
     names: Names,
     taken: BTreeSet<String>,
 }
@@ -298,7 +317,6 @@ impl Letters {
             distance: free(&["d", "s", "D", "R"]),
             other: free(&["u", "v", "w", "z"]),
             count: 0,
-            distances: 0,
             names: derivation.names.clone(),
             taken,
         }
@@ -306,6 +324,7 @@ impl Letters {
 
     fn name(&mut self, pool: &mut Pool, candidate: Candidate) -> Named {
         let mut text = None;
+        let mut is_distance = false;
         let mut name = String::new();
         if candidate.root
             && let Some(Points { family, from, to }) = self.points(pool, candidate.id)
@@ -313,18 +332,13 @@ impl Letters {
             text = Some(format!("norm({family}[{to}] - {family}[{from}])"));
             if from.len() + to.len() == 2 {
                 name = format!("{}{from}{to}", self.distance);
+                is_distance = true;
             }
         }
-        while name.is_empty() || self.taken.contains(&name) {
-            let (letter, count) = if candidate.root {
-                (&self.distance, &mut self.distances)
-            } else {
-                (&self.other, &mut self.count)
-            };
-            *count += 1;
-            name = format!("{letter}{count}");
+        if name.is_empty() || !self.taken.insert(name.clone()) {
+            name = self.next();
+            is_distance = false;
         }
-        self.taken.insert(name.clone());
         let symbol = pool.fresh_symbol(&name);
         let symbol = pool.symbol_expr(symbol);
         let value = if candidate.root {
@@ -337,6 +351,51 @@ impl Letters {
             name,
             value,
             text,
+            is_distance,
+        }
+    }
+
+    /// The definitions, with numbers in the order in which they stand, and what is renamed for it.
+    fn numbered(&mut self, pool: &mut Pool, named: Vec<Named>) -> (Vec<Definition>, Substitution) {
+        let distances: Vec<bool> = named.iter().map(|own| own.is_distance).collect();
+        for own in named.iter().filter(|own| !own.is_distance) {
+            self.taken.remove(&own.name);
+        }
+        self.count = 0;
+        let mut renamed = Substitution::new();
+        let mut definitions = Vec::new();
+        for (own, is_distance) in named.into_iter().zip(distances) {
+            let Some(old) = pool.as_symbol(own.symbol) else {
+                continue;
+            };
+            let value = pool.substitute_one(own.value, &renamed);
+            let (name, symbol) = if is_distance {
+                (own.name, old)
+            } else {
+                let name = self.next();
+                let symbol = pool.fresh_symbol(&name);
+                let new = pool.symbol_expr(symbol);
+                renamed.insert(old, new);
+                (name, symbol)
+            };
+            definitions.push(Definition {
+                name,
+                symbol,
+                value,
+                text: own.text.unwrap_or_else(|| pool.display(value)),
+            });
+        }
+        (definitions, renamed)
+    }
+
+    /// The next name without a meaning.
+    fn next(&mut self) -> String {
+        loop {
+            self.count += 1;
+            let name = format!("{}{}", self.other, self.count);
+            if self.taken.insert(name.clone()) {
+                return name;
+            }
         }
     }
 
@@ -399,8 +458,8 @@ struct Points {
     to: String,
 }
 
-/// The definitions, each after those that it needs.
-fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Definition> {
+/// What has names, each after those that it needs.
+fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
     let symbols: BTreeMap<Symbol, usize> = named
         .iter()
         .enumerate()
@@ -415,16 +474,23 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Definition> {
         })
         .collect();
     let mut done = vec![false; named.len()];
-    let mut definitions = Vec::new();
-    while let Some(at) =
-        (0..named.len()).find(|at| !done[*at] && needs[*at].iter().all(|need| done[*need]))
+    let mut order = Vec::new();
+    // Distances first, by their names; then as they were found.
+    let rank = |at: &usize| {
+        let own = &named[*at];
+        let name = own.is_distance.then_some(own.name.as_str());
+        (!own.is_distance, name, *at)
+    };
+    while let Some(at) = (0..named.len())
+        .filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need]))
+        .min_by_key(rank)
     {
         done[at] = true;
-        let own = &named[at];
-        definitions.push(Definition {
-            name: own.name.clone(),
-            value: own.text.clone().unwrap_or_else(|| pool.display(own.value)),
-        });
+        order.push(at);
     }
-    definitions
+    let mut all: Vec<Option<Named>> = named.into_iter().map(Some).collect();
+    let order = order.into_iter();
+    order
+        .filter_map(|at| all.get_mut(at).and_then(Option::take))
+        .collect()
 }

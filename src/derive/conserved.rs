@@ -296,8 +296,18 @@ impl Search<'_> {
             }
         }
         let sum = self.pool.sum(&change);
-        (self.pool.is_zero(sum) == ZeroVerdict::Zero)
-            .then(|| at.into_iter().map(|(i, (xi, _))| (i, xi)).collect())
+        if self.pool.is_zero(sum) != ZeroVerdict::Zero {
+            return None;
+        }
+        // Of each plane first the velocity without a minus.
+        let mut ordered = rotation.parts();
+        ordered.sort_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
+        let ordered = ordered.into_iter();
+        Some(
+            ordered
+                .filter_map(|(i, _, _)| Some((i, at.get(&i)?.0)))
+                .collect(),
+        )
     }
 
     /// Whether friction does no work along a motion: the sum of xi_i dF/dq_i' is 0.
@@ -341,5 +351,15 @@ fn sum_of_momenta(
         let sum = pool.sum(&parts);
         terms.push(MotionTerm::new(short.simplify(pool, sum), &motion));
     }
-    (MotionSum::new(pool, named), MotionSum::new(pool, terms))
+    let mut named = MotionSum::new(pool, named);
+    // In the order of the motion: x p_y - y p_x, axis by axis.
+    let place = |term: &MotionTerm| {
+        let own = |i: usize| generator.iter().position(|(other, _)| *other == i);
+        term.motion.first().and_then(|(motion, _)| match motion {
+            Motion::Momentum(i) => own(*i),
+            _ => None,
+        })
+    };
+    named.terms.sort_by_key(place);
+    (named, MotionSum::new(pool, terms))
 }

@@ -11,7 +11,7 @@ use super::check::{Checker, Column};
 use super::frequencies::Case;
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::pair::{Pair, Sparse, is_zero};
-use super::simplify::{Opening, Simplifier, expand};
+use super::simplify::{Opening, Simplifier, expand, with_common_factor};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -310,6 +310,11 @@ fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
         .collect();
     let above = pool.linear(&terms);
     let above = short.simplify(pool, above);
+    // What all terms have in common stands in front, even where that is no shorter.
+    let above = match expand(pool, above, Opening::Outermost) {
+        Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
+        None => above,
+    };
     let mut factors = vec![(above, Number::ONE)];
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     let fraction = pool.product_of_powers(&factors);

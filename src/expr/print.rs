@@ -41,6 +41,17 @@ enum Piece {
     },
 }
 
+/// A root that takes up a number.
+struct Joined {
+    /// The base below the root.
+    base: ExprId,
+    /// Whether it stands above the fraction bar.
+    above: bool,
+    /// What stands below the root then.
+    coefficient: Number,
+    factors: Vec<(ExprId, Number)>,
+}
+
 /// The name of a function in the model language.
 #[must_use]
 pub fn function_name(function: Function) -> &'static str {
@@ -248,7 +259,7 @@ impl Pool {
         out: &mut Vec<Piece>,
     ) {
         factors.sort_by_key(|(base, _)| self.factor_order(*base));
-        let (coefficient, under_root) = self.joined_root(coefficient, &mut factors);
+        let (coefficient, mut under_root) = self.joined_root(coefficient, &mut factors);
         let coefficient = &coefficient;
         let mut above: Vec<Vec<Piece>> = Vec::new();
         let mut below: Vec<Vec<Piece>> = Vec::new();
@@ -266,6 +277,19 @@ impl Pool {
                     negated: true,
                     place,
                 });
+            } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
+                let term = Piece::Term {
+                    coefficient: joined.coefficient,
+                    factors: joined.factors,
+                    negated: None,
+                };
+                write_root(&magnitude, vec![term], &mut piece);
+                if joined.above {
+                    above.push(piece);
+                } else {
+                    below.push(piece);
+                }
+                continue;
             } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
                 let mut inner = Vec::new();
@@ -278,15 +302,6 @@ impl Pool {
                 write_root(&magnitude, inner, &mut piece);
                 above.push(piece);
                 continue;
-            } else if let Some((joined, number)) = &under_root
-                && *joined == base
-            {
-                let term = Piece::Term {
-                    coefficient: number.clone(),
-                    factors: self.factors(base),
-                    negated: None,
-                };
-                write_root(&magnitude, vec![term], &mut piece);
             } else {
                 write_power(&magnitude, &mut piece, |place| {
                     Piece::Expression(base, place)
@@ -322,31 +337,61 @@ impl Pool {
         }
     }
 
-    /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`: the number that goes below the root of a factor, and what is left of
-    /// the coefficient.
+    /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`, and `sqrt(2)*sqrt(a/b)/2` as `sqrt(a/(2*b))`: what is left of the
+    /// coefficient, and the factor that takes up the number below its root, with what stands there then.
     fn joined_root(
         &self,
         coefficient: &Number,
         factors: &mut Vec<(ExprId, Number)>,
-    ) -> (Number, Option<(ExprId, Number)>) {
+    ) -> (Number, Option<Joined>) {
         let half = Number::half();
         let whole = factors.iter().position(|(base, e)| {
             *e == half && self.as_number(*base).is_some_and(Number::is_integer)
         });
-        let below = factors
+        let root = factors
             .iter()
-            .find(|(base, e)| *e == half.neg() && self.inverted(*base).is_none());
-        if let (Some(at), Some((base, _))) = (whole, below)
+            .filter(|(base, e)| e.abs() == half && self.as_number(*base).is_none());
+        let below = root.clone().find(|(_, e)| e.is_negative());
+        let root = below.or_else(|| root.clone().next());
+        if let (Some(at), Some((base, exponent))) = (whole, root)
             && let Some(number) = self.as_number(factors[at].0).cloned()
         {
-            let base = *base;
+            let (base, below) = (*base, exponent.is_negative());
             let rest = coefficient.mul(&number);
             // Only where the number goes away above.
             let divisor = Number::from_integer(coefficient.denominator().into());
             let left = Number::from_integer(rest.denominator().into());
             if left.mul(&number) == divisor {
+                let divided = (factors[at].0, Number::MINUS_ONE);
                 factors.remove(at);
-                return (rest, Some((base, number)));
+                let joined = match (below, self.inverted(base)) {
+                    (true, None) => Joined {
+                        base,
+                        above: false,
+                        coefficient: number,
+                        factors: self.factors(base),
+                    },
+                    (true, Some(mut factors)) => {
+                        factors.push(divided);
+                        Joined {
+                            base,
+                            above: true,
+                            coefficient: Number::ONE,
+                            factors,
+                        }
+                    }
+                    (false, _) => {
+                        let mut factors = self.factors(base);
+                        factors.push(divided);
+                        Joined {
+                            base,
+                            above: true,
+                            coefficient: Number::ONE,
+                            factors,
+                        }
+                    }
+                };
+                return (rest, Some(joined));
             }
         }
         (coefficient.clone(), None)

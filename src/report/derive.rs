@@ -80,7 +80,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
 
 /// `d12 = norm(r[2] - r[1])`
 pub(super) fn definition_text(definition: &Definition) -> String {
-    format!("{} = {}", definition.name, definition.value)
+    format!("{} = {}", definition.name, definition.text)
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
@@ -163,7 +163,13 @@ impl Sheet {
             Some(formula) if remark.is_empty() => formula.text(width),
             Some(formula) => {
                 let block = Block::beside(&[formula.block(), Block::line(remark)]);
-                block.lines().map(str::to_owned).collect()
+                if block.width() <= width {
+                    block.lines().map(str::to_owned).collect()
+                } else {
+                    let mut lines = formula.text(width);
+                    lines.push(format!("    {}", remark.trim_start()));
+                    lines
+                }
             }
             None => Vec::new(),
         };
@@ -302,7 +308,11 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
         let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
-        out.push_str(&listed("below, as at the values", &signs, style.width));
+        out.push_str(&listed(
+            "below, as at the values of the parameters",
+            &signs,
+            style.width,
+        ));
     }
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, style));

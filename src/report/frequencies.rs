@@ -196,7 +196,14 @@ pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<St
     signs
         .map(|(e, negative)| {
             let relation = if *negative { "<" } else { ">" };
-            format!("{} {relation} 0", derivation.pool.display(*e))
+            let text = derivation.pool.display(*e);
+            // alpha < pi, not alpha - pi < 0.
+            match text.split_once(" - ") {
+                Some((a, b)) if !text.contains(['+', '(']) && !b.contains(" - ") => {
+                    format!("{a} {relation} {b}")
+                }
+                _ => format!("{text} {relation} 0"),
+            }
         })
         .collect()
 }

@@ -229,8 +229,9 @@ impl<'a> Page<'a> {
         let signs = self.relations(&signs(self.derivation, &linear.signs));
         if !signs.is_empty() {
             let signs = signs.join(", ");
-            self.out
-                .push_str(&format!("Below, as at the values: {signs}.\n"));
+            self.out.push_str(&format!(
+                "Below, as at the values of the parameters: {signs}.\n"
+            ));
         }
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
