@@ -139,6 +139,9 @@ pub mod batch;
 pub mod derive;
 
 #[cfg(feature = "engine")]
+pub mod expect;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]

@@ -8,29 +8,18 @@
 )]
 
 mod batch_support;
+mod common;
 
 use std::path::{Path, PathBuf};
 
-use batch_support::{check_vectors, model, model_of, random};
+use batch_support::{check_vectors, model, random};
+use common::load;
 use librate::batch::{Options, Outcome, Solution, Study, StudyError};
 use librate::linearize::linearize;
-use librate::model::{Model, TableTexts};
+use librate::model::Model;
 use librate::modes::Kind;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::syntax::{StatementKind, parse};
-
-fn load(path: &Path) -> Model {
-    let text = std::fs::read_to_string(path).unwrap();
-    let mut tables = TableTexts::new();
-    for statement in &parse(&text).unwrap().statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    model_of(&text, &tables)
-}
 
 /// The parameters that may vary and their values.
 fn free_parameters(model: &Model) -> (Vec<String>, Vec<f64>) {

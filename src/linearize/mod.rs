@@ -54,6 +54,7 @@ pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instance;
+pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};

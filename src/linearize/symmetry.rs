@@ -302,15 +302,49 @@ impl Elimination {
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.
-struct Rotation {
+pub(crate) struct Rotation {
     /// By coordinate: the coordinate that its velocity is, and whether with a minus.
     partner: HashMap<u32, (u32, bool)>,
     /// The axis it is about, from 0, in space.
     about: Option<usize>,
 }
 
+impl Rotation {
+    /// The coordinates in ascending order, with the one that is the velocity of each, and whether with a minus.
+    pub(crate) fn parts(&self) -> Vec<(usize, usize, bool)> {
+        let parts = self.partner.iter();
+        let mut parts: Vec<(usize, usize, bool)> = parts
+            .map(|(i, (j, minus))| (*i as usize, *j as usize, *minus))
+            .collect();
+        parts.sort_unstable();
+        parts
+    }
+
+    /// Whether nothing else is there that could turn.
+    fn turns_all(&self, model: &Model) -> bool {
+        let turns = |family: &CoordinateFamily| {
+            let own = family.first..family.first + family.len();
+            own.into_iter()
+                .any(|i| self.partner.contains_key(&(i as u32)))
+        };
+        model.families.iter().all(turns)
+    }
+}
+
+/// What a rotation is called.
+pub(crate) fn rotation_name(model: &Model, rotation: &Rotation) -> String {
+    let turned = rotation.parts().into_iter().map(|(i, _, _)| i as u32);
+    let turned: Vec<u32> = turned.collect();
+    naming::rotation(model, &turned, rotation.about, rotation.turns_all(model))
+}
+
+/// What a motion is called that is the same everywhere.
+pub(crate) fn translation_name(model: &Model, vector: &[Number]) -> String {
+    naming::constant(model, vector)
+}
+
 /// The planes in which coordinates can be rotated together.
-fn candidate_rotations(model: &Model) -> Vec<Rotation> {
+pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     let mut spaces: Vec<Vec<Vec<usize>>> = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
@@ -393,13 +427,7 @@ fn rotations(
             continue;
         }
         let components = components(model.coordinates.len(), assembly, &rotation);
-        // Nothing else is there that could turn.
-        let turns = |family: &CoordinateFamily| {
-            let own = family.first..family.first + family.len();
-            own.into_iter()
-                .any(|i| rotation.partner.contains_key(&(i as u32)))
-        };
-        let whole = components.len() == 1 && model.families.iter().all(turns);
+        let whole = components.len() == 1 && rotation.turns_all(model);
         for component in &components {
             let parts = component
                 .iter()

@@ -5,10 +5,10 @@
 
 use std::fmt::Write;
 
-use super::derive::conserved_because;
-use super::frequencies::{best, exchange, kind, signs};
+use super::derive::{condition_text, conserved_because, conserved_name};
+use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion};
+use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -174,6 +174,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
             ));
             fields.push(("mass", matrix(&linear.mass)));
             fields.push(("stiffness", matrix(&linear.stiffness)));
+            let taken = signs(derivation, &linear.signs);
+            if !taken.is_empty() {
+                fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
+            }
         }
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
@@ -195,14 +199,18 @@ pub fn derive_json(derivation: &Derivation) -> String {
         fields.push(("energy_function", text(&energy.function)));
         fields.push(("hamiltonian", hamiltonian.map_or_else(null, text)));
         let conserved = energy.conserved.iter().map(|quantity| {
-            let (name, value) = match quantity {
-                Conserved::Momentum(i) => (
-                    derivation.names.of(Motion::Momentum(*i)),
-                    energy.momenta.get(*i).map_or_else(null, text),
-                ),
-                Conserved::Energy { .. } => ("h".to_owned(), text(&energy.function)),
+            let value = match quantity {
+                Conserved::Momentum(i) => energy.momenta.get(*i).map_or_else(null, text),
+                Conserved::Motion { value, .. } => text(value),
+                Conserved::Energy { .. } => text(&energy.function),
             };
-            let reason = string(&conserved_because(*quantity, &derivation.names));
+            let name = match quantity {
+                Conserved::Energy { .. } => "h".to_owned(),
+                Conserved::Momentum(_) | Conserved::Motion { .. } => {
+                    conserved_name(derivation, quantity)
+                }
+            };
+            let reason = string(&conserved_because(quantity, &derivation.names));
             let name = string(&name);
             format!("{{\"name\": {name}, \"value\": {value}, \"because\": {reason}}}")
         });
@@ -219,14 +227,14 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 .get(root.coordinate)
                 .map_or_else(null, |name| string(name));
             let value = derivation.pool.display(root.value);
-            let condition = if root.bounded {
-                string(&format!("abs({value}) <= 1"))
-            } else {
-                null()
-            };
+            let condition = root.condition.as_ref();
+            let taken = condition.map_or_else(Vec::new, |own| signs(derivation, &own.signs));
+            let taken = array(taken.iter().map(|sign| string(sign)));
+            let condition =
+                condition.map_or_else(null, |own| string(&condition_text(derivation, own)));
             let (left, value) = (expression(&root.left), string(&value));
             format!(
-                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}}}"
+                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}, \"if_signs\": {taken}}}"
             )
         });
         fields.push(("force_vanishes", lines(roots)));
@@ -249,7 +257,7 @@ fn frequency_fields(
             .map(|set| array(set.iter().map(|name| string(name))));
         array(sets)
     };
-    let case = best(found);
+    let case = found.best();
     let names = &derivation.names.displacements;
     let symmetry = |found: &Exchange| {
         let exchanges = found.generators.iter();
@@ -309,13 +317,36 @@ fn frequency_fields(
     fields.push(("frequencies", lines(entries)));
     fields.push(("frequencies_complete", case.complete.to_string()));
     fields.push(("frequencies_equal", sets(&case.ties)));
-    let signs = signs(derivation, found);
-    if !signs.is_empty() {
+    let taken = signs(derivation, &found.signs);
+    if !taken.is_empty() {
         fields.push((
             "frequencies_signs",
-            array(signs.iter().map(|sign| string(sign))),
+            array(taken.iter().map(|sign| string(sign))),
         ));
     }
+    if let Some(normal) = &case.normal {
+        fields.push(("normal_coordinates", normal_modes(derivation, normal)));
+    }
+}
+
+/// One entry a mode, everything written out.
+fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+    let modes = normal.modes.iter().enumerate().map(|(r, mode)| {
+        let name = derivation.names.of(Motion::Normal(r));
+        let mut entry = format!(
+            "{{\"name\": {}, \"omega_squared\": {}, \"amplitudes\": {}",
+            string(&name),
+            expression(&mode.omega_squared),
+            array(mode.amplitudes.iter().map(expression))
+        );
+        if let Some(class) = &mode.symmetry {
+            let _ = write!(entry, ", \"symmetry\": {}", string(class));
+        }
+        entry.push('}');
+        entry
+    });
+    lines(modes)
 }
 
 /// An array, one item a line.
