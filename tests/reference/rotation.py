@@ -1,220 +1,13 @@
-"""Systems with rotation, friction and constraints: gyroscopic and damped ones, steady motions, redundant coordinates.
-
-Nothing here knows the model language or Librate's methods.  For a hand-written Lagrangian L(q, v), a dissipation
-function F(q, v) and constraints c(q) = 0, at an equilibrium q0 or a steady motion with the constant rates v0:
-
-1. All second derivatives of L and F are central differences in (q, v), with 200 digits and the step 1e-50; they are wrong
-   by about 1e-100 of their size.  M = L_vv, G = L_vq - L_vq^T, K = -L_qq, C = F_vv, N = F_vq.
-2. The force there must be a combination of the gradients of the constraints; the factors are the multipliers, and
-   K loses the sum of lambda*c_qq.
-3. M, G + C and K + N are taken on the null space of the constraints' Jacobian, from Gaussian elimination.
-4. The exponents are the eigenvalues of the companion matrix [[0, 1], [-M^-1 (K + N), -M^-1 (G + C)]].
-5. Every one must agree with the closed form to 60 digits; where exponents coincide, to 40 digits, for a difference of
-   1e-100 in a matrix moves a double eigenvalue by 1e-50.  The closed form is what the file holds.
-
-A growth or an exponent is exactly 0 only by the closed form; each system says why.
-"""
+"""Systems with rotation, friction and constraints: gyroscopic and damped ones, steady motions, redundant coordinates."""
 import mpmath as mp
+from exponents import ZERO, pair, solved, squares, swings
 from mpmath import acos, asin, cos, mpc, mpf, pi, sin, sqrt
-from numerics import decimal, laguerre, quadratic, square
+from numerics import laguerre, quadratic, square
 from register import family, system
 
 g = mpf("9.81")
-STEP = mpf(10) ** -50
-HOW = "formula at 200 digits, which agrees with the exponents of the companion matrix from differences of a hand-written"
-
-
-# Matrices
-
-def second_derivatives(f, q0, v0):
-    """The matrix of second derivatives of f(q, v) in (q, v)."""
-    z0, n = list(q0) + list(v0), len(q0)
-
-    def at(*moves):
-        z = list(z0)
-        for i, sign in moves:
-            z[i] += sign * STEP
-        return f(z[:n], z[n:])
-
-    rest = at()
-    single = [at((i, 1)) + at((i, -1)) for i in range(2 * n)]
-    H = mp.matrix(2 * n, 2 * n)
-    for i in range(2 * n):
-        H[i, i] = (single[i] - 2 * rest) / STEP**2
-        for j in range(i):
-            both = at((i, 1), (j, 1)) + at((i, -1), (j, -1))
-            H[i, j] = H[j, i] = (both - single[i] - single[j] + 2 * rest) / (2 * STEP**2)
-    return H
-
-
-def slope(f, q0, v0, i):
-    """The derivative of f(q, v) by the i-th of (q, v)."""
-    z0, n = list(q0) + list(v0), len(q0)
-    plus, minus = list(z0), list(z0)
-    plus[i] += STEP
-    minus[i] -= STEP
-    return (f(plus[:n], plus[n:]) - f(minus[:n], minus[n:])) / (2 * STEP)
-
-
-def block(H, rows, columns, n):
-    return mp.matrix(n, n) if H is None else H[rows * n:(rows + 1) * n, columns * n:(columns + 1) * n]
-
-
-def tangents(J, n):
-    """A basis of the null space of J, whose rows must be independent, by elimination with full pivoting."""
-    rows, free, bound = [list(r) for r in J], list(range(n)), []
-    for k in range(len(rows)):
-        i, j = max(((i, j) for i in range(k, len(rows)) for j in free), key=lambda p: abs(rows[p[0]][p[1]]))
-        assert abs(rows[i][j]) > mpf(10) ** -40, "the constraints depend on each other"
-        rows[k], rows[i] = rows[i], rows[k]
-        rows[k] = [x / rows[k][j] for x in rows[k]]
-        for m in range(len(rows)):
-            if m != k:
-                rows[m] = [x - rows[m][j] * y for x, y in zip(rows[m], rows[k])]
-        free.remove(j)
-        bound.append(j)
-    Z = mp.matrix(n, len(free))
-    for c, j in enumerate(free):
-        Z[j, c] = 1
-        for k, b in enumerate(bound):
-            Z[b, c] = -rows[k][j]
-    return Z
-
-
-def linearized(L, q0, v0, F=None, constraints=None):
-    """M, D = G + C and S = K + N on the tangent space of the constraints."""
-    n = len(q0)
-    H = second_derivatives(L, q0, v0)
-    R = None if F is None else second_derivatives(F, q0, v0)
-    M, B = block(H, 1, 1, n), block(H, 1, 0, n)
-    D = B - B.T + block(R, 1, 1, n)
-    S = -block(H, 0, 0, n) + block(R, 1, 0, n)
-    # The steady motion: d/dt L_v = B v0 (rates of cyclic coordinates), against L_q - F_v.
-    force = B * mp.matrix(v0) - mp.matrix([slope(L, q0, v0, i) for i in range(n)])
-    if F is not None:
-        force += mp.matrix([slope(F, q0, v0, n + i) for i in range(n)])
-    size = max(1, max(abs(x) for x in S) * max(1, max(abs(x) for x in q0)))
-    if constraints is None:
-        assert mp.norm(force, mp.inf) < mpf(10) ** -80 * size, f"not an equilibrium: {force}"
-        return M, D, S
-    count = len(constraints(q0))
-    each = [lambda q, v, a=a: constraints(q)[a] for a in range(count)]
-    assert max(abs(c) for c in constraints(q0)) < mpf(10) ** -150, "a constraint does not hold"
-    J = [[slope(c, q0, v0, i) for i in range(n)] for c in each]
-    matrix = mp.matrix(J)
-    factors = mp.lu_solve(matrix * matrix.T, matrix * force)
-    assert mp.norm(force - matrix.T * factors, mp.inf) < mpf(10) ** -80 * size, "not an equilibrium"
-    for c, factor in zip(each, factors):
-        S -= factor * block(second_derivatives(c, q0, v0), 0, 0, n)
-    Z = tangents(J, n)
-    return Z.T * M * Z, Z.T * D * Z, Z.T * S * Z
-
-
-def exponents(M, D, S):
-    n = M.rows
-    inverse = mp.inverse(M)
-    MS, MD = inverse * S, inverse * D
-    # Time in units of the fastest motion, so that the two halves of the matrix are of one size.
-    unit = max(sqrt(max(abs(x) for x in MS)), max(abs(x) for x in MD))
-    A = mp.matrix(2 * n, 2 * n)
-    for i in range(n):
-        A[i, n + i] = 1
-        for j in range(n):
-            A[n + i, j], A[n + i, n + j] = -MS[i, j] / unit**2, -MD[i, j] / unit
-    return [z * unit for z in mp.eig(A, left=False, right=False)]
-
-
-def nullity(S):
-    size = max(abs(x) for x in S)
-    if size < mpf(10) ** -60:
-        return S.rows
-    values = mp.svd_r(S, compute_uv=False)
-    return sum(1 for s in values if s < mpf(10) ** -60 * size)
-
-
-# Entries
-
-def pair(a, b, c):
-    """One exponent of each conjugate pair of a*s^2 + b*s + c = 0, or both real ones, as (growth, omega)."""
-    d = b * b - 4 * a * c
-    if d < 0:
-        return [(-b / (2 * a), sqrt(-d) / (2 * a))]
-    return [((-b + sqrt(d)) / (2 * a), 0), ((-b - sqrt(d)) / (2 * a), 0)]
-
-
-def swings(*omegas):
-    """Entries that neither grow nor decay."""
-    assert all(isinstance(mpf(w), mpf) and w > 0 for w in omegas)
-    return [(0, w) for w in omegas]
-
-
-def squares(*values):
-    """Entries of squares omega^2 > 0."""
-    return swings(*(sqrt(z) for z in values))
-
-
-ZERO = (0, 0)
-
-
-def all_exponents(entries, friction, zero_multiplicity):
-    """Every exponent that the entries stand for."""
-    found = [mpc(0)] * zero_multiplicity
-    for growth, omega in entries:
-        if omega != 0:
-            found += [mpc(growth, omega), mpc(growth, -omega)]
-        elif growth != 0:
-            found += [mpc(growth)] if friction else [mpc(growth), mpc(-growth)]
-    return found
-
-
-def agree(numbers, closed):
-    size = max(abs(z) for z in closed)
-    assert len(numbers) == len(closed), f"{len(numbers)} exponents, {len(closed)} by formula"
-    numbers = list(numbers)
-    for c in closed:
-        z = min(numbers, key=lambda z: abs(z - c))
-        alone = sum(abs(c - d) < mpf(10) ** -40 * size for d in closed) == 1
-        allowed = mpf(10) ** -60 * abs(c) if alone else mpf(10) ** -40 * (abs(c) or size)
-        assert abs(z - c) <= allowed, f"closed form {mp.nstr(c, 20)}, numbers {mp.nstr(z, 20)}"
-        numbers.remove(z)
-
-
-def entry(growth, omega):
-    if growth > 0:
-        kind = "unstable"
-    elif growth < 0:
-        kind = "damped" if omega else "overdamped"
-    else:
-        kind = "oscillation" if omega else "zero"
-    return {"kind": kind, "omega": decimal(mpf(omega)), "growth": decimal(mpf(growth))}
-
-
-def order(mode):
-    growth, omega = mode
-    return (0, -growth, omega) if growth > 0 else (1, omega, -growth)
-
-
-def solved(L, closed, q0, v0=None, F=None, constraints=None, zero_multiplicity=None):
-    """What make.py writes.  `closed` are the entries by formula, zero ones included."""
-    rates = v0
-    q0, v0 = [mpf(x) for x in q0], [mpf(x) for x in v0 or [0] * len(q0)]
-    M, D, S = linearized(L, q0, v0, F, constraints)
-    zeros = sum(mode == ZERO for mode in closed)
-    if F is None:
-        # Exponents come in pairs ±s: a zero entry stands for two.
-        assert len(closed) == M.rows, "one entry a degree of freedom"
-        zero_multiplicity = 2 * zeros
-    else:
-        assert nullity(S) == zeros, "with friction there are as many zero entries as K has null vectors"
-        zero_multiplicity = zeros if zero_multiplicity is None else zero_multiplicity
-    agree(exponents(M, D, S), all_exponents(closed, F is not None, zero_multiplicity))
-    closed = sorted(closed, key=order)
-    unstable = any(growth > 0 for growth, _ in closed)
-    found = {"stability": "unstable" if unstable else "neutral" if zeros else "stable",
-             "modes": [entry(*mode) for mode in closed]}
-    if rates:
-        found["rates"] = [decimal(x) for x in v0]
-    return found
+HOW = ("formula at 200 digits, which agrees with the exponents of the companion matrix "
+       "from differences of a hand-written")
 
 
 def exact(what, why):
@@ -222,7 +15,6 @@ def exact(what, why):
     return system(f"{HOW} {what}; {why}")
 
 
-ROOTS = "growth is exactly 0 where the formula's roots are real"
 LAGRANGIAN = "Lagrangian"
 FRICTION = "Lagrangian and dissipation function"
 TIED = "Lagrangian with constraints (multipliers, null space of their Jacobian)"
@@ -256,7 +48,8 @@ def penning_trap():
     return family("x", "y", "z"), [0] * 3, solved(L, swings((wc + root) / 2, z2 / (wc + root), sqrt(z2)), [0] * 3)
 
 
-@exact(LAGRANGIAN, "the double exponent 0 is that of the free centre of the circle (K = 0, G invertible), the other pair is ±i*e*B/m")
+@exact(LAGRANGIAN, "the double exponent 0 is that of the free centre of the circle (K = 0, G invertible), "
+                   "the other pair is ±i*e*B/m")
 def cyclotron():
     wc = mpf("1.602176634e-19") * mpf("48e-6") / mpf("9.1093837139e-31")
     # Landau's gauge: the Lagrangian differs from the symmetric one by a total derivative.
@@ -283,7 +76,8 @@ def earth_moon_l4():
     return family("x", "y"), q0, solved(three_body(mu), closed, q0)
 
 
-@exact("Lagrangian in units of the distance and the rate", "no friction: growth is exactly 0 because 27*mu*(1 - mu) < 1 makes the roots real")
+@exact("Lagrangian, in SI units and in units of the distance and the rate",
+       "no friction: growth is exactly 0 because 27*mu*(1 - mu) < 1 makes the roots real")
 def earth_moon_l5():
     G, m1, m2, a = mpf("6.67430e-11"), mpf("5.9722e24"), mpf("7.346e22"), mpf("3.844e8")
     mu, W = m2 / (m1 + m2), sqrt(G * (m1 + m2) / a**3)
@@ -377,7 +171,7 @@ def conical_pendulum():
     return family("th", "phi"), [th, 0], solved(L, [ZERO] + squares(W**2 * (1 + 3 * cos(th) ** 2)), [th, 0], [0, W])
 
 
-@exact(LAGRANGIAN, "K = 0: of six exponents 0 is a fourfold one (det of M*s + G vanishes for psi alone), the others are ±i*omega")
+@exact(LAGRANGIAN, "K = 0: of the six exponents four are 0 (alpha, beta, psi and its rate), the others are ±i*omega")
 def gyroscope_in_gimbals():
     J, B1, B2, B3, A, C, S = map(mpf, ("3e-3", "1e-3", "1.4e-3", "1.1e-3", "2e-3", "3.6e-3", "250"))
 
@@ -387,7 +181,8 @@ def gyroscope_in_gimbals():
                 + C * (v[2] + along) ** 2) / 2
 
     nutation = C * S / sqrt((J + B1 + A) * (B2 + A))
-    return family("alpha", "beta", "psi"), [0] * 3, solved(L, [ZERO, ZERO] + swings(nutation), [0] * 3, [0, 0, S])
+    closed = [ZERO, ZERO] + swings(nutation)
+    return family("alpha", "beta", "psi"), [0] * 3, solved(L, closed, [0] * 3, [0, 0, S])
 
 
 # Friction
@@ -401,8 +196,8 @@ def damped_pair():
     return family("x1", "x2"), [0, 0], solved(L, closed, [0, 0], F=F)
 
 
-@exact(FRICTION, "here the formula is the quartic (m1*s^2 + c*s + k1 + k2)*(m2*s^2 + c*s + k2) = (c*s + k2)^2, its roots by "
-                  "mpmath's polyroots; none is 0 or imaginary")
+@exact(FRICTION, "here the formula is the quartic (m1*s^2 + c*s + k1 + k2)*(m2*s^2 + c*s + k2) = (c*s + k2)^2, "
+                 "its roots by mpmath's polyroots; none is 0 or imaginary")
 def vibration_absorber():
     m1, m2, k1, k2, c = map(mpf, (10, 1, 1000, 80, 3))
     L = lambda q, v: (m1 * v[0] ** 2 + m2 * v[1] ** 2 - k1 * q[0] ** 2 - k2 * (q[1] - q[0]) ** 2) / 2
@@ -536,7 +331,8 @@ def beads_on_rods():
 def rolling_disc_on_spring():
     m, r, k = mpf("1.2"), mpf("0.15"), mpf(60)
     L = lambda q, v: m / 2 * (v[0] ** 2 + r**2 * v[1] ** 2 / 2) - k / 2 * q[0] ** 2
-    return family("x", "theta"), [0, 0], solved(L, squares(2 * k / (3 * m)), [0, 0], constraints=lambda q: [q[0] / r - q[1]])
+    closed = squares(2 * k / (3 * m))
+    return family("x", "theta"), [0, 0], solved(L, closed, [0, 0], constraints=lambda q: [q[0] / r - q[1]])
 
 
 @exact(TIED, PLAIN)
