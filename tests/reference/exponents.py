@@ -192,7 +192,7 @@ def order(mode):
 
 
 def solved(L, closed, q0, v0=None, F=None, constraints=None, zero_multiplicity=None):
-    """What make.py writes.  `closed` are the entries by formula, zero ones included."""
+    """What make.py and equations.py need.  `closed` are the entries by formula, zero ones included."""
     rates = v0
     q0, v0 = [mpf(x) for x in q0], [mpf(x) for x in v0 or [0] * len(q0)]
     M, D, S = linearized(L, q0, v0, F, constraints)
@@ -211,4 +211,4 @@ def solved(L, closed, q0, v0=None, F=None, constraints=None, zero_multiplicity=N
              "modes": [entry(*mode) for mode in closed]}
     if rates:
         found["rates"] = [decimal(x) for x in v0]
-    return found
+    return {"entries": found, "lagrangian": L, "dissipation": F, "constraints": constraints}

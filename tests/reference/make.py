@@ -41,8 +41,8 @@ def reference(name):
         return entry | {"error": error}
     symmetry, extra = system.pop("symmetry", None), system.pop("extra", {})
     q0 = [mpf(x) for x in q0]
-    if "modes" in system:    # exponents, not squares of frequencies
-        return entry | {"equilibrium": [decimal(x) for x in q0]} | system | extra
+    if "entries" in system:    # exponents, not squares of frequencies
+        return entry | {"equilibrium": [decimal(x) for x in q0]} | system["entries"]
     values = system["values"] if "values" in system else squares(coordinates, q0=q0, **system)
     entry |= {"equilibrium": [decimal(x) for x in q0], "stability": stability(values), "modes": modes(values)}
     if symmetry:

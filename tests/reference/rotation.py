@@ -27,8 +27,8 @@ CYCLIC = ("the zero exponents are those of cyclic coordinates and their conserve
 
 @exact(LAGRANGIAN, "no friction: growth is exactly 0 because both roots for x + i*y are real")
 def foucault_pendulum():
-    l, W = mpf(67), mpf("7.292115e-5") * sin(mpf("48.846") * pi / 180)
-    L = lambda q, v: square(v) / 2 + W * (q[0] * v[1] - q[1] * v[0]) - g / (2 * l) * square(q)
+    m, l, W = 28, mpf(67), mpf("7.292115e-5") * sin(mpf("48.846") * pi / 180)
+    L = lambda q, v: m * (square(v) / 2 + W * (q[0] * v[1] - q[1] * v[0]) - g / (2 * l) * square(q))
     w = sqrt(g / l + W**2)
     return family("x", "y"), [0, 0], solved(L, swings(w - W, w + W), [0, 0])
 
@@ -38,10 +38,9 @@ def penning_trap():
     m, e, B, U, d = mpf("1.67262192595e-27"), mpf("1.602176634e-19"), mpf(5), mpf(10), mpf("3.5e-3")
     wc, z2 = e * B / m, e * U / (m * d**2)
 
-    # Per unit mass.
     def L(q, v):
         x, y, z = q
-        return square(v) / 2 + wc / 2 * (x * v[1] - y * v[0]) - z2 / 4 * (2 * z * z - x * x - y * y)
+        return m * (square(v) / 2 + wc / 2 * (x * v[1] - y * v[0]) - z2 / 4 * (2 * z * z - x * x - y * y))
 
     assert wc**2 > 2 * z2
     root = sqrt(wc**2 - 2 * z2)
@@ -51,10 +50,10 @@ def penning_trap():
 @exact(LAGRANGIAN, "the double exponent 0 is that of the free centre of the circle (K = 0, G invertible), "
                    "the other pair is ±i*e*B/m")
 def cyclotron():
-    wc = mpf("1.602176634e-19") * mpf("48e-6") / mpf("9.1093837139e-31")
+    m, e, B = mpf("9.1093837139e-31"), mpf("1.602176634e-19"), mpf("48e-6")
     # Landau's gauge: the Lagrangian differs from the symmetric one by a total derivative.
-    L = lambda q, v: square(v) / 2 + wc * q[0] * v[1]
-    return family("x", "y"), [0, 0], solved(L, [ZERO] + swings(wc), [0, 0])
+    L = lambda q, v: m * square(v) / 2 + e * B * q[0] * v[1]
+    return family("x", "y"), [0, 0], solved(L, [ZERO] + swings(e * B / m), [0, 0])
 
 
 def three_body(mu):
@@ -79,17 +78,17 @@ def earth_moon_l4():
 @exact("Lagrangian, in SI units and in units of the distance and the rate",
        "no friction: growth is exactly 0 because 27*mu*(1 - mu) < 1 makes the roots real")
 def earth_moon_l5():
-    G, m1, m2, a = mpf("6.67430e-11"), mpf("5.9722e24"), mpf("7.346e22"), mpf("3.844e8")
+    G, m1, m2, m, a = mpf("6.67430e-11"), mpf("5.9722e24"), mpf("7.346e22"), 1000, mpf("3.844e8")
     mu, W = m2 / (m1 + m2), sqrt(G * (m1 + m2) / a**3)
     q0 = [1 / mpf(2) - mu, -sqrt(mpf(3)) / 2, 0]
     closed = squares(*quadratic(1, -1, mpf(27) / 4 * mu * (1 - mu)), 1)
     solved(three_body(mu), closed, q0)    # asserts the agreement
     # The same in SI units.
-    L = lambda q, v: (square(v) / 2 + W * (q[0] * v[1] - q[1] * v[0]) + W**2 * (q[0] ** 2 + q[1] ** 2) / 2
-                      + G * m1 / sqrt((q[0] + mu * a) ** 2 + q[1] ** 2 + q[2] ** 2)
-                      + G * m2 / sqrt((q[0] - (1 - mu) * a) ** 2 + q[1] ** 2 + q[2] ** 2))
+    L = lambda q, v: m * (square(v) / 2 + W * (q[0] * v[1] - q[1] * v[0]) + W**2 * (q[0] ** 2 + q[1] ** 2) / 2
+                          + G * m1 / sqrt((q[0] + mu * a) ** 2 + q[1] ** 2 + q[2] ** 2)
+                          + G * m2 / sqrt((q[0] - (1 - mu) * a) ** 2 + q[1] ** 2 + q[2] ** 2))
     q0 = [a * x for x in q0]
-    return family("x", "y", "z"), q0, solved(L, [(0, W * w) for _, w in closed], q0)
+    return family("x", "y", "z"), q0, solved(L, [(0, W * w) for _, w in closed], q0) | {"scale": a}
 
 
 @exact(LAGRANGIAN, "27*mu*(1 - mu) > 1, so that the exponents are a quadruple ±a ± i*b")
@@ -164,10 +163,9 @@ def rotating_spring():
 
 @exact(LAGRANGIAN, CYCLIC)
 def conical_pendulum():
-    l, W = mpf("0.8"), mpf(5)
+    m, l, W = mpf("0.3"), mpf("0.8"), mpf(5)
     th = acos(g / (l * W**2))
-    # Per m*l^2.
-    L = lambda q, v: (v[0] ** 2 + (sin(q[0]) * v[1]) ** 2) / 2 + g / l * cos(q[0])
+    L = lambda q, v: m * l**2 * (v[0] ** 2 + (sin(q[0]) * v[1]) ** 2) / 2 + m * g * l * cos(q[0])
     return family("th", "phi"), [th, 0], solved(L, [ZERO] + squares(W**2 * (1 + 3 * cos(th) ** 2)), [th, 0], [0, W])
 
 
@@ -362,18 +360,18 @@ def roller_on_incline_contact():
 
 @exact(LAGRANGIAN, PLAIN)
 def cylinder_in_trough_contact():
-    R, r = mpf(1), mpf("0.1")
-    # Per unit mass: I = 3/2*r^2 about the line of contact.
-    L = lambda q, v: mpf(3) / 2 * r**2 / 2 * ((R / r - 1) * v[0]) ** 2 + g * (R - r) * cos(q[0])
+    R, r, m = mpf(1), mpf("0.1"), 2
+    # I = 3/2*m*r^2 about the line of contact.
+    L = lambda q, v: m * (mpf(3) / 4 * r**2 * ((R / r - 1) * v[0]) ** 2 + g * (R - r) * cos(q[0]))
     return family("phi"), [0], solved(L, squares(2 * g / (3 * (R - r))), [0])
 
 
 @exact(LAGRANGIAN, PLAIN)
 def physical_pendulum_steiner():
-    l, s = mpf("0.8"), mpf("0.3")
-    # Per unit mass, as the rod's halves on both sides of the pivot.
+    m, l, s = mpf("0.5"), mpf("0.8"), mpf("0.3")
+    # The parts of the rod on both sides of the pivot.
     a, b = l / 2 + s, l / 2 - s
-    L = lambda q, v: (a**3 + b**3) / (3 * l) * v[0] ** 2 / 2 + g * (a**2 - b**2) / (2 * l) * cos(q[0])
+    L = lambda q, v: m * ((a**3 + b**3) / (3 * l) * v[0] ** 2 / 2 + g * (a**2 - b**2) / (2 * l) * cos(q[0]))
     return family("phi"), [0], solved(L, squares(g * s / (l**2 / 12 + s**2)), [0])
 
 
