@@ -58,7 +58,8 @@ def left_sides(L, F, q, v, a, scale):
 
     s = STEP
     friction = [0] * n if F is None else [by_velocity(F, i, q, v) for i in range(n)]
-    return [(by_velocity(L, i, *at(s)) - by_velocity(L, i, *at(-s))) / (2 * s) - force(i) + friction[i] for i in range(n)]
+    rates = [(by_velocity(L, i, *at(s)) - by_velocity(L, i, *at(-s))) / (2 * s) for i in range(n)]
+    return [rates[i] - force(i) + friction[i] for i in range(n)]
 
 
 def rounded(x):

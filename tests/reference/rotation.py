@@ -1,4 +1,4 @@
-"""Systems with rotation, friction and constraints: gyroscopic and damped ones, steady motions, redundant coordinates."""
+"""Systems with rotation, friction, constraints and rigid bodies."""
 import mpmath as mp
 from exponents import ZERO, pair, solved, squares, swings
 from mpmath import acos, asin, cos, mpc, mpf, pi, sin, sqrt
@@ -181,6 +181,21 @@ def gyroscope_in_gimbals():
     nutation = C * S / sqrt((J + B1 + A) * (B2 + A))
     closed = [ZERO, ZERO] + swings(nutation)
     return family("alpha", "beta", "psi"), [0] * 3, solved(L, closed, [0] * 3, [0, 0, S])
+
+
+@exact(LAGRANGIAN, "the zero exponents are those of phi and its conserved momentum, ±i*S that of the whole motion tilted, "
+                   "the others are real")
+def tennis_racket():
+    I1, I2, I3, S = map(mpf, ("1.2e-3", "1.64e-2", "1.54e-2", "10"))
+
+    def L(q, v):
+        # Spin of rot_z(phi)*rot_x(b), turned back by rot_y(c).
+        x, y, z = v[1], v[0] * sin(q[1]), v[0] * cos(q[1])
+        s, c = sin(q[2]), cos(q[2])
+        return (I1 * (c * x - s * z) ** 2 + I2 * (y + v[2]) ** 2 + I3 * (s * x + c * z) ** 2) / 2
+
+    closed = [ZERO, (S * sqrt((I2 - I3) * (I3 - I1) / (I1 * I2)), 0)] + swings(S)
+    return family("phi", "b", "c"), [0] * 3, solved(L, closed, [0] * 3, [S, 0, 0])
 
 
 # Friction
