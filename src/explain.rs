@@ -125,6 +125,8 @@ const PAGES: &[(&str, &str)] = &[
     ("W0102", include_str!("../docs/errors/W0102.md")),
     ("W0103", include_str!("../docs/errors/W0103.md")),
     ("W0104", include_str!("../docs/errors/W0104.md")),
+    ("W0105", include_str!("../docs/errors/W0105.md")),
+    ("W0106", include_str!("../docs/errors/W0106.md")),
 ];
 
 /// All codes that have a page, ascending.

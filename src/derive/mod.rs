@@ -179,6 +179,12 @@ pub struct Linear {
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
     pub stiffness: Vec<Vec<ExprId>>,
+    /// The gyroscopic matrix G, row by row; `None` where it is 0.
+    pub gyroscopic: Option<Vec<Vec<ExprId>>>,
+    /// The damping matrix C, row by row; `None` where it is 0.
+    pub damping: Option<Vec<Vec<ExprId>>>,
+    /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
+    pub circulatory: Option<Vec<Vec<ExprId>>>,
     /// What is taken to be positive in them, or where the second is true negative, as it is at the values of the
     /// parameters; only where that saves absolute values.
     pub signs: Vec<(ExprId, bool)>,
@@ -188,11 +194,30 @@ pub struct Linear {
     pub frequencies: Option<Frequencies>,
 }
 
+impl Linear {
+    /// Whether M and K are all there is.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.gyroscopic.is_none() && self.damping.is_none() && self.circulatory.is_none()
+    }
+
+    /// The matrices that there are beside M and K, with their names and letters.
+    pub fn others(&self) -> impl Iterator<Item = (&'static str, &'static str, &Vec<Vec<ExprId>>)> {
+        let all = [
+            ("gyroscopic matrix", "G", &self.gyroscopic),
+            ("damping matrix", "C", &self.damping),
+            ("circulatory matrix", "N", &self.circulatory),
+        ];
+        all.into_iter()
+            .filter_map(|(name, letter, rows)| Some((name, letter, rows.as_ref()?)))
+    }
+}
+
 /// The model to second order in the displacements.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SecondOrder {
-    /// The left sides of M q'' + K q = 0; what moves is measured from the equilibrium.
+    /// The left sides of M q'' + (G + C) q' + (K + N) q = 0; what moves is measured from the equilibrium.
     pub equations: Vec<MotionSum>,
     /// 1/2 q'ᵀ M q'.
     pub kinetic: MotionSum,
@@ -230,6 +255,9 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 equilibrium: matrices.equilibrium,
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
+                gyroscopic: matrices.gyroscopic,
+                damping: matrices.damping,
+                circulatory: matrices.circulatory,
                 signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
@@ -255,8 +283,12 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         let pair = pair.with_halved_angles(&mut pool, &mut short);
         linear.signs = signs;
         (linear.mass, linear.stiffness) = pair.dense(&pool);
+        let others = [&mut linear.gyroscopic, &mut linear.damping, &mut linear.circulatory];
+        for entry in others.into_iter().flatten().flatten().flatten() {
+            *entry = short.simplify(&mut pool, *entry);
+        }
         if parts.second_order {
-            let equations = equations::linearized(&mut pool, &linear.mass, &linear.stiffness);
+            let equations = equations::linearized(&mut pool, linear);
             let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
             let potential =
                 energy::quadratic_form(&mut pool, &linear.stiffness, Motion::Displacement);
@@ -266,7 +298,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 potential,
             });
         }
-        if parts.frequencies {
+        if parts.frequencies && linear.is_conservative() {
             linear.frequencies = Some(frequencies::frequencies(
                 &checker,
                 &mut pool,

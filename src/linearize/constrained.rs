@@ -19,8 +19,6 @@ use crate::precision::{Ball, Scalar};
 /// A model whose multipliers are coordinates.
 pub(crate) struct Multiplied {
     pub(crate) model: Model,
-    /// The constraints that have multipliers, by their number in the model.
-    pub(crate) kept: Vec<usize>,
     /// Those that follow from others wherever these hold, or contradict them.
     pub(crate) dependent: Vec<usize>,
 }
@@ -68,11 +66,7 @@ pub(crate) fn with_multipliers(model: &Model) -> Multiplied {
             coordinates,
         ));
     }
-    Multiplied {
-        model,
-        kept,
-        dependent,
-    }
+    Multiplied { model, dependent }
 }
 
 /// Which constraints have gradients that are independent of those before them, at a random point.
@@ -221,6 +215,18 @@ pub(crate) fn solve<S: Enclosure>(
         solution[*pivot] = row.last().cloned();
     }
     solution.into_iter().collect()
+}
+
+impl Tangent<Ball> {
+    /// All directions.
+    pub(crate) fn all(coordinates: usize) -> Self {
+        Self {
+            free: (0..coordinates).collect(),
+            bound: Vec::new(),
+            slopes: Vec::new(),
+            precision: (),
+        }
+    }
 }
 
 impl<S: Enclosure> Tangent<S> {

@@ -215,6 +215,14 @@ fn at_equilibrium(
     let order = model.coordinates.len();
     let second = assembly.stiffness(at, values);
     let rows = constrained::gradients(&second, visible, order);
+    if rows.is_empty() {
+        return Ok(Constrained {
+            tangent: Tangent::all(visible),
+            bound: Vec::new(),
+            given: false,
+            dependent,
+        });
+    }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
         span: model
@@ -233,49 +241,43 @@ fn at_equilibrium(
     })
 }
 
-/// M and K of a model at its equilibrium, as expressions. Parameters need no values unless the
+/// M, G, C, K and N of a model at its equilibrium, as expressions. Parameters need no values unless the
 /// equilibrium has to be searched for.
 ///
 /// # Errors
-/// As [`linearize`].
+/// As [`linearize`], and [`LinearizeError::Unsupported`] for constraints.
 pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
-    check_plain(&model)?;
-    let (assembly, linear) = assemble::assemble(&mut model);
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    if let Some(constraint) = model.constraints.first() {
+        return Err(LinearizeError::Unsupported {
+            feature: Feature::Constraint,
+            span: constraint.span,
+        });
+    }
+    steady::put_rates_in(&mut model)?;
+    let (mut assembly, linear) = assemble::assemble(&mut model);
     let guessed = model.guesses.iter().any(Option::is_some);
-    let mut pool = model.pool.clone();
-    let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
-    model.pool = pool;
-    if !guessed && symbolic::forces_vanish(&model, &assembly, &point) == Some(true) {
-        check_curl(&mut model, &linear, &point)?;
-        return Ok(symbolic::matrices(&model, &assembly, None));
-    }
-    let values = assembly
-        .values::<Ball>(&model, ())
-        .map_err(|missing| missing_value(&model, missing.0))?;
-    let visible = model.coordinates.len();
-    let equilibrium = equilibrium::find(&model, &assembly, &values, visible)?;
     let mut pool = std::mem::take(&mut model.pool);
-    let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
     model.pool = pool;
-    check_curl(&mut model, &linear, &point)?;
-    Ok(symbolic::matrices(&model, &assembly, Some(&equilibrium)))
-}
-
-/// Refuses a gyroscopic matrix that does not vanish.
-fn check_curl(
-    model: &mut Model,
-    linear: &[assemble::VelocityLinear],
-    point: &[crate::expr::ExprId],
-) -> Result<(), LinearizeError> {
-    match linear.first() {
-        Some(term) if !gyroscopic::vanishes(model, linear, point) => {
-            Err(LinearizeError::Unsupported {
-                feature: Feature::Gyroscopic,
-                span: term.family.span,
-            })
-        }
-        Some(_) | None => Ok(()),
+    let mut found = None;
+    if guessed || symbolic::forces_vanish(&model, &assembly, &point) != Some(true) {
+        let values = assembly
+            .values::<Ball>(&model, ())
+            .map_err(|missing| missing_value(&model, missing.0))?;
+        let visible = model.coordinates.len();
+        let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
+        let mut pool = std::mem::take(&mut model.pool);
+        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        model.pool = pool;
+        found = Some(equilibrium);
     }
+    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
+        assembly.forget_gyroscopic();
+    }
+    Ok(symbolic::matrices(&model, &assembly, found.as_ref()))
 }
 
 fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
@@ -341,7 +343,14 @@ impl Linearized {
     /// coordinates that the others follow; [`Linearized::embed`] makes motions of all of them.
     #[must_use]
     pub fn is_constrained(&self) -> bool {
-        self.constrained.is_some()
+        let own = self.constrained.as_ref();
+        own.is_some_and(|own| !own.bound.is_empty())
+    }
+
+    /// The number of independent constraints.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        self.constrained.as_ref().map_or(0, |own| own.bound.len())
     }
 
     /// The constraints that follow from the others, by their number in the model: nothing would change

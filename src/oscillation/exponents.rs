@@ -96,7 +96,7 @@ pub(super) fn normal_modes(
         .collect();
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable
-        && falls(&problem);
+        && falling_direction(&problem.mass, &problem.stiffness).is_some();
     Ok(NormalModes {
         stability: found.stability,
         modes,
@@ -170,36 +170,33 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64
     (re, if flat { Vec::new() } else { im }, bound)
 }
 
-/// Whether there is proved to be a direction in which the potential falls: xᵀSx < 0 for some x. An eigenvector of
-/// the middle of S is tried.
-fn falls(problem: &QuadraticProblem) -> bool {
-    let n = problem.dimension;
-    let middle = nalgebra::DMatrix::from_fn(n, n, |i, j| {
-        0.5 * (problem.stiffness[i + n * j].mid_f64() + problem.stiffness[j + n * i].mid_f64())
+/// A direction x with xᵀAx < 0, proved, for the symmetric part of A: an eigenvector of its middle, in
+/// units in which all coordinates have mass.
+pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f64>> {
+    let n = mass.len().isqrt();
+    let units: Vec<f64> = (0..n).map(|i| mass[i + n * i].mid_f64().sqrt()).collect();
+    let scaled = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+        let entry = matrix[i + n * j].mid_f64() + matrix[j + n * i].mid_f64();
+        0.5 * entry / units[i] / units[j]
     });
-    // In units in which all coordinates have mass.
-    let units: Vec<f64> = (0..n)
-        .map(|i| problem.mass[i + n * i].mid_f64().sqrt())
-        .collect();
-    let scaled = nalgebra::DMatrix::from_fn(n, n, |i, j| middle[(i, j)] / units[i] / units[j]);
-    if !scaled.iter().all(|x| x.is_finite()) {
-        return false;
+    if n == 0 || !scaled.iter().all(|x| x.is_finite()) {
+        return None;
     }
     let eigen = nalgebra::SymmetricEigen::new(scaled);
     let (lowest, value) = eigen.eigenvalues.argmin();
     if value >= 0.0 {
-        return false;
+        return None;
     }
-    let direction: Vec<Ball> = (0..n)
-        .map(|i| Ball::from(eigen.eigenvectors[(i, lowest)] / units[i]))
+    let direction: Vec<f64> = (0..n)
+        .map(|i| eigen.eigenvectors[(i, lowest)] / units[i])
         .collect();
     let mut total = Ball::ZERO;
     for j in 0..n {
         for i in 0..n {
-            total = total + direction[i] * problem.stiffness[i + n * j] * direction[j];
+            total = total + Ball::from(direction[i]) * matrix[i + n * j] * Ball::from(direction[j]);
         }
     }
-    total.is_negative()
+    total.is_negative().then_some(direction)
 }
 
 /// The errors of the numeric stage with the model's names.
@@ -220,7 +217,10 @@ fn named(linearized: &Linearized, error: &ExponentsError) -> LinearizeError {
             .to_owned(),
             point: "the equilibrium".to_owned(),
             cause: None,
-            span: first_span(linearized),
+            span: match (matrix, linearized.model().dissipation) {
+                (Which::Velocity, Some(span)) => span,
+                _ => first_span(linearized),
+            },
         },
         _ => LinearizeError::NoModes {
             reason: error.to_string(),

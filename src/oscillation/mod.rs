@@ -310,6 +310,8 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             direction,
             singular,
         } => {
+            let own = direction;
+            let direction = &linearized.embed(direction, 0.0).0;
             let combination: Vec<(String, f64)> = coordinates
                 .iter()
                 .zip(direction)
@@ -324,7 +326,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             if *singular {
                 LinearizeError::SingularMass {
                     combination,
-                    proved: has_no_inertia(&linearized.mass(), direction),
+                    proved: has_no_inertia(&linearized.mass(), own),
                     span,
                 }
             } else {

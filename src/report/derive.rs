@@ -317,10 +317,11 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, style));
     }
-    for (title, letter, rows) in [
+    let both = [
         ("mass matrix", "M", &linear.mass),
         ("stiffness matrix", "K", &linear.stiffness),
-    ] {
+    ];
+    for (title, letter, rows) in both.into_iter().chain(linear.others()) {
         out.push('\n');
         out.push_str(&matrix_text(title, letter, rows, derivation, style));
     }

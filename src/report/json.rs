@@ -174,6 +174,14 @@ pub fn derive_json(derivation: &Derivation) -> String {
             ));
             fields.push(("mass", matrix(&linear.mass)));
             fields.push(("stiffness", matrix(&linear.stiffness)));
+            for (_, letter, rows) in linear.others() {
+                let name = match letter {
+                    "G" => "gyroscopic",
+                    "C" => "damping",
+                    _ => "circulatory",
+                };
+                fields.push((name, matrix(rows)));
+            }
             let taken = signs(derivation, &linear.signs);
             if !taken.is_empty() {
                 fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));

@@ -238,11 +238,13 @@ impl<'a> Page<'a> {
         {
             self.second_order(part);
         }
-        for (title, letter, rows) in [
-            ("Mass matrix", "M", &linear.mass),
-            ("Stiffness matrix", "K", &linear.stiffness),
-        ] {
-            self.heading(title);
+        let both = [
+            ("mass matrix", "M", &linear.mass),
+            ("stiffness matrix", "K", &linear.stiffness),
+        ];
+        for (title, letter, rows) in both.into_iter().chain(linear.others()) {
+            let (first, rest) = title.split_at(1);
+            self.heading(&format!("{}{rest}", first.to_uppercase()));
             self.matrix(letter, rows);
         }
         if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {

@@ -33,9 +33,15 @@ pub fn modes_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
+    let mut heading = headline(model.name.as_deref(), linearized.coordinates());
+    if linearized.is_constrained() {
+        let constraints = counted(linearized.constraints(), "constraint");
+        heading.push_str(&format!(", {constraints}"));
+    }
+    let mut out = style.paint(Tone::Heading, &heading);
     out.push('\n');
     out.push_str(&equilibrium_text(linearized, options, style));
+    out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     match modes.modes.len() {
@@ -141,6 +147,23 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
+}
+
+/// The rates of a steady motion.
+fn rates_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
+    let model = linearized.model();
+    let turning = model.coordinates.iter().zip(&model.rates).zip(linearized.rates());
+    let items: Vec<String> = turning
+        .filter(|((_, given), _)| given.is_some())
+        .map(|((coordinate, _), rate)| {
+            format!("{}' = {}", coordinate.name, Written::new(&rate, options.digits).text())
+        })
+        .collect();
+    if items.is_empty() {
+        String::new()
+    } else {
+        listed("steady motion", &items, style.width)
+    }
 }
 
 /// A coordinate with the digits that are decided; where these are fewer than asked for, with its bound,
@@ -327,9 +350,15 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
         .iter()
         .enumerate()
         .map(|(at, heading)| {
-            let real = modes.iter().filter_map(|mode| mode.vector.get(at));
-            let imaginary = modes.iter().filter_map(|mode| mode.imaginary.get(at));
-            let power = common_power(real.chain(imaginary));
+            let parts = modes.iter().flat_map(|mode| {
+                let of = |part: &[f64]| part.get(at).copied();
+                // What may be 0 has no size.
+                let certain = |x: &f64| x.abs() > mode.vector_error_bound;
+                let both = of(&mode.vector).into_iter().chain(of(&mode.imaginary));
+                both.filter(certain).collect::<Vec<f64>>()
+            });
+            let parts: Vec<f64> = parts.collect();
+            let power = common_power(parts.iter());
             let cells = modes
                 .iter()
                 .map(|mode| component(mode, at, power, SHAPE_DIGITS));
@@ -387,9 +416,11 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
     };
     let real = mode.vector.get(at).copied().unwrap_or(0.0);
     let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
-    // What rounding alone leaves is no part.
-    let counts = |part: f64, other: f64| part.abs() > 1e-13 * other.abs() && part != 0.0;
-    if !counts(imaginary, real) {
+    // What may be 0 is no part.
+    let counts = |part: f64, other: f64| {
+        part.abs() > mode.vector_error_bound && part.abs() > 1e-13 * other.abs()
+    };
+    if !counts(imaginary, real) || mode.imaginary.is_empty() {
         return written(real);
     }
     let sign = if imaginary < 0.0 { "-" } else { "+" };
