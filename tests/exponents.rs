@@ -490,3 +490,39 @@ fn refused() {
         ExponentsError::ZeroVector { index: 0 }
     );
 }
+
+#[test]
+fn equal_exponents_of_definite_signature() {
+    // Two equal tops, fast enough to stand: S is negative, the equal frequencies are of one signature.
+    let g = 3.0;
+    let turn: &[&[f64]] = &[
+        &[0.0, -g, 0.0, 0.0],
+        &[g, 0.0, 0.0, 0.0],
+        &[0.0, 0.0, 0.0, -g],
+        &[0.0, 0.0, g, 0.0],
+    ];
+    let one: &[&[f64]] = &[
+        &[1.0, 0.0, 0.0, 0.0],
+        &[0.0, 1.0, 0.0, 0.0],
+        &[0.0, 0.0, 1.0, 0.0],
+        &[0.0, 0.0, 0.0, 1.0],
+    ];
+    let mut tops = problem(Structure::Gyroscopic, one, turn, one);
+    tops.stiffness.iter_mut().for_each(|x| *x = -*x);
+    let found = solved(&tops);
+    assert_eq!(kinds(&found), [ExponentKind::Oscillation; 4]);
+    assert_eq!(found.stability, Stability::Stable);
+    let root = Ball::exact(5.0).sqrt();
+    close(&found.entries[0].omega, (Ball::exact(g) - root).scale(-1));
+    close(&found.entries[3].omega, (Ball::exact(g) + root).scale(-1));
+    // Two equal overdamped oscillators: real exponents in pairs, by the symmetry of D and S.
+    let over = problem(
+        Structure::Damped,
+        I2,
+        &[&[5.0, 0.0], &[0.0, 5.0]],
+        &[&[2.0, 0.0], &[0.0, 2.0]],
+    );
+    let found = solved(&over);
+    assert_eq!(kinds(&found), [ExponentKind::Overdamped; 4]);
+    assert!(found.entries.iter().all(|entry| entry.limit.is_none()));
+}

@@ -260,13 +260,16 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
     sheets.into_iter().flatten().collect()
 }
 
+/// Σ over the links of a column of the images of the columns at their other ends: forward (XT)_j, else (TYᵀ)_j.
+type Linked<'a> = dyn Fn(&Image, bool) -> Vec<(Complex, f64)> + 'a;
+
 /// A column of the exponent 0. With x̃ = (XT)_j, a combination of vectors of the kernel, the residual is D x̃ + S x_j,
 /// and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
 fn zero_sheet(
     columns: &Columns,
     j: usize,
     inexact: &[f64],
-    linked: &dyn Fn(&Image, bool) -> Vec<(Complex, f64)>,
+    linked: &Linked<'_>,
     (right, left): (&[Image; 3], &[Image; 3]),
     at: usize,
 ) -> Sheet {

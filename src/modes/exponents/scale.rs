@@ -60,6 +60,18 @@ impl Enclosure {
         }
     }
 
+    /// Whether the exact matrix is symmetric, as far as exact entries tell.
+    pub(super) fn is_symmetric(&self) -> bool {
+        let n = self.mid.rows;
+        (0..n).all(|j| {
+            (0..=j).all(|i| {
+                self.radius.get(i, j) == 0.0
+                    && self.radius.get(j, i) == 0.0
+                    && self.mid.get(i, j) == self.mid.get(j, i)
+            })
+        })
+    }
+
     /// The matrix times x, and a bound of the error of every entry.
     pub(super) fn times(&self, x: &Matrix) -> (Matrix, Plain) {
         let (y, noise) = measured_product(&self.mid, x, Part::All);
