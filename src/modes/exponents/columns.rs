@@ -328,10 +328,10 @@ fn zero_sheet(
 
 /// The step of a vector towards the exact one, by the resolvent L(μ)⁻¹ = Σ x_i y_iᵀ / (q_ii (μ - μ_i)) without
 /// column j: minus Σ x_i (y_iᵀR_j) / (q_ii (μ_j - μ_i)); from the left likewise. `skip` leaves columns out.
-pub(super) fn steps(
+pub(super) fn steps<'a>(
     couplings: &Couplings,
     columns: &Columns,
-    sheets: &[Sheet],
+    sheets: &'a [Sheet],
     j: usize,
     difference: impl Fn(usize) -> c64,
     skip: impl Fn(usize) -> bool,
@@ -353,20 +353,20 @@ pub(super) fn steps(
         right[link.from] += a / by * link.value;
         left[link.to] += b / by * link.value;
     }
-    let sum = |weights: &[c64], part: &dyn Fn(usize) -> Vec<c64>| {
+    let sum = |weights: &[c64], part: &dyn Fn(usize) -> &'a [Approximate]| {
         let mut total = vec![zero; n];
         for (i, &weight) in weights.iter().enumerate() {
             if weight.re == 0.0 && weight.im == 0.0 || !(weight.re + weight.im).is_finite() {
                 continue;
             }
             for (t, x) in total.iter_mut().zip(part(i)) {
-                *t -= weight * x;
+                *t -= weight * x.value;
             }
         }
         total
     };
-    let x = sum(&right, &|i| sheets[i].x.iter().map(|x| x.value).collect());
-    let y = sum(&left, &|i| sheets[i].y.iter().map(|y| y.value).collect());
+    let x = sum(&right, &|i| &sheets[i].x);
+    let y = sum(&left, &|i| &sheets[i].y);
     (x, y)
 }
 

@@ -148,9 +148,13 @@ pub(super) fn in_double_double(
         .ok_or(ExponentsError::NoConvergence)
 }
 
-/// The bits of all radii together, relative to what they have to cover.
+/// The bits of all radii together, relative to what they have to cover; digits before vectors.
 fn score(statuses: &[Status]) -> f64 {
-    statuses.iter().map(|status| status.score).sum()
+    let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
+    statuses
+        .iter()
+        .map(|status| status.score + weight(status))
+        .sum()
 }
 
 /// Better columns in the place of those that lack digits.
@@ -192,10 +196,10 @@ fn better(
             next.turn(&turn, centre);
         }
     }
-    let single: Vec<usize> = lacking
-        .iter()
-        .copied()
-        .filter(|&j| j >= columns.together() && columns.twin[j].is_none() && !turned[j])
+    // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
+    // pair has to be biorthonormal to more digits than it needs for itself.
+    let single: Vec<usize> = (columns.together()..columns.count())
+        .filter(|&j| columns.twin[j].is_none() && !turned[j])
         .collect();
     let of = &certificate.of;
     improve(couplings, &mut next, sheets, &single, |j, i| of[i] == of[j]);

@@ -179,7 +179,7 @@ pub(super) fn status(
 }
 
 /// What vectors are off by beside their largest component, at most, before another round is spent on them.
-const ROUGH: f64 = 1e-13;
+const ROUGH: f64 = 1e-11;
 
 /// Marks columns whose vectors are [`Status::rough`].
 pub(super) fn mark_rough(
