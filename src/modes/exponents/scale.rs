@@ -89,6 +89,16 @@ impl Enclosure {
         })
     }
 
+    /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
+    pub(super) fn uncertainty(&self, x: &[f64]) -> f64 {
+        let n = x.len();
+        let sum: f64 = (0..n)
+            .flat_map(|i| (0..n).map(move |k| (i, k)))
+            .map(|(i, k)| x[i] * self.radius.get(i, k) * x[k])
+            .sum();
+        up(sum * (1.0 + (n * n) as f64 * f64::EPSILON))
+    }
+
     /// A bound of |A| x for x >= 0, uncertainty of A included.
     pub(super) fn magnitude_times(&self, x: &[f64]) -> Vec<f64> {
         (0..self.mid.rows)

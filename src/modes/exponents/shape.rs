@@ -71,7 +71,8 @@ impl<'a> Shapes<'a> {
             }
         }
         let terms: f64 = sizes.iter().zip(&weighted).map(|(a, b)| a * b).sum();
-        let rounding = (2.0 * n as f64 + 8.0) * f64::EPSILON * terms;
+        let rounding =
+            (2.0 * n as f64 + 8.0) * f64::EPSILON * terms + self.scaled.mass.uncertainty(&sizes);
         let length = square.sqrt();
         // |√(s + h) - √s| <= |h| / √s.
         let length_error = rounding / length;

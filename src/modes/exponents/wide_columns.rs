@@ -203,7 +203,16 @@ impl WideColumns {
     pub(super) fn difference(&self, i: usize, j: usize) -> c64 {
         match (self.mu(i), self.mu(j)) {
             (Some(a), Some(b)) => a.sub(&b).to_c64(),
-            _ => self.base.mu[i].sub(self.base.mu[j]).to_c64(),
+            _ => {
+                let difference = self.base.mu[i].sub(self.base.mu[j]);
+                // A column of many bits is rounded to 2^-104 of itself here; closer ones count as not apart.
+                let size = self.base.mu[i].size() + self.base.mu[j].size();
+                if difference.size() > 1e-15 * size {
+                    difference.to_c64()
+                } else {
+                    c64::new(0.0, 0.0)
+                }
+            }
         }
     }
 
