@@ -526,3 +526,45 @@ fn equal_exponents_of_definite_signature() {
     assert_eq!(kinds(&found), [ExponentKind::Overdamped; 4]);
     assert!(found.entries.iter().all(|entry| entry.limit.is_none()));
 }
+
+#[test]
+fn uncertain_matrices() {
+    // Foucault with ω² and Ω in intervals: bounds hold at their ends.
+    let (w2, o, r) = (2.0, 0.25, 1e-9);
+    let mut wide = problem(
+        Structure::Gyroscopic,
+        I2,
+        &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]],
+        &[&[w2, 0.0], &[0.0, w2]],
+    );
+    for entry in wide.velocity.iter_mut().chain(&mut wide.stiffness) {
+        if !entry.is_zero() {
+            *entry = entry.with_added_radius(r);
+        }
+    }
+    let found = solved(&wide);
+    assert_eq!(kinds(&found), [ExponentKind::Oscillation; 2]);
+    // Just inside: w2 + r is rounded itself, and the discs are hardly larger than they have to be.
+    let r = 0.999 * r;
+    for (w2, o) in [
+        (w2 + r, o + 0.5 * r),
+        (w2 - r, o - 0.5 * r),
+        (w2 + r, o - 0.5 * r),
+    ] {
+        let root = (Ball::exact(w2) + Ball::exact(o) * Ball::exact(o)).sqrt();
+        for (entry, omega) in found
+            .entries
+            .iter()
+            .zip([root - Ball::exact(o), root + Ball::exact(o)])
+        {
+            assert!(
+                (entry.omega - omega).contains_zero(),
+                "{:?} {omega:?}",
+                entry.omega
+            );
+            // Not by much too wide either, and said to be open: the matrices do not determine ten digits.
+            assert!(entry.omega.radius < 20.0 * r);
+            assert_eq!(entry.limit, Some(Limit::Open));
+        }
+    }
+}
