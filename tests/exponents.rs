@@ -490,3 +490,81 @@ fn refused() {
         ExponentsError::ZeroVector { index: 0 }
     );
 }
+
+#[test]
+fn equal_exponents_of_definite_signature() {
+    // Two equal tops, fast enough to stand: S is negative, the equal frequencies are of one signature.
+    let g = 3.0;
+    let turn: &[&[f64]] = &[
+        &[0.0, -g, 0.0, 0.0],
+        &[g, 0.0, 0.0, 0.0],
+        &[0.0, 0.0, 0.0, -g],
+        &[0.0, 0.0, g, 0.0],
+    ];
+    let one: &[&[f64]] = &[
+        &[1.0, 0.0, 0.0, 0.0],
+        &[0.0, 1.0, 0.0, 0.0],
+        &[0.0, 0.0, 1.0, 0.0],
+        &[0.0, 0.0, 0.0, 1.0],
+    ];
+    let mut tops = problem(Structure::Gyroscopic, one, turn, one);
+    tops.stiffness.iter_mut().for_each(|x| *x = -*x);
+    let found = solved(&tops);
+    assert_eq!(kinds(&found), [ExponentKind::Oscillation; 4]);
+    assert_eq!(found.stability, Stability::Stable);
+    let root = Ball::exact(5.0).sqrt();
+    close(&found.entries[0].omega, (Ball::exact(g) - root).scale(-1));
+    close(&found.entries[3].omega, (Ball::exact(g) + root).scale(-1));
+    // Two equal overdamped oscillators: real exponents in pairs, by the symmetry of D and S.
+    let over = problem(
+        Structure::Damped,
+        I2,
+        &[&[5.0, 0.0], &[0.0, 5.0]],
+        &[&[2.0, 0.0], &[0.0, 2.0]],
+    );
+    let found = solved(&over);
+    assert_eq!(kinds(&found), [ExponentKind::Overdamped; 4]);
+    assert!(found.entries.iter().all(|entry| entry.limit.is_none()));
+}
+
+#[test]
+fn uncertain_matrices() {
+    // Foucault with ω² and Ω in intervals: bounds hold at their ends.
+    let (w2, o, r) = (2.0, 0.25, 1e-9);
+    let mut wide = problem(
+        Structure::Gyroscopic,
+        I2,
+        &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]],
+        &[&[w2, 0.0], &[0.0, w2]],
+    );
+    for entry in wide.velocity.iter_mut().chain(&mut wide.stiffness) {
+        if !entry.is_zero() {
+            *entry = entry.with_added_radius(r);
+        }
+    }
+    let found = solved(&wide);
+    assert_eq!(kinds(&found), [ExponentKind::Oscillation; 2]);
+    // Just inside: w2 + r is rounded itself, and the discs are hardly larger than they have to be.
+    let r = 0.999 * r;
+    for (w2, o) in [
+        (w2 + r, o + 0.5 * r),
+        (w2 - r, o - 0.5 * r),
+        (w2 + r, o - 0.5 * r),
+    ] {
+        let root = (Ball::exact(w2) + Ball::exact(o) * Ball::exact(o)).sqrt();
+        for (entry, omega) in found
+            .entries
+            .iter()
+            .zip([root - Ball::exact(o), root + Ball::exact(o)])
+        {
+            assert!(
+                (entry.omega - omega).contains_zero(),
+                "{:?} {omega:?}",
+                entry.omega
+            );
+            // Not by much too wide either, and said to be open: the matrices do not determine ten digits.
+            assert!(entry.omega.radius < 20.0 * r);
+            assert_eq!(entry.limit, Some(Limit::Open));
+        }
+    }
+}

@@ -195,6 +195,52 @@ fn digits_of_random_problems() {
     assert!(cases >= 200);
 }
 
+#[test]
+fn thirty_digits_of_random_problems() {
+    let path = format!(
+        "{}/tests/reference/exponents/random.txt",
+        env!("CARGO_MANIFEST_DIR")
+    );
+    let text = std::fs::read_to_string(path).unwrap();
+    let lines: Vec<&str> = text.lines().collect();
+    let (mut at, mut cases) = (0, 0);
+    while cases < 50 {
+        let head: Vec<u64> = lines[at].split(' ').map(|x| x.parse().unwrap()).collect();
+        let (kind, n, seed) = (head[0] as u32, head[1] as usize, head[2]);
+        let own = &lines[at + 1..at + 1 + 2 * n];
+        at += 1 + 2 * n;
+        cases += 1;
+        // All printed parts, without signs, to 30 digits.
+        let digits = |x: &str| {
+            let number = Number::parse(x.strip_prefix('-').unwrap_or(x)).unwrap();
+            Big::from_number(&number, 200).decimal(30).text
+        };
+        let parts: Vec<String> = own
+            .iter()
+            .flat_map(|line| line.split(' '))
+            .map(digits)
+            .collect();
+        let options = Options::default().digits(30);
+        let found = exponents(&problem(kind, n, seed), &(), &options).unwrap();
+        for entry in &found.entries {
+            assert_eq!(entry.limit, None, "kind {kind} n {n} seed {seed}");
+            let precise = entry.precise.as_ref().unwrap();
+            for part in [&precise.growth, &precise.omega] {
+                let part = if part.is_negative() {
+                    -part
+                } else {
+                    part.clone()
+                };
+                let text = part.decimal(30).text;
+                assert!(
+                    part.is_zero() || parts.contains(&text),
+                    "kind {kind} n {n} seed {seed} {text}"
+                );
+            }
+        }
+    }
+}
+
 /// A larger file, by hand: LIBRATE_EXPONENTS=file cargo test --test exponents_random -- --ignored
 #[test]
 #[ignore = "reads a file named by LIBRATE_EXPONENTS"]

@@ -66,6 +66,11 @@ fn slack(terms: usize) -> f64 {
     4.0 * (terms as f64 + 16.0) * f64::EPSILON
 }
 
+/// Whether a > b; false where one is not a number.
+fn exceeds(a: f64, b: f64) -> bool {
+    a > b
+}
+
 /// What distances are trusted to.
 const NEAR: f64 = 1.0 - 1e-11;
 const FAR: f64 = 1.0 + 1e-11;
@@ -143,7 +148,8 @@ pub(super) fn certify(
         let met = (0..m).find_map(|j| {
             (0..j)
                 .find(|&i| {
-                    of[i] != of[j] && !(couplings.distance.get(i, j) * NEAR > up(disc[i] + disc[j]))
+                    of[i] != of[j]
+                        && !exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j]))
                 })
                 .map(|i| (i, j))
         });
@@ -253,7 +259,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         let reach = up(width + radius);
         for &i in &outside {
             diagonal[i] = ((gap[i] - radius) * NEAR * least[i] - defect[i]) * NEAR;
-            if !(diagonal[i] > 0.0) {
+            if !exceeds(diagonal[i], 0.0) {
                 return Err(i);
             }
             let mut sum = 0.0;
@@ -289,7 +295,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             for &i in &outside {
                 tau[i] = 1.01 * next[i].max(tau[i] * 0.5) + 1e-280;
             }
-            if tau.iter().any(|t| !(*t < 1e100)) {
+            if tau.iter().any(|t| !exceeds(1e100, *t)) {
                 break;
             }
         }
@@ -362,7 +368,7 @@ fn spread(couplings: &Couplings, members: &[usize], discs: &[f64]) -> (Vec<f64>,
     for a in 0..k {
         for b in 0..a {
             let d = couplings.distance.get(members[a], members[b]) * NEAR;
-            if !(d > up(discs[a] + discs[b])) && component[a] != component[b] {
+            if !exceeds(d, up(discs[a] + discs[b])) && component[a] != component[b] {
                 let (from, to) = (component[a], component[b]);
                 for c in &mut component {
                     if *c == from {

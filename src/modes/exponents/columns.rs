@@ -260,13 +260,16 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
     sheets.into_iter().flatten().collect()
 }
 
+/// Σ over the links of a column of the images of the columns at their other ends: forward (XT)_j, else (TYᵀ)_j.
+type Linked<'a> = dyn Fn(&Image, bool) -> Vec<(Complex, f64)> + 'a;
+
 /// A column of the exponent 0. With x̃ = (XT)_j, a combination of vectors of the kernel, the residual is D x̃ + S x_j,
 /// and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
 fn zero_sheet(
     columns: &Columns,
     j: usize,
     inexact: &[f64],
-    linked: &dyn Fn(&Image, bool) -> Vec<(Complex, f64)>,
+    linked: &Linked<'_>,
     (right, left): (&[Image; 3], &[Image; 3]),
     at: usize,
 ) -> Sheet {
@@ -325,10 +328,10 @@ fn zero_sheet(
 
 /// The step of a vector towards the exact one, by the resolvent L(μ)⁻¹ = Σ x_i y_iᵀ / (q_ii (μ - μ_i)) without
 /// column j: minus Σ x_i (y_iᵀR_j) / (q_ii (μ_j - μ_i)); from the left likewise. `skip` leaves columns out.
-pub(super) fn steps(
+pub(super) fn steps<'a>(
     couplings: &Couplings,
     columns: &Columns,
-    sheets: &[Sheet],
+    sheets: &'a [Sheet],
     j: usize,
     difference: impl Fn(usize) -> c64,
     skip: impl Fn(usize) -> bool,
@@ -350,20 +353,20 @@ pub(super) fn steps(
         right[link.from] += a / by * link.value;
         left[link.to] += b / by * link.value;
     }
-    let sum = |weights: &[c64], part: &dyn Fn(usize) -> Vec<c64>| {
+    let sum = |weights: &[c64], part: &dyn Fn(usize) -> &'a [Approximate]| {
         let mut total = vec![zero; n];
         for (i, &weight) in weights.iter().enumerate() {
             if weight.re == 0.0 && weight.im == 0.0 || !(weight.re + weight.im).is_finite() {
                 continue;
             }
             for (t, x) in total.iter_mut().zip(part(i)) {
-                *t -= weight * x;
+                *t -= weight * x.value;
             }
         }
         total
     };
-    let x = sum(&right, &|i| sheets[i].x.iter().map(|x| x.value).collect());
-    let y = sum(&left, &|i| sheets[i].y.iter().map(|y| y.value).collect());
+    let x = sum(&right, &|i| &sheets[i].x);
+    let y = sum(&left, &|i| &sheets[i].y);
     (x, y)
 }
 

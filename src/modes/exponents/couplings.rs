@@ -218,14 +218,14 @@ impl Couplings {
         let square = || Plain::zeros(m, m);
         let (mut right, mut left_t, mut q, mut q_t) = (square(), square(), square(), square());
         let (mut defect, mut least) = (Vec::with_capacity(m), Vec::with_capacity(m));
-        for j in 0..m {
+        for (j, sheet) in sheets.iter().enumerate() {
             for i in 0..m {
                 let (a, b) = (first_error.get(i, j), second_error.get(i, j));
                 let entry = unit.get(i, j);
                 // The sum of the two is rounded by at most 2 u of its parts, which γ covers twice.
                 let error = up(2.0 * (a + b));
                 if i == j {
-                    defect.push(sheets[j].defect);
+                    defect.push(sheet.defect);
                     least.push((modulus(entry) * (1.0 - 1e-15) - error).max(0.0));
                     continue;
                 }
@@ -252,16 +252,16 @@ impl Couplings {
             };
         for link in links {
             let size = link.value.abs();
-            for i in 0..m {
+            for (i, defect) in defect.iter_mut().enumerate() {
                 let more = sizes(i, link.from) * size;
                 if i == link.to {
-                    defect[i] = up(defect[i] + more);
+                    *defect = up(*defect + more);
                 } else {
                     right.set(i, link.to, up(right.get(i, link.to) + more));
                 }
                 let more = sizes(link.to, i) * size;
                 if i == link.from {
-                    defect[i] = up(defect[i] + more);
+                    *defect = up(*defect + more);
                 } else {
                     left_t.set(i, link.from, up(left_t.get(i, link.from) + more));
                 }

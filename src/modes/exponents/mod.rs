@@ -25,10 +25,13 @@ mod exact;
 mod polynomial;
 mod resolve;
 mod scale;
+mod shape;
+mod signature;
 mod solve;
 mod spectrum;
 mod start;
 mod wide;
+mod wide_columns;
 
 use dashu_int::IBig;
 use faer::c64;

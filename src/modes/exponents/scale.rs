@@ -60,6 +60,18 @@ impl Enclosure {
         }
     }
 
+    /// Whether the exact matrix is symmetric, as far as exact entries tell.
+    pub(super) fn is_symmetric(&self) -> bool {
+        let n = self.mid.rows;
+        (0..n).all(|j| {
+            (0..=j).all(|i| {
+                self.radius.get(i, j) == 0.0
+                    && self.radius.get(j, i) == 0.0
+                    && self.mid.get(i, j) == self.mid.get(j, i)
+            })
+        })
+    }
+
     /// The matrix times x, and a bound of the error of every entry.
     pub(super) fn times(&self, x: &Matrix) -> (Matrix, Plain) {
         let (y, noise) = measured_product(&self.mid, x, Part::All);
@@ -75,6 +87,16 @@ impl Enclosure {
         Mat::from_fn(self.mid.rows, self.mid.columns, |i, j| {
             self.mid.get(i, j).hi
         })
+    }
+
+    /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
+    pub(super) fn uncertainty(&self, x: &[f64]) -> f64 {
+        let n = x.len();
+        let sum: f64 = (0..n)
+            .flat_map(|i| (0..n).map(move |k| (i, k)))
+            .map(|(i, k)| x[i] * self.radius.get(i, k) * x[k])
+            .sum();
+        up(sum * (1.0 + (n * n) as f64 * f64::EPSILON))
     }
 
     /// A bound of |A| x for x >= 0, uncertainty of A included.

@@ -12,7 +12,8 @@ use super::resolve::{Turn, members, turn};
 use super::scale::Scaled;
 use super::spectrum::{Facts, Status, Value, exact_spectrum, mark_rough, spectrum, status};
 use super::start::{cholesky, start};
-use super::wide::{WideColumns, climb};
+use super::wide::climb;
+use super::wide_columns::WideColumns;
 use super::{
     Exponents, ExponentsError, Options, QuadraticProblem, QuadraticSource, Rung, Stability,
     Structure,
@@ -26,7 +27,6 @@ const ROUNDS: usize = 12;
 pub(super) struct Solution {
     pub(super) columns: WideColumns,
     pub(super) sheets: Vec<Sheet>,
-    pub(super) couplings: Couplings,
     pub(super) certificate: Certificate,
     pub(super) facts: Facts,
     pub(super) statuses: Vec<Status>,
@@ -104,7 +104,7 @@ pub(super) fn in_double_double(
         };
         let certificate = certify(&couplings, columns.together(), &columns.twin);
         let value = |j: usize, radius: f64| columns.value(j, radius);
-        let mut statuses = status(&facts, &columns, &value, &certificate, options);
+        let mut statuses = status(&facts, &columns, &sheets, &value, &certificate, options);
         if options.vectors {
             mark_rough(&mut statuses, &columns, &sheets, &certificate);
         }
@@ -131,7 +131,6 @@ pub(super) fn in_double_double(
                     bits: 0,
                 },
                 sheets,
-                couplings,
                 certificate,
                 facts: facts.clone(),
                 statuses,
@@ -149,9 +148,13 @@ pub(super) fn in_double_double(
         .ok_or(ExponentsError::NoConvergence)
 }
 
-/// The bits of all radii together, relative to what they have to cover.
+/// The bits of all radii together, relative to what they have to cover; digits before vectors.
 fn score(statuses: &[Status]) -> f64 {
-    statuses.iter().map(|status| status.score).sum()
+    let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
+    statuses
+        .iter()
+        .map(|status| status.score + weight(status))
+        .sum()
 }
 
 /// Better columns in the place of those that lack digits.
@@ -193,10 +196,10 @@ fn better(
             next.turn(&turn, centre);
         }
     }
-    let single: Vec<usize> = lacking
-        .iter()
-        .copied()
-        .filter(|&j| j >= columns.together() && columns.twin[j].is_none() && !turned[j])
+    // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
+    // pair has to be biorthonormal to more digits than it needs for itself.
+    let single: Vec<usize> = (columns.together()..columns.count())
+        .filter(|&j| columns.twin[j].is_none() && !turned[j])
         .collect();
     let of = &certificate.of;
     improve(couplings, &mut next, sheets, &single, |j, i| of[i] == of[j]);
@@ -321,6 +324,9 @@ impl Facts {
             definite: gyroscopic
                 && scaled.zero.is_empty()
                 && is_positive_definite(&scaled.stiffness),
+            symmetric: !gyroscopic
+                && scaled.velocity.is_symmetric()
+                && scaled.stiffness.is_symmetric(),
             least_zeros: least_zeros(scaled),
         }
     }

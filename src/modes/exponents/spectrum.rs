@@ -1,5 +1,7 @@
 //! Certified discs as exponents in printing order.
 
+use std::cell::OnceCell;
+
 use faer::c64;
 
 use super::certify::Certificate;
@@ -8,6 +10,8 @@ use super::complex::Complex;
 use super::couplings::Sheet;
 use super::exact::ExactSpectrum;
 use super::scale::Scaled;
+use super::shape::Shapes;
+use super::signature::is_definite;
 use super::solve::Solution;
 use super::{
     Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Stability, Structure,
@@ -21,6 +25,8 @@ pub(super) struct Facts {
     /// Nothing is damped and S is positive definite: all exponents are imaginary and have as many vectors as
     /// their multiplicity, for the energy xᴴSx + |λ|² xᴴMx bounds all solutions.
     pub(super) definite: bool,
+    /// D and S are symmetric, exactly.
+    pub(super) symmetric: bool,
     /// A lower bound of the multiplicity of the exponent 0.
     pub(super) least_zeros: usize,
 }
@@ -75,12 +81,21 @@ pub(super) fn zeros_proved(facts: &Facts, columns: &Columns, certificate: &Certi
 pub(super) fn status(
     facts: &Facts,
     columns: &Columns,
+    sheets: &[Sheet],
     value: &dyn Fn(usize, f64) -> Value,
     certificate: &Certificate,
     options: &Options,
 ) -> Vec<Status> {
     let m = columns.count();
     let zeros = zeros_proved(facts, columns, certificate);
+    // By group, where asked for.
+    let definite: Vec<OnceCell<bool>> = vec![OnceCell::new(); certificate.groups.len()];
+    let on_axis = |j: usize| {
+        let at = certificate.of[j];
+        let group = &certificate.groups[at];
+        let sign = if facts.gyroscopic { -1.0 } else { 1.0 };
+        *definite[at].get_or_init(|| is_definite(columns, sheets, group, sign))
+    };
     let discs: Vec<(f64, f64, usize)> = (0..m).map(|j| certificate.disc(j)).collect();
     (0..m)
         .map(|j| {
@@ -109,18 +124,19 @@ pub(super) fn status(
                         }
                     })
             };
+            let conj = columns.mu[j].conj();
+            let across = Complex {
+                re: -conj.re,
+                im: -conj.im,
+            };
+            let near = |part: f64| part.abs() <= up(radius);
             let growth_zero = !of_zero
                 && (facts.definite
-                    || facts.gyroscopic
-                        && re.abs() <= up(radius)
-                        && alone(Complex {
-                            re: -columns.mu[j].re,
-                            im: columns.mu[j].im,
-                        }));
+                    || facts.gyroscopic && near(re) && (alone(across) || shared > 1 && on_axis(j)));
             let omega_zero = !of_zero
                 && !facts.definite
-                && im.abs() <= up(radius)
-                && alone(columns.mu[j].conj());
+                && near(im)
+                && (alone(conj) || facts.symmetric && shared > 1 && on_axis(j));
             let Value {
                 growth,
                 omega,
@@ -163,7 +179,7 @@ pub(super) fn status(
 }
 
 /// What vectors are off by beside their largest component, at most, before another round is spent on them.
-const ROUGH: f64 = 1e-13;
+const ROUGH: f64 = 1e-11;
 
 /// Marks columns whose vectors are [`Status::rough`].
 pub(super) fn mark_rough(
@@ -229,7 +245,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         ..
     } = solution;
     let columns = &columns.base;
-    let mut shapes = Shapes::new(scaled, solution, options.vectors);
+    let shapes = Shapes::new(scaled, solution, options.vectors);
     // Of the real exponents without dissipation the growing half stands for the pairs.
     let mut real: Vec<usize> = Vec::new();
     for j in columns.together()..columns.count() {
@@ -237,16 +253,21 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             continue;
         }
         let paired = columns.twin.contains(&Some(j));
-        if !paired && facts.gyroscopic && !solution.statuses[j].growth_zero {
-            real.push(j);
-            continue;
+        let status = &solution.statuses[j];
+        // A pair of columns beside the real axis may stand for two real exponents.
+        let copies = if paired && status.omega_zero { 2 } else { 1 };
+        for _ in 0..copies {
+            if facts.gyroscopic && !status.growth_zero && (!paired || status.omega_zero) {
+                real.push(j);
+            } else {
+                entries.push(entry(scaled, solution, j, &shapes));
+            }
         }
-        entries.push(entry(scaled, solution, j, &mut shapes));
     }
     real.sort_by(|&a, &b| columns.mu[b].re.hi.total_cmp(&columns.mu[a].re.hi));
     real.truncate(real.len().div_ceil(2));
     for j in real {
-        entries.push(entry(scaled, solution, j, &mut shapes));
+        entries.push(entry(scaled, solution, j, &shapes));
     }
     let z = columns.zeros;
     if z > 0 {
@@ -260,7 +281,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         let left = columns.together().saturating_sub(facts.least_zeros);
         let left = if gyroscopic { left / 2 } else { left };
         for k in 0..left {
-            let mut open = entry(scaled, solution, columns.together() - 1 - k, &mut shapes);
+            let mut open = entry(scaled, solution, columns.together() - 1 - k, &shapes);
             open.kind = ExponentKind::Undecided;
             entries.push(open);
         }
@@ -268,7 +289,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     finish(entries, solution, options)
 }
 
-fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &mut Shapes<'_>) -> Exponent {
+fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) -> Exponent {
     let Solution {
         columns,
         certificate,
@@ -295,7 +316,7 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &mut Shapes<'_>
     if omega.is_negative() {
         omega = -omega;
     }
-    let limit = status.lacking.then(|| {
+    let limit = status.lacking.then_some({
         if shared > 1 {
             Limit::Unresolved { count: shared }
         } else {
@@ -338,7 +359,7 @@ pub(super) fn exact_spectrum(
     options: &Options,
 ) -> Exponents {
     let columns = &solution.columns.base;
-    let mut shapes = Shapes::new(scaled, solution, options.vectors);
+    let shapes = Shapes::new(scaled, solution, options.vectors);
     let mut entries = Vec::new();
     let mut used = vec![false; columns.count()];
     let mut cluster = 0;
@@ -511,111 +532,5 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
         entries,
         stability,
         rung: solution.rung,
-    }
-}
-
-/// Vectors as they are printed, and their bounds.
-struct Shapes<'a> {
-    scaled: &'a Scaled,
-    solution: &'a Solution,
-    wanted: bool,
-}
-
-impl<'a> Shapes<'a> {
-    fn new(scaled: &'a Scaled, solution: &'a Solution, wanted: bool) -> Self {
-        Self {
-            scaled,
-            solution,
-            wanted,
-        }
-    }
-
-    /// The vector of a column and a bound of the error of each component.
-    ///
-    /// The exact vector is x + e with |e_p| <= ε_p = Σ_i |x_pi| τ_i over the columns outside the group, up to a factor:
-    /// the coefficients of an eigenvector that outside of the group are at most τ (see
-    /// [`super::certify`]). With |e|_M <= ε, both vectors divided by their M-lengths (1 and a number within ε of 1,
-    /// for x of length 1) differ by at most ε_p + (|x_p| + ε_p) ε / (1 - ε); making component k real turns the exact
-    /// one by an angle of at most asin(ε_k / |x_k|) <= (π/2) ε_k / |x_k|, which moves every component by at
-    /// most that times its size.
-    fn of(&mut self, j: usize) -> (Vec<c64>, f64) {
-        if !self.wanted {
-            return (Vec::new(), 0.0);
-        }
-        let Solution {
-            columns,
-            sheets,
-            certificate,
-            ..
-        } = self.solution;
-        let columns = &columns.base;
-        let n = self.scaled.n;
-        let x: Vec<c64> = sheets[j].x.iter().map(|x| x.value).collect();
-        let group = &certificate.groups[certificate.of[j]];
-        let mut off: Vec<f64> = sheets[j]
-            .x
-            .iter()
-            .map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im))
-            .collect();
-        if j >= columns.zeros {
-            for (i, &reach) in group.reach.iter().enumerate() {
-                if reach > 0.0 {
-                    for (off, x) in off.iter_mut().zip(&sheets[i].x) {
-                        *off += (x.value.re.hypot(x.value.im) + x.error) * reach;
-                    }
-                }
-            }
-        }
-        let slack = 1.0 + 8.0 * (columns.count() as f64 + 4.0) * f64::EPSILON;
-        // xᴴMx and what it may be off by: M as an enclosure, sums of n² terms in doubles.
-        let modulus = |x: &c64| x.re.hypot(x.im);
-        let sizes: Vec<f64> = x.iter().map(modulus).collect();
-        let weighted = self.scaled.mass.magnitude_times(&sizes);
-        let mut square = 0.0;
-        for p in 0..n {
-            for q in 0..n {
-                let m = self.scaled.mass.mid.get(p, q).hi;
-                square += m * (x[p].re * x[q].re + x[p].im * x[q].im);
-            }
-        }
-        let terms: f64 = sizes.iter().zip(&weighted).map(|(a, b)| a * b).sum();
-        let rounding = (2.0 * n as f64 + 8.0) * f64::EPSILON * terms;
-        let length = square.sqrt();
-        // |√(s + h) - √s| <= |h| / √s.
-        let length_error = rounding / length;
-        let error_square: f64 = off
-            .iter()
-            .zip(self.scaled.mass.magnitude_times(&off))
-            .map(|(a, b)| a * b)
-            .sum();
-        let epsilon =
-            up((error_square.sqrt() * slack * slack + length_error) / (length - length_error));
-        // In the coordinates of the problem.
-        let physical = |p: usize, value: f64| value * f64::from(self.scaled.shift[p]).exp2();
-        let most = (0..n).fold(0.0_f64, |most, p| most.max(physical(p, sizes[p])));
-        let first = (0..n).find(|&p| physical(p, sizes[p]) >= most * (1.0 - 1e-6));
-        let Some(first) = first else {
-            return (vec![c64::new(0.0, 0.0); n], f64::INFINITY);
-        };
-        let turn = c64::new(x[first].re, -x[first].im) / sizes[first] / length;
-        let angle = 1.6 * off[first] * slack / sizes[first];
-        let mut bound: f64 = 0.0;
-        for p in 0..n {
-            let share = (sizes[p] + off[p]) * (epsilon / (1.0 - epsilon) + angle);
-            let error = (off[p] + share) * slack / (length - length_error)
-                + 8.0 * f64::EPSILON * sizes[p] / length;
-            bound = bound.max(up(physical(p, error)));
-        }
-        if bound.is_nan() || epsilon >= 0.5 {
-            bound = f64::INFINITY;
-        }
-        let vector = (0..n)
-            .map(|p| {
-                let value = x[p] * turn;
-                let im = if p == first { 0.0 } else { value.im };
-                c64::new(physical(p, value.re), physical(p, im))
-            })
-            .collect();
-        (vector, bound)
     }
 }

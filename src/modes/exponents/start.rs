@@ -38,8 +38,12 @@ const LINK: f64 = 1.0 / (1u64 << 30) as f64;
 
 /// The lower Cholesky factor in doubles; `None` if a pivot is not clearly positive.
 pub(super) fn cholesky(a: &Mat<f64>) -> Option<Mat<f64>> {
+    cholesky_pivots(a, 4.0 * a.nrows() as f64 * f64::EPSILON)
+}
+
+/// The same with pivots above so much of the diagonal entry.
+pub(super) fn cholesky_pivots(a: &Mat<f64>, noise: f64) -> Option<Mat<f64>> {
     let n = a.nrows();
-    let noise = 4.0 * n as f64 * f64::EPSILON;
     let mut l = Mat::<f64>::zeros(n, n);
     for j in 0..n {
         let mut pivot = a[(j, j)];

@@ -9,14 +9,15 @@ use faer::c64;
 
 use super::certify::{Certificate, certify};
 use super::columns::{Columns, steps};
-use super::complex::{Complex, Wide};
-use super::couplings::{Approximate, Couplings, Sheet};
-use super::resolve::{Turn, members, turn};
+use super::complex::Wide;
+use super::couplings::{Couplings, Sheet};
+use super::resolve::{members, turn};
 use super::scale::Scaled;
 use super::solve::Solution;
-use super::spectrum::{Status, Value, status};
-use super::{Options, PreciseQuadratic, QuadraticProblem, QuadraticSource, Rung};
-use crate::precision::{Big, DoubleDouble, Magnitude};
+use super::spectrum::{Status, status};
+use super::wide_columns::{Matrices, Rows, WideColumn, WideColumns, apply, half, sheet};
+use super::{Options, QuadraticProblem, QuadraticSource, Rung};
+use crate::precision::Big;
 
 /// The most bits that are worked with: bounds are doubles.
 const MOST_BITS: usize = 900;
@@ -24,298 +25,6 @@ const MOST_BITS: usize = 900;
 const ROUNDS: usize = 60;
 /// Products for a round that are still worth starting: some seconds.
 const MOST_WORK: f64 = 3e8;
-
-/// Larger groups have their entries of Q from doubles.
-const MOST_TOGETHER: usize = 16;
-
-/// A matrix of numbers of many bits: the entries that are not 0, row by row.
-struct Rows(Vec<Vec<(usize, Big)>>);
-
-impl Rows {
-    fn new(n: usize, entry: impl Fn(usize, usize) -> Big) -> Self {
-        let row = |i: usize| {
-            (0..n)
-                .map(|j| (j, entry(i, j)))
-                .filter(|(_, x)| !x.is_zero())
-                .collect()
-        };
-        Self((0..n).map(row).collect())
-    }
-
-    fn times(&self, x: &[Wide], bits: usize) -> Vec<Wide> {
-        self.0
-            .iter()
-            .map(|row| {
-                let zero = Wide::zero(bits);
-                row.iter()
-                    .fold(zero, |sum, (j, entry)| sum.add(&x[*j].times(entry)))
-            })
-            .collect()
-    }
-
-    fn count(&self) -> usize {
-        self.0.iter().map(Vec::len).sum()
-    }
-}
-
-/// The scaled matrices and the transposes that left vectors need.
-struct Matrices {
-    bits: usize,
-    right: [Rows; 3],
-    left: [Rows; 3],
-}
-
-impl Matrices {
-    fn new(
-        scaled: &Scaled,
-        problem: &QuadraticProblem,
-        source: &dyn QuadraticSource,
-        bits: usize,
-    ) -> Option<Self> {
-        let n = scaled.n;
-        let precise = source.precisely(bits).or_else(|| as_it_is(problem, bits))?;
-        let square = n * n;
-        let whole = [&precise.mass, &precise.velocity, &precise.stiffness];
-        if whole
-            .iter()
-            .any(|m| m.len() != square || m.iter().any(|x| !x.is_finite()))
-        {
-            return None;
-        }
-        let entry = |k: usize, row: usize, column: usize| {
-            let by = scaled.shift[row] + scaled.shift[column] - k as i32 * scaled.power;
-            let x: &Big = &whole[k][column * n + row];
-            x.scale(i64::from(by)).with_bits(bits)
-        };
-        let right = [0, 1, 2].map(|k| Rows::new(n, |i, j| entry(k, i, j)));
-        let left = [0, 1, 2].map(|k| Rows::new(n, |i, j| entry(k, j, i)));
-        Some(Self { bits, right, left })
-    }
-}
-
-/// Enclosures without radius are the matrices to any precision.
-fn as_it_is(problem: &QuadraticProblem, bits: usize) -> Option<PreciseQuadratic> {
-    let wide = |entries: &[crate::precision::Ball]| -> Option<Vec<Big>> {
-        entries
-            .iter()
-            .map(|x| x.is_exact().then(|| Big::from_ball(x, bits)))
-            .collect()
-    };
-    Some(PreciseQuadratic {
-        mass: wide(&problem.mass)?,
-        velocity: wide(&problem.velocity)?,
-        stiffness: wide(&problem.stiffness)?,
-        zero_vectors: Vec::new(),
-    })
-}
-
-/// A column of many bits; its parts are exact numbers.
-#[derive(Clone)]
-pub(super) struct WideColumn {
-    pub(super) mu: Wide,
-    x: Vec<Wide>,
-    y: Vec<Wide>,
-    /// M x and D x, as they were measured.
-    image: Vec<Wide>,
-    slope: Vec<Wide>,
-}
-
-impl WideColumn {
-    fn new(mu: Wide, x: Vec<Wide>, y: Vec<Wide>) -> Self {
-        Self {
-            mu,
-            x,
-            y,
-            image: Vec::new(),
-            slope: Vec::new(),
-        }
-    }
-
-    fn conj(&self) -> Self {
-        let conj = |v: &[Wide]| v.iter().map(Wide::conj).collect();
-        Self {
-            mu: self.mu.conj(),
-            x: conj(&self.x),
-            y: conj(&self.y),
-            image: conj(&self.image),
-            slope: conj(&self.slope),
-        }
-    }
-
-    /// Q_ij = y_iᵀ ((μ_i + μ_j) M + D) x_j.
-    fn unit(&self, other: &Self) -> Approximate {
-        let sum = self.mu.add(&other.mu);
-        let parts = other.image.iter().zip(&other.slope);
-        let entry = self
-            .y
-            .iter()
-            .zip(parts)
-            .fold(Wide::zero(64), |total, (y, (u, v))| {
-                total.add(&y.mul(&sum.mul(u).add(v)))
-            });
-        approximate(&entry)
-    }
-}
-
-/// Columns of double-double, some of them replaced by better ones.
-pub(super) struct WideColumns {
-    pub(super) base: Columns,
-    pub(super) wide: Vec<Option<WideColumn>>,
-    pub(super) bits: usize,
-}
-
-impl WideColumns {
-    /// The exponent with this radius.
-    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
-        let source = self.base.twin[j].unwrap_or(j);
-        let Some(column) = &self.wide[source] else {
-            return self.base.value(j, radius);
-        };
-        let error = Magnitude::from_f64(radius);
-        let part = |x: &Big| x.clone().with_added_radius(error);
-        let im = if source == j {
-            part(&column.mu.im)
-        } else {
-            -&part(&column.mu.im)
-        };
-        Value::wide(part(&column.mu.re), im)
-    }
-
-    fn get(&self, j: usize) -> Option<WideColumn> {
-        match self.base.twin[j] {
-            Some(i) => self.wide[i].as_ref().map(WideColumn::conj),
-            None => self.wide[j].clone(),
-        }
-    }
-
-    /// The entries of Q between members of a group.
-    fn units(&self, certificate: &Certificate) -> Vec<(usize, usize, Approximate)> {
-        let mut known = Vec::new();
-        for group in &certificate.groups {
-            let members = group.members.iter();
-            let columns: Vec<(usize, WideColumn)> =
-                members.filter_map(|&j| Some((j, self.get(j)?))).collect();
-            if group.members.len() < 2 || columns.len() > MOST_TOGETHER {
-                continue;
-            }
-            for (i, a) in &columns {
-                known.extend(columns.iter().map(|(j, b)| (*i, *j, a.unit(b))));
-            }
-        }
-        known
-    }
-
-    fn mu(&self, j: usize) -> Option<Wide> {
-        match self.base.twin[j] {
-            Some(i) => self.wide[i].as_ref().map(|column| column.mu.conj()),
-            None => self.wide[j].as_ref().map(|column| column.mu.clone()),
-        }
-    }
-
-    /// μ_i - μ_j, nearly.
-    fn difference(&self, i: usize, j: usize) -> c64 {
-        match (self.mu(i), self.mu(j)) {
-            (Some(a), Some(b)) => a.sub(&b).to_c64(),
-            _ => self.base.mu[i].sub(self.base.mu[j]).to_c64(),
-        }
-    }
-
-    /// Columns join at the precision that is in use.
-    fn widen(&mut self, which: &[usize]) {
-        for &j in which {
-            if self.base.twin[j].is_none() && j >= self.base.together() && self.wide[j].is_none() {
-                let wide = |v: &[Complex]| {
-                    v.iter()
-                        .map(|x| Wide::from_complex(*x, self.bits))
-                        .collect()
-                };
-                let mu = Wide::from_complex(self.base.mu[j], self.bits);
-                let (x, y) = (wide(&self.base.x[j]), wide(&self.base.y[j]));
-                self.wide[j] = Some(WideColumn::new(mu, x, y));
-            }
-        }
-    }
-}
-
-/// Bits of vectors for matrices of so many.
-fn half(bits: usize) -> usize {
-    bits / 2 + 64
-}
-
-fn approximate(x: &Wide) -> Approximate {
-    let value = x.to_c64();
-    let size = value.re.hypot(value.im);
-    Approximate {
-        value,
-        error: x.radius() + size * 2f64.powi(-50) + 1e-300,
-    }
-}
-
-fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
-    let bits = matrices.bits;
-    let real = column.mu.im.is_zero();
-    let of_x = matrices.right.each_ref().map(|a| a.times(&column.x, bits));
-    let of_y = matrices.left.each_ref().map(|a| a.times(&column.y, bits));
-    let quadratic = |mu: &Wide, parts: &[Vec<Wide>]| -> Vec<Wide> {
-        (0..parts[0].len())
-            .map(|i| {
-                let inner = mu.mul(&parts[0][i]).add(&parts[1][i]);
-                inner.mul(mu).add(&parts[2][i])
-            })
-            .collect()
-    };
-    let mut mu = column.mu.clone().with_bits(bits);
-    let mut residual = quadratic(&mu, &of_x);
-    let against = |residual: &[Wide]| {
-        column
-            .y
-            .iter()
-            .zip(residual)
-            .fold(Wide::zero(bits), |sum, (y, r)| sum.add(&y.mul(r)))
-    };
-    for _ in 0..2 {
-        let over = against(&residual);
-        let mut under = Wide::zero(64);
-        for (i, y) in column.y.iter().enumerate() {
-            let slope = mu.mul(&of_x[0][i]);
-            let slope = slope.add(&slope).add(&of_x[1][i]);
-            under = under.add(&y.mul(&slope));
-        }
-        let step = over.div(&under);
-        if !step.is_finite() {
-            break;
-        }
-        mu = mu.sub(&step).center(bits);
-        if real {
-            mu.im = Big::zero(bits);
-        }
-        residual = quadratic(&mu, &of_x);
-    }
-    let defect = against(&residual).abs_upper();
-    let left = quadratic(&mu, &of_y);
-    let all = |v: &[Wide]| v.iter().map(approximate).collect::<Vec<_>>();
-    let rest: Vec<Wide> = of_x[1]
-        .iter()
-        .zip(&of_x[0])
-        .map(|(v, u)| v.add(&mu.mul(u)))
-        .collect();
-    let turned: Vec<Wide> = column.y.iter().map(|y| mu.mul(y)).collect();
-    let sheet = Sheet {
-        x: all(&column.x),
-        y: all(&column.y),
-        residual: all(&residual),
-        left: all(&left),
-        image: all(&of_x[0]),
-        rest: all(&rest),
-        turned: all(&turned),
-        defect,
-    };
-    column.mu = mu;
-    let [image, slope, _] = of_x;
-    column.image = image;
-    column.slope = slope;
-    sheet
-}
 
 /// Better columns in the place of those that lack digits, as far as bits and effort go.
 pub(super) fn climb(
@@ -385,7 +94,14 @@ pub(super) fn climb(
         };
         let certificate = certify(&couplings, columns.base.together(), &columns.base.twin);
         let value = |j: usize, radius: f64| columns.value(j, radius);
-        let statuses = status(&best.facts, &columns.base, &value, &certificate, options);
+        let statuses = status(
+            &best.facts,
+            &columns.base,
+            &sheets,
+            &value,
+            &certificate,
+            options,
+        );
         let now: f64 = statuses.iter().map(|status| status.score).sum();
         let lacking = self::lacking(&statuses);
         stalled = if now < score - 4.0 { 0 } else { stalled + 1 };
@@ -402,7 +118,6 @@ pub(super) fn climb(
             best = Solution {
                 columns: kept,
                 sheets,
-                couplings,
                 certificate,
                 facts: best.facts,
                 statuses,
@@ -550,87 +265,4 @@ fn centre(columns: &WideColumns, members: &[usize], real: bool) -> Option<Wide> 
         mean.im = Big::zero(bits);
     }
     Some(mean)
-}
-
-/// Puts the turned columns in the place of the members.
-fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centre: &Wide) {
-    let bits = from.bits;
-    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| from.get(j)).collect()
-    else {
-        return;
-    };
-    let k = turn.members.len();
-    let n = old.first().map_or(0, |column| column.x.len());
-    let length = |v: &[Wide]| {
-        v.iter()
-            .map(|x| {
-                let x = x.to_c64();
-                x.re * x.re + x.im * x.im
-            })
-            .sum::<f64>()
-            .sqrt()
-    };
-    let mut new = Vec::with_capacity(k);
-    for a in 0..k {
-        let combine = |part: &dyn Fn(&WideColumn) -> &Vec<Wide>, weight: &dyn Fn(usize) -> c64| {
-            let mut sum = vec![Wide::zero(bits); n];
-            for (c, column) in old.iter().enumerate() {
-                let by = Wide::from_c64(weight(c), bits);
-                for (sum, x) in sum.iter_mut().zip(part(column)) {
-                    *sum = sum.add(&by.mul(x)).center(bits);
-                }
-            }
-            sum
-        };
-        let x = combine(&|column| &column.x, &|c| turn.right[(c, a)]);
-        let y = combine(&|column| &column.y, &|c| turn.left[(a, c)]);
-        let by = length(&old[a].x) / length(&x);
-        if !(by.is_finite() && by > 0.0) {
-            return;
-        }
-        let real = turn.twin[a].is_none()
-            && turn.steps[a].im == 0.0
-            && centre.im.is_zero()
-            && !turn.twin.contains(&Some(a));
-        let scale = |v: Vec<Wide>, by: f64| -> Vec<Wide> {
-            let by = Big::from_f64(by, bits);
-            v.iter()
-                .map(|x| {
-                    let mut x = x.times(&by).center(bits);
-                    if real {
-                        x.im = Big::zero(bits);
-                    }
-                    x
-                })
-                .collect()
-        };
-        let mu = centre.add(&Wide::from_c64(turn.steps[a], 2 * bits));
-        let column = WideColumn::new(mu, scale(x, by), scale(y, 1.0 / by));
-        if !(column.mu.is_finite() && column.x.iter().chain(&column.y).all(Wide::is_finite)) {
-            return;
-        }
-        new.push((column, real));
-    }
-    let paired = turn.twin.iter().any(Option::is_some);
-    for (a, (column, real)) in new.into_iter().enumerate() {
-        let j = turn.members[a];
-        if paired || to.base.twin[j].is_some() || real {
-            to.base.twin[j] = turn.twin[a].map(|b| turn.members[b]);
-        }
-        to.base.mu[j] = Complex {
-            re: column.mu.re.to_ball().mid,
-            im: if real {
-                DoubleDouble::ZERO
-            } else {
-                column.mu.im.to_ball().mid
-            },
-        };
-        to.base.x[j] = column.x.iter().map(Wide::to_complex).collect();
-        to.base.y[j] = column.y.iter().map(Wide::to_complex).collect();
-        to.wide[j] = if to.base.twin[j].is_some() {
-            None
-        } else {
-            Some(column)
-        };
-    }
 }
