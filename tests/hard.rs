@@ -24,7 +24,7 @@ use librate::number::Number;
 use librate::oscillation::normal_modes;
 use librate::precision::{Ball, Scalar};
 use librate::report::modes_json;
-use librate::syntax::{StatementKind, format, parse};
+use librate::syntax::format;
 use serde_json::Value;
 
 /// Too slow for every run: dense matrices of this size take minutes. Run with `--ignored`.
