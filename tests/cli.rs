@@ -419,6 +419,7 @@ fn matrices_as_json() {
             "frequencies",
             "frequencies_complete",
             "frequencies_equal",
+            "normal_coordinates",
             "force_vanishes"
         ]
     );

@@ -15,7 +15,7 @@ use librate::linearize::{LinearizeError, linearize};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::{Warning, normal_modes, warnings};
-use librate::syntax::{StatementKind, parse};
+use librate::syntax::parse;
 
 fn ill_conditioned(model: Model) -> Option<Warning> {
     // Some models are there for their mistake.

@@ -91,7 +91,8 @@ fn amplitudes_make_both_matrices_diagonal() {
             sum
         };
         let (mass, stiffness) = (linearized.mass(), linearized.stiffness());
-        for r in 0..n {
+        assert_eq!(squares.len(), n, "{name}");
+        for (r, square) in squares.iter().enumerate() {
             for s in 0..n {
                 let unit = if r == s { 1.0 } else { 0.0 };
                 let own = form(&mass, r, s);
@@ -99,7 +100,7 @@ fn amplitudes_make_both_matrices_diagonal() {
                     (own.mid_f64() - unit).abs() < 1e-12,
                     "{name} {r} {s}: {own:?}"
                 );
-                let want = if r == s { squares[r] } else { 0.0 };
+                let want = if r == s { *square } else { 0.0 };
                 let own = form(&stiffness, r, s);
                 let off = (own.mid_f64() - want).abs();
                 assert!(off < 1e-12 * scale, "{name} {r} {s}: {own:?}, not {want}");

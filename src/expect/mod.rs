@@ -243,11 +243,10 @@ impl<'a> Comparison<'a> {
                     derivation.names.displaced(motion),
                 ] {
                     // Displacements from 0 are the coordinates themselves.
-                    if !names.contains_key(&name) {
-                        let symbol = pool.fresh_symbol(&name);
-                        let value = pool.symbol_expr(symbol);
-                        names.insert(name, value);
-                    }
+                    names.entry(name).or_insert_with_key(|name| {
+                        let symbol = pool.fresh_symbol(name);
+                        pool.symbol_expr(symbol)
+                    });
                 }
             }
         }
