@@ -23,6 +23,9 @@ impl LinearizeError {
             Self::ConstraintsContradict { .. } => "E0313",
             Self::ConstraintBroken { .. } => "E0314",
             Self::ConstraintsSingular { .. } => "E0315",
+            Self::FrictionNotSmooth { .. } => "E0316",
+            Self::RateNotKept { .. } => "E0317",
+            Self::SingularCoordinates { .. } => "E0318",
         }
     }
 }

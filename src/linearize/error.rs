@@ -139,6 +139,32 @@ pub enum LinearizeError {
         /// A constraint.
         span: Span,
     },
+    /// A dissipation that has no second derivatives at rest.
+    #[error("the dissipation is not smooth at rest")]
+    FrictionNotSmooth {
+        /// What is to blame, as an expression.
+        part: String,
+        /// Where the term stands.
+        span: Span,
+    },
+    /// A steady rate that friction brakes.
+    #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
+    RateNotKept {
+        /// The coordinate.
+        coordinate: String,
+        /// The force, as an expression.
+        force: String,
+        /// Where the rate stands.
+        span: Span,
+    },
+    /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, and does so beside it", combination_words(.combination))]
+    SingularCoordinates {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    },
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
     TimeDependent {
@@ -292,6 +318,12 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 };
                 broken.with_help("an equilibrium has to obey all constraints; a point nearby can be given as `guess`")
             }
+            LinearizeError::FrictionNotSmooth { span, part } => Diagnostic::error(message, *span, format!("`{part}` has a corner where nothing moves"))
+                .with_help("dry friction has no small oscillations: a body at rest sticks; write friction by squares of velocities, 1/2*c*x'^2"),
+            LinearizeError::RateNotKept { span, .. } => Diagnostic::error(message, *span, "turned here")
+                .with_help("a steady motion has no friction along it, or a drive that balances it: friction against a medium that turns along is 1/2*c*(psi' - S)^2"),
+            LinearizeError::SingularCoordinates { span, .. } => Diagnostic::error(message, *span, "loses its own motion there")
+                .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
             LinearizeError::ConstraintsSingular { span, .. } => Diagnostic::error(message, *span, "the gradients of the constraints are dependent there")
                 .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
             LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),

@@ -146,6 +146,7 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
     let turning = model.rates.iter().any(Option::is_some);
     let bound = !model.constraints.is_empty();
     let asked = (turning || bound).then(|| model.clone());
+    velocity::check_smooth(&model)?;
     if turning {
         steady::put_rates_in(&mut model)?;
     }
@@ -256,6 +257,7 @@ pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
             span: constraint.span,
         });
     }
+    velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
     let (mut assembly, linear) = assemble::assemble(&mut model);
     let guessed = model.guesses.iter().any(Option::is_some);
@@ -532,6 +534,20 @@ impl Linearized {
                 .collect(),
             None => modes,
         }
+    }
+
+    /// Whether every motion has inertia beside the equilibrium, in doubles: then it is the coordinates that are
+    /// singular there.
+    pub(crate) fn has_inertia_nearby(&self) -> bool {
+        let shift = |(i, value): (usize, &Ball)| {
+            let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
+            *value + Ball::from(step * value.mid_f64().abs().max(1.0))
+        };
+        let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
+        let n = self.model.coordinates.len();
+        let mass = self.assembly.mass(&at, &self.values);
+        let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + n * j].mid_f64());
+        !self.is_constrained() && nalgebra::Cholesky::new(mass).is_some()
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

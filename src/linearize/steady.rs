@@ -8,7 +8,7 @@
 use super::error::LinearizeError;
 use super::symbolic::instance;
 use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
-use crate::model::{Model, TermFamily};
+use crate::model::{Model, SymbolKind, TermFamily};
 use crate::span::Span;
 
 /// Puts the rates of steady motions into all energies.
@@ -39,7 +39,54 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
     model.kinetic = kinetic;
     model.potential = potential;
     model.friction = friction;
+    for coordinate in 0..model.coordinates.len() {
+        if let Some(rate) = model.rates[coordinate] {
+            check_kept(model, coordinate, rate.span)?;
+        }
+    }
     Ok(())
+}
+
+/// Whether friction leaves a rate alone. A force that depends on where the other coordinates are is left to the
+/// search for an equilibrium.
+fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
+    let mut pool = std::mem::take(&mut model.pool);
+    let zero = pool.zero();
+    let mut parts = Vec::new();
+    for family in &model.friction {
+        let mut at_rest = Substitution::default();
+        for local in &family.locals {
+            at_rest.insert(local.velocity, zero);
+        }
+        for at in 0..family.count {
+            let numbers = family.coordinates_of(at);
+            for (local, number) in family.locals.iter().zip(numbers) {
+                if *number as usize != coordinate {
+                    continue;
+                }
+                let force = pool.diff(family.body, local.velocity);
+                let force = pool.substitute_one(force, &at_rest);
+                let map = instance(model, &mut pool, family, at, None);
+                let force = pool.substitute_one(force, &map);
+                parts.push(pool.neg(force));
+            }
+        }
+    }
+    let force = pool.sum(&parts);
+    let fixed = pool.symbols_of(&[force]).iter().all(|symbol| {
+        !matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)))
+    });
+    let acts = fixed && pool.is_zero(force) == ZeroVerdict::NonZero;
+    let words = acts.then(|| pool.display(force));
+    model.pool = pool;
+    match words {
+        Some(force) => Err(LinearizeError::RateNotKept {
+            coordinate: model.coordinates[coordinate].name.clone(),
+            force,
+            span: rate,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// v becomes v + w in the body, where the instances fill w with a rate or 0.

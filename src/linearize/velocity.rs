@@ -6,10 +6,12 @@
 //! once and its instances are scattered.
 
 use super::assemble::{Assembly, Values, VelocityLinear, parameters_of};
-use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape};
+use super::error::LinearizeError;
+use super::facts::{Facts, Variable};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Function, Scalar};
 
 /// Which matrix an entry belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -114,6 +116,35 @@ impl VelocityFamily {
             )
             .collect()
     }
+}
+
+/// Refuses a dissipation with a corner at rest: a modulus, a root or a quotient of what vanishes there.
+pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
+    let mut facts = Facts::default();
+    for local in model.friction.iter().flat_map(|family| &family.locals) {
+        facts.declare(local.coordinate, Variable::Coordinate);
+        facts.declare(local.velocity, Variable::Velocity);
+    }
+    let pool = &model.pool;
+    for family in &model.friction {
+        for id in pool.reachable(&[family.body]) {
+            let sharp = match pool.node(id) {
+                Node::Function(Function::Abs, x) => facts.rests(pool, *x),
+                Node::Product(factors) => factors.iter().any(|(base, power)| {
+                    let smooth = power.is_integer() && !power.is_negative();
+                    !smooth && facts.rests(pool, *base)
+                }),
+                _ => false,
+            };
+            if sharp {
+                return Err(LinearizeError::FrictionNotSmooth {
+                    part: pool.display(id),
+                    span: family.span,
+                });
+            }
+        }
+    }
+    Ok(())
 }
 
 struct Derivatives {

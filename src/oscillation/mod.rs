@@ -323,7 +323,9 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
                 .zip(direction)
                 .find(|(_, amplitude)| amplitude.abs() > 1e-6)
                 .map_or(first_term, |(coordinate, _)| coordinate.span);
-            if *singular {
+            if *singular && linearized.has_inertia_nearby() {
+                LinearizeError::SingularCoordinates { combination, span }
+            } else if *singular {
                 LinearizeError::SingularMass {
                     combination,
                     proved: has_no_inertia(&linearized.mass(), own),
