@@ -568,3 +568,18 @@ fn uncertain_matrices() {
         }
     }
 }
+
+#[test]
+fn a_kernel_that_is_not_told() {
+    // Exponents 0, 0 and ±i√2, S singular and nobody says so: open, and nothing is made up.
+    let found = solved(&problem(
+        Structure::Gyroscopic,
+        &[&[2.0, 0.0], &[0.0, 1.0]],
+        &[&[0.0, 0.0], &[0.0, 0.0]],
+        &[&[0.0, 0.0], &[0.0, 2.0]],
+    ));
+    assert_eq!(found.stability, Stability::Undecided);
+    for entry in &found.entries {
+        assert!(!entry.growth.is_positive() && !entry.growth.is_negative());
+    }
+}

@@ -324,7 +324,8 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             discs.push(r);
             needed = needed.max(r);
         }
-        if needed.is_nan() {
+        // A maximum passes over what is not a number.
+        if discs.iter().any(|r| !r.is_finite()) {
             break;
         }
         if needed <= radius {

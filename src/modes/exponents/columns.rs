@@ -204,7 +204,8 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
                     under = under.add(y.mul(slope.add(slope).add(v[i].0)));
                 }
                 let step = over.to_c64() / under.to_c64();
-                if step.re.is_finite() && step.im.is_finite() {
+                // Where exponents meet, a step may lead anywhere; also not finite.
+                if step.re.hypot(step.im) <= 4.0 * mu.size() {
                     let next = mu.sub(Complex::from_c64(step));
                     mu = next;
                     residual = residuals(mu);

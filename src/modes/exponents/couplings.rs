@@ -276,18 +276,20 @@ impl Couplings {
             }
         }
         let finite = |plain: &Plain| plain.data.iter().all(|x| x.is_finite());
-        (finite(&right) && finite(&left_t) && finite(&q) && finite(&distances)).then_some(Self {
-            size: m,
-            right,
-            left_t,
-            q,
-            q_t,
-            defect,
-            least,
-            distance: distances,
-            residuals,
-            lefts,
-            unit,
-        })
+        let diagonal = defect.iter().chain(&least).all(|x| x.is_finite());
+        (diagonal && finite(&right) && finite(&left_t) && finite(&q) && finite(&distances))
+            .then_some(Self {
+                size: m,
+                right,
+                left_t,
+                q,
+                q_t,
+                defect,
+                least,
+                distance: distances,
+                residuals,
+                lefts,
+                unit,
+            })
     }
 }

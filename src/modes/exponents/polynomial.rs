@@ -9,8 +9,7 @@ use crate::precision::{Big, Magnitude};
 /// Coefficients by rising power, the last one not 0; empty for 0.
 pub(super) type Polynomial = Vec<IBig>;
 
-/// An upper bound of the square of the determinant by Hadamard decides nothing here: elimination without fractions
-/// (Bareiss, Math. Comp. 22 (1968) 565) is exact for any size. `rows` row by row.
+/// The determinant, by elimination without fractions (Bareiss, Math. Comp. 22 (1968) 565).
 pub(super) fn determinant(mut rows: Vec<Vec<IBig>>) -> IBig {
     let n = rows.len();
     let mut sign = false;

@@ -97,9 +97,14 @@ impl<'a> Shapes<'a> {
             let share = (sizes[p] + off[p]) * (epsilon / (1.0 - epsilon) + angle);
             let error = (off[p] + share) * slack / (length - length_error)
                 + 8.0 * f64::EPSILON * sizes[p] / length;
-            bound = bound.max(up(physical(p, error)));
+            let error = up(physical(p, error));
+            bound = if error.is_finite() && bound.is_finite() {
+                bound.max(error)
+            } else {
+                f64::INFINITY
+            };
         }
-        if bound.is_nan() || epsilon >= 0.5 {
+        if !bound.is_finite() || epsilon.is_nan() || epsilon >= 0.5 {
             bound = f64::INFINITY;
         }
         let vector = (0..n)

@@ -88,7 +88,8 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
     }
     let outside = (2.0 * cross + first * second + third * fourth) * slack;
     let rows = (0..k).map(|a| (0..k).map(|b| error[(a, b)]).sum::<f64>());
-    let own = rows.fold(0.0, f64::max) * slack;
+    // The largest is below the sum, which does not pass over what is not a number.
+    let own = rows.sum::<f64>() * slack;
     [1.0, -1.0]
         .into_iter()
         .any(|side| least_eigenvalue(&form, side).is_some_and(|m| m > (own + outside) * slack))

@@ -278,7 +278,8 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
             under = under.add(&y.mul(&slope));
         }
         let step = over.div(&under);
-        if !step.is_finite() {
+        // Where exponents meet, a step may lead anywhere.
+        if !step.is_finite() || step.abs_upper() > 4.0 * mu.abs_upper() {
             break;
         }
         mu = mu.sub(&step).center(bits);
