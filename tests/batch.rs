@@ -51,7 +51,11 @@ fn check(name: &str, study: &Study, set: &[f64], own: &Solution<'_>) -> f64 {
     assert!(own.outcome.is_solved(), "{name} {set:?}: {:?}", own.outcome);
     let n = study.dimension();
     assert_eq!(want.modes.len(), n, "{name}");
-    let mut exact: Vec<Ball> = want.modes.iter().map(|mode| mode.omega_squared.unwrap()).collect();
+    let mut exact: Vec<Ball> = want
+        .modes
+        .iter()
+        .map(|mode| mode.omega_squared.unwrap())
+        .collect();
     exact.sort_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64()));
     let largest = exact
         .iter()

@@ -12,8 +12,8 @@
 
 use std::collections::BTreeMap;
 
-use super::lagrangian::{Lagrangian, Variables};
 use super::Linear;
+use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool};

@@ -283,7 +283,11 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         let pair = pair.with_halved_angles(&mut pool, &mut short);
         linear.signs = signs;
         (linear.mass, linear.stiffness) = pair.dense(&pool);
-        let others = [&mut linear.gyroscopic, &mut linear.damping, &mut linear.circulatory];
+        let others = [
+            &mut linear.gyroscopic,
+            &mut linear.damping,
+            &mut linear.circulatory,
+        ];
         for entry in others.into_iter().flatten().flatten().flatten() {
             *entry = short.simplify(&mut pool, *entry);
         }

@@ -543,7 +543,13 @@ impl Linearized {
             let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
             *value + Ball::from(step * value.mid_f64().abs().max(1.0))
         };
-        let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
+        let at: Vec<Ball> = self
+            .equilibrium
+            .values
+            .iter()
+            .enumerate()
+            .map(shift)
+            .collect();
         let n = self.model.coordinates.len();
         let mass = self.assembly.mass(&at, &self.values);
         let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + n * j].mid_f64());

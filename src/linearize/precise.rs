@@ -93,7 +93,11 @@ impl Linearized {
         let mut velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
         let mut circulatory = part(Matrix::Circulatory);
         let mut tangent = None;
-        if let Some(own) = self.constrained.as_ref().filter(|own| !own.bound.is_empty()) {
+        if let Some(own) = self
+            .constrained
+            .as_ref()
+            .filter(|own| !own.bound.is_empty())
+        {
             let rows = gradients(&stiffness, visible, order);
             let own = Tangent::new(&rows, &own.bound, bits)?;
             mass = own.reduce_symmetric(&mass, order);

@@ -73,9 +73,10 @@ fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), Li
         }
     }
     let force = pool.sum(&parts);
-    let fixed = pool.symbols_of(&[force]).iter().all(|symbol| {
-        !matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_)))
-    });
+    let fixed = pool
+        .symbols_of(&[force])
+        .iter()
+        .all(|symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_))));
     let acts = fixed && pool.is_zero(force) == ZeroVerdict::NonZero;
     let words = acts.then(|| pool.display(force));
     model.pool = pool;

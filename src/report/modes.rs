@@ -152,11 +152,19 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
 /// The rates of a steady motion.
 fn rates_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
     let model = linearized.model();
-    let turning = model.coordinates.iter().zip(&model.rates).zip(linearized.rates());
+    let turning = model
+        .coordinates
+        .iter()
+        .zip(&model.rates)
+        .zip(linearized.rates());
     let items: Vec<String> = turning
         .filter(|((_, given), _)| given.is_some())
         .map(|((coordinate, _), rate)| {
-            format!("{}' = {}", coordinate.name, Written::new(&rate, options.digits).text())
+            format!(
+                "{}' = {}",
+                coordinate.name,
+                Written::new(&rate, options.digits).text()
+            )
         })
         .collect();
     if items.is_empty() {
