@@ -2,7 +2,7 @@
 //!
 //! Each place of the range makes the whole trip, with the value put in exactly as `--set` would: certified
 //! frequencies, an equilibrium of its own, and as many modes as there are then. For thousands of sets
-//! in doubles there is [`crate::batch`].
+//! in doubles there is `batch::Study`.
 
 use crate::error::Error;
 use crate::linearize::{self, Linearized};

@@ -26,7 +26,7 @@ const MOST: usize = 24;
 
 fn derivation(path: &Path) -> Option<Derivation> {
     let model = load(path);
-    if model.coordinates.len() > MOST {
+    if model.coordinates.len() > MOST || !model.constraints.is_empty() {
         return None;
     }
     Some(derive(&model, &Parts::all()).unwrap())

@@ -21,9 +21,9 @@ fn each_place_is_what_a_setting_gives() {
         "--over",
         "k12=0..8:5",
     ]);
-    assert_eq!(csv.status, 0, "{}", csv.stderr);
+    assert_eq!(csv.status, 0, "{}", csv.err);
     let lines: Vec<Vec<&str>> = csv
-        .stdout
+        .out
         .lines()
         .map(|line| line.split(',').collect())
         .collect();
@@ -38,7 +38,7 @@ fn each_place_is_what_a_setting_gives() {
             "--set",
             &set,
         ]);
-        let modes: Value = serde_json::from_str(&modes.stdout).unwrap();
+        let modes: Value = serde_json::from_str(&modes.out).unwrap();
         for (cell, mode) in line[1..].iter().zip(modes["modes"].as_array().unwrap()) {
             assert_eq!(*cell, mode["omega_digits"].as_str().unwrap());
         }
@@ -56,9 +56,9 @@ fn growth_has_columns_where_there_is_some() {
         "--digits",
         "5",
     ]);
-    assert_eq!(csv.status, 0, "{}", csv.stderr);
+    assert_eq!(csv.status, 0, "{}", csv.err);
     assert_eq!(
-        csv.stdout,
+        csv.out,
         "W,omega1,growth1\n0.0,7.0036,0\n10.0,0,7.1379\n"
     );
 }
@@ -72,7 +72,7 @@ fn json_has_the_modes_at_each_value() {
         "m[2]=1..4:4",
         "--json",
     ];
-    let found: Value = serde_json::from_str(&run(&over).stdout).unwrap();
+    let found: Value = serde_json::from_str(&run(&over).out).unwrap();
     let places = found.as_array().unwrap();
     assert_eq!(places.len(), 4);
     for (at, place) in places.iter().enumerate() {
@@ -94,7 +94,7 @@ fn places_without_modes_are_empty_and_told() {
     ]);
     assert_eq!(csv.status, 0);
     let cells: Vec<&str> = csv
-        .stdout
+        .out
         .lines()
         .map(|line| line.split_once(',').unwrap().1)
         .collect();
@@ -104,12 +104,12 @@ fn places_without_modes_are_empty_and_told() {
         "{cells:?}"
     );
     assert!(
-        csv.stderr.contains("at N = 1.5: 3/2 is not a whole number"),
+        csv.err.contains("at N = 1.5: 3/2 is not a whole number"),
         "{}",
-        csv.stderr
+        csv.err
     );
     let none = run(&["sweep", "models/chain_walls.lag", "--over", "N=1/3..1/2:2"]);
-    assert_eq!((none.status, none.stdout.as_str()), (1, ""));
+    assert_eq!((none.status, none.out.as_str()), (1, ""));
 }
 
 #[test]
@@ -129,10 +129,10 @@ fn what_is_no_range_is_refused() {
         let error = Range::parse(text).unwrap_err().to_string();
         assert!(error.contains(word), "{text}: {error}");
         let refused = run(&["sweep", "models/chain_walls.lag", "--over", text]);
-        assert_eq!((refused.status, refused.stdout.as_str()), (2, ""), "{text}");
+        assert_eq!((refused.status, refused.out.as_str()), (2, ""), "{text}");
     }
     let unknown = run(&["sweep", "models/chain_walls.lag", "--over", "zeta=1..2:3"]);
-    assert_eq!((unknown.status, unknown.stdout.as_str()), (1, ""));
+    assert_eq!((unknown.status, unknown.out.as_str()), (1, ""));
     let range = Range::parse("W=sqrt(2)..pi:3").unwrap();
     assert_eq!(range.value(0), Some(2.0_f64.sqrt()));
     assert_eq!(range.value(2), Some(std::f64::consts::PI));

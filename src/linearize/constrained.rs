@@ -23,10 +23,14 @@ pub(crate) struct Multiplied {
     pub(crate) dependent: Vec<usize>,
 }
 
-/// The model with a multiplier for each constraint that is independent of those before it.
-pub(crate) fn with_multipliers(model: &Model) -> Multiplied {
+/// The model with a multiplier for each constraint that is independent of those before it, and not left out.
+pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied {
     let mut model = model.clone();
-    let (kept, dependent) = independent(&mut model);
+    let (mut kept, mut dependent) = independent(&mut model);
+    kept.retain(|number| !left_out.contains(number));
+    dependent.extend(left_out);
+    dependent.sort_unstable();
+    dependent.dedup();
     let bodies: Vec<Constraint> = kept.iter().map(|at| model.constraints[*at]).collect();
     for (number, constraint) in bodies.iter().enumerate() {
         let name = format!("the multiplier of constraint {}", kept[number] + 1);

@@ -233,16 +233,14 @@ fn contradiction_words(difference: Option<&str>) -> String {
 fn unsupported_words(feature: Feature) -> &'static str {
     match feature {
         Feature::Gyroscopic => {
-            "the energies have terms linear in the velocities, and modes with gyroscopic forces are not supported in this version"
+            "the energies have terms linear in the velocities, which is beyond a mass and a stiffness matrix"
         }
         Feature::Dissipation => {
-            "the model has a dissipation function, and damped modes are not supported in this version"
+            "the model has a dissipation function, which is beyond a mass and a stiffness matrix"
         }
-        Feature::Constraint => {
-            "the model has constraints, and modes with constraints are not supported in this version"
-        }
+        Feature::Constraint => "the model has constraints, which derivations don't cover yet",
         Feature::SteadyMotion => {
-            "the model asks for a steady motion, and oscillations about steady motions are not supported in this version"
+            "the model asks for a steady motion, which is beyond a mass and a stiffness matrix"
         }
     }
 }
@@ -326,7 +324,8 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
             LinearizeError::ConstraintsSingular { span, .. } => Diagnostic::error(message, *span, "the gradients of the constraints are dependent there")
                 .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
-            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),
+            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, "")
+                .with_help("`modes` covers all of these"),
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
             LinearizeError::NoModes { .. } => Diagnostic::global(message),

@@ -30,6 +30,7 @@ mod parametric;
 mod precise;
 mod slopes;
 mod steady;
+mod surface;
 mod symbolic;
 mod symmetry;
 mod tied;
@@ -137,7 +138,36 @@ pub enum Structure {
 /// Where the model needs something that is not supported, a parameter has no value, there is no
 /// equilibrium, the energies are not defined there, a steady motion is none, or constraints
 /// contradict each other or depend on each other just there.
-pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
+pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
+    if model.constraints.len() < 2 {
+        return linearize_without(model, &[]);
+    }
+    let error = match linearize_without(model.clone(), &[]) {
+        Ok(found) => return Ok(found),
+        Err(error) => error,
+    };
+    let may_depend = matches!(
+        error,
+        LinearizeError::ConstraintsSingular { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintsContradict {
+                difference: None,
+                ..
+            }
+    );
+    if !may_depend {
+        return Err(error);
+    }
+    match surface::dependent(&model) {
+        Some(left_out) if !left_out.is_empty() => {
+            linearize_without(model, &left_out).map_err(|_| error)
+        }
+        Some(_) | None => Err(error),
+    }
+}
+
+/// Linearizes a model without some of its constraints, which follow from the others.
+fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
@@ -152,7 +182,7 @@ pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
     }
     let mut dependent = Vec::new();
     if bound {
-        let multiplied = constrained::with_multipliers(&model);
+        let multiplied = constrained::with_multipliers(&model, left_out);
         model = multiplied.model;
         dependent = multiplied.dependent;
         check_size(model.coordinates.len())?;
