@@ -65,7 +65,7 @@ fn check(linearized: &Linearized, want: &[Big]) {
 fn all_entries(linearized: &Linearized) {
     // M and K in balls hold those at 400 bits.
     let precise = linearized.precisely(400).unwrap();
-    let (velocity, stiffness) = linearized.of_first_and_zeroth_order();
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
     let mut pairs = vec![
         (linearized.mass(), &precise.mass),
         (stiffness, &precise.stiffness),

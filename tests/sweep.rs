@@ -57,10 +57,7 @@ fn growth_has_columns_where_there_is_some() {
         "5",
     ]);
     assert_eq!(csv.status, 0, "{}", csv.err);
-    assert_eq!(
-        csv.out,
-        "W,omega1,growth1\n0.0,7.0036,0\n10.0,0,7.1379\n"
-    );
+    assert_eq!(csv.out, "W,omega1,growth1\n0.0,7.0036,0\n10.0,0,7.1379\n");
 }
 
 #[test]

@@ -476,7 +476,7 @@ impl Linearized {
 
     /// G + C and K + N, dense, column by column, in SI.
     #[must_use]
-    pub fn of_first_and_zeroth_order(&self) -> (Vec<Ball>, Vec<Ball>) {
+    pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
         let mut stiffness = self.stiffness();
         let mut velocity = vec![Ball::ZERO; stiffness.len()];
         for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {

@@ -155,17 +155,18 @@ impl Linearized {
         if !force.iter().all(Ball::is_finite) {
             return None;
         }
-        if free.is_empty() || free.iter().all(|i| force[*i].is_zero()) {
-            return Some(slope);
-        }
-        let whole = self.with_multipliers().stiffness;
-        let entry = |i: usize, j: usize| whole[i + order * j];
         // Multipliers alone, beside coordinates that are given: all forces together tell them.
         let rows: Vec<usize> = if self.equilibrium.multipliers_given {
             (0..order).collect()
         } else {
             free.clone()
         };
+        // Forces of nothing but rounding move nothing.
+        if free.is_empty() || rows.iter().all(|i| force[*i].contains_zero()) {
+            return Some(slope);
+        }
+        let whole = self.with_multipliers().stiffness;
+        let entry = |i: usize, j: usize| whole[i + order * j];
         if rows.len() == free.len() {
             let equations = rows
                 .iter()

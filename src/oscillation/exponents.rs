@@ -50,7 +50,7 @@ pub(super) fn normal_modes(
     linearized: &Linearized,
     options: &Options,
 ) -> Result<NormalModes, LinearizeError> {
-    let (velocity, stiffness) = linearized.of_first_and_zeroth_order();
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
     let circulatory = linearized.circulatory().is_some();
     let mut zero_modes = linearized.zero_modes();
     if circulatory {
