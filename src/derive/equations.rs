@@ -189,7 +189,7 @@ pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
             parts.extend(moving(&linear.damping, i, Motion::Velocity));
             parts.extend(terms(&linear.stiffness[i], Motion::Displacement));
             parts.extend(moving(&linear.circulatory, i, Motion::Displacement));
-            MotionSum::new(pool, parts.into_iter())
+            MotionSum::new(pool, parts)
         })
         .collect()
 }

@@ -186,17 +186,17 @@ fn eliminate<S: Enclosure>(
         let (row, column, _) = best?;
         let pivot = rows[row][column].clone();
         let scaled: Vec<S> = rows[row].iter().map(|entry| entry.div(&pivot)).collect();
-        for other in 0..rows.len() {
-            if other == row || rows[other][column].is_exact_zero() {
+        for (at, other) in rows.iter_mut().enumerate() {
+            if at == row || other[column].is_exact_zero() {
                 continue;
             }
-            let factor = rows[other][column].clone();
-            for (entry, above) in rows[other].iter_mut().zip(&scaled) {
+            let factor = other[column].clone();
+            for (entry, above) in other.iter_mut().zip(&scaled) {
                 if !above.is_exact_zero() {
                     *entry = entry.sub(&factor.mul(above));
                 }
             }
-            rows[other][column] = zero.clone();
+            other[column] = zero.clone();
         }
         rows[row] = scaled;
         order.push(row);

@@ -128,10 +128,10 @@ impl Linearized {
         let order = self.model.coordinates.len();
         let mut slope = vec![Ball::ZERO; order];
         let mut free = Vec::new();
-        for i in 0..order {
+        for (i, slot) in slope.iter_mut().enumerate() {
             match (self.equilibrium.origins[i], self.model.equilibria[i]) {
                 (Origin::Given, Some(given)) => {
-                    slope[i] = self.given_slope(given.symbolic, parameter)?;
+                    *slot = self.given_slope(given.symbolic, parameter)?;
                 }
                 _ => free.push(i),
             }

@@ -215,7 +215,8 @@ fn combined(row: &[(u32, u64)], factor: u64, other: &[(u32, u64)]) -> Row {
             (None, None) => return sum,
             (Some((i, x)), Some((j, y))) if i == j => {
                 let value = (*i, add_mod(*x, mul_mod(factor, *y)));
-                (row.next(), other.next());
+                row.next();
+                other.next();
                 value
             }
             (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => {

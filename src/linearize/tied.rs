@@ -91,8 +91,8 @@ impl Search<'_> {
                 point[i] = Ball::exact(value.mid_f64());
             }
         }
-        for i in 0..visible {
-            point[i] = Ball::exact(point[i].mid_f64());
+        for coordinate in &mut point[..visible] {
+            *coordinate = Ball::exact(coordinate.mid_f64());
         }
         self.guess_multipliers(&mut point);
         let start = self.gradient(&point);

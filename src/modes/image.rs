@@ -496,7 +496,8 @@ mod tests {
             add_to(&mut next, &change);
             let (image, products) =
                 operator.image_after(before, &Moved::new(next.clone(), &change));
-            for row in 0..m {
+            assert_eq!(products.len(), m);
+            for (row, product) in products.iter().enumerate() {
                 let (mut squares, mut form) = (RBig::ZERO, RBig::ZERO);
                 for column in 0..n {
                     let sum = (0..n).fold(RBig::ZERO, |sum, k| {
@@ -507,7 +508,7 @@ mod tests {
                 }
                 let bound = RBig::try_from(image.error[row]).unwrap();
                 assert!(squares <= square(&bound), "{shift}");
-                let (mid, radius) = (exact(products[row].mid), products[row].radius);
+                let (mid, radius) = (exact(product.mid), product.radius);
                 let off = mid - form;
                 assert!(
                     square(&off) <= square(&RBig::try_from(radius).unwrap()),

@@ -269,8 +269,8 @@ impl Round {
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
         let (mut h, mut g) = match from {
-            Bounds::Products => self.from_products(),
-            Bounds::Lengths => self.from_lengths()?,
+            Bounds::Products => self.by_products(),
+            Bounds::Lengths => self.by_lengths()?,
         };
         for (j, &mu) in size.iter().enumerate() {
             let leak = self.leak[j];
@@ -304,7 +304,7 @@ impl Round {
     }
 
     /// Bounds of |s_ij - μ_j g_ij| and |g_ij| from products.
-    fn from_products(&self) -> (Plain, Plain) {
+    fn by_products(&self) -> (Plain, Plain) {
         let m = self.quotient.len();
         let (from_h, from_g) = (self.h(), self.g());
         let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
@@ -322,7 +322,7 @@ impl Round {
 
     /// The same from lengths: |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j| for
     /// h_ij = s_ij - μ_j g_ij. For close pairs from their own products.
-    fn from_lengths(&self) -> Option<(Plain, Plain)> {
+    fn by_lengths(&self) -> Option<(Plain, Plain)> {
         let m = self.quotient.len();
         let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
         let beyond: Vec<f64> = (0..m)

@@ -194,7 +194,8 @@ mod tests {
             value: Ball::exact(0.7),
             slope: Ball::ONE,
         };
-        let functions: [(&str, fn(&Dual<Ball>) -> Dual<Ball>); 20] = [
+        type Case = (&'static str, fn(&Dual<Ball>) -> Dual<Ball>);
+        let functions: [Case; 20] = [
             ("sin", |x| x.apply(Function::Sin)),
             ("cos", |x| x.apply(Function::Cos)),
             ("tan", |x| x.apply(Function::Tan)),
