@@ -87,7 +87,11 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
         let Some(slopes) = linearized.slopes(*parameter) else {
             continue;
         };
-        let changes = Changes::new(&slopes, whole.order);
+        let model = linearized.model();
+        let value = model.parameters[*parameter].value;
+        let value = value.and_then(|value| constant(&model.pool, value));
+        let value = value.map_or(0.0, |value| value.mid_f64());
+        let changes = Changes::new(&slopes, whole.order, value);
         for (group, space) in groups.iter().zip(&spaces) {
             let Some(space) = space else { continue };
             if let ([mode], Space::Real { .. }, false) =
@@ -182,14 +186,17 @@ fn doubles(order: usize, matrix: &[Ball]) -> DMatrix<f64> {
 }
 
 struct Changes {
+    /// The value of the parameter.
+    parameter: f64,
     mass: DMatrix<f64>,
     velocity: Option<DMatrix<f64>>,
     stiffness: DMatrix<f64>,
 }
 
 impl Changes {
-    fn new(slopes: &Slopes, order: usize) -> Self {
+    fn new(slopes: &Slopes, order: usize, parameter: f64) -> Self {
         Self {
+            parameter,
             mass: doubles(order, &slopes.mass),
             velocity: slopes.velocity.as_ref().map(|own| doubles(order, own)),
             stiffness: doubles(order, &slopes.stiffness),
@@ -199,8 +206,8 @@ impl Changes {
 
 /// Vectors of equal exponents.
 enum Space {
-    /// Proved zeros, with their vectors where there is no G, C or N.
-    Zero(usize, Option<DMatrix<f64>>),
+    /// Proved zeros, with their vectors where there is no G, C or N, and the size of the terms of xᵀSx.
+    Zero(usize, Option<DMatrix<f64>>, f64),
     /// Real modes of M and K: ω², and vectors with xᵀMx = 1.
     Real { square: f64, vectors: DMatrix<f64> },
     /// An exponent, its vectors, left vectors, and the inverse of yᴴ(2λM + D)x.
@@ -235,7 +242,7 @@ impl Whole {
         let zero = first.kind == Kind::Zero;
         let conservative = linearized.structure() == Structure::Conservative;
         if zero && !conservative {
-            return Some(Space::Zero(group.len(), None));
+            return Some(Space::Zero(group.len(), None, 0.0));
         }
         if conservative {
             let square = first.omega_squared?.mid_f64();
@@ -255,7 +262,10 @@ impl Whole {
                 vectors.set_column(column, &x);
             }
             return Some(if zero {
-                Space::Zero(group.len(), Some(vectors))
+                let sizes = vectors
+                    .abs()
+                    .tr_mul(&(self.stiffness.abs() * vectors.abs()));
+                Space::Zero(group.len(), Some(vectors), sizes.amax())
             } else {
                 Space::Real { square, vectors }
             });
@@ -359,13 +369,15 @@ impl Space {
         match self {
             // Most motions that cost nothing do so whatever the parameters. Where one comes to cost something,
             // omega goes as the root of the parameter.
-            Self::Zero(count, vectors) => {
+            Self::Zero(count, vectors, size) => {
                 let stays = vectors.as_ref().is_none_or(|vectors| {
                     let moved = vectors.tr_mul(&(&changes.stiffness * vectors));
                     let sizes = vectors
                         .abs()
                         .tr_mul(&(changes.stiffness.abs() * vectors.abs()));
-                    moved.amax() <= 1e-9 * sizes.amax()
+                    // What a change of the parameter by as much as it is leaves at rounding counts as nothing, too.
+                    let floor = size / changes.parameter.abs();
+                    moved.amax() <= 1e-9 * sizes.amax().max(floor)
                 });
                 stays.then(|| vec![C::new(0.0, 0.0); *count])
             }
