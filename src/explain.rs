@@ -92,6 +92,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E0130", include_str!("../docs/errors/E0130.md")),
     ("E0131", include_str!("../docs/errors/E0131.md")),
     ("E0132", include_str!("../docs/errors/E0132.md")),
+    ("E0133", include_str!("../docs/errors/E0133.md")),
     ("E0201", include_str!("../docs/errors/E0201.md")),
     ("E0202", include_str!("../docs/errors/E0202.md")),
     ("E0203", include_str!("../docs/errors/E0203.md")),
@@ -108,6 +109,13 @@ const PAGES: &[(&str, &str)] = &[
     ("E0309", include_str!("../docs/errors/E0309.md")),
     ("E0310", include_str!("../docs/errors/E0310.md")),
     ("E0311", include_str!("../docs/errors/E0311.md")),
+    ("E0312", include_str!("../docs/errors/E0312.md")),
+    ("E0313", include_str!("../docs/errors/E0313.md")),
+    ("E0314", include_str!("../docs/errors/E0314.md")),
+    ("E0315", include_str!("../docs/errors/E0315.md")),
+    ("E0316", include_str!("../docs/errors/E0316.md")),
+    ("E0317", include_str!("../docs/errors/E0317.md")),
+    ("E0318", include_str!("../docs/errors/E0318.md")),
     ("W0001", include_str!("../docs/errors/W0001.md")),
     ("W0002", include_str!("../docs/errors/W0002.md")),
     ("W0003", include_str!("../docs/errors/W0003.md")),
@@ -120,6 +128,8 @@ const PAGES: &[(&str, &str)] = &[
     ("W0102", include_str!("../docs/errors/W0102.md")),
     ("W0103", include_str!("../docs/errors/W0103.md")),
     ("W0104", include_str!("../docs/errors/W0104.md")),
+    ("W0105", include_str!("../docs/errors/W0105.md")),
+    ("W0106", include_str!("../docs/errors/W0106.md")),
 ];
 
 /// All codes that have a page, ascending.

@@ -130,16 +130,25 @@ pub mod symmetry;
 pub mod oscillation;
 
 #[cfg(feature = "engine")]
+pub mod sensitivity;
+
+#[cfg(feature = "engine")]
 pub mod batch;
 
 #[cfg(feature = "engine")]
 pub mod derive;
 
 #[cfg(feature = "engine")]
+pub mod expect;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]
 pub use error::Error;
+
+#[cfg(feature = "engine")]
+pub mod sweep;
 
 #[cfg(feature = "cli")]
 pub mod report;

@@ -8,42 +8,18 @@
     reason = "tests stop at the first surprise"
 )]
 
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::Path;
+
+use common::{model_files, model_in};
 use librate::derive::{Case, Parts, derive};
 use librate::expr::Tape;
-use librate::model::{Model, Settings, TableTexts, elaborate};
+use librate::model::Model;
 use librate::number::Number;
 use librate::precision::{Ball, Scalar};
 use librate::report::{Style, derive_json, derive_text};
-use librate::syntax::{StatementKind, parse};
 use serde_json::Value;
-
-fn load(text: &str, folder: &Path, settings: &[&str]) -> Model {
-    let file = parse(text).unwrap();
-    let mut tables = TableTexts::new();
-    for statement in &file.statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(folder.join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    let mut all = Settings::new();
-    for setting in settings {
-        all.add(setting).unwrap();
-    }
-    elaborate(&file, &tables, &all).unwrap()
-}
-
-fn model_files() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir("models")
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "lag"))
-        .collect();
-    files.sort();
-    files
-}
 
 fn frequencies(model: &Model) -> Value {
     let derivation = derive(model, &Parts::default().frequencies(true)).unwrap();
@@ -56,7 +32,7 @@ fn values(text: &str, folder: &Path, settings: &[&str], expressions: &[String]) 
     for (i, expression) in expressions.iter().enumerate() {
         all.push_str(&format!("\nparam closed_form_{i} = {expression}"));
     }
-    let model = load(&all, folder, settings);
+    let model = model_in(&all, folder, settings);
     let value = |i: usize| {
         let name = format!("closed_form_{i}");
         let parameter = model.parameters.iter().find(|p| p.name == name).unwrap();
@@ -118,7 +94,7 @@ fn closed_forms_agree_with_references() {
         let name = path.file_stem().unwrap().to_string_lossy().to_string();
         let text = std::fs::read_to_string(&path).unwrap();
         let folder = path.parent().unwrap();
-        let model = load(&text, folder, &[]);
+        let model = model_in(&text, folder, &[]);
         if derive(&model, &Parts::default()).is_err() {
             continue;
         }
@@ -183,7 +159,7 @@ fn forms(case: &Case, text: impl Fn(librate::expr::ExprId) -> String) -> Vec<(St
 fn the_odd_class_of_three_pendulums_is_the_one_of_the_text() {
     let text = std::fs::read_to_string("models/three_pendulums.lag").unwrap();
     let derivation = derive(
-        &load(&text, Path::new("models"), &[]),
+        &model_in(&text, Path::new("models"), &[]),
         &Parts::default().frequencies(true),
     )
     .unwrap();
@@ -221,7 +197,7 @@ fn parameters_without_values_are_drawn() {
     let text = "param k  param m  coord x, y
         T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2 + (x - y)^2)";
     let derivation = derive(
-        &load(text, Path::new("."), &[]),
+        &model_in(text, Path::new("."), &[]),
         &Parts::default().frequencies(true),
     )
     .unwrap();
@@ -235,7 +211,7 @@ fn parameters_without_values_are_drawn() {
 fn equalities_that_would_make_a_symmetry_are_told() {
     let text = std::fs::read_to_string("models/three_pendulums_unequal.lag").unwrap();
     let derivation = derive(
-        &load(&text, Path::new("models"), &[]),
+        &model_in(&text, Path::new("models"), &[]),
         &Parts::default().frequencies(true),
     )
     .unwrap();
@@ -255,7 +231,7 @@ fn equalities_that_would_make_a_symmetry_are_told() {
 #[test]
 fn limits_and_series_of_closed_forms() {
     let text = std::fs::read_to_string("models/two_masses_walls.lag").unwrap();
-    let model = load(&text, Path::new("models"), &["k1=1", "k2=1/1000", "m1=2"]);
+    let model = model_in(&text, Path::new("models"), &["k1=1", "k2=1/1000", "m1=2"]);
     let mut derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
     let exact = derivation.clone();
     derivation.expand("k2", 2);
@@ -287,7 +263,7 @@ fn a_cubic_is_solved_on_request() {
     // Zeros of the Laguerre polynomial L_3 (SymPy: laguerre_poly(3).nroots()), times g/l.
     let want = [0.415774556783479, 2.29428036027904, 6.28994508293748];
     let text = std::fs::read_to_string("models/triple_pendulum.lag").unwrap();
-    let model = load(
+    let model = model_in(
         &text,
         Path::new("models"),
         &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"],

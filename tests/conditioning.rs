@@ -8,13 +8,14 @@
     reason = "tests stop at the first surprise"
 )]
 
-use std::path::Path;
+mod common;
 
+use common::load;
 use librate::linearize::{LinearizeError, linearize};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::oscillation::{Warning, normal_modes, warnings};
-use librate::syntax::{StatementKind, parse};
+use librate::syntax::parse;
 
 fn ill_conditioned(model: Model) -> Option<Warning> {
     // Some models are there for their mistake.
@@ -70,19 +71,6 @@ fn parameters_that_change_together_are_not_blamed() {
     ));
     assert_eq!(parameter, None);
     assert_eq!(change, "2e-10");
-}
-
-fn load(path: &Path) -> Model {
-    let text = std::fs::read_to_string(path).unwrap();
-    let file = parse(&text).unwrap();
-    let mut tables = TableTexts::new();
-    for statement in &file.statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    elaborate(&file, &tables, &Settings::new()).unwrap()
 }
 
 /// Of the hard models those near a bifurcation, and those whose terms cancel; of the others none: no

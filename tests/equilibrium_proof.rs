@@ -65,10 +65,12 @@ fn check(linearized: &Linearized, want: &[Big]) {
 fn all_entries(linearized: &Linearized) {
     // M and K in balls hold those at 400 bits.
     let precise = linearized.precisely(400).unwrap();
-    let pairs = [
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    let mut pairs = vec![
         (linearized.mass(), &precise.mass),
-        (linearized.stiffness(), &precise.stiffness),
+        (stiffness, &precise.stiffness),
     ];
+    pairs.extend(precise.velocity.as_ref().map(|own| (velocity, own)));
     for (balls, bigs) in pairs {
         for (ball, big) in balls.iter().zip(bigs) {
             assert!((&Big::from_ball(ball, 400) - big).contains_zero());

@@ -2,7 +2,7 @@
 //! page says.
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
-//! `set=NAME=VALUE` is a setting, `check` stops before the modes. A block `csv NAME` is the file of
+//! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -18,9 +18,9 @@ use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
-use librate::linearize::linearize;
+use librate::linearize::{self, linearize};
 use librate::model::{self, Settings, TableTexts, elaborate};
-use librate::modes::Options;
+use librate::modes::{Kind, Options};
 use librate::oscillation::{self, normal_modes};
 use librate::syntax::{self, format};
 
@@ -164,6 +164,10 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     if block.words.contains(&"check") {
         return told;
     }
+    if block.words.contains(&"derive") {
+        told.extend(linearize::derive(checked).err().map(|error| error.code()));
+        return told;
+    }
     let linearized = match linearize(checked) {
         Ok(linearized) => linearized,
         Err(error) => {
@@ -176,7 +180,12 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
             let warnings = oscillation::warnings(&linearized, &normal);
             told.extend(warnings.iter().map(|warning| code(warning.into())));
             assert!(
-                !told.is_empty() || normal.modes.iter().all(|mode| mode.omega.mid_f64() > 0.0),
+                !told.is_empty()
+                    || normal.modes.iter().all(|mode| {
+                        // What turns steadily is free to.
+                        let turns = linearized.model().rates.iter().any(Option::is_some);
+                        mode.omega.mid_f64() > 0.0 || turns && mode.kind == Kind::Zero
+                    }),
                 "{}",
                 block.text
             );

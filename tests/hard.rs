@@ -13,16 +13,18 @@
     reason = "tests stop at the first surprise"
 )]
 
+mod common;
+
 use std::path::{Path, PathBuf};
 
+use common::load;
 use librate::linearize::linearize;
-use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
 use librate::number::Number;
 use librate::oscillation::normal_modes;
 use librate::precision::{Ball, Scalar};
 use librate::report::modes_json;
-use librate::syntax::{StatementKind, format, parse};
+use librate::syntax::format;
 use serde_json::Value;
 
 /// Too slow for every run: dense matrices of this size take minutes. Run with `--ignored`.
@@ -46,20 +48,6 @@ fn files() -> Vec<PathBuf> {
 
 fn name(path: &Path) -> String {
     path.file_stem().unwrap().to_string_lossy().to_string()
-}
-
-fn load(path: &Path) -> Model {
-    let text = std::fs::read_to_string(path).unwrap();
-    let file = parse(&text).unwrap_or_else(|errors| panic!("{path:?}: {errors:?}"));
-    let mut tables = TableTexts::new();
-    for statement in &file.statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    elaborate(&file, &tables, &Settings::new())
-        .unwrap_or_else(|errors| panic!("{path:?}: {errors:?}"))
 }
 
 fn reference(path: &Path) -> Value {

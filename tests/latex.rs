@@ -5,14 +5,17 @@
     clippy::unwrap_used,
     clippy::expect_used,
     clippy::panic,
+    clippy::print_stderr,
     reason = "tests stop at the first surprise"
 )]
 
-use std::path::{Path, PathBuf};
+mod common;
+
+use std::path::Path;
 use std::process::{Command, Stdio};
 
+use common::{load, model_files};
 use librate::derive::{Derivation, Parts, derive};
-use librate::model::{Settings, TableTexts, elaborate};
 use librate::report::derive_latex;
 use librate::syntax::{StatementKind, parse};
 use librate::typeset::Notation;
@@ -21,28 +24,9 @@ use pulldown_latex::{Parser, Storage};
 /// Pages of larger models say nothing new.
 const MOST: usize = 24;
 
-fn models() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir("models")
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "lag"))
-        .collect();
-    files.sort();
-    files
-}
-
 fn derivation(path: &Path) -> Option<Derivation> {
-    let text = std::fs::read_to_string(path).unwrap();
-    let file = parse(&text).unwrap();
-    let mut tables = TableTexts::new();
-    for statement in &file.statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    let model = elaborate(&file, &tables, &Settings::new()).unwrap();
-    if model.coordinates.len() > MOST {
+    let model = load(path);
+    if model.coordinates.len() > MOST || !model.constraints.is_empty() {
         return None;
     }
     Some(derive(&model, &Parts::all()).unwrap())
@@ -75,7 +59,7 @@ fn check(formula: &str, origin: &str) {
 #[test]
 fn a_parser_reads_every_formula() {
     let mut count = 0;
-    for path in models() {
+    for path in model_files() {
         let Some(derivation) = derivation(&path) else {
             continue;
         };
@@ -93,7 +77,7 @@ fn a_parser_reads_every_formula() {
 #[test]
 fn a_parser_reads_the_energies_as_written() {
     let mut count = 0;
-    for path in models() {
+    for path in model_files() {
         let file = parse(&std::fs::read_to_string(&path).unwrap()).unwrap();
         for statement in &file.statements {
             let (StatementKind::Kinetic(at) | StatementKind::Potential(at)) = statement.kind else {
@@ -138,11 +122,12 @@ fn engine() -> Option<&'static str> {
 #[test]
 fn an_engine_typesets_every_page_where_one_is_installed() {
     let Some(engine) = engine() else {
+        eprintln!("no TeX engine is installed, nothing is typeset");
         return;
     };
     let folder = std::env::temp_dir().join(format!("librate-latex-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    for path in models() {
+    for path in model_files() {
         let Some(derivation) = derivation(&path) else {
             continue;
         };

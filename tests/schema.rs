@@ -68,7 +68,10 @@ fn modes_and_derivations_of_all_models() {
         for mode in value["modes"].as_array().unwrap() {
             assert_eq!(mode["vector"].as_array().unwrap().len(), count, "{file}");
         }
-        if count <= 12 {
+        let tied = std::fs::read_to_string(&file)
+            .unwrap()
+            .contains("\nconstraint ");
+        if count <= 12 && !tied {
             let run = run(&["derive", &file, "--json"]);
             assert_eq!(run.status, 0, "{file}: {}", run.err);
             let value: Value = serde_json::from_str(&run.out).unwrap();

@@ -161,7 +161,7 @@ impl Case {
             let text = |a: &[Big]| a.iter().map(|x| x.decimal(DIGITS).text).collect();
             texts = Some([text(&precise.mass), text(&precise.stiffness)]);
         }
-        let factors = linearized.factors();
+        let factors = linearized.factors().ok_or("the model has constraints")?;
         let stressed = factors.rest.iter().any(|x| x.mid_f64() != 0.0);
         let positive = factors.rows.iter().all(|(positive, _)| *positive);
         let squares = (!stressed && positive).then(|| {

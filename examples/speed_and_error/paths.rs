@@ -170,7 +170,10 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
             Ok(Answer {
                 seconds,
                 values: modes
-                    .map(|mode| enclosure(mode.kind, &mode.omega_squared, mode.precise.as_deref()))
+                    .filter_map(|mode| {
+                        let square = mode.omega_squared.as_ref()?;
+                        Some(enclosure(mode.kind, square, mode.precise.as_deref()))
+                    })
                     .collect(),
                 rung: normal.rung,
             })

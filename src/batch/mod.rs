@@ -38,7 +38,7 @@
 //! // What is to be quoted: the same set with every digit certified.
 //! let certified = study.certified(&sets[3..6])?;
 //! let batch = solutions.omega_squared()[2];
-//! assert!((batch - certified.modes[0].omega_squared.mid_f64()).abs() < 1e-14 * batch);
+//! assert!((batch - certified.modes[0].omega.mid_f64().powi(2)).abs() < 1e-14 * batch);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!

@@ -31,6 +31,8 @@ What to type:
     librate derive three_pendulums.lag                equations, M and K in symbols
     librate modes three_pendulums.lag                 frequencies and mode shapes
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
+    librate sweep three_pendulums.lag --over k=0..8:17
+                                                      frequencies for a range of springs
     librate explain E0201                             more about a mistake, by its code
     librate fmt three_pendulums.lag                   put the file in canonical layout
 
@@ -51,6 +53,22 @@ Examples:
     librate modes chain.lag --set N=50 --set 'm[1]=3/2' --lowest 5
     librate modes chain.lag --json --no-vectors
     echo \"coord x  T = 1/2*x'^2  V = 2*x^2\" | librate modes -";
+
+const SWEEP: &str = "\
+Frequencies over a range of a parameter, as CSV: a line for each value, with the parameter, omega1, omega2, …
+and, where some growth isn't 0, growth1, … Each place has an equilibrium of its own, searched for as
+`modes` does. Where there are no modes, cells are empty, and the reason is told on standard error.";
+
+const SWEEP_EXAMPLE: &str = "\
+Examples:
+    librate sweep three_pendulums.lag --over k12=0..8:17
+    librate sweep bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
+    librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json";
+
+const SENSITIVITY: &str = "\
+d omega / d parameter for every mode and every parameter that has a value: by how much a frequency changes when a
+parameter does, the equilibrium moving along. Parameters that are defined from others have no entry of their own; what they
+do is counted with those. Where frequencies coincide, the derivatives are those of the modes into which they split.";
 
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
@@ -122,6 +140,12 @@ pub(crate) enum Command {
     /// Frequencies and mode shapes about the equilibrium
     #[command(long_about = MODES, after_help = MODES_EXAMPLE)]
     Modes(Modes),
+    /// Frequencies over a range of a parameter, as CSV
+    #[command(long_about = SWEEP, after_help = SWEEP_EXAMPLE)]
+    Sweep(Sweep),
+    /// How much each frequency changes with each parameter
+    #[command(long_about = SENSITIVITY)]
+    Sensitivity(Sensitivity),
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
@@ -159,6 +183,42 @@ pub(crate) struct Modes {
     /// Frequencies only, without mode shapes
     #[arg(long)]
     pub(crate) no_vectors: bool,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Sweep {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The parameter, its first and last value and the number of values: `k=0..8:17`
+    #[arg(long, value_name = "NAME=a..b:count")]
+    pub(crate) over: String,
+    /// Only the K lowest modes, in the order of `modes`
+    #[arg(long, value_name = "K", value_parser = positive)]
+    pub(crate) lowest: Option<usize>,
+    /// Significant digits of the frequencies, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// With --json: without mode shapes
+    #[arg(long, requires = "json")]
+    pub(crate) no_vectors: bool,
+    /// JSON instead of CSV: an array with the modes at each value
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Sensitivity {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Only the K lowest modes, in the order of `modes`
+    #[arg(long, value_name = "K", value_parser = positive)]
+    pub(crate) lowest: Option<usize>,
+    /// Significant digits of the frequencies, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,

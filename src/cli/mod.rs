@@ -17,7 +17,8 @@ use librate::diagnostic::Diagnostic;
 use librate::model::{self, Model, Settings};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::{Error, explain, linearize, modes, oscillation, syntax};
+use librate::sweep::{Place, Range};
+use librate::{Error, explain, linearize, modes, oscillation, sensitivity, sweep, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use input::Source;
@@ -66,6 +67,8 @@ pub(crate) fn run() -> ExitCode {
     let format = cli.message_format;
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
+        Command::Sweep(sweep) => sweep_text(sweep),
+        Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
@@ -133,10 +136,66 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     };
     let suspicious = oscillation::warnings(&linearized, &modes);
     warnings.extend(suspicious.iter().map(Diagnostic::from));
-    let text = if args.json {
+    let sigmas = match sigmas(&linearized, &modes, &options) {
+        Ok(sigmas) => sigmas,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let text = if let Some(sigmas) = sigmas.filter(|_| args.json) {
+        report::modes_json_with_sigma(&linearized, &modes, &sigmas, &options)
+    } else if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {
         report::modes_text(&linearized, &modes, &options, &style())
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, warnings)),
+    })
+}
+
+/// The uncertainties of the frequencies, where the model states some of parameters.
+fn sigmas(
+    linearized: &linearize::Linearized,
+    modes: &oscillation::NormalModes,
+    options: &modes::Options,
+) -> Result<Option<Vec<Option<f64>>>, linearize::LinearizeError> {
+    if !sensitivity::has_uncertainties(linearized) {
+        return Ok(None);
+    }
+    if options.vectors {
+        return Ok(sensitivity::sensitivities(linearized, modes).omega_sigma(linearized));
+    }
+    let mut options = options.clone();
+    options.vectors = true;
+    let with_shapes = oscillation::normal_modes(linearized, &options)?;
+    Ok(sensitivity::sensitivities(linearized, &with_shapes).omega_sigma(linearized))
+}
+
+fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        mut warnings,
+    } = load(&args.model, Size::Dense)?;
+    let mut options = modes::Options::default().digits(args.digits);
+    options.lowest = args.lowest;
+    let progress = Progress::start("computing the modes");
+    let computed = linearize::linearize(model).and_then(|linearized| {
+        let modes = oscillation::normal_modes(&linearized, &options)?;
+        Ok((linearized, modes))
+    });
+    let (linearized, modes) = match computed {
+        Ok(computed) => computed,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let found = sensitivity::sensitivities(&linearized, &modes);
+    drop(progress);
+    let suspicious = oscillation::warnings(&linearized, &modes);
+    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    let text = if args.json {
+        report::sensitivity_json(&linearized, &modes, &found, &options)
+    } else {
+        report::sensitivity_text(&linearized, &modes, &found, &options, &style())
     };
     Ok(Answer {
         text,
@@ -273,24 +332,36 @@ enum Size {
     Dense,
 }
 
-/// The checked model, and its text for messages.
-fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
+/// What is set on the command line.
+fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
     let mut settings = Settings::new();
     for text in &args.settings {
-        settings.add(text).map_err(|error| {
-            let diagnostic = Diagnostic::from(&error);
-            Failure::Other {
-                message: diagnostic.message,
-                help: diagnostic.help,
-                status: USAGE,
-            }
-        })?;
+        settings.add(text).map_err(|error| wrong_setting(&error))?;
     }
-    let source = input::read_model(&args.file).map_err(|message| Failure::Other {
+    Ok(settings)
+}
+
+fn wrong_setting(error: &model::ModelError) -> Failure {
+    let diagnostic = Diagnostic::from(error);
+    Failure::Other {
+        message: diagnostic.message,
+        help: diagnostic.help,
+        status: USAGE,
+    }
+}
+
+fn read(args: &ModelArgs) -> Result<Source, Failure> {
+    input::read_model(&args.file).map_err(|message| Failure::Other {
         message,
         help: None,
         status: FAULT,
-    })?;
+    })
+}
+
+/// The checked model, and its text for messages.
+fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
+    let settings = settings(args)?;
+    let source = read(args)?;
     let checked = syntax::parse(&source.text)
         .map_err(Error::from)
         .and_then(|file| {
@@ -310,6 +381,53 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
         }),
         Err(error) => Err(Failure::Model(source, error.diagnostics())),
     }
+}
+
+fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
+    let settings = settings(&args.model)?;
+    let range = Range::parse(&args.over).map_err(|error| {
+        let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
+        wrong_request(error.to_string(), help)
+    })?;
+    let source = read(&args.model)?;
+    let file = match syntax::parse(&source.text) {
+        Ok(file) => file,
+        Err(errors) => return Err(Failure::Model(source, Error::from(errors).diagnostics())),
+    };
+    let tables = input::read_tables(&args.model.file, &file);
+    let mut options = modes::Options::default().digits(args.digits);
+    options.lowest = args.lowest;
+    options.vectors = args.json && !args.no_vectors;
+    let progress = Progress::start("computing the modes over the range");
+    let places: Vec<Place> = sweep::sweep(&file, &tables, &settings, &range, &options).collect();
+    drop(progress);
+    let errors = places
+        .iter()
+        .filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
+    let errors: Vec<(f64, &Error)> = errors.collect();
+    if let Some((_, error)) = errors.first().filter(|_| errors.len() == places.len()) {
+        return Err(Failure::Model(source, error.diagnostics()));
+    }
+    // The same mistake at many values is told once, with the first of them.
+    let mut remarks: Vec<Diagnostic> = Vec::new();
+    for (value, error) in errors {
+        for mut diagnostic in error.diagnostics() {
+            if remarks.iter().all(|other| other.code != diagnostic.code) {
+                diagnostic.message =
+                    format!("at {} = {value}: {}", range.name(), diagnostic.message);
+                remarks.push(diagnostic);
+            }
+        }
+    }
+    let text = if args.json {
+        report::sweep_json(&range, &places, &options)
+    } else {
+        report::sweep_csv(&range, &places, &options)
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, remarks)),
+    })
 }
 
 fn style() -> Style {

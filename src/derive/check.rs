@@ -5,6 +5,7 @@
 //! are evaluated at values drawn for them. A closed form stands if there are as many modes as its multiplicity says whose
 //! enclosures meet it, each mode counted once.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 
 use super::frequencies::{Case, Frequency};
@@ -21,22 +22,46 @@ use crate::precision::{Ball, Function, Scalar};
 /// An enclosure has to tell so much of a number.
 const WIDEST: f64 = 1e-9;
 
+/// What has a sign at the values of the parameters, and whether that is negative.
+pub(super) type Signs = Vec<(ExprId, bool)>;
+
+/// What is replaced by what it is at the values of the parameters.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Resolve {
+    /// acos(cos(x)) by x, between 0 and pi.
+    Angles,
+    /// Absolute values.
+    Sizes,
+}
+
+/// A mode in closed form.
+pub(super) struct Column {
+    pub(super) omega_squared: ExprId,
+    /// xᵀMx
+    pub(super) mass: ExprId,
+    pub(super) vector: Vec<ExprId>,
+}
+
 /// A mode to compare with.
 struct Reference {
     omega_squared: Ball,
     symmetry: Option<String>,
 }
 
-/// What closed forms are compared with.
-pub(super) struct Checker {
-    /// The values of parameters, and of coordinates at an equilibrium that was searched for.
+/// What closed forms are compared with. The model goes its way to numbers only where there is something to
+/// compare.
+pub(super) struct Checker<'a> {
+    pub(super) model: &'a Model,
+    /// The values of parameters, drawn for those that have none.
     values: HashMap<Symbol, Ball>,
-    /// The modes, where all parameters have values.
-    modes: Option<Vec<Reference>>,
+    /// Whether all parameters have values.
+    complete: bool,
+    linearized: OnceCell<Option<Linearized>>,
+    modes: OnceCell<Option<Vec<Reference>>>,
 }
 
-impl Checker {
-    pub(super) fn new(model: &Model, pair: &Pair) -> Self {
+impl<'a> Checker<'a> {
+    pub(super) fn new(model: &'a Model) -> Self {
         let mut values = HashMap::new();
         let mut complete = true;
         for (i, parameter) in model.parameters.iter().enumerate() {
@@ -49,17 +74,53 @@ impl Checker {
             complete &= value.is_some();
             values.insert(parameter.symbol, value.unwrap_or_else(|| drawn(i)));
         }
-        let linearized = (complete && pair.len() > 0)
-            .then(|| linearize::linearize(model.clone()).ok())
-            .flatten();
-        let modes = linearized.as_ref().and_then(|linearized| {
-            let found = &linearized.equilibrium().values;
-            for (coordinate, value) in model.coordinates.iter().zip(found) {
-                values.insert(coordinate.symbol, *value);
-            }
-            references(linearized)
+        Self {
+            model,
+            values,
+            complete,
+            linearized: OnceCell::new(),
+            modes: OnceCell::new(),
+        }
+    }
+
+    /// The model in numbers, where all parameters have values.
+    fn linearized(&self) -> Option<&Linearized> {
+        let made = self.linearized.get_or_init(|| {
+            let wanted = self.complete && !self.model.coordinates.is_empty();
+            wanted
+                .then(|| linearize::linearize(self.model.clone()).ok())
+                .flatten()
         });
-        Self { values, modes }
+        made.as_ref()
+    }
+
+    /// Its modes.
+    fn modes(&self) -> Option<&Vec<Reference>> {
+        let made = self
+            .modes
+            .get_or_init(|| self.linearized().and_then(references));
+        made.as_ref()
+    }
+
+    /// Whether a parameter is negative, where it has a value that tells.
+    pub(super) fn sign(&self, symbol: Symbol) -> Option<bool> {
+        let mut parameters = self.model.parameters.iter();
+        parameters
+            .any(|parameter| parameter.symbol == symbol && parameter.value.is_some())
+            .then(|| self.values.get(&symbol))
+            .flatten()
+            .filter(|value| !value.contains_zero())
+            .map(Ball::is_negative)
+    }
+
+    /// The value of a parameter, or of a coordinate at an equilibrium that was searched for.
+    fn value(&self, symbol: Symbol) -> Option<Ball> {
+        if let Some(value) = self.values.get(&symbol) {
+            return Some(*value);
+        }
+        let mut coordinates = self.model.coordinates.iter();
+        let at = coordinates.position(|coordinate| coordinate.symbol == symbol)?;
+        self.linearized()?.equilibrium().values.get(at).copied()
     }
 
     /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
@@ -69,53 +130,187 @@ impl Checker {
         pool: &mut Pool,
         short: &mut Simplifier,
         pair: &Pair,
-    ) -> (Pair, Vec<(ExprId, bool)>) {
-        let entries = pair.values();
-        let ids = pool.reachable(&entries);
-        // What replaces each, and what has to be positive for it.
-        let mut arguments: Vec<(ExprId, ExprId, bool)> = Vec::new();
-        for id in &ids {
-            if let Node::Function(function, x) = *pool.node(*id) {
-                match (function, pool.node(x)) {
-                    (Function::Abs, _) => arguments.push((*id, x, false)),
-                    // The angle between 0 and pi.
-                    (Function::Acos, Node::Function(Function::Cos, angle)) => {
-                        arguments.push((*id, *angle, true));
-                    }
-                    (_, _) => {}
-                }
-            }
-        }
-        if arguments.is_empty() || self.modes.is_none() {
-            return (pair.clone(), Vec::new());
-        }
-        let inner: Vec<ExprId> = arguments.iter().map(|(_, x, _)| *x).collect();
-        let values = self.evaluate(pool, &inner).unwrap_or_default();
-        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
-        let mut signs = Vec::new();
-        for ((id, x, is_angle), value) in arguments.into_iter().zip(values) {
-            let negative = value.is_negative();
-            if is_angle {
-                if value.is_positive() && Ball::PI.sub(&value).is_positive() {
-                    images.insert(id, x);
-                    let pi = pool.pi();
-                    let rest = pool.sub(pi, x);
-                    signs.extend([(x, false), (rest, false)]);
-                }
-            } else if value.is_positive() || negative {
-                images.insert(id, if negative { pool.neg(x) } else { x });
-                signs.push((x, negative));
+    ) -> (Pair, Signs) {
+        let mut pair = pair.clone();
+        let mut signs = Signs::new();
+        // With its angle a term may vanish, and with it what has a sign in it.
+        for only in [Resolve::Angles, Resolve::Sizes] {
+            let entries = pair.values();
+            let (images, found) = self.resolved(pool, &entries, only);
+            if !images.is_empty() {
+                pair = pair.replaced(pool, short, &images);
+                signs.extend(found);
             }
         }
         signs.sort_unstable();
         signs.dedup();
+        (pair, signs)
+    }
+
+    /// What each expression and each of its parts becomes without some functions, where anything changes.
+    fn resolved(
+        &self,
+        pool: &mut Pool,
+        roots: &[ExprId],
+        only: Resolve,
+    ) -> (HashMap<ExprId, ExprId>, Signs) {
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        let mut signs = Signs::new();
+        if !self.complete {
+            return (images, signs);
+        }
+        let ids = pool.reachable(roots);
+        // What may be replaced, and by what.
+        let mut arguments: Vec<(ExprId, ExprId)> = Vec::new();
+        for id in &ids {
+            if let Node::Function(function, x) = *pool.node(*id) {
+                match (only, function, pool.node(x)) {
+                    (Resolve::Sizes, Function::Abs, _) => arguments.push((*id, x)),
+                    (Resolve::Angles, Function::Acos, Node::Function(Function::Cos, angle)) => {
+                        arguments.push((*id, *angle));
+                    }
+                    (Resolve::Sizes | Resolve::Angles, _, _) => {}
+                }
+            }
+        }
+        if arguments.is_empty() {
+            return (images, signs);
+        }
+        let inner: Vec<ExprId> = arguments.iter().map(|(_, x)| *x).collect();
+        let values = self.evaluate(pool, &inner).unwrap_or_default();
+        // Without a number in front: alpha > 0, not 2*alpha > 0.
+        let sign = |pool: &mut Pool, x: ExprId, negative: bool| {
+            let (size, core) = pool.split_content(x);
+            (core, negative != size.is_negative())
+        };
+        for ((id, x), value) in arguments.into_iter().zip(values) {
+            match only {
+                Resolve::Angles => {
+                    if value.is_positive() && Ball::PI.sub(&value).is_positive() {
+                        images.insert(id, x);
+                        let pi = pool.pi();
+                        let rest = pool.sub(pi, x);
+                        signs.extend([sign(pool, x, false), sign(pool, rest, false)]);
+                    }
+                }
+                Resolve::Sizes => {
+                    let negative = value.is_negative();
+                    if value.is_positive() || negative {
+                        images.insert(id, if negative { pool.neg(x) } else { x });
+                        signs.push(sign(pool, x, negative));
+                    }
+                }
+            }
+        }
+        signs.sort_unstable();
+        signs.dedup();
+        if images.is_empty() {
+            return (images, signs);
+        }
         for id in ids {
             if !images.contains_key(&id) {
                 let new = rebuild(pool, id, &images);
                 images.insert(id, new);
             }
         }
-        (pair.replaced(pool, short, &images), signs)
+        (images, signs)
+    }
+
+    /// The place of each of some values in ascending order.
+    pub(super) fn ascending(&self, pool: &Pool, values: &[ExprId]) -> Option<Vec<usize>> {
+        let values = self.evaluate(pool, values)?;
+        let mut order: Vec<usize> = (0..values.len()).collect();
+        order.sort_by(|a, b| values[*a].mid_f64().total_cmp(&values[*b].mid_f64()));
+        let mut places = vec![0; order.len()];
+        for (place, at) in order.into_iter().enumerate() {
+            places[at] = place;
+        }
+        Some(places)
+    }
+
+    /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2. They have to solve
+    /// K x = omega^2 M x with the numbers of the other path, one by one, and to be orthogonal.
+    pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
+        let n = pair.len();
+        let own = match self.modes() {
+            Some(_) => None,
+            None => self.solved(pool, pair),
+        };
+        let Some(modes) = self.modes().or(own.as_ref()) else {
+            return false;
+        };
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
+            return false;
+        };
+        let mut all = Vec::new();
+        for column in columns {
+            all.extend([column.omega_squared, column.mass]);
+            all.extend(&column.vector);
+        }
+        let Some(values) = self.evaluate(pool, &all) else {
+            return false;
+        };
+        let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
+        let columns: Vec<&[Ball]> = values.chunks_exact(n + 2).collect();
+        let product = |matrix: &[Ball], x: &[Ball]| -> Vec<Ball> {
+            let row = |i: usize| {
+                let terms = (0..n).map(|j| matrix[i + n * j].mul(&x[j]));
+                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+            };
+            (0..n).map(row).collect()
+        };
+        let dot = |x: &[Ball], y: &[Ball]| {
+            let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
+            terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+        };
+        let is_zero = |value: &Ball, size: f64| {
+            value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
+        };
+        let largest = modes
+            .iter()
+            .map(|mode| mode.omega_squared.abs_upper())
+            .fold(0.0, f64::max);
+        let mut squares: Vec<&Reference> = modes.iter().collect();
+        squares.sort_by(|a, b| {
+            a.omega_squared
+                .mid_f64()
+                .total_cmp(&b.omega_squared.mid_f64())
+        });
+        if columns.len() != n || squares.len() != n {
+            return false;
+        }
+        let images: Vec<Vec<Ball>> = columns.iter().map(|c| product(&mass, &c[2..])).collect();
+        columns
+            .iter()
+            .zip(&squares)
+            .enumerate()
+            .all(|(at, (column, reference))| {
+                let (square, norm, x) = (&column[0], &column[1], &column[2..]);
+                let forces = product(&stiffness, x);
+                let inertia: Vec<Ball> = images[at].iter().map(|m| m.mul(square)).collect();
+                let scale = size(&stiffness) * size(x) + size(&inertia);
+                let solves = forces
+                    .iter()
+                    .zip(&inertia)
+                    .all(|(f, m)| is_zero(&f.sub(m), scale));
+                let own = dot(x, &images[at]);
+                solves
+                    && norm.is_positive()
+                    && is_zero(&square.sub(&reference.omega_squared), largest)
+                    && is_zero(&own.sub(norm), norm.abs_upper())
+                    && columns[..at].iter().zip(&images).all(|(other, image)| {
+                        let scale = size(x) * size(image) + size(&other[2..]) * size(&images[at]);
+                        is_zero(&dot(x, image), scale)
+                    })
+            })
+    }
+
+    /// M and K in numbers, column by column: from the other path where all parameters have values.
+    fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
+        match self.linearized() {
+            Some(linearized) => Some((linearized.mass(), linearized.stiffness())),
+            None => self.evaluated(pool, pair),
+        }
     }
 
     /// Takes what does not hold out of a case, and puts the rest in ascending order.
@@ -125,13 +320,13 @@ impl Checker {
             return;
         }
         let expressions: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
-        let own = match &self.modes {
+        let own = match self.modes() {
             Some(_) => None,
             None => self.solved(pool, pair),
         };
         let (Some(values), Some(modes)) = (
             self.evaluate(pool, &expressions),
-            self.modes.as_ref().or(own.as_ref()),
+            self.modes().or(own.as_ref()),
         ) else {
             case.frequencies.clear();
             case.series.clear();
@@ -199,16 +394,13 @@ impl Checker {
 
     fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs: Option<Vec<Ball>> = symbols
-            .iter()
-            .map(|symbol| self.values.get(symbol).copied())
-            .collect();
+        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(*symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.evaluate(&inputs?, &mut Vec::new()))
     }
 
-    /// The frequencies of M and K at the values at hand.
-    fn solved(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
+    /// M and K at the values at hand, column by column.
+    fn evaluated(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
         let n = pair.len();
         let entries = pair.values();
         let values = self.evaluate(pool, &entries)?;
@@ -224,10 +416,16 @@ impl Checker {
             }
             matrix
         };
+        Some((dense(&pair.mass), dense(&pair.stiffness)))
+    }
+
+    /// The frequencies of M and K at the values at hand.
+    fn solved(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
+        let (mass, stiffness) = self.evaluated(pool, pair)?;
         let problem = Problem {
-            dimension: n,
-            mass: dense(&pair.mass),
-            stiffness: dense(&pair.stiffness),
+            dimension: pair.len(),
+            mass,
+            stiffness,
             zero_vectors: Vec::new(),
         };
         let spectrum = modes::solve(&problem, &Options::default().without_vectors()).ok()?;
@@ -249,7 +447,7 @@ fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
 fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
     let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
     let references = modes.modes.into_iter().map(|mode| Reference {
-        omega_squared: mode.omega_squared,
+        omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
         symmetry: mode.symmetry,
     });
     Some(references.collect())

@@ -1,5 +1,4 @@
-//! Momenta, the energy function and the Hamiltonian, what is conserved, and the energies to second
-//! order about the equilibrium.
+//! Momenta, the energy function and the Hamiltonian, and the energies to second order about the equilibrium.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +7,6 @@ use super::motion::{Factor, Motion, MotionSum, MotionTerm};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
-
-/// What stays the same along every motion.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Conserved {
-    /// The momentum of a cyclic coordinate, by its number: the coordinate doesn't occur in L.
-    Momentum(usize),
-    /// The energy function h = sum q' dL/dq' - L: the time doesn't occur in L.
-    Energy {
-        /// Whether it is T + V: no part of L but V is without velocities or linear in them.
-        is_total: bool,
-    },
-}
 
 /// The generalized momenta p_i = dL/dq_i', one a coordinate.
 pub(super) fn momenta(
@@ -189,52 +175,6 @@ fn inverse(
         result.insert(place, pool.div(value, determinant));
     }
     Some(result)
-}
-
-/// The conserved quantities that L shows: momenta of coordinates that don't occur in it, and the
-/// energy where the time doesn't.
-pub(super) fn conserved(
-    pool: &mut Pool,
-    variables: &Variables,
-    lagrangian: &Lagrangian,
-    momenta: &[MotionSum],
-    dissipation: &[ExprId],
-) -> Vec<Conserved> {
-    let mut occurs = vec![false; variables.coordinates.len()];
-    let mut drives = false;
-    let values = lagrangian
-        .inertia
-        .values()
-        .chain(lagrangian.linear.values());
-    let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
-    for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
-        if let Some(i) = variables.coordinate(symbol)
-            && let Some(occurs) = occurs.get_mut(i)
-        {
-            *occurs = true;
-        }
-        drives |= variables.time == Some(symbol);
-    }
-    let mut rubs = vec![false; occurs.len()];
-    for term in dissipation {
-        for (i, _) in variables.velocity_slopes(pool, *term) {
-            if let Some(rubs) = rubs.get_mut(i) {
-                *rubs = true;
-            }
-        }
-    }
-    let mut result: Vec<Conserved> = (0..occurs.len())
-        .filter(|i| !occurs[*i] && !rubs[*i])
-        .filter(|i| momenta.get(*i).is_some_and(|momentum| !momentum.is_zero()))
-        .map(Conserved::Momentum)
-        .collect();
-    if !drives && !rubs.contains(&true) {
-        let is_total = lagrangian.linear.is_empty()
-            && lagrangian.other.is_empty()
-            && !lagrangian.has_rest_energy;
-        result.push(Conserved::Energy { is_total });
-    }
-    result
 }
 
 fn is_zero(pool: &Pool, e: ExprId) -> bool {

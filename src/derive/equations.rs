@@ -12,6 +12,7 @@
 
 use std::collections::BTreeMap;
 
+use super::Linear;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Simplifier;
@@ -175,23 +176,28 @@ fn friction(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Pa
     }
 }
 
-/// M q'' + K q = 0, row by row, with q measured from the equilibrium.
-pub(super) fn linearized(
-    pool: &mut Pool,
-    mass: &[Vec<ExprId>],
-    stiffness: &[Vec<ExprId>],
-) -> Vec<MotionSum> {
-    let rows = mass.iter().zip(stiffness);
-    rows.map(|(inertia, stiffness)| {
-        let inertia = inertia
-            .iter()
-            .enumerate()
-            .map(|(j, value)| MotionTerm::new(*value, &[(Motion::Acceleration(j), 1)]));
-        let stiffness = stiffness
-            .iter()
-            .enumerate()
-            .map(|(j, value)| MotionTerm::new(*value, &[(Motion::Displacement(j), 1)]));
-        MotionSum::new(pool, inertia.chain(stiffness))
-    })
-    .collect()
+/// M q'' + (G + C) q' + (K + N) q = 0, row by row, with q measured from the equilibrium.
+pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
+    let moving = |matrix: &Option<Vec<Vec<ExprId>>>, i: usize, motion: fn(usize) -> Motion| {
+        let row = matrix.as_ref().and_then(|rows| rows.get(i));
+        terms(row.map_or(&[][..], Vec::as_slice), motion)
+    };
+    (0..linear.mass.len())
+        .map(|i| {
+            let mut parts = terms(&linear.mass[i], Motion::Acceleration);
+            parts.extend(moving(&linear.gyroscopic, i, Motion::Velocity));
+            parts.extend(moving(&linear.damping, i, Motion::Velocity));
+            parts.extend(terms(&linear.stiffness[i], Motion::Displacement));
+            parts.extend(moving(&linear.circulatory, i, Motion::Displacement));
+            MotionSum::new(pool, parts)
+        })
+        .collect()
+}
+
+/// The sum of a row's entries times motions.
+fn terms(row: &[ExprId], motion: fn(usize) -> Motion) -> Vec<MotionTerm> {
+    let entries = row.iter().enumerate();
+    entries
+        .map(|(j, value)| MotionTerm::new(*value, &[(motion(j), 1)]))
+        .collect()
 }

@@ -5,25 +5,22 @@
 //! parts are taken apart by symmetry (`blocks`), and blocks are solved (`roots`). Every closed form
 //! is compared with certified numbers before it is given out (`check`).
 
-use std::collections::BTreeMap;
-
-use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::Linear;
 use super::check::Checker;
-use super::lattice::{Angles, Lattice, lattice};
-use super::pair::{Pair, Sparse};
-use super::roots::{Degree, roots};
+use super::forms::{Found, closed_forms};
+use super::lattice::Angles;
+use super::normal::{NormalCoordinates, Shape, normal_coordinates};
+use super::pair::Pair;
+use super::roots::Degree;
 use super::simplify::Simplifier;
 use super::ties::Ties;
-use crate::expr::{ExprId, Node, Pool};
+use crate::expr::{ExprId, Pool};
 use crate::model::Model;
 use crate::number::Number;
-use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
+use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
 /// Larger models get no closed forms: they could not be checked in reasonable time.
 const MOST_COORDINATES: usize = 1500;
-
-/// Closed forms of more symbols than this are no help to anybody.
-const MOST_SYMBOLS: u64 = 160;
 
 /// What the symmetry of a model tells about its frequencies.
 #[derive(Clone, Debug)]
@@ -39,6 +36,26 @@ pub struct Frequencies {
     pub signs: Vec<(ExprId, bool)>,
     /// What has been done to the frequencies since.
     pub approximations: Vec<Approximation>,
+}
+
+impl Frequencies {
+    /// The case whose closed forms stand for the model: without equalities of parameters where it knows all
+    /// frequencies, else the one that knows more of them.
+    #[must_use]
+    pub fn best(&self) -> &Case {
+        match &self.tied {
+            Some(tied) if tied.known() > self.general.known() => tied,
+            Some(_) | None => &self.general,
+        }
+    }
+}
+
+impl Case {
+    /// How many frequencies have a closed form, each as often as it occurs.
+    #[must_use]
+    pub fn known(&self) -> usize {
+        self.frequencies.iter().map(|f| f.multiplicity).sum()
+    }
 }
 
 /// What has been done to closed forms.
@@ -89,6 +106,8 @@ pub struct Case {
     pub frequencies: Vec<Frequency>,
     /// Whether these are all frequencies.
     pub complete: bool,
+    /// The normal coordinates, where all modes have a closed form too, checked as well.
+    pub normal: Option<NormalCoordinates>,
 }
 
 /// A frequency in closed form.
@@ -127,49 +146,27 @@ pub struct Series {
     pub numbers: Vec<(String, Angles)>,
 }
 
-/// What is found on the way, before it is checked.
-#[derive(Default)]
-struct Found {
-    /// By omega^2: multiplicity and class, where all have the same.
-    frequencies: BTreeMap<ExprId, (usize, Option<String>)>,
-    series: Vec<Series>,
-    blocks: Vec<Block>,
-    count: usize,
-}
-
-impl Found {
-    fn add(&mut self, omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) {
-        let place = self.frequencies.entry(omega_squared);
-        let (count, class) = place.or_insert_with(|| (0, symmetry.clone()));
-        *count += multiplicity;
-        if *class != symmetry {
-            *class = None;
-        }
-        self.count += multiplicity;
-    }
-}
-
 /// Looks for symmetries and closed forms.
 pub(super) fn frequencies(
-    model: &Model,
+    checker: &Checker<'_>,
     pool: &mut Pool,
     short: &mut Simplifier,
-    mass: &[Vec<ExprId>],
-    stiffness: &[Vec<ExprId>],
+    linear: &Linear,
     cubic: bool,
 ) -> Frequencies {
+    let model = checker.model;
     let degree = if cubic { Degree::Three } else { Degree::Two };
-    let pair = Pair::new(pool, mass, stiffness);
-    let checker = Checker::new(model, &pair);
-    let (pair, mut signs) = checker.signed(pool, short, &pair);
+    let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
+    let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
     let used = pool.symbols_of(&pair.values());
     let pattern = pair.pattern(pool);
     let plain = Symmetry::find(&pattern);
     let order = |symmetry: &Option<Symmetry>| symmetry.as_ref().map_or(1.0, |found| found.order);
     let none = Ties::default();
-    let mut general = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
+    let (mut general, shapes) = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
     checker.check(pool, &pair, &mut general);
+    general.normal = normal_coordinates(model, pool, short, checker, &pair, &general, shapes);
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied = None;
@@ -179,6 +176,8 @@ pub(super) fn frequencies(
         let equal = pair.substituted(pool, short, &map);
         let (equal, more) = checker.signed(pool, short, &equal);
         signs.extend(more);
+        signs.sort_unstable();
+        signs.dedup();
         let equal = equal.canonical(pool, short);
         let pattern = equal.pattern(pool);
         let symmetry = Symmetry::find(&pattern);
@@ -192,7 +191,8 @@ pub(super) fn frequencies(
                 approximations: Vec::new(),
             };
         }
-        let mut found = case(model, pool, short, &equal, symmetry.as_ref(), &ties, degree);
+        let (mut found, shapes) =
+            case(model, pool, short, &equal, symmetry.as_ref(), &ties, degree);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
@@ -202,19 +202,14 @@ pub(super) fn frequencies(
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
         checker.check(pool, &equal, &mut found);
+        found.normal = normal_coordinates(model, pool, short, checker, &equal, &found, shapes);
         let more_symmetric = order(&symmetry) > order(&plain);
-        let solved = |case: &Case| {
-            case.frequencies
-                .iter()
-                .map(|f| f.multiplicity)
-                .sum::<usize>()
-        };
         let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
             let all = case.frequencies.iter();
             all.map(|f| short.weight(pool, f.omega_squared)).sum()
         };
-        let better = solved(&found) > solved(&general)
-            || (solved(&found) > 0 && shorter(&found, short) < shorter(&general, short));
+        let better = found.known() > general.known()
+            || (found.known() > 0 && shorter(&found, short) < shorter(&general, short));
         if more_symmetric || better {
             tied = Some(found);
         }
@@ -276,7 +271,7 @@ fn case(
     symmetry: Option<&Symmetry>,
     ties: &Ties,
     degree: Degree,
-) -> Case {
+) -> (Case, Vec<Shape>) {
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
         closed_forms(pool, short, pair, symmetry, degree, &mut found);
@@ -290,7 +285,7 @@ fn case(
             symmetry,
         })
         .collect();
-    Case {
+    let case = Case {
         ties: ties.sets(model),
         symmetry: symmetry.map(|symmetry| Exchange {
             generators: symmetry.generators.clone(),
@@ -301,236 +296,9 @@ fn case(
         series: found.series,
         complete: found.count == pair.len(),
         frequencies,
-    }
-}
-
-fn closed_forms(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    pair: &Pair,
-    symmetry: Option<&Symmetry>,
-    degree: Degree,
-    found: &mut Found,
-) {
-    let parts = pair.components(pool);
-    let mut rest: Vec<usize> = Vec::new();
-    for part in &parts {
-        let own = pair.restricted(part);
-        if is_free(pool, &own) {
-            let zero = pool.zero();
-            found.add(zero, part.len(), None);
-        } else if let Some(lattice) = lattice(pool, short, &own) {
-            let symmetry = symmetry.filter(|_| parts.len() == 1);
-            add_lattice(pool, short, &lattice, symmetry, found);
-        } else {
-            rest.extend(part);
-        }
-    }
-    if rest.is_empty() {
-        return;
-    }
-    rest.sort_unstable();
-    if let Some(symmetry) = symmetry {
-        if let Some(waves) = waves(pool, short, pair, symmetry, &rest)
-            && let GroupKind::Ring { length, .. } = symmetry.kind
-        {
-            let n = i64::try_from(length).unwrap_or(i64::MAX);
-            let angles = Angles::of_ring(n);
-            for j in 0..=n / 2 {
-                let angle = angles.angle(pool, j);
-                let twice = j > 0 && 2 * j < n;
-                for value in waves.at(pool, angle) {
-                    let value = short.simplify(pool, value);
-                    let class = usize::try_from(j).map(wave_number).ok();
-                    found.add(value, if twice { 2 } else { 1 }, class);
-                }
-            }
-            let number = pool.variable("j");
-            let angle = angles.general(pool, number);
-            for omega_squared in waves.at(pool, angle) {
-                found.series.push(Series {
-                    omega_squared,
-                    numbers: vec![("j".to_owned(), angles)],
-                });
-            }
-            return;
-        }
-        let mirrors = commuting_mirrors(symmetry);
-        let kept =
-            |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
-        if !mirrors.is_empty() && mirrors.iter().all(kept) {
-            let is_class = matches!(symmetry.kind, GroupKind::Mirrors(_));
-            for part in adapted(&mirrors, &rest) {
-                let block = pair.projected(pool, short, &part.basis);
-                let class = is_class.then(|| part.class.clone());
-                solve_parts(pool, short, &block, class, degree, found);
-                if is_class {
-                    let (mass, stiffness) = block.dense(pool);
-                    found.blocks.push(Block {
-                        class: part.class,
-                        basis: part.basis.into_iter().map(sorted).collect(),
-                        mass,
-                        stiffness,
-                    });
-                }
-            }
-            return;
-        }
-    }
-    let own = pair.restricted(&rest);
-    solve_parts(pool, short, &own, None, degree, found);
-}
-
-fn sorted(mut vector: Sparse) -> Sparse {
-    vector.sort_unstable();
-    vector
-}
-
-/// Solves what hangs together in a block, part by part.
-fn solve_parts(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    block: &Pair,
-    class: Option<String>,
-    degree: Degree,
-    found: &mut Found,
-) {
-    for part in block.components(pool) {
-        let own = block.restricted(&part);
-        for value in roots(pool, short, &own, degree).into_iter().flatten() {
-            let value = opened(pool, short, value);
-            if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
-                found.add(value, 1, class.clone());
-            }
-        }
-    }
-}
-
-/// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
-/// `(g + k*l/m)/l`.
-fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
-    let (size, core) = pool.split_content(e);
-    // A lone term keeps its number as a sum.
-    let (size, core) = if let Node::Sum { constant, terms } = pool.node(core)
-        && constant.is_zero()
-        && let [(term, factor)] = &**terms
-    {
-        (size.mul(factor), *term)
-    } else {
-        (size, core)
+        normal: None,
     };
-    let Node::Product(factors) = pool.node(core) else {
-        return e;
-    };
-    let factors = factors.to_vec();
-    let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| {
-        exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. })
-    });
-    let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
-    let [at] = sums.as_slice() else {
-        return e;
-    };
-    let Node::Sum { constant, terms } = pool.node(factors[*at].0) else {
-        return e;
-    };
-    let divides = |term: &ExprId| {
-        let of_factors =
-            |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
-        matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
-    };
-    if !terms.iter().any(|(term, _)| divides(term)) {
-        return e;
-    }
-    let mut parts: Vec<(ExprId, Number)> = terms.to_vec();
-    let constant = constant.clone();
-    if !constant.is_zero() {
-        parts.push((pool.one(), constant));
-    }
-    let mut sum = Vec::new();
-    for (term, coefficient) in parts {
-        let mut product = factors.clone();
-        product[*at] = (term, Number::ONE);
-        let product = pool.product_of_powers(&product);
-        let product = short.simplify(pool, product);
-        sum.push((product, coefficient.mul(&size)));
-    }
-    pool.linear(&sum)
-}
-
-/// The frequencies of a chain, ring or net one by one, and as a series.
-fn add_lattice(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    lattice: &Lattice,
-    symmetry: Option<&Symmetry>,
-    found: &mut Found,
-) {
-    let names = ["i", "j"];
-    let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
-    let numbers: Vec<(String, Angles)> = names
-        .zip(&lattice.dimensions)
-        .map(|(name, dimension)| ((*name).to_owned(), dimension.angles()))
-        .collect();
-    let mut general = Vec::new();
-    for (name, angles) in &numbers {
-        let number = pool.variable(name);
-        general.push(angles.general(pool, number));
-    }
-    found.series.push(Series {
-        omega_squared: lattice.at(pool, &general),
-        numbers: numbers.clone(),
-    });
-    // Each dimension: the angles with the numbers and multiplicities.
-    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers
-        .iter()
-        .map(|(_, angles)| angles.distinct(pool))
-        .collect();
-    let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
-    for choices in &choices {
-        let mut next = Vec::with_capacity(all.len() * choices.len());
-        for (js, angles, multiplicity) in &all {
-            for (j, angle, own) in choices {
-                let mut js = js.clone();
-                let mut angles = angles.clone();
-                js.push(*j);
-                angles.push(*angle);
-                next.push((js, angles, multiplicity * own));
-            }
-        }
-        all = next;
-    }
-    for (js, angles, multiplicity) in all {
-        let value = lattice.at(pool, &angles);
-        // Sines that came out as roots leave something to be added up.
-        let value = if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 {
-            value
-        } else {
-            short.simplify(pool, value)
-        };
-        let class = lattice.class(&js, symmetry);
-        found.add(value, multiplicity, class);
-    }
-}
-
-impl Lattice {
-    /// The class of a mode by its number: for a ring the wave number; for a chain with equal ends, whose
-    /// vectors are sin(i theta), cos((i - 1/2) theta) or sin((i - 1/2) theta), even and odd in turn.
-    fn class(&self, js: &[i64], symmetry: Option<&Symmetry>) -> Option<String> {
-        use super::lattice::Ends;
-        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else {
-            return None;
-        };
-        match (&symmetry?.kind, dimension.ends) {
-            (GroupKind::Ring { .. }, Ends::Joined) => usize::try_from(*j).map(wave_number).ok(),
-            (GroupKind::Mirrors(mirrors), Ends::Corners(left, right))
-                if left == right && mirrors.len() == 1 =>
-            {
-                let even = (j % 2 == 0) == (left == 1);
-                Some(if even { "even" } else { "odd" }.to_owned())
-            }
-            (GroupKind::Ring { .. } | GroupKind::Mirrors(_) | GroupKind::Other, _) => None,
-        }
-    }
+    (case, found.shapes)
 }
 
 impl Angles {
@@ -547,7 +315,7 @@ impl Angles {
     }
 
     /// The different ones with their multiplicities.
-    fn distinct(&self, pool: &mut Pool) -> Vec<(i64, ExprId, usize)> {
+    pub(super) fn distinct(&self, pool: &mut Pool) -> Vec<(i64, ExprId, usize)> {
         let last = self.ring.map_or(self.last, |n| n / 2);
         let mut all = Vec::new();
         for j in self.first..=last {

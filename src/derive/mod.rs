@@ -4,15 +4,18 @@
 //! worked out only where [`Parts`] asks for it:
 //!
 //! - Lagrange's equations in full, and linearized (`equations`);
-//! - momenta, the energy function, the Hamiltonian, what is conserved, T and V to second order (`energy`);
-//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `blocks`, `lattice`,
-//!   `roots`, `check`);
+//! - momenta, the energy function, the Hamiltonian, T and V to second order (`energy`), what is conserved
+//!   (`conserved`);
+//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
+//!   `roots`, `check`), and normal coordinates (`normal`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
-//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`).
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`);
+//! - names for what a page would repeat (`abbreviate`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
 //! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
-//! Nothing here gets a number but the equilibrium, which is searched for where it has to be.
+//! Nothing here gets a number but the equilibrium, which is searched for where it has to be, and what closed forms are
+//! checked with. Of parameters the signs at their values are used, where that saves absolute values; each is told.
 //!
 //! ```
 //! use librate::derive::{Parts, derive};
@@ -28,34 +31,44 @@
 //! # Ok::<(), librate::Error>(())
 //! ```
 
+mod abbreviate;
 mod blocks;
 mod check;
 mod collapse;
+mod conserved;
 mod energy;
 mod equations;
 mod equilibria;
+mod forms;
 mod frequencies;
 mod lagrangian;
 mod lattice;
 mod limits;
 mod motion;
+mod normal;
 mod pair;
 mod roots;
 mod simplify;
 mod ties;
+
+use std::collections::{BTreeMap, HashMap};
 
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, Feature, LinearizeError};
 use crate::model::Model;
 use crate::number::Number;
 
-pub use energy::Conserved;
-pub use equilibria::Root;
+pub use abbreviate::Definition;
+pub use conserved::Conserved;
+pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
+pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
 
+use check::Checker;
 use lagrangian::Variables;
+use pair::Pair;
 use simplify::Simplifier;
 
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
@@ -143,6 +156,9 @@ pub struct Derivation {
     pub model: Option<String>,
     /// What the coordinates and displacements are called.
     pub names: Names,
+    /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
+    /// velocities (`x'`) and the time `t`, where it speaks of it.
+    pub symbols: BTreeMap<String, ExprId>,
     /// The model about its equilibrium, or why it has no M and K.
     pub linear: Result<Linear, LinearizeError>,
     /// The left sides of Lagrange's equations, one a coordinate.
@@ -163,17 +179,45 @@ pub struct Linear {
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
     pub stiffness: Vec<Vec<ExprId>>,
+    /// The gyroscopic matrix G, row by row; `None` where it is 0.
+    pub gyroscopic: Option<Vec<Vec<ExprId>>>,
+    /// The damping matrix C, row by row; `None` where it is 0.
+    pub damping: Option<Vec<Vec<ExprId>>>,
+    /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
+    pub circulatory: Option<Vec<Vec<ExprId>>>,
+    /// What is taken to be positive in them, or where the second is true negative, as it is at the values of the
+    /// parameters; only where that saves absolute values.
+    pub signs: Vec<(ExprId, bool)>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
     /// Symmetry classes and closed forms, where they are asked for.
     pub frequencies: Option<Frequencies>,
 }
 
+impl Linear {
+    /// Whether M and K are all there is.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.gyroscopic.is_none() && self.damping.is_none() && self.circulatory.is_none()
+    }
+
+    /// The matrices that there are beside M and K, with their names and letters.
+    pub fn others(&self) -> impl Iterator<Item = (&'static str, &'static str, &Vec<Vec<ExprId>>)> {
+        let all = [
+            ("gyroscopic matrix", "G", &self.gyroscopic),
+            ("damping matrix", "C", &self.damping),
+            ("circulatory matrix", "N", &self.circulatory),
+        ];
+        all.into_iter()
+            .filter_map(|(name, letter, rows)| Some((name, letter, rows.as_ref()?)))
+    }
+}
+
 /// The model to second order in the displacements.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct SecondOrder {
-    /// The left sides of M q'' + K q = 0; what moves is measured from the equilibrium.
+    /// The left sides of M q'' + (G + C) q' + (K + N) q = 0; what moves is measured from the equilibrium.
     pub equations: Vec<MotionSum>,
     /// 1/2 q'ᵀ M q'.
     pub kinetic: MotionSum,
@@ -211,6 +255,10 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 equilibrium: matrices.equilibrium,
                 mass: matrices.mass,
                 stiffness: matrices.stiffness,
+                gyroscopic: matrices.gyroscopic,
+                damping: matrices.damping,
+                circulatory: matrices.circulatory,
+                signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
             };
@@ -228,16 +276,23 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     };
     let names = names(model, &pool, &linear);
     if let Ok(linear) = &mut linear {
-        for entry in linear
-            .mass
-            .iter_mut()
-            .chain(&mut linear.stiffness)
-            .flatten()
-        {
+        let checker = Checker::new(model);
+        let pair = Pair::new(&pool, &linear.mass, &linear.stiffness);
+        let pair = pair.replaced(&mut pool, &mut short, &HashMap::new());
+        let (pair, signs) = checker.signed(&mut pool, &mut short, &pair);
+        let pair = pair.with_halved_angles(&mut pool, &mut short);
+        linear.signs = signs;
+        (linear.mass, linear.stiffness) = pair.dense(&pool);
+        let others = [
+            &mut linear.gyroscopic,
+            &mut linear.damping,
+            &mut linear.circulatory,
+        ];
+        for entry in others.into_iter().flatten().flatten().flatten() {
             *entry = short.simplify(&mut pool, *entry);
         }
         if parts.second_order {
-            let equations = equations::linearized(&mut pool, &linear.mass, &linear.stiffness);
+            let equations = equations::linearized(&mut pool, linear);
             let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
             let potential =
                 energy::quadratic_form(&mut pool, &linear.stiffness, Motion::Displacement);
@@ -247,18 +302,18 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 potential,
             });
         }
-        if parts.frequencies {
+        if parts.frequencies && linear.is_conservative() {
             linear.frequencies = Some(frequencies::frequencies(
-                model,
+                &checker,
                 &mut pool,
                 &mut short,
-                &linear.mass,
-                &linear.stiffness,
+                linear,
                 parts.cubic,
             ));
         }
     }
     let mut derivation = Derivation {
+        symbols: symbols(model, &mut pool),
         pool,
         model: model.name.clone(),
         names,
@@ -271,6 +326,23 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         derivation.nonlinear(model, parts, &mut short);
     }
     Ok(derivation)
+}
+
+/// What names stand for.
+fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
+    let mut symbols = BTreeMap::new();
+    for parameter in &model.parameters {
+        symbols.insert(parameter.name.clone(), parameter.symbolic);
+    }
+    for coordinate in &model.coordinates {
+        symbols.insert(coordinate.name.clone(), pool.symbol_expr(coordinate.symbol));
+        let velocity = pool.symbol_expr(coordinate.velocity);
+        symbols.insert(format!("{}'", coordinate.name), velocity);
+    }
+    if let Some(time) = Variables::new(model).time {
+        symbols.insert("t".to_owned(), pool.symbol_expr(time));
+    }
+    symbols
 }
 
 /// Displacements are named as the coordinates where they are the same.
@@ -291,6 +363,7 @@ fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) ->
     Names {
         coordinates,
         displacements,
+        normal: normal::family_name(model),
     }
 }
 
@@ -307,12 +380,25 @@ impl Derivation {
             self.equations = Some(equations);
         }
         if parts.equilibria {
-            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian));
+            self.equilibria = Some(equilibria::roots(
+                pool,
+                short,
+                &variables,
+                &lagrangian,
+                model,
+            ));
         }
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let conserved =
-                energy::conserved(pool, &variables, &lagrangian, &momenta, &dissipation);
+            let conserved = conserved::conserved(
+                pool,
+                &variables,
+                &lagrangian,
+                &momenta,
+                &dissipation,
+                model,
+                short,
+            );
             self.energy = Some(Energy {
                 momenta,
                 function: energy::energy_function(pool, short, &variables, &lagrangian),

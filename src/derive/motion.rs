@@ -19,6 +19,10 @@ pub enum Motion {
     Momentum(usize),
     /// A coordinate measured from its equilibrium.
     Displacement(usize),
+    /// The velocity of a normal coordinate, by the number of its mode.
+    NormalVelocity(usize),
+    /// A normal coordinate.
+    Normal(usize),
 }
 
 /// A coefficient times what moves.
@@ -62,6 +66,8 @@ pub struct Names {
     pub coordinates: Vec<String>,
     /// The coordinates measured from the equilibrium: the same, where that is 0.
     pub displacements: Vec<String>,
+    /// The family of the normal coordinates: `Q`, if the model has no such name.
+    pub normal: String,
 }
 
 impl Names {
@@ -75,6 +81,8 @@ impl Names {
             Motion::Velocity(i) => format!("{}'", coordinate(i)),
             Motion::Momentum(i) => format!("p_{}", coordinate(i)),
             Motion::Displacement(i) => self.displacements.get(i).cloned().unwrap_or_default(),
+            Motion::NormalVelocity(i) => format!("{}[{}]'", self.normal, i + 1),
+            Motion::Normal(i) => format!("{}[{}]", self.normal, i + 1),
         }
     }
 
@@ -85,7 +93,10 @@ impl Names {
         match motion {
             Motion::Acceleration(i) => format!("{}''", displacement(i)),
             Motion::Velocity(i) => format!("{}'", displacement(i)),
-            Motion::Momentum(_) | Motion::Displacement(_) => self.of(motion),
+            Motion::Momentum(_)
+            | Motion::Displacement(_)
+            | Motion::NormalVelocity(_)
+            | Motion::Normal(_) => self.of(motion),
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::simplify::Simplifier;
-use crate::expr::{ExprId, ModularPoint, Pool, Substitution, ZeroVerdict, neg_mod};
+use super::simplify::{Simplifier, rebuild};
+use crate::expr::{ExprId, ModularPoint, Node, Pool, Substitution, ZeroVerdict, neg_mod};
 use crate::number::Number;
+use crate::precision::Function;
 use crate::symmetry::Pattern;
 
 /// A row without its zeros.
@@ -103,6 +104,20 @@ impl Pair {
             mass: of(&self.mass),
             stiffness: of(&self.stiffness),
         }
+    }
+
+    /// With sines and cosines of twice an angle in those of the angle, where both occur in an entry and that is shorter.
+    pub(super) fn with_halved_angles(&self, pool: &mut Pool, short: &mut Simplifier) -> Self {
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        for value in self.values() {
+            if let Some(image) = halved_angles(pool, short, value) {
+                images.insert(value, image);
+            }
+        }
+        if images.is_empty() {
+            return self.clone();
+        }
+        self.replaced(pool, short, &images)
     }
 
     /// With entries that are equal or opposite brought to one form.
@@ -257,4 +272,55 @@ impl Pair {
         }
         parts
     }
+}
+
+/// An expression with sin(2 x) as 2 sin(x) cos(x) and cos(2 x) as one of its three forms, where functions of x occur too;
+/// if that is shorter.
+fn halved_angles(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<ExprId> {
+    let ids = pool.reachable(&[e]);
+    let mut angles: Vec<ExprId> = Vec::new();
+    for id in &ids {
+        if let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(*id) {
+            angles.push(x);
+        }
+    }
+    let two = Number::from(2);
+    let doubled: Vec<(ExprId, ExprId)> = angles
+        .iter()
+        .map(|x| (pool.scale(*x, &two), *x))
+        .filter(|(twice, _)| angles.contains(twice))
+        .collect();
+    if doubled.is_empty() {
+        return None;
+    }
+    let mut best = (short.weight(pool, e), None);
+    for form in 0..3 {
+        let mut images: HashMap<ExprId, ExprId> = HashMap::new();
+        for (twice, x) in &doubled {
+            let (sine, cosine) = (pool.sin(*x), pool.cos(*x));
+            let product = pool.mul(sine, cosine);
+            let of_sine = pool.scale(product, &two);
+            let (s2, c2, one) = (pool.square(sine), pool.square(cosine), pool.one());
+            let of_cosine = match form {
+                0 => pool.linear(&[(one, Number::ONE), (s2, Number::from(-2))]),
+                1 => pool.linear(&[(c2, Number::from(2)), (one, Number::MINUS_ONE)]),
+                _ => pool.sub(c2, s2),
+            };
+            images.insert(pool.sin(*twice), of_sine);
+            images.insert(pool.cos(*twice), of_cosine);
+        }
+        for id in &ids {
+            if !images.contains_key(id) {
+                let new = rebuild(pool, *id, &images);
+                images.insert(*id, new);
+            }
+        }
+        let image = images.get(&e).copied().unwrap_or(e);
+        let image = short.simplify(pool, image);
+        let weight = short.weight(pool, image);
+        if weight < best.0 {
+            best = (weight, Some(image));
+        }
+    }
+    best.1
 }

@@ -426,6 +426,11 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
     pool.sum(&sum)
 }
 
+/// The sum with what is in all terms in front, and no more.
+pub(super) fn with_common_factor(pool: &mut Pool, terms: Vec<(Monomial, Number)>) -> ExprId {
+    factor(pool, terms, MOST_NESTED)
+}
+
 fn with_factor(pool: &mut Pool, value: ExprId, common: &Monomial) -> ExprId {
     if common.is_empty() {
         return value;

@@ -60,7 +60,7 @@ pub use modular::{
     sqrt_mod, sub_mod,
 };
 pub use point::{Certainty, ModularPoint};
-pub use print::function_name;
+pub use print::{function_from_name, function_name};
 pub use tape::{Prepared, Tape, UnboundSymbol};
 pub use zero::ZeroVerdict;
 

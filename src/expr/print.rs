@@ -41,6 +41,17 @@ enum Piece {
     },
 }
 
+/// A root that takes up a number.
+struct Joined {
+    /// The base below the root.
+    base: ExprId,
+    /// Whether it stands above the fraction bar.
+    above: bool,
+    /// What stands below the root then.
+    coefficient: Number,
+    factors: Vec<(ExprId, Number)>,
+}
+
 /// The name of a function in the model language.
 #[must_use]
 pub fn function_name(function: Function) -> &'static str {
@@ -58,6 +69,27 @@ pub fn function_name(function: Function) -> &'static str {
         Function::Ln => "ln",
         Function::Abs => "abs",
     }
+}
+
+/// The function of a name in the model language, if it is one of one argument.
+#[must_use]
+pub fn function_from_name(name: &str) -> Option<Function> {
+    const ALL: [Function; 12] = [
+        Function::Sin,
+        Function::Cos,
+        Function::Tan,
+        Function::Asin,
+        Function::Acos,
+        Function::Atan,
+        Function::Sinh,
+        Function::Cosh,
+        Function::Tanh,
+        Function::Exp,
+        Function::Ln,
+        Function::Abs,
+    ];
+    let mut all = ALL.into_iter();
+    all.find(|function| function_name(*function) == name)
 }
 
 impl Pool {
@@ -227,6 +259,8 @@ impl Pool {
         out: &mut Vec<Piece>,
     ) {
         factors.sort_by_key(|(base, _)| self.factor_order(*base));
+        let (coefficient, mut under_root) = self.joined_root(coefficient, &mut factors);
+        let coefficient = &coefficient;
         let mut above: Vec<Vec<Piece>> = Vec::new();
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
@@ -243,6 +277,19 @@ impl Pool {
                     negated: true,
                     place,
                 });
+            } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
+                let term = Piece::Term {
+                    coefficient: joined.coefficient,
+                    factors: joined.factors,
+                    negated: None,
+                };
+                write_root(&magnitude, vec![term], &mut piece);
+                if joined.above {
+                    above.push(piece);
+                } else {
+                    below.push(piece);
+                }
+                continue;
             } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
                 let mut inner = Vec::new();
@@ -288,6 +335,66 @@ impl Pool {
             out.push(Piece::Text("/"));
             in_parentheses(below.len() > 1, out, |out| write_joined(below, out));
         }
+    }
+
+    /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`, and `sqrt(2)*sqrt(a/b)/2` as `sqrt(a/(2*b))`: what is left of the
+    /// coefficient, and the factor that takes up the number below its root, with what stands there then.
+    fn joined_root(
+        &self,
+        coefficient: &Number,
+        factors: &mut Vec<(ExprId, Number)>,
+    ) -> (Number, Option<Joined>) {
+        let half = Number::half();
+        let whole = factors.iter().position(|(base, e)| {
+            *e == half && self.as_number(*base).is_some_and(Number::is_integer)
+        });
+        let root = factors
+            .iter()
+            .filter(|(base, e)| e.abs() == half && self.as_number(*base).is_none());
+        let below = root.clone().find(|(_, e)| e.is_negative());
+        let root = below.or_else(|| root.clone().next());
+        if let (Some(at), Some((base, exponent))) = (whole, root)
+            && let Some(number) = self.as_number(factors[at].0).cloned()
+        {
+            let (base, below) = (*base, exponent.is_negative());
+            let rest = coefficient.mul(&number);
+            // Only where the number goes away above.
+            let divisor = Number::from_integer(coefficient.denominator().into());
+            let left = Number::from_integer(rest.denominator().into());
+            if left.mul(&number) == divisor {
+                let divided = (factors[at].0, Number::MINUS_ONE);
+                factors.remove(at);
+                let joined = match (below, self.inverted(base)) {
+                    (true, None) => Joined {
+                        base,
+                        above: false,
+                        coefficient: number,
+                        factors: self.factors(base),
+                    },
+                    (true, Some(mut factors)) => {
+                        factors.push(divided);
+                        Joined {
+                            base,
+                            above: true,
+                            coefficient: Number::ONE,
+                            factors,
+                        }
+                    }
+                    (false, _) => {
+                        let mut factors = self.factors(base);
+                        factors.push(divided);
+                        Joined {
+                            base,
+                            above: true,
+                            coefficient: Number::ONE,
+                            factors,
+                        }
+                    }
+                };
+                return (rest, Some(joined));
+            }
+        }
+        (coefficient.clone(), None)
     }
 
     /// The factors of the inverse of a product that has some below the fraction bar.

@@ -138,10 +138,16 @@ impl Search<'_> {
                 size(a).total_cmp(&size(b))
             })
             .unwrap_or(0);
+        if worst >= self.visible {
+            return LinearizeError::ConstraintsContradict {
+                difference: None,
+                span: self.model.coordinates[worst].span,
+            };
+        }
         LinearizeError::EquilibriumNotFound {
             coordinate: self.model.coordinates[worst].name.clone(),
             force: short(-gradient[worst].mid_f64()),
-            point: self.describe(at),
+            point: self.describe(&at[..self.visible]),
             span: self.model.coordinates[worst].span,
         }
     }

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 
 use super::elements::{Element, Splitter, elements};
 use super::facts::Variable;
+use super::velocity::{Origin, VelocityFamily};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
@@ -42,6 +43,8 @@ pub(crate) struct Assembly {
     constants_tape: Option<Tape>,
     constants_parameters: Vec<usize>,
     pub(super) dimension: usize,
+    /// What goes with velocities, and friction.
+    pub(super) velocity: Vec<VelocityFamily>,
 }
 
 /// Parameter values and constants as numbers of one type.
@@ -82,7 +85,11 @@ pub(crate) struct VelocityLinear {
 /// The derivatives of x^n with a symbol n are those of exp(n ln x), which are not defined at x = 0;
 /// with a number they are. Only numeric work needs that: derivations keep the symbol.
 pub(crate) fn put_exponents_in(model: &mut Model) {
-    let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
+    let energies = signed_terms(model).map(|(_, family)| family);
+    let bodies: Vec<ExprId> = energies
+        .chain(&model.friction)
+        .map(|family| family.body)
+        .collect();
     let exponents: Vec<ExprId> = model
         .pool
         .reachable(&bodies)
@@ -113,7 +120,7 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
     }
     let bodies = model.pool.substitute(&bodies, &values);
     let families = model.kinetic.iter_mut().chain(&mut model.potential);
-    for (family, body) in families.zip(bodies) {
+    for (family, body) in families.chain(&mut model.friction).zip(bodies) {
         family.body = body;
     }
 }
@@ -124,6 +131,13 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let mut linear = Vec::new();
     let mut constants = Vec::new();
     let mut numbers: HashMap<ExprId, u32> = HashMap::new();
+    let mut number = |constant: ExprId| {
+        let next = u32::try_from(constants.len()).unwrap_or(u32::MAX);
+        *numbers.entry(constant).or_insert_with(|| {
+            constants.push(constant);
+            next
+        })
+    };
     let terms: Vec<(bool, TermFamily)> = signed_terms(model)
         .map(|(negative, family)| (negative, family.clone()))
         .collect();
@@ -149,19 +163,18 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
         if inertia.is_empty() && potential.is_empty() {
             continue;
         }
-        let mut indices = Vec::with_capacity(family.constants.len());
-        for constant in &family.constants {
-            let next = u32::try_from(constants.len()).unwrap_or(u32::MAX);
-            let index = *numbers.entry(*constant).or_insert_with(|| {
-                constants.push(*constant);
-                next
-            });
-            indices.push(index);
-        }
+        let indices = family.constants.iter().map(|constant| number(*constant));
+        let indices = indices.collect();
         if let Some(family) = compile(model, family, effective, (inertia, potential), indices) {
             families.push(family);
         }
     }
+    let friction = model.friction.clone();
+    let origins = linear.iter().map(Origin::Linear);
+    let origins = origins.chain(friction.iter().map(Origin::Friction));
+    let velocity: Vec<VelocityFamily> = origins
+        .filter_map(|origin| VelocityFamily::new(model, &origin, &mut number))
+        .collect();
     let constants_parameters = parameters_of(model, &constants);
     let inputs: Vec<Symbol> = constants_parameters
         .iter()
@@ -173,6 +186,7 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
         constants_tape,
         constants_parameters,
         dimension: model.coordinates.len(),
+        velocity,
     };
     (assembly, linear)
 }
@@ -314,6 +328,12 @@ impl ElementFamily {
 }
 
 impl<S: Scalar> Values<S> {
+    /// The value of a parameter by number.
+    pub(super) fn parameter(&self, number: usize, otherwise: &S) -> S {
+        let value = self.parameters.get(number).and_then(Option::as_ref);
+        value.unwrap_or(otherwise).clone()
+    }
+
     /// What the numbers were made with.
     pub(crate) fn precision(&self) -> S::Precision {
         self.precision
@@ -339,6 +359,7 @@ impl Assembly {
     ) -> Result<Values<S>, NoValue> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
         needed.extend(self.families.iter().flat_map(|family| &family.parameters));
+        needed.extend(self.velocity.iter().flat_map(|family| &family.parameters));
         needed.sort_unstable();
         needed.dedup();
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
@@ -413,7 +434,7 @@ impl Assembly {
         }
     }
 
-    /// The gradient of the effective potential, one entry a coordinate.
+    /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
         let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
         self.run(Part::Force, at, values, |family, instance, numbers| {
@@ -427,6 +448,7 @@ impl Assembly {
                 }
             }
         });
+        self.add_friction_at_rest(at, values, &mut gradient);
         gradient
     }
 

@@ -19,6 +19,13 @@ impl LinearizeError {
             Self::TimeDependent { .. } => "E0309",
             Self::NoModes { .. } => "E0310",
             Self::TooLarge { .. } => "E0311",
+            Self::NotCyclic { .. } => "E0312",
+            Self::ConstraintsContradict { .. } => "E0313",
+            Self::ConstraintBroken { .. } => "E0314",
+            Self::ConstraintsSingular { .. } => "E0315",
+            Self::FrictionNotSmooth { .. } => "E0316",
+            Self::RateNotKept { .. } => "E0317",
+            Self::SingularCoordinates { .. } => "E0318",
         }
     }
 }

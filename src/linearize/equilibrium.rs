@@ -59,6 +59,18 @@ pub struct Equilibrium {
     pub proved: bool,
     /// What was shown, unless the forces vanish exactly or nothing was.
     pub(crate) proof: Option<Arc<Proof>>,
+    /// The multipliers of constraints follow from the coordinates, which were not searched for.
+    pub(crate) multipliers_given: bool,
+}
+
+impl Equilibrium {
+    /// What belongs to the first coordinates: those before multipliers.
+    pub(super) fn first(&self, count: usize) -> Self {
+        let mut own = self.clone();
+        own.values.truncate(count);
+        own.origins.truncate(count);
+        own
+    }
 }
 
 /// Beside an eigenvalue this small, relative to the largest, a symmetry is looked for.
@@ -83,6 +95,8 @@ pub(super) struct Search<'a> {
     pub(super) values: &'a Values<Ball>,
     /// The coordinates that are searched for.
     pub(super) free: Vec<usize>,
+    /// The coordinates proper, before multipliers of constraints.
+    pub(super) visible: usize,
 }
 
 /// What a search came to: steps and a proof, or nothing, and the spectrum where it ended.
@@ -91,11 +105,12 @@ enum Outcome {
     Stuck(Option<Spectrum>),
 }
 
-/// Finds or verifies the equilibrium.
+/// Finds or verifies the equilibrium. Behind the `visible` coordinates there are multipliers of constraints.
 pub(crate) fn find(
     model: &Model,
     assembly: &Assembly,
     values: &Values<Ball>,
+    visible: usize,
 ) -> Result<Equilibrium, LinearizeError> {
     let count = model.coordinates.len();
     let closed = |given: &Option<crate::model::Given>| -> Result<Option<Ball>, LinearizeError> {
@@ -128,7 +143,11 @@ pub(crate) fn find(
         assembly,
         values,
         free,
+        visible,
     };
+    if visible < count {
+        return search.constrained(point, origins, &closed);
+    }
     if !search.free.is_empty() {
         let force = search.gradient(&point);
         let vanishes = !guessed
@@ -154,6 +173,7 @@ pub(crate) fn find(
                 steps,
                 proved,
                 proof: proof.map(Arc::new),
+                multipliers_given: false,
             });
         }
         search.free.clear();
@@ -165,11 +185,15 @@ pub(crate) fn find(
         steps: 0,
         proved: true,
         proof: None,
+        multipliers_given: false,
     })
 }
 
 /// Whether the forces vanish where the model says, or at 0, for any values of the parameters.
 fn vanishes_identically(model: &Model, assembly: &Assembly) -> bool {
+    if assembly.acts_at_rest() {
+        return false;
+    }
     let mut pool = model.pool.clone();
     let point = equilibrium_expressions(model, &mut pool, None);
     forces_vanish(model, assembly, &point) == Some(true)
@@ -181,7 +205,7 @@ impl Search<'_> {
     }
 
     /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
-    fn vanishes_exactly(&self, at: &[Ball]) -> bool {
+    pub(super) fn vanishes_exactly(&self, at: &[Ball]) -> bool {
         let force = self.gradient(at);
         self.free
             .iter()
@@ -264,7 +288,10 @@ impl Search<'_> {
     ///
     /// First along the path of Newton steps, with forces compared by the masses, then by the
     /// stiffness; where both paths end, down the potential from the same start.
-    fn search(&self, at: &mut Vec<Ball>) -> Result<(usize, Option<Proof>), LinearizeError> {
+    pub(super) fn search(
+        &self,
+        at: &mut Vec<Ball>,
+    ) -> Result<(usize, Option<Proof>), LinearizeError> {
         let start = at.clone();
         let masses = self.metric(&start);
         let spectrum = match self.run(at, &masses)? {
@@ -286,7 +313,11 @@ impl Search<'_> {
             *at = trial;
             return Ok((steps, proof));
         }
-        if let Some(energy) = Energy::new(self.model, self.assembly, self.values) {
+        // With multipliers the potential has no bottom.
+        let energy = (self.visible == at.len())
+            .then(|| Energy::new(self.model, self.assembly, self.values))
+            .flatten();
+        if let Some(energy) = energy {
             for metric in &metrics {
                 let mut low = start.clone();
                 if !self.descend(&mut low, metric, &energy) {
@@ -392,7 +423,13 @@ impl Search<'_> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
         let mass = self.assembly.mass(at, self.values);
-        let own = DMatrix::from_fn(m, m, |i, j| mass[self.free[i] + n * self.free[j]].mid_f64());
+        let own = DMatrix::from_fn(m, m, |i, j| {
+            if i == j && self.free[i] >= self.visible {
+                // A multiplier has no mass.
+                return 1.0;
+            }
+            mass[self.free[i] + n * self.free[j]].mid_f64()
+        });
         match nalgebra::Cholesky::new(own) {
             Some(factor) if factor.l().iter().all(|x| x.is_finite()) => factor.l(),
             Some(_) | None => DMatrix::identity(m, m),

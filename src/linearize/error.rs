@@ -100,6 +100,71 @@ pub enum LinearizeError {
         /// Where.
         span: Span,
     },
+    /// A steady rate of a coordinate that something depends on.
+    #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
+    NotCyclic {
+        /// The coordinate.
+        coordinate: String,
+        /// Where the rate stands.
+        span: Span,
+        /// Where the coordinate itself occurs.
+        energy: Span,
+    },
+    /// Constraints that can't hold together.
+    #[error("{}", contradiction_words(.difference.as_deref()))]
+    ConstraintsContradict {
+        /// What the sides of this one differ by where the others hold; `None` where no place was found at which they
+        /// all hold.
+        difference: Option<String>,
+        /// The constraint.
+        span: Span,
+    },
+    /// A given equilibrium off a constraint.
+    #[error("the equilibrium that is given breaks a constraint: its sides differ by {difference}")]
+    ConstraintBroken {
+        /// Left less right side.
+        difference: String,
+        /// The constraint.
+        span: Span,
+        /// Where the equilibrium is given.
+        given: Option<Span>,
+    },
+    /// Constraints that depend on each other just at the equilibrium.
+    #[error(
+        "the constraints are singular at {point}: just there they don't determine which motions they allow"
+    )]
+    ConstraintsSingular {
+        /// The point.
+        point: String,
+        /// A constraint.
+        span: Span,
+    },
+    /// A dissipation that has no second derivatives at rest.
+    #[error("the dissipation is not smooth at rest")]
+    FrictionNotSmooth {
+        /// What is to blame, as an expression.
+        part: String,
+        /// Where the term stands.
+        span: Span,
+    },
+    /// A steady rate that friction brakes.
+    #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
+    RateNotKept {
+        /// The coordinate.
+        coordinate: String,
+        /// The force, as an expression.
+        force: String,
+        /// Where the rate stands.
+        span: Span,
+    },
+    /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, and does so beside it", combination_words(.combination))]
+    SingularCoordinates {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    },
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
     TimeDependent {
@@ -156,19 +221,26 @@ pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
     format!("the motion along {text}")
 }
 
+fn contradiction_words(difference: Option<&str>) -> String {
+    match difference {
+        Some(difference) => format!(
+            "the constraints contradict each other: where the others hold, the sides of this one differ by {difference}"
+        ),
+        None => "no place was found where all constraints hold".to_owned(),
+    }
+}
+
 fn unsupported_words(feature: Feature) -> &'static str {
     match feature {
         Feature::Gyroscopic => {
-            "the energies have terms linear in the velocities, and modes with gyroscopic forces are not supported in this version"
+            "the energies have terms linear in the velocities, which is beyond a mass and a stiffness matrix"
         }
         Feature::Dissipation => {
-            "the model has a dissipation function, and damped modes are not supported in this version"
+            "the model has a dissipation function, which is beyond a mass and a stiffness matrix"
         }
-        Feature::Constraint => {
-            "the model has constraints, and modes with constraints are not supported in this version"
-        }
+        Feature::Constraint => "the model has constraints, which derivations don't cover yet",
         Feature::SteadyMotion => {
-            "the model asks for a steady motion, and oscillations about steady motions are not supported in this version"
+            "the model asks for a steady motion, which is beyond a mass and a stiffness matrix"
         }
     }
 }
@@ -227,7 +299,33 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 Diagnostic::error(message, *span, "declared here")
                     .with_help("a kinetic energy can't be negative; look for a wrong sign in T")
             }
-            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, ""),
+            LinearizeError::NotCyclic { coordinate, span, energy } => Diagnostic::error(message, *span, "turned here")
+                .with_secondary(*energy, format!("depends on `{coordinate}`"))
+                .with_help("only a coordinate that occurs by its velocity alone keeps its rate; a rotation that a motor keeps up is written with an explicit rate in place of the coordinate"),
+            LinearizeError::ConstraintsContradict { span, difference } => Diagnostic::error(message, *span, "this constraint")
+                .with_help(if difference.is_some() {
+                    "leave one of them out, or mend its numbers"
+                } else {
+                    "give a point near the equilibrium with `guess`; are there more constraints than the body can follow?"
+                }),
+            LinearizeError::ConstraintBroken { span, given, .. } => {
+                let broken = Diagnostic::error(message, *span, "broken");
+                let broken = match given {
+                    Some(given) => broken.with_secondary(*given, "given here"),
+                    None => broken,
+                };
+                broken.with_help("an equilibrium has to obey all constraints; a point nearby can be given as `guess`")
+            }
+            LinearizeError::FrictionNotSmooth { span, part } => Diagnostic::error(message, *span, format!("`{part}` has a corner where nothing moves"))
+                .with_help("dry friction has no small oscillations: a body at rest sticks; write friction by squares of velocities, 1/2*c*x'^2"),
+            LinearizeError::RateNotKept { span, .. } => Diagnostic::error(message, *span, "turned here")
+                .with_help("a steady motion has no friction along it, or a drive that balances it: friction against a medium that turns along is 1/2*c*(psi' - S)^2"),
+            LinearizeError::SingularCoordinates { span, .. } => Diagnostic::error(message, *span, "loses its own motion there")
+                .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
+            LinearizeError::ConstraintsSingular { span, .. } => Diagnostic::error(message, *span, "the gradients of the constraints are dependent there")
+                .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
+            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, "")
+                .with_help("`modes` covers all of these"),
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
             LinearizeError::NoModes { .. } => Diagnostic::global(message),

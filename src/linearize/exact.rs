@@ -3,7 +3,12 @@
 //! On the way there numbers may be rational multiples of square roots: distances between rational
 //! points are, and in the stiffness of an unstressed spring between them they appear squared.
 
+use dashu_int::ops::Gcd;
+use dashu_int::{IBig, UBig};
+
 use super::assemble::Assembly;
+use super::equilibrium::Equilibrium;
+use super::velocity::Matrix;
 use crate::expr::{PRIME, nullspace_mod};
 use crate::model::Model;
 use crate::number::Number;
@@ -217,20 +222,7 @@ pub(crate) fn kernel(
         return None;
     }
     let values = assembly.values::<Exact>(model, ()).ok()?;
-    let point: Option<Vec<Exact>> = at
-        .iter()
-        .enumerate()
-        .map(|(i, value)| {
-            let given = model.equilibria[i].and_then(|given| given.value);
-            let exact = match given {
-                Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
-                None if value.is_exact() => Exact::rational(exact_number(value.mid)),
-                None => Exact(None),
-            };
-            exact.is_finite().then_some(exact)
-        })
-        .collect();
-    let stiffness = assembly.stiffness(&point?, &values);
+    let stiffness = assembly.stiffness(&point(model, at)?, &values);
     let entries = stiffness.iter().map(|entry| entry.as_rational().cloned());
     let entries = entries.collect::<Option<Vec<Number>>>()?;
     let mut rows: Vec<Vec<Number>> = entries.chunks(n).map(<[Number]>::to_vec).collect();
@@ -249,16 +241,18 @@ pub(crate) fn kernel(
         };
         rows.swap(done, found);
         let inverse = rows[done][column].recip()?;
-        for entry in &mut rows[done] {
+        for entry in rows[done].iter_mut().filter(|entry| !entry.is_zero()) {
             *entry = entry.mul(&inverse);
         }
-        let pivot = rows[done].clone();
+        let nonzero = rows[done].iter().enumerate();
+        let nonzero = nonzero.filter(|(_, entry)| !entry.is_zero());
+        let pivot: Vec<(usize, Number)> = nonzero.map(|(at, x)| (at, x.clone())).collect();
         for (row, own) in rows.iter_mut().enumerate() {
             if row != done && !own[column].is_zero() {
                 let factor = own[column].clone();
-                for (entry, above) in own.iter_mut().zip(&pivot) {
-                    *entry = entry.sub(&factor.mul(above));
-                    if entry.is_oversized() {
+                for (at, above) in &pivot {
+                    own[*at] = own[*at].sub(&factor.mul(above));
+                    if own[*at].is_oversized() {
                         return None;
                     }
                 }
@@ -278,6 +272,71 @@ pub(crate) fn kernel(
         })
         .collect(),
     )
+}
+
+/// The equilibrium in exact numbers, if it is known in such.
+fn point(model: &Model, at: &[Ball]) -> Option<Vec<Exact>> {
+    at.iter()
+        .enumerate()
+        .map(|(i, value)| {
+            let given = model.equilibria[i].and_then(|given| given.value);
+            let exact = match given {
+                Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
+                None if value.is_exact() => Exact::rational(exact_number(value.mid)),
+                None => Exact(None),
+            };
+            exact.is_finite().then_some(exact)
+        })
+        .collect()
+}
+
+/// M, G + C and K + N times one positive number, column by column, where all entries are rational.
+pub(crate) fn integers(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+) -> Option<[Vec<IBig>; 3]> {
+    let n = model.coordinates.len();
+    if n > MOST {
+        return None;
+    }
+    let values = assembly.values::<Exact>(model, ()).ok()?;
+    let at = point(model, &equilibrium.values)?;
+    let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
+    let zeros = || vec![Exact::rational(Some(Number::ZERO)); n * n];
+    let sum = |left: Vec<Exact>, right: Option<Vec<Exact>>| -> Vec<Exact> {
+        match right {
+            Some(right) => left.iter().zip(&right).map(|(x, y)| x.add(y)).collect(),
+            None => left,
+        }
+    };
+    let velocity = sum(zeros(), part(Matrix::Gyroscopic));
+    let matrices = [
+        assembly.mass(&at, &values),
+        sum(velocity, part(Matrix::Damping)),
+        sum(assembly.stiffness(&at, &values), part(Matrix::Circulatory)),
+    ];
+    let mut numbers: Vec<Vec<Number>> = Vec::with_capacity(3);
+    let mut common = UBig::ONE;
+    for matrix in &matrices {
+        let entries = matrix.iter().map(|entry| entry.as_rational().cloned());
+        let entries = entries.collect::<Option<Vec<Number>>>()?;
+        for entry in &entries {
+            if entry.is_oversized() {
+                return None;
+            }
+            let denominator = entry.denominator();
+            let shared = (&common).gcd(&denominator);
+            common *= denominator / shared;
+        }
+        numbers.push(entries);
+    }
+    let common = IBig::from(common);
+    let whole = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
+    let mut whole = numbers
+        .iter()
+        .map(|entries| entries.iter().map(whole).collect::<Vec<IBig>>());
+    Some([whole.next()?, whole.next()?, whole.next()?])
 }
 
 /// The rows modulo the prime, unless that divides a denominator.

@@ -1,42 +1,17 @@
 //! Terms linear in the velocities: whether they matter.
 //!
 //! A term a(q)·q' of the Lagrangian gives the gyroscopic matrix G_ij = ∂a_i/∂q_j - ∂a_j/∂q_i. It
-//! vanishes where the term is a total time derivative, and then nothing has to be supported.
+//! vanishes where the term is a total time derivative, and then the model is one without.
 
 use std::collections::BTreeMap;
 
 use super::assemble::VelocityLinear;
-use super::equilibrium::Equilibrium;
-use super::error::{Feature, LinearizeError};
-use super::symbolic::equilibrium_expressions;
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
 
-/// Refuses a model whose gyroscopic matrix is not zero at the equilibrium.
-pub(crate) fn check(
-    model: &mut Model,
-    linear: &[VelocityLinear],
-    equilibrium: &Equilibrium,
-) -> Result<(), LinearizeError> {
-    if linear.is_empty() {
-        return Ok(());
-    }
-    let mut pool = std::mem::take(&mut model.pool);
-    let point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
-    model.pool = pool;
-    check_symbolic(model, linear, &point)
-}
-
-/// The same at a point of expressions.
-pub(crate) fn check_symbolic(
-    model: &mut Model,
-    linear: &[VelocityLinear],
-    point: &[ExprId],
-) -> Result<(), LinearizeError> {
+/// Whether the gyroscopic matrix is proved to be zero at a point of expressions.
+pub(crate) fn vanishes(model: &mut Model, linear: &[VelocityLinear], point: &[ExprId]) -> bool {
     let mut entries: BTreeMap<(u32, u32), Vec<ExprId>> = BTreeMap::new();
-    let Some(span) = linear.first().map(|term| term.family.span) else {
-        return Ok(());
-    };
     let pool = &mut model.pool;
     for term in linear {
         for at in 0..term.family.count {
@@ -65,17 +40,8 @@ pub(crate) fn check_symbolic(
             }
         }
     }
-    for parts in entries.values() {
+    entries.values().all(|parts| {
         let entry = pool.sum(parts);
-        match pool.is_zero(entry) {
-            ZeroVerdict::Zero => {}
-            ZeroVerdict::NonZero | ZeroVerdict::Unknown => {
-                return Err(LinearizeError::Unsupported {
-                    feature: Feature::Gyroscopic,
-                    span,
-                });
-            }
-        }
-    }
-    Ok(())
+        pool.is_zero(entry) == ZeroVerdict::Zero
+    })
 }

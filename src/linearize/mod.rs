@@ -1,4 +1,4 @@
-//! From a checked model to its linearization: the equilibrium, and M and K there.
+//! From a checked model to its linearization: the equilibrium, and M, G, C and K there.
 //!
 //! The kinetic energy is read off at velocity zero as a quadratic form, the effective potential
 //! V - T0 is differentiated twice; nothing else of the equations of motion is ever built. Both stay
@@ -10,6 +10,7 @@ mod absent;
 mod assemble;
 mod codes;
 mod condition;
+mod constrained;
 mod descent;
 mod elements;
 mod enclosure;
@@ -27,9 +28,15 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod slopes;
+mod steady;
+mod surface;
 mod symbolic;
 mod symmetry;
+mod tied;
+mod unbalanced;
 mod undefined;
+mod velocity;
 mod verify;
 mod zero;
 
@@ -45,17 +52,29 @@ pub use factors::Factors;
 pub(crate) use facts::Variable;
 pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
+pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::instance;
+pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};
+use constrained::Tangent;
+use dashu_int::IBig;
+use unbalanced::Unbalanced;
+use velocity::Matrix;
 
 use crate::model::Model;
-use crate::precision::Ball;
+use crate::precision::{Ball, Scalar};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
+
+/// The number that an expression without symbols comes to; `None` where it has symbols.
+#[must_use]
+pub fn constant(pool: &crate::expr::Pool, value: crate::expr::ExprId) -> Option<Ball> {
+    assemble::evaluate_closed::<Ball>(pool, value, ())
+}
 
 /// Refuses more coordinates than [`linearize`] takes, for callers that know their number before
 /// there is a model: see [`coordinate_count`](crate::model::coordinate_count).
@@ -75,57 +94,222 @@ pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
 /// A model about its equilibrium.
 #[derive(Clone, Debug)]
 pub struct Linearized {
+    /// What all is worked out with: rates of steady motions put in, multipliers among the coordinates.
     model: Model,
+    /// The model and its equilibrium as they were asked for, where these differ.
+    shown: Option<Box<(Model, Equilibrium)>>,
     assembly: Assembly,
     values: Values<Ball>,
     equilibrium: Equilibrium,
+    /// Where the equilibrium comes from beside friction that acts at rest.
+    unbalanced: Option<Box<Unbalanced>>,
+    /// The directions that constraints allow.
+    constrained: Option<Box<Constrained>>,
+    structure: Structure,
+}
+
+/// Constraints at the equilibrium.
+#[derive(Clone, Debug)]
+struct Constrained {
+    tangent: Tangent<Ball>,
+    /// The coordinates that follow the others.
+    bound: Vec<usize>,
+    /// The multipliers are those of a given point, not searched for.
+    given: bool,
+    /// The constraints that follow from others, by number.
+    dependent: Vec<usize>,
+}
+
+/// What kind of linear system of equations a model leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Structure {
+    /// M q'' + K q = 0.
+    Conservative,
+    /// M q'' + G q' + K q = 0 with skew G and symmetric K.
+    Gyroscopic,
+    /// M q'' + (G + C) q' + (K + N) q = 0: with dissipation.
+    Damped,
 }
 
 /// Finds the equilibrium of a model and linearizes it there.
 ///
 /// # Errors
 /// Where the model needs something that is not supported, a parameter has no value, there is no
-/// equilibrium, or the energies are not defined there.
-pub fn linearize(mut model: Model) -> Result<Linearized, LinearizeError> {
-    check_supported(&model)?;
-    check_size(model.coordinates.len())?;
+/// equilibrium, the energies are not defined there, a steady motion is none, or constraints
+/// contradict each other or depend on each other just there.
+pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
+    if model.constraints.len() < 2 {
+        return linearize_without(model, &[]);
+    }
+    let error = match linearize_without(model.clone(), &[]) {
+        Ok(found) => return Ok(found),
+        Err(error) => error,
+    };
+    let may_depend = matches!(
+        error,
+        LinearizeError::ConstraintsSingular { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintsContradict {
+                difference: None,
+                ..
+            }
+    );
+    if !may_depend {
+        return Err(error);
+    }
+    match surface::dependent(&model) {
+        Some(left_out) if !left_out.is_empty() => {
+            linearize_without(model, &left_out).map_err(|_| error)
+        }
+        Some(_) | None => Err(error),
+    }
+}
+
+/// Linearizes a model without some of its constraints, which follow from the others.
+fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let visible = model.coordinates.len();
+    check_size(visible)?;
+    let turning = model.rates.iter().any(Option::is_some);
+    let bound = !model.constraints.is_empty();
+    let asked = (turning || bound).then(|| model.clone());
+    velocity::check_smooth(&model)?;
+    if turning {
+        steady::put_rates_in(&mut model)?;
+    }
+    let mut dependent = Vec::new();
+    if bound {
+        let multiplied = constrained::with_multipliers(&model, left_out);
+        model = multiplied.model;
+        dependent = multiplied.dependent;
+        check_size(model.coordinates.len())?;
+    }
     assemble::put_exponents_in(&mut model);
-    let (assembly, linear) = assemble::assemble(&mut model);
+    let (mut assembly, linear) = assemble::assemble(&mut model);
     let values = assembly
         .values::<Ball>(&model, ())
         .map_err(|missing| missing_value(&model, missing.0))?;
-    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
-    gyroscopic::check(&mut model, &linear, &equilibrium)?;
-    Ok(Linearized {
+    let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
+    if !linear.is_empty() {
+        let mut pool = std::mem::take(&mut model.pool);
+        let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        model.pool = pool;
+        if gyroscopic::vanishes(&mut model, &linear, &point) {
+            assembly.forget_gyroscopic();
+        }
+    }
+    let constrained = if bound {
+        let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
+        Some(Box::new(found))
+    } else {
+        None
+    };
+    let shown = asked.map(|model| Box::new((model, equilibrium.first(visible))));
+    let mut linearized = Linearized {
         model,
+        shown,
         assembly,
         values,
         equilibrium,
+        unbalanced: unbalanced.map(Box::new),
+        constrained,
+        structure: Structure::Conservative,
+    };
+    linearized.structure = linearized.find_structure();
+    Ok(linearized)
+}
+
+/// The directions that constraints allow at an equilibrium; that those left out hold as well.
+fn at_equilibrium(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    equilibrium: &Equilibrium,
+    visible: usize,
+    dependent: Vec<usize>,
+) -> Result<Constrained, LinearizeError> {
+    let at = &equilibrium.values;
+    for number in &dependent {
+        let difference = constrained::difference(model, *number, at);
+        if let Some(difference) = difference
+            && !difference.contains_zero()
+        {
+            return Err(LinearizeError::ConstraintsContradict {
+                difference: Some(equilibrium::short(difference.mid_f64())),
+                span: model.constraints[*number].span,
+            });
+        }
+    }
+    let order = model.coordinates.len();
+    let second = assembly.stiffness(at, values);
+    let rows = constrained::gradients(&second, visible, order);
+    if rows.is_empty() {
+        return Ok(Constrained {
+            tangent: Tangent::all(visible),
+            bound: Vec::new(),
+            given: false,
+            dependent,
+        });
+    }
+    let singular = || LinearizeError::ConstraintsSingular {
+        point: undefined::point_text(model, &at[..visible]),
+        span: model
+            .constraints
+            .first()
+            .map(|own| own.span)
+            .unwrap_or_default(),
+    };
+    let bound = constrained::choose_bound(&rows).ok_or_else(singular)?;
+    let tangent = Tangent::new(&rows, &bound, ()).ok_or_else(singular)?;
+    Ok(Constrained {
+        tangent,
+        bound,
+        given: equilibrium.multipliers_given,
+        dependent,
     })
 }
 
-/// M and K of a model at its equilibrium, as expressions. Parameters need no values unless the
+/// M, G, C, K and N of a model at its equilibrium, as expressions. Parameters need no values unless the
 /// equilibrium has to be searched for.
 ///
 /// # Errors
-/// As [`linearize`].
+/// As [`linearize`], and [`LinearizeError::Unsupported`] for constraints.
 pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
-    check_supported(&model)?;
-    let (assembly, linear) = assemble::assemble(&mut model);
-    let guessed = model.guesses.iter().any(Option::is_some);
-    let mut pool = model.pool.clone();
-    let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
-    model.pool = pool;
-    if !guessed && symbolic::forces_vanish(&model, &assembly, &point) == Some(true) {
-        gyroscopic::check_symbolic(&mut model, &linear, &point)?;
-        return Ok(symbolic::matrices(&model, &assembly, None));
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
     }
-    let values = assembly
-        .values::<Ball>(&model, ())
-        .map_err(|missing| missing_value(&model, missing.0))?;
-    let equilibrium = equilibrium::find(&model, &assembly, &values)?;
-    gyroscopic::check(&mut model, &linear, &equilibrium)?;
-    Ok(symbolic::matrices(&model, &assembly, Some(&equilibrium)))
+    if let Some(constraint) = model.constraints.first() {
+        return Err(LinearizeError::Unsupported {
+            feature: Feature::Constraint,
+            span: constraint.span,
+        });
+    }
+    velocity::check_smooth(&model)?;
+    steady::put_rates_in(&mut model)?;
+    let (mut assembly, linear) = assemble::assemble(&mut model);
+    let guessed = model.guesses.iter().any(Option::is_some);
+    let mut pool = std::mem::take(&mut model.pool);
+    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    model.pool = pool;
+    let mut found = None;
+    if guessed || symbolic::forces_vanish(&model, &assembly, &point) != Some(true) {
+        let values = assembly
+            .values::<Ball>(&model, ())
+            .map_err(|missing| missing_value(&model, missing.0))?;
+        let visible = model.coordinates.len();
+        let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
+        let mut pool = std::mem::take(&mut model.pool);
+        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        model.pool = pool;
+        found = Some(equilibrium);
+    }
+    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
+        assembly.forget_gyroscopic();
+    }
+    Ok(symbolic::matrices(&model, &assembly, found.as_ref()))
 }
 
 fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
@@ -136,14 +320,16 @@ fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
     }
 }
 
-fn check_supported(model: &Model) -> Result<(), LinearizeError> {
+/// Refuses what is beyond M and K of free coordinates at rest.
+fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
     let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
     let features = [
         (Feature::Dissipation, model.dissipation),
-        (Feature::Constraint, model.constraints.first().copied()),
+        (Feature::Constraint, constraint),
         (Feature::SteadyMotion, rate),
     ];
     for (feature, span) in features {
@@ -158,19 +344,76 @@ impl Linearized {
     /// The model.
     #[must_use]
     pub fn model(&self) -> &Model {
-        &self.model
+        self.shown.as_ref().map_or(&self.model, |shown| &shown.0)
     }
 
     /// The equilibrium.
     #[must_use]
     pub fn equilibrium(&self) -> &Equilibrium {
-        &self.equilibrium
+        self.shown
+            .as_ref()
+            .map_or(&self.equilibrium, |shown| &shown.1)
     }
 
     /// The number of coordinates.
     #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.model().coordinates.len()
+    }
+
+    /// The number of degrees of freedom, which the matrices have as many rows as: that of the
+    /// coordinates, less the number of independent constraints.
+    #[must_use]
     pub fn dimension(&self) -> usize {
-        self.model.coordinates.len()
+        match &self.constrained {
+            Some(constrained) => constrained.tangent.free.len(),
+            None => self.model.coordinates.len(),
+        }
+    }
+
+    /// Whether constraints tie coordinates to each other. The matrices are then those of the
+    /// coordinates that the others follow; [`Linearized::embed`] makes motions of all of them.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        let own = self.constrained.as_ref();
+        own.is_some_and(|own| !own.bound.is_empty())
+    }
+
+    /// The number of independent constraints.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        self.constrained.as_ref().map_or(0, |own| own.bound.len())
+    }
+
+    /// The constraints that follow from the others, by their number in the model: nothing would change
+    /// without them.
+    #[must_use]
+    pub fn dependent_constraints(&self) -> &[usize] {
+        match &self.constrained {
+            Some(constrained) => &constrained.dependent,
+            None => &[],
+        }
+    }
+
+    /// What kind of equations of motion the model has near the equilibrium.
+    #[must_use]
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    fn find_structure(&self) -> Structure {
+        let acts = |matrix: Option<Vec<Ball>>| {
+            matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()))
+        };
+        if self.assembly.velocity.is_empty() {
+            Structure::Conservative
+        } else if acts(self.damping()) || acts(self.circulatory()) {
+            Structure::Damped
+        } else if acts(self.gyroscopic()) {
+            Structure::Gyroscopic
+        } else {
+            Structure::Conservative
+        }
     }
 
     /// The families of elements.
@@ -182,21 +425,125 @@ impl Linearized {
     /// The mass matrix, dense, column by column, in SI.
     #[must_use]
     pub fn mass(&self) -> Vec<Ball> {
-        self.assembly.mass(&self.equilibrium.values, &self.values)
+        let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
+        self.symmetric(mass)
     }
 
-    /// The stiffness matrix, dense, column by column, in SI.
+    /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
+    /// to it ([`Linearized::circulatory`]).
     #[must_use]
     pub fn stiffness(&self) -> Vec<Ball> {
-        self.assembly
-            .stiffness(&self.equilibrium.values, &self.values)
+        let at = &self.equilibrium.values;
+        self.symmetric(self.assembly.stiffness(at, &self.values))
     }
 
-    /// The stiffness matrix as a sum of squares, as far as it is one.
+    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
+        match &self.constrained {
+            Some(own) => own
+                .tangent
+                .reduce_symmetric(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        }
+    }
+
+    fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
+        let at = &self.equilibrium.values;
+        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
+        Some(match &self.constrained {
+            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        })
+    }
+
+    /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
     #[must_use]
-    pub fn factors(&self) -> Factors {
-        self.assembly
-            .factors(&self.equilibrium.values, &self.values)
+    pub fn gyroscopic(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Gyroscopic)
+    }
+
+    /// The damping matrix C, dense, column by column, in SI; `None` without friction.
+    #[must_use]
+    pub fn damping(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Damping)
+    }
+
+    /// The circulatory matrix N, dense, column by column, in SI: what friction that acts at rest adds to
+    /// the stiffness. `None` where there is none.
+    #[must_use]
+    pub fn circulatory(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Circulatory)
+    }
+
+    /// G + C and K + N, dense, column by column, in SI.
+    #[must_use]
+    pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
+        let mut stiffness = self.stiffness();
+        let mut velocity = vec![Ball::ZERO; stiffness.len()];
+        for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
+            velocity
+                .iter_mut()
+                .zip(part)
+                .for_each(|(x, y)| *x = x.add(&y));
+        }
+        if let Some(part) = self.circulatory() {
+            stiffness
+                .iter_mut()
+                .zip(part)
+                .for_each(|(x, y)| *x = x.add(&y));
+        }
+        (velocity, stiffness)
+    }
+
+    /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.
+    #[must_use]
+    pub fn rates(&self) -> Vec<Ball> {
+        let model = self.model();
+        let rate = |given: &Option<crate::model::Given>| {
+            let value = given.and_then(|given| given.value)?;
+            assemble::evaluate_closed::<Ball>(&model.pool, value, ())
+        };
+        let rates = model.rates.iter();
+        rates
+            .map(|given| rate(given).unwrap_or(Ball::ZERO))
+            .collect()
+    }
+
+    /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.
+    pub(crate) fn is_free_of_friction_at_rest(&self, motion: &[Ball]) -> bool {
+        let n = motion.len();
+        self.circulatory().is_none_or(|matrix| {
+            (0..n).all(|j| motion[j].is_zero() || (0..n).all(|i| matrix[i + n * j].is_zero()))
+        })
+    }
+
+    /// M, G + C and K + N times one positive number, exactly, dense, column by column; `None` where an entry
+    /// is not known to be rational, constraints hold, or there are too many.
+    #[must_use]
+    pub fn integers(&self) -> Option<[Vec<IBig>; 3]> {
+        if self.is_constrained() {
+            return None;
+        }
+        exact::integers(&self.model, &self.assembly, &self.equilibrium)
+    }
+
+    /// A motion of all coordinates, from a motion of those that the others follow whose components are
+    /// off by up to `error`; and what its components are off by. The same where nothing is constrained.
+    #[must_use]
+    pub fn embed(&self, motion: &[f64], error: f64) -> (Vec<f64>, f64) {
+        match &self.constrained {
+            Some(own) => own.tangent.embed(motion, error),
+            None => (motion.to_vec(), error),
+        }
+    }
+
+    /// The stiffness matrix as a sum of squares, as far as it is one; `None` under constraints.
+    #[must_use]
+    pub fn factors(&self) -> Option<Factors> {
+        if self.is_constrained() {
+            return None;
+        }
+        let at = &self.equilibrium.values;
+        Some(self.assembly.factors(at, &self.values))
     }
 
     /// M and K as expressions.
@@ -208,12 +555,35 @@ impl Linearized {
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
-        zero::zero_modes(
-            &self.model,
-            &self.assembly,
-            &self.equilibrium.values,
-            &self.values,
-        )
+        let at = &self.equilibrium.values;
+        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
+        match &self.constrained {
+            Some(own) => modes
+                .into_iter()
+                .map(|mode| mode.mapped(|vector| own.tangent.restrict(vector)))
+                .collect(),
+            None => modes,
+        }
+    }
+
+    /// Whether every motion has inertia beside the equilibrium, in doubles: then it is the coordinates that are
+    /// singular there.
+    pub(crate) fn has_inertia_nearby(&self) -> bool {
+        let shift = |(i, value): (usize, &Ball)| {
+            let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
+            *value + Ball::from(step * value.mid_f64().abs().max(1.0))
+        };
+        let at: Vec<Ball> = self
+            .equilibrium
+            .values
+            .iter()
+            .enumerate()
+            .map(shift)
+            .collect();
+        let n = self.model.coordinates.len();
+        let mass = self.assembly.mass(&at, &self.values);
+        let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + n * j].mid_f64());
+        !self.is_constrained() && nalgebra::Cholesky::new(mass).is_some()
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

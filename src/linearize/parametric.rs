@@ -7,8 +7,8 @@ use std::collections::BTreeMap;
 
 use super::assemble::{self, Assembly, parameters_of};
 use super::equilibrium::{Equilibrium, Origin};
-use super::error::LinearizeError;
-use super::{check_supported, gyroscopic, missing_value, symbolic};
+use super::error::{Feature, LinearizeError};
+use super::{check_plain, gyroscopic, missing_value, symbolic};
 use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::model::Model;
 use crate::precision::Ball;
@@ -47,7 +47,7 @@ pub(crate) fn parametric(
     mut model: Model,
     varying: &[usize],
 ) -> Result<Parametric, LinearizeError> {
-    check_supported(&model)?;
+    check_plain(&model)?;
     let whole = model.clone();
     // An exponent that varies stays a symbol; any other gets its value before differentiation.
     for number in varying {
@@ -90,10 +90,18 @@ pub(crate) fn parametric(
         steps: 0,
         proved: false,
         proof: None,
+        multipliers_given: false,
     };
     let matrices = symbolic::matrices(&model, &assembly, Some(&place));
     model.pool = matrices.pool;
-    gyroscopic::check_symbolic(&mut model, &linear, &matrices.equilibrium)?;
+    if let Some(term) = linear.first()
+        && !gyroscopic::vanishes(&mut model, &linear, &matrices.equilibrium)
+    {
+        return Err(LinearizeError::Unsupported {
+            feature: Feature::Gyroscopic,
+            span: term.family.span,
+        });
+    }
     let gradient = match gradient {
         Some(none) => none,
         None => self::gradient(&mut model, &assembly, &matrices.equilibrium),

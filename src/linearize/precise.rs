@@ -1,16 +1,19 @@
 //! The linearization once more in numbers of any precision.
 
-use super::Linearized;
-use super::assemble::{Values, evaluate_closed};
-use super::equilibrium::Origin;
+use super::assemble::{Assembly, Values, evaluate_closed};
+use super::constrained::{Tangent, gradients};
+use super::equilibrium::{Equilibrium, Origin};
 use super::existence::Proof;
+use super::velocity::Matrix;
 use super::zero::{self, ZeroMode};
-use crate::precision::Big;
+use super::{Linearized, tied};
+use crate::model::Model;
+use crate::precision::{Big, Scalar};
 
 /// With fewer bits than double-double has there is nothing to gain.
 const LEAST_BITS: usize = 128;
 
-/// M, K and the equilibrium to any number of bits, from the exact expressions.
+/// All matrices and the equilibrium to any number of bits, from the exact expressions.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Precise {
@@ -22,9 +25,42 @@ pub struct Precise {
     pub equilibrium: Vec<Big>,
     /// The mass matrix, dense, column by column, in SI.
     pub mass: Vec<Big>,
-    /// The stiffness matrix, dense, column by column, in SI.
+    /// The stiffness matrix, dense, column by column, in SI, with what friction at rest adds to it.
     pub stiffness: Vec<Big>,
+    /// G + C, dense, column by column, in SI; `None` where there is neither.
+    pub velocity: Option<Vec<Big>>,
+    /// The equilibrium with multipliers.
+    point: Vec<Big>,
+    tangent: Option<Tangent<Big>>,
     values: Values<Big>,
+}
+
+/// An equilibrium with the precision of `values`: see [`Linearized::precisely`].
+pub(super) fn equilibrium(
+    model: &Model,
+    assembly: &Assembly,
+    found: &Equilibrium,
+    values: &Values<Big>,
+) -> Option<Vec<Big>> {
+    let bits = values.precision();
+    let mut equilibrium = Vec::with_capacity(found.values.len());
+    for (i, value) in found.values.iter().enumerate() {
+        equilibrium.push(match found.origins[i] {
+            Origin::Given => {
+                let given = model.equilibria[i].and_then(|given| given.value)?;
+                evaluate_closed(&model.pool, given, bits)?
+            }
+            Origin::Zero => Big::zero(bits),
+            Origin::Found => Big::from_ball(value, bits),
+        });
+    }
+    match found.proof.as_deref() {
+        Some(proof) => {
+            let gradient = |at: &[Big]| assembly.gradient(at, values);
+            proof.refine(equilibrium, bits, gradient)
+        }
+        None => Some(equilibrium),
+    }
 }
 
 impl Linearized {
@@ -37,32 +73,52 @@ impl Linearized {
     #[must_use]
     pub fn precisely(&self, bits: usize) -> Option<Precise> {
         let found = &self.equilibrium;
-        let proof = found.proof.as_deref();
-        let bits = bits.max(LEAST_BITS).max(proof.map_or(0, Proof::bits));
+        let proof = found.proof.as_deref().map_or(0, Proof::bits);
+        let other = self.unbalanced.as_ref().map_or(0, |own| own.bits());
+        let bits = bits.max(LEAST_BITS).max(proof).max(other);
         let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
-        let mut equilibrium = Vec::with_capacity(found.values.len());
-        for (i, value) in found.values.iter().enumerate() {
-            equilibrium.push(match found.origins[i] {
-                Origin::Given => {
-                    let given = self.model.equilibria[i].and_then(|given| given.value)?;
-                    evaluate_closed(&self.model.pool, given, bits)?
-                }
-                Origin::Zero => Big::zero(bits),
-                Origin::Found => Big::from_ball(value, bits),
-            });
+        let order = self.model.coordinates.len();
+        let visible = self.coordinates();
+        let mut point = match &self.unbalanced {
+            Some(own) => own.precisely(bits, order)?,
+            None => equilibrium(&self.model, &self.assembly, found, &values)?,
+        };
+        if let Some(own) = self.constrained.as_ref().filter(|own| own.given) {
+            let bound = &own.bound;
+            tied::put_multipliers_in(&self.assembly, &values, &mut point, visible, bound)?;
         }
-        if let Some(proof) = proof {
-            let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
-            equilibrium = proof.refine(equilibrium, bits, gradient)?;
+        let mut mass = self.assembly.mass(&point, &values);
+        let mut stiffness = self.assembly.stiffness(&point, &values);
+        let part = |matrix| self.assembly.velocity_matrix(matrix, &point, &values);
+        let mut velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
+        let mut circulatory = part(Matrix::Circulatory);
+        let mut tangent = None;
+        if let Some(own) = self
+            .constrained
+            .as_ref()
+            .filter(|own| !own.bound.is_empty())
+        {
+            let rows = gradients(&stiffness, visible, order);
+            let own = Tangent::new(&rows, &own.bound, bits)?;
+            mass = own.reduce_symmetric(&mass, order);
+            stiffness = own.reduce_symmetric(&stiffness, order);
+            velocity = velocity.map(|matrix| own.reduce(&matrix, order));
+            circulatory = circulatory.map(|matrix| own.reduce(&matrix, order));
+            tangent = Some(own);
         }
-        let mass = self.assembly.mass(&equilibrium, &values);
-        let stiffness = self.assembly.stiffness(&equilibrium, &values);
+        if circulatory.is_some() {
+            stiffness = sum(Some(stiffness), circulatory)?;
+        }
         let finite = |numbers: &[Big]| numbers.iter().all(Big::is_finite);
-        (finite(&equilibrium) && finite(&mass) && finite(&stiffness)).then_some(Precise {
+        let ends = finite(&point) && finite(&mass) && finite(&stiffness);
+        (ends && velocity.as_deref().is_none_or(finite)).then(|| Precise {
             bits,
-            equilibrium,
+            equilibrium: point[..visible].to_vec(),
             mass,
             stiffness,
+            velocity,
+            point,
+            tangent,
             values,
         })
     }
@@ -75,6 +131,20 @@ impl Linearized {
         precise: &Precise,
         modes: &[ZeroMode],
     ) -> Option<Vec<ZeroMode<Big>>> {
-        zero::in_numbers(modes, &self.assembly, &precise.equilibrium, &precise.values)
+        let modes = zero::in_numbers(modes, &self.assembly, &precise.point, &precise.values)?;
+        Some(match &precise.tangent {
+            Some(tangent) => modes
+                .into_iter()
+                .map(|mode| mode.mapped(|vector| tangent.restrict(vector)))
+                .collect(),
+            None => modes,
+        })
+    }
+}
+
+fn sum(left: Option<Vec<Big>>, right: Option<Vec<Big>>) -> Option<Vec<Big>> {
+    match (left, right) {
+        (Some(left), Some(right)) => Some(left.iter().zip(&right).map(|(x, y)| x.add(y)).collect()),
+        (one, None) | (None, one) => one,
     }
 }

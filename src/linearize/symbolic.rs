@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::assemble::{Assembly, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
+use super::velocity::Matrix;
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
@@ -29,6 +30,12 @@ pub struct SymbolicMatrices {
     pub mass: Vec<Vec<ExprId>>,
     /// The stiffness matrix, row by row.
     pub stiffness: Vec<Vec<ExprId>>,
+    /// The gyroscopic matrix G, row by row; `None` where it is 0.
+    pub gyroscopic: Option<Vec<Vec<ExprId>>>,
+    /// The damping matrix C, row by row; `None` where it is 0.
+    pub damping: Option<Vec<Vec<ExprId>>>,
+    /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
+    pub circulatory: Option<Vec<Vec<ExprId>>>,
 }
 
 /// The replacement that turns a family's body into the term of one instance.
@@ -174,6 +181,14 @@ pub(crate) fn forces_vanish(model: &Model, assembly: &Assembly, point: &[ExprId]
             }
         }
     }
+    for (family, place, force) in assembly.friction_at_rest() {
+        for at in 0..family.count {
+            let map = instance(model, &mut pool, family, at, Some(point));
+            let part = pool.substitute_one(force, &map);
+            let coordinate = family.coordinates_of(at)[place];
+            forces.entry(coordinate).or_default().push(part);
+        }
+    }
     let mut known = true;
     for parts in forces.values() {
         let force = pool.sum(parts);
@@ -222,7 +237,13 @@ pub(crate) fn matrices(
     };
     let mass = dense(mass);
     let stiffness = dense(stiffness);
+    let [gyroscopic, damping, circulatory] =
+        [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
+            .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, &point));
     SymbolicMatrices {
+        gyroscopic,
+        damping,
+        circulatory,
         coordinates: model
             .coordinates
             .iter()
@@ -233,6 +254,44 @@ pub(crate) fn matrices(
         stiffness,
         pool,
     }
+}
+
+/// G, C or N, unless it is shown to be 0.
+fn of_velocities(
+    model: &Model,
+    pool: &mut Pool,
+    assembly: &Assembly,
+    matrix: Matrix,
+    point: &[ExprId],
+) -> Option<Vec<Vec<ExprId>>> {
+    let n = model.coordinates.len();
+    let mut entries: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
+    for (family, i, j, share) in assembly.velocity_expressions(matrix) {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, Some(point));
+            let share = pool.substitute_one(share, &map);
+            let numbers = family.coordinates_of(at);
+            let (i, j) = (numbers[i] as usize, numbers[j] as usize);
+            if matrix == Matrix::Gyroscopic {
+                if i == j {
+                    continue;
+                }
+                let opposite = pool.neg(share);
+                entries.entry((j, i)).or_default().push(opposite);
+            }
+            entries.entry((i, j)).or_default().push(share);
+        }
+    }
+    let mut rows = vec![vec![pool.zero(); n]; n];
+    let mut acts = false;
+    for ((i, j), parts) in entries {
+        let entry = pool.sum(&parts);
+        if pool.is_zero(entry) != ZeroVerdict::Zero {
+            rows[i][j] = entry;
+            acts = true;
+        }
+    }
+    acts.then_some(rows)
 }
 
 /// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.

@@ -142,7 +142,7 @@ fn constant_generators(
     let n = model.coordinates.len();
     let mut eliminated = Elimination::default();
     for (i, _) in allowed.iter().enumerate().filter(|(_, ok)| !**ok) {
-        eliminated.add(BTreeMap::from([(i as u32, 1)]));
+        eliminated.add(vec![(i as u32, 1)]);
     }
     for (family, gradient) in assembly.families.iter().zip(gradients) {
         if family.potential.is_empty() {
@@ -154,13 +154,15 @@ fn constant_generators(
         for instance in 0..family.terms.count {
             let coordinates = family.terms.coordinates_of(instance);
             for row in &rows {
-                let mut sparse: BTreeMap<u32, u64> = BTreeMap::new();
-                for (coordinate, value) in coordinates.iter().zip(row) {
-                    let entry = sparse.entry(*coordinate).or_insert(0);
-                    *entry = add_mod(*entry, *value);
-                }
-                sparse.retain(|_, value| *value != 0);
-                eliminated.add(sparse);
+                let entries = coordinates.iter().copied().zip(row.iter().copied());
+                let mut entries: Row = entries.collect();
+                entries.sort_unstable();
+                let of_one = |group: &[(u32, u64)]| {
+                    let value = group.iter().fold(0, |sum, (_, x)| add_mod(sum, *x));
+                    (group[0].0, value)
+                };
+                let groups = entries.chunk_by(|a, b| a.0 == b.0).map(of_one);
+                eliminated.add(groups.filter(|(_, value)| *value != 0).collect());
                 if eliminated.work > MOST_WORK {
                     return Vec::new();
                 }
@@ -201,36 +203,63 @@ fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
     Some(nullspace_mod(&mut kernel_rows, d))
 }
 
+/// A sparse row modulo the prime: places in ascending order, with entries that are not 0.
+type Row = Vec<(u32, u64)>;
+
+/// row + factor · other.
+fn combined(row: &[(u32, u64)], factor: u64, other: &[(u32, u64)]) -> Row {
+    let mut sum = Row::with_capacity(row.len() + other.len());
+    let (mut row, mut other) = (row.iter().peekable(), other.iter().peekable());
+    loop {
+        let (place, value) = match (row.peek(), other.peek()) {
+            (None, None) => return sum,
+            (Some((i, x)), Some((j, y))) if i == j => {
+                let value = (*i, add_mod(*x, mul_mod(factor, *y)));
+                row.next();
+                other.next();
+                value
+            }
+            (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => {
+                let value = (*i, *x);
+                row.next();
+                value
+            }
+            (_, Some((j, y))) => {
+                let value = (*j, mul_mod(factor, *y));
+                other.next();
+                value
+            }
+            (Some(_), None) => return sum,
+        };
+        if value != 0 {
+            sum.push((place, value));
+        }
+    }
+}
+
 /// Gaussian elimination modulo the prime, row by row, sparse.
 #[derive(Default)]
 struct Elimination {
     /// By pivot column; the pivot entry is 1 and stands first.
-    rows: BTreeMap<u32, BTreeMap<u32, u64>>,
+    rows: BTreeMap<u32, Row>,
     work: usize,
 }
 
 impl Elimination {
-    fn add(&mut self, mut row: BTreeMap<u32, u64>) {
-        while let Some((&column, &value)) = row.first_key_value() {
+    fn add(&mut self, mut row: Row) {
+        while let Some(&(column, value)) = row.first() {
             let Some(pivot) = self.rows.get(&column) else {
                 let Some(inverse) = inverse_mod(value) else {
                     return;
                 };
-                for entry in row.values_mut() {
+                for (_, entry) in &mut row {
                     *entry = mul_mod(*entry, inverse);
                 }
                 self.rows.insert(column, row);
                 return;
             };
             self.work += pivot.len();
-            let factor = neg_mod(value);
-            for (other, entry) in pivot {
-                let slot = row.entry(*other).or_insert(0);
-                *slot = add_mod(*slot, mul_mod(factor, *entry));
-                if *slot == 0 {
-                    row.remove(other);
-                }
-            }
+            row = combined(&row, neg_mod(value), pivot);
         }
     }
 
@@ -244,20 +273,15 @@ impl Elimination {
             };
             let later: Vec<(u32, u64)> = row
                 .iter()
-                .filter(|(other, _)| **other != *column && self.rows.contains_key(other))
-                .map(|(other, value)| (*other, *value))
+                .filter(|(other, _)| *other != *column && self.rows.contains_key(other))
+                .copied()
                 .collect();
             for (other, value) in later {
-                let factor = neg_mod(value);
                 if let Some(pivot) = self.rows.get(&other) {
                     self.work += pivot.len();
-                    for (place, entry) in pivot {
-                        let slot = row.entry(*place).or_insert(0);
-                        *slot = add_mod(*slot, mul_mod(factor, *entry));
-                    }
+                    row = combined(&row, neg_mod(value), pivot);
                 }
             }
-            row.retain(|_, value| *value != 0);
             self.rows.insert(*column, row);
         }
         let free: Vec<u32> = (0..u32::try_from(columns).unwrap_or(0))
@@ -268,8 +292,8 @@ impl Elimination {
                 let mut vector = vec![0; columns];
                 vector[*column as usize] = 1;
                 for (pivot, row) in &self.rows {
-                    if let Some(value) = row.get(column) {
-                        vector[*pivot as usize] = neg_mod(*value);
+                    if let Ok(at) = row.binary_search_by_key(column, |(place, _)| *place) {
+                        vector[*pivot as usize] = neg_mod(row[at].1);
                     }
                 }
                 vector
@@ -279,15 +303,49 @@ impl Elimination {
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.
-struct Rotation {
+pub(crate) struct Rotation {
     /// By coordinate: the coordinate that its velocity is, and whether with a minus.
     partner: HashMap<u32, (u32, bool)>,
     /// The axis it is about, from 0, in space.
     about: Option<usize>,
 }
 
+impl Rotation {
+    /// The coordinates in ascending order, with the one that is the velocity of each, and whether with a minus.
+    pub(crate) fn parts(&self) -> Vec<(usize, usize, bool)> {
+        let parts = self.partner.iter();
+        let mut parts: Vec<(usize, usize, bool)> = parts
+            .map(|(i, (j, minus))| (*i as usize, *j as usize, *minus))
+            .collect();
+        parts.sort_unstable();
+        parts
+    }
+
+    /// Whether nothing else is there that could turn.
+    fn turns_all(&self, model: &Model) -> bool {
+        let turns = |family: &CoordinateFamily| {
+            let own = family.first..family.first + family.len();
+            own.into_iter()
+                .any(|i| self.partner.contains_key(&(i as u32)))
+        };
+        model.families.iter().all(turns)
+    }
+}
+
+/// What a rotation is called.
+pub(crate) fn rotation_name(model: &Model, rotation: &Rotation) -> String {
+    let turned = rotation.parts().into_iter().map(|(i, _, _)| i as u32);
+    let turned: Vec<u32> = turned.collect();
+    naming::rotation(model, &turned, rotation.about, rotation.turns_all(model))
+}
+
+/// What a motion is called that is the same everywhere.
+pub(crate) fn translation_name(model: &Model, vector: &[Number]) -> String {
+    naming::constant(model, vector)
+}
+
 /// The planes in which coordinates can be rotated together.
-fn candidate_rotations(model: &Model) -> Vec<Rotation> {
+pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     let mut spaces: Vec<Vec<Vec<usize>>> = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
@@ -370,13 +428,7 @@ fn rotations(
             continue;
         }
         let components = components(model.coordinates.len(), assembly, &rotation);
-        // Nothing else is there that could turn.
-        let turns = |family: &CoordinateFamily| {
-            let own = family.first..family.first + family.len();
-            own.into_iter()
-                .any(|i| rotation.partner.contains_key(&(i as u32)))
-        };
-        let whole = components.len() == 1 && model.families.iter().all(turns);
+        let whole = components.len() == 1 && rotation.turns_all(model);
         for component in &components {
             let parts = component
                 .iter()

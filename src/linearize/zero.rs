@@ -24,6 +24,16 @@ pub struct ZeroMode<N = Ball> {
     ground: Ground,
 }
 
+impl<N> ZeroMode<N> {
+    /// The same mode with its vector in other coordinates.
+    pub(super) fn mapped(self, map: impl FnOnce(&[N]) -> Vec<N>) -> Self {
+        Self {
+            vector: map(&self.vector),
+            ..self
+        }
+    }
+}
+
 /// What a zero mode is known by; it gives the vector in any numbers.
 #[derive(Clone, Debug)]
 enum Ground {

@@ -40,6 +40,7 @@ impl ModelError {
             Self::TableAsValue { .. } => "E0130",
             Self::NotACoordinate { .. } => "E0131",
             Self::BadIndices { .. } => "E0132",
+            Self::ConstraintOnVelocities { .. } => "E0133",
             // Never told to anybody.
             Self::FollowOn {} => "E0100",
             Self::Dimension(error) => error.code(),

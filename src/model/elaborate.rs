@@ -10,7 +10,8 @@ use super::survey::{children, declared_names, structural_names, tables_of_coordi
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::Value;
-use super::{Given, Model, ModelError, dimension};
+use super::{Constraint, Given, Model, ModelError, dimension};
+use crate::expr::ExprId;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -320,32 +321,64 @@ impl<'a> Elaborator<'a> {
         self.file.expr(root).span
     }
 
-    /// Checks an expression that no command of this stage uses.
-    fn check_value(&mut self, root: ExprRef, indices: Option<&Indices>, name: &Name) {
-        let Some(members) = self.members(indices, name) else {
-            return;
+    /// What a `constraint` sets to zero, left less right, a member at a time. Members are written out.
+    fn constraint(
+        &mut self,
+        sides: [ExprRef; 2],
+        indices: Option<&Indices>,
+        span: Span,
+    ) -> Option<Vec<Constraint>> {
+        let name = Name {
+            text: "constraint".into(),
+            span,
         };
+        let members = self.members(indices, &name)?;
         let before = self.errors.len();
-        let mut scope = members.scope.clone();
-        let program = self.compiler().value(root, &mut scope);
+        let programs = sides.map(|side| {
+            let mut scope = members.scope.clone();
+            self.compiler().value(side, &mut scope)
+        });
         if self.errors.len() > before {
-            return;
+            return None;
         }
         let keys: Vec<Key> = match &members.block {
             Some(block) => block.keys().collect(),
             None => members.keys.clone(),
         };
+        let mut found = Vec::with_capacity(keys.len());
         for at in keys {
-            let value = self
-                .world
-                .run_written_out(&program, &mut at[..members.rank].to_vec());
-            let Some(value) = self.note(value) else {
-                return;
-            };
-            if self.one_scalar(&value, "this", program.span).is_none() {
-                return;
+            let mut values = [None; 2];
+            for (program, value) in programs.iter().zip(&mut values) {
+                let mut slots = at[..members.rank].to_vec();
+                let side = self.world.run_written_out(program, &mut slots);
+                let side = self.note(side)?;
+                *value = Some(self.one_scalar(&side, "this", program.span)?);
             }
+            let [Some(left), Some(right)] = values else {
+                return None;
+            };
+            let expression = self.world.pool.sub(left, right);
+            if let Some(on) = self.moving_symbol(expression) {
+                self.errors
+                    .push(ModelError::ConstraintOnVelocities { on, span });
+                return None;
+            }
+            found.push(Constraint { expression, span });
         }
+        Some(found)
+    }
+
+    /// The first velocity or acceleration in an expression, by name.
+    fn moving_symbol(&self, e: ExprId) -> Option<String> {
+        let symbols = self.world.pool.symbols_of(&[e]);
+        symbols.into_iter().find_map(|symbol| {
+            let (number, primes) = match self.world.kinds.get(&symbol)? {
+                SymbolKind::Velocity(number) => (*number, "'"),
+                SymbolKind::Acceleration(number) => (*number, "''"),
+                _ => return None,
+            };
+            Some(format!("{}{primes}", self.world.coordinates[number].name))
+        })
     }
 
     fn finish(mut self) -> Result<Model, Vec<ModelError>> {
@@ -369,13 +402,9 @@ impl<'a> Elaborator<'a> {
                     left,
                     right,
                 } => {
-                    let name = Name {
-                        text: "constraint".into(),
-                        span: statement.span,
-                    };
-                    self.check_value(*left, indices.as_deref(), &name);
-                    self.check_value(*right, indices.as_deref(), &name);
-                    constraints.push(statement.span);
+                    let sides = [*left, *right];
+                    let found = self.constraint(sides, indices.as_deref(), statement.span);
+                    constraints.extend(found.unwrap_or_default());
                 }
                 StatementKind::Model { .. }
                 | StatementKind::Param(_)
@@ -420,7 +449,10 @@ impl<'a> Elaborator<'a> {
                 self.world.coordinates[number].unit = dimensions.unit(&family.name, member);
             }
         }
-        let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian]);
+        let time_dependent = self.time_dependence(
+            &[&kinetic, &potential, &lagrangian, &friction],
+            &constraints,
+        );
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -469,15 +501,21 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    fn time_dependence(&self, energies: &[&Vec<TermFamily>]) -> Option<Span> {
+    fn time_dependence(
+        &self,
+        energies: &[&Vec<TermFamily>],
+        constraints: &[Constraint],
+    ) -> Option<Span> {
         let time = self.world.time?;
-        energies
+        let terms = energies.iter().flat_map(|families| families.iter());
+        let terms = terms.map(|family| (family.body, family.span));
+        let conditions = constraints
             .iter()
-            .flat_map(|families| families.iter())
-            .find_map(|family| {
-                let symbols = self.world.pool.symbols_of(&[family.body]);
-                symbols.contains(&time).then_some(family.span)
-            })
+            .map(|constraint| (constraint.expression, constraint.span));
+        terms.chain(conditions).find_map(|(e, span)| {
+            let symbols = self.world.pool.symbols_of(&[e]);
+            symbols.contains(&time).then_some(span)
+        })
     }
 }
 

@@ -146,6 +146,14 @@ pub enum ModelError {
         /// Where.
         span: Span,
     },
+    /// A constraint that is not one of coordinates alone.
+    #[error("a constraint is among coordinates, and this one contains the velocity `{on}`")]
+    ConstraintOnVelocities {
+        /// The velocity.
+        on: String,
+        /// Where the constraint stands.
+        span: Span,
+    },
     /// A constant that depends on coordinates or time.
     #[error("{what} must be constant, but depends on `{on}`")]
     NotConstant {
@@ -503,6 +511,8 @@ fn described(error: &ModelError) -> Diagnostic {
             .with_help(format!(
                 "{energy} may contain coordinates and velocities only; was one `'` too many?"
             )),
+        ModelError::ConstraintOnVelocities { span, .. } => at(*span, "of velocities")
+            .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
         ModelError::NotConstant { span, .. } => at(*span, "not constant"),
         ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
             format!("give it a value in the file, or `--set {name}=VALUE`"),

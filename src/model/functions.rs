@@ -2,7 +2,7 @@
 
 use super::ModelError;
 use super::values::{Misfit, Value, cross, dot, norm, product, sum, three, transposed};
-use crate::expr::{ExprId, Pool};
+use crate::expr::{ExprId, Pool, function_from_name};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -43,18 +43,6 @@ pub(super) enum Body {
 impl Builtin {
     pub(super) fn from_name(name: &str) -> Option<Self> {
         Some(match name {
-            "sin" => Self::Elementary(Function::Sin),
-            "cos" => Self::Elementary(Function::Cos),
-            "tan" => Self::Elementary(Function::Tan),
-            "asin" => Self::Elementary(Function::Asin),
-            "acos" => Self::Elementary(Function::Acos),
-            "atan" => Self::Elementary(Function::Atan),
-            "sinh" => Self::Elementary(Function::Sinh),
-            "cosh" => Self::Elementary(Function::Cosh),
-            "tanh" => Self::Elementary(Function::Tanh),
-            "exp" => Self::Elementary(Function::Exp),
-            "ln" => Self::Elementary(Function::Ln),
-            "abs" => Self::Elementary(Function::Abs),
             "sqrt" => Self::Sqrt,
             "atan2" => Self::Atan2,
             "norm" => Self::Norm,
@@ -73,7 +61,7 @@ impl Builtin {
             "inertia_point" => Self::Inertia(Body::Point),
             "steiner" => Self::Steiner,
             "about" => Self::About,
-            _ => return None,
+            _ => return function_from_name(name).map(Self::Elementary),
         })
     }
 

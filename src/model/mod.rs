@@ -57,6 +57,16 @@ pub struct Given {
     pub span: Span,
 }
 
+/// A holonomic constraint: what it sets to zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Constraint {
+    /// The left side less the right one, in the symbols of coordinates and parameters.
+    pub expression: ExprId,
+    /// Where it stands.
+    pub span: Span,
+}
+
 /// Coordinates declared under one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -116,7 +126,7 @@ pub struct Model {
     /// The terms of the dissipation function.
     pub friction: Vec<TermFamily>,
     /// The constraints.
-    pub constraints: Vec<Span>,
+    pub constraints: Vec<Constraint>,
     /// The `period` statement: the period and its place.
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.

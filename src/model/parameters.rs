@@ -373,7 +373,11 @@ impl Elaborator<'_> {
                     on,
                     span: value_span,
                 });
-            } else if set.is_none() && !self.world.pool.symbols_of(&[own]).is_empty() {
+            } else if set.is_none()
+                && sigma.is_none()
+                && !self.world.pool.symbols_of(&[own]).is_empty()
+            {
+                // What has an uncertainty of its own is a quantity of its own.
                 symbolic = own;
             }
             value = self.closed(own);

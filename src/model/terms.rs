@@ -48,7 +48,35 @@ pub struct TermFamily {
     pub constants: Vec<ExprId>,
 }
 
+impl Local {
+    /// The symbols of a coordinate and of its velocity.
+    pub(crate) fn new(coordinate: Symbol, velocity: Symbol) -> Self {
+        Self {
+            coordinate,
+            velocity,
+        }
+    }
+}
+
 impl TermFamily {
+    /// A term with a single instance.
+    pub(crate) fn single(
+        span: Span,
+        body: ExprId,
+        locals: Vec<Local>,
+        coordinates: Vec<u32>,
+    ) -> Self {
+        Self {
+            span,
+            body,
+            locals,
+            values: Vec::new(),
+            count: 1,
+            coordinates,
+            constants: Vec::new(),
+        }
+    }
+
     /// The coordinates of an instance, one number a local.
     #[must_use]
     pub fn coordinates_of(&self, instance: usize) -> &[u32] {

@@ -156,7 +156,7 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
     let mut found = unused_names(file);
     found.extend(decimal_ranges(file));
     found.extend(unused_indices(file));
-    found.extend(period_without_time(file, model));
+    found.extend(period_without_time(model));
     let unused: HashSet<String> = found
         .iter()
         .filter_map(|warning| match warning {
@@ -378,17 +378,12 @@ fn unused_indices(file: &File) -> Vec<Warning> {
 }
 
 /// A `period` statement in a model that the time leaves alone.
-fn period_without_time(file: &File, model: &Model) -> Option<Warning> {
+fn period_without_time(model: &Model) -> Option<Warning> {
     let period = model.period?;
-    // Of these the model keeps no more than the place.
-    let others = model.dissipation.is_some() || !model.constraints.is_empty();
-    let driven = model.time_dependent.is_some()
-        || others
-            && file
-                .expressions
-                .iter()
-                .any(|expr| matches!(expr.kind, ExprKind::Name("t")));
-    (!driven).then_some(Warning::PeriodWithoutTime { span: period.span })
+    model
+        .time_dependent
+        .is_none()
+        .then_some(Warning::PeriodWithoutTime { span: period.span })
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

@@ -8,7 +8,7 @@ use super::certify::{Cluster, Couplings, certify};
 use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
-use super::quick::{Quick, Round};
+use super::quick::{Bounds, Quick, Round};
 use super::start::{self, Failure};
 use super::{ModesError, Options, Rung, Source, refine, shape};
 use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
@@ -23,6 +23,9 @@ const QUICK: usize = 60;
 /// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
 /// digits of eigenvalues a millionth of the largest, or all of a double-double.
 const SLICES: [usize; 2] = [4, 6];
+
+/// Columns that give so many digits are not what keeps others away.
+const SOME_DIGITS: usize = 10;
 
 /// How accurate shapes have to be.
 const SHAPES: f64 = 1e-12;
@@ -178,6 +181,16 @@ pub(super) fn climb(
         && let Some(factors) = source.factors()
     {
         let factored = Factored::new(scaled, &factors)?;
+        // Columns that are good enough for some digits may be so for all, and only the entries not.
+        let some = options.clone().digits(options.digits.min(SOME_DIGITS));
+        let good = climb.best.as_ref().map(|(_, solution)| solution);
+        let good = good.filter(|solution| covered(&solution.certificate, &some));
+        if let Some(x) = good.map(|solution| solution.x.clone())
+            && let Ok(true) = climb.rounds(Some(&factored), x, Rung::Factors)
+            && let Some((_, solution)) = climb.best
+        {
+            return Ok(solution);
+        }
         let columns = scaled.n - zero.mid.columns;
         let start = factored.singular_vectors(scaled, columns);
         let x = match (start, &climb.best) {
@@ -270,7 +283,7 @@ enum Tried {
 /// The rung in doubles: as long as refinement gains something.
 fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
     let quick = Quick::new(scaled, zero);
-    let mut xt = x.transposed();
+    let mut round = quick.round(x.transposed(), SLICES[0]);
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
         let rung = if number == 0 {
@@ -278,41 +291,56 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
         } else {
             Rung::Refined
         };
-        let few = number == 0 || number == 1 && options.digits <= 12;
-        let round = quick.round(xt, SLICES[usize::from(!few)]);
         // What doubles come to may be known to be too little for the shapes before it is certified.
         let step = (number == 0 && options.vectors)
             .then(|| refine::Step::new(&round, round.columns().rows))
             .filter(|step| step.size() > SHAPES);
-        if let Some(step) = step {
-            xt = refine::refine_rows(&quick, &round, &step);
-            continue;
-        }
-        let certificate = round
-            .couplings()
-            .and_then(|couplings| Certificate::new(round.quotients(), couplings));
-        let Some(certificate) = certificate else {
-            return Tried::Improved(round.columns().transposed());
+        let step = match step {
+            Some(step) => step,
+            None => {
+                let certificate = certified(&round, options, number);
+                let Some(certificate) = certificate else {
+                    return Tried::Improved(round.columns().transposed());
+                };
+                if satisfied(&certificate, options, number) {
+                    return Tried::Satisfied(Box::new(Solution {
+                        x: round.columns().transposed(),
+                        leak: round.leak().to_vec(),
+                        gram: Gram::Factors(Box::new(round)),
+                        certificate,
+                        precise: Vec::new(),
+                        rung,
+                    }));
+                }
+                let score = score(&certificate, options);
+                if number == ROUNDS || score > before - 4.0 {
+                    return Tried::Improved(round.columns().transposed());
+                }
+                before = score;
+                refine::Step::new(&round, round.columns().rows)
+            }
         };
-        if satisfied(&certificate, options, number) {
-            return Tried::Satisfied(Box::new(Solution {
-                x: round.columns().transposed(),
-                leak: round.leak().to_vec(),
-                gram: Gram::Factors(Box::new(round)),
-                certificate,
-                precise: Vec::new(),
-                rung,
-            }));
-        }
-        let score = score(&certificate, options);
-        if score > before - 4.0 {
-            return Tried::Improved(round.columns().transposed());
-        }
-        before = score;
-        let step = refine::Step::new(&round, round.columns().rows);
-        xt = refine::refine_rows(&quick, &round, &step);
+        let (xt, change) = refine::refine_rows(&quick, &round, &step);
+        let few = number == 0 && options.digits <= 12;
+        round = match change {
+            Some(change) if few => quick.round_after(round, xt, &change),
+            _ => quick.round(xt, SLICES[usize::from(!few)]),
+        };
     }
-    Tried::Improved(xt.transposed())
+    Tried::Improved(round.columns().transposed())
+}
+
+/// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
+fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
+    let from = |bounds: Bounds| {
+        let couplings = round.couplings(bounds)?;
+        Certificate::new(round.quotients(), couplings)
+    };
+    (number > 0)
+        .then(|| from(Bounds::Lengths))
+        .flatten()
+        .filter(|certificate| satisfied(certificate, options, number))
+        .or_else(|| from(Bounds::Products))
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction

@@ -7,10 +7,12 @@
 //! multiplication by using fast routines of matrix multiplication and its applications", Numer.
 //! Algorithms 59 (2012)); faer multiplies the slices.
 
-use super::dense::{Columns, Matrix, Plain, add_to, multiply};
+use faer::Accum;
+
+use super::dense::{Columns, Matrix, Plain, add_to, gamma, multiply, multiply_onto};
 use super::pencil::Enclosed;
-use super::product::{product_bound, product_sparse};
-use crate::precision::{U2, exponent_of, power_of_two, two_sum, up};
+use super::product::{product_bound, product_sparse, row_products};
+use crate::precision::{Ball, U2, exponent_of, power_of_two, two_sum, up};
 
 /// A matrix with fewer nonzero entries than this part of all counts as sparse.
 const SPARSE: f64 = 0.1;
@@ -19,9 +21,11 @@ const SPARSE: f64 = 0.1;
 pub(super) struct Operator<'a> {
     matrix: &'a Enclosed,
     columns: Option<Columns>,
-    /// Weights of the entries of `columns`, or the Frobenius norm of all weights.
+    /// Weights of the entries of `columns`.
     weights: Vec<f64>,
+    /// Of a dense matrix upper bounds of the Frobenius norms of all weights and of the matrix itself.
     norm: f64,
+    size: f64,
 }
 
 /// (A X)ᵀ for a symmetric matrix A.
@@ -30,6 +34,50 @@ pub(super) struct Image {
     pub(super) value: Matrix,
     /// ... off by at most this in Euclidean length.
     pub(super) error: Vec<f64>,
+}
+
+/// Columns X' = X + D, rounded to double-doubles, in rows.
+pub(super) struct Moved<'a> {
+    pub(super) xt: Matrix,
+    /// Bounds of the lengths of the columns of X', X' + D and D.
+    pub(super) lengths: Vec<f64>,
+    ahead_lengths: Vec<f64>,
+    shifts: Vec<f64>,
+    /// X' + D.
+    ahead: Matrix,
+    change: &'a Plain,
+}
+
+impl<'a> Moved<'a> {
+    pub(super) fn new(xt: Matrix, change: &'a Plain) -> Self {
+        let mut ahead = xt.clone();
+        add_to(&mut ahead, change);
+        let columns = (0..change.columns).map(|i| change.column(i));
+        Self {
+            lengths: lengths_of_rows(&xt),
+            ahead_lengths: lengths_of_rows(&ahead),
+            shifts: row_lengths(change.rows, columns),
+            xt,
+            ahead,
+            change,
+        }
+    }
+}
+
+impl Image {
+    /// xᵀ (A x) for every column, given as rows with bounds of their lengths.
+    pub(super) fn products_with(&self, xt: &Matrix, lengths: &[f64]) -> Vec<Ball> {
+        let unit = product_bound(xt.columns);
+        let own_lengths = lengths_of_rows(&self.value);
+        let products = row_products(xt, &self.value).into_iter();
+        let bounds = self.error.iter().zip(&own_lengths).zip(lengths);
+        products
+            .zip(bounds)
+            .map(|(value, ((error, own), length))| {
+                Ball::new(value, up(length * (error + unit * own)))
+            })
+            .collect()
+    }
 }
 
 impl<'a> Operator<'a> {
@@ -44,16 +92,17 @@ impl<'a> Operator<'a> {
         };
         let count: usize = (0..n).map(|column| nonzero(column).count()).sum();
         if count as f64 > SPARSE * (n * n) as f64 + 2.0 * n as f64 {
-            let squares: f64 = (0..n)
-                .flat_map(|column| matrix.weight.column(column))
-                .map(|w| w * w)
-                .sum();
+            // Sums of up to n² squares in doubles, whose roundings the factor covers, and low parts.
+            let norm = |a: &dyn Fn(usize) -> &'a [f64]| -> f64 {
+                let squares = |column| a(column).iter().map(|x| x * x).sum::<f64>();
+                ((0..n).map(squares).sum::<f64>() * (1.0 + 1e-6) + 1e-300).sqrt()
+            };
             return Self {
                 matrix,
                 columns: None,
                 weights: Vec::new(),
-                // Sums of up to n² squares in doubles, whose roundings the factor covers.
-                norm: (squares * (1.0 + 1e-6) + 1e-300).sqrt(),
+                norm: norm(&|column| matrix.weight.column(column)),
+                size: norm(&|column| matrix.mid.column_hi(column)),
             };
         }
         let mut columns = Columns::default();
@@ -76,6 +125,7 @@ impl<'a> Operator<'a> {
             columns: Some(columns),
             weights,
             norm: 0.0,
+            size: 0.0,
         }
     }
 
@@ -97,6 +147,59 @@ impl<'a> Operator<'a> {
                 Image { value, error }
             }
         }
+    }
+
+    /// (A X')ᵀ from (A X)ᵀ for columns X' that were moved by D, with the products x'ᵀA x'.
+    ///
+    /// For a dense A only A D is computed, in doubles: what that is off by is as small beside A X' as D is
+    /// beside X'. With ‖A‖ the Frobenius norm: the product costs γ ‖A‖ ‖d‖, the low parts of A are
+    /// below u ‖A‖, the radii of A apply to d as well, the sum costs 2 u² of the image, which is no longer than
+    /// ‖A‖ ‖x'‖ and its own error, and the rounding of x' another 2 u² ‖A‖ ‖x'‖ (DWPlusFP).
+    ///
+    /// The products don't suffer from that: (x + d)ᵀA (x + d) = (x + 2d)ᵀA x + dᵀA d, in which A x is the old
+    /// image, and the last part is small by the square of D. x' and x' + d are rounded, 2 u² each time, of
+    /// which x' counts twice, and so is the sum, 3 u²: together less than 16 u² of
+    /// (‖x'‖ + ‖d‖) (‖A x‖ + ‖A d‖).
+    ///
+    /// A sparse A is multiplied anew, which costs less.
+    pub(super) fn image_after(&self, before: Image, moved: &Moved<'_>) -> (Image, Vec<Ball>) {
+        let (xt, change) = (&moved.xt, moved.change);
+        if let Some(columns) = &self.columns {
+            let image = Image {
+                value: product_sparse(xt, columns),
+                error: self.sparse_error(columns, xt),
+            };
+            let products = image.products_with(xt, &moved.lengths);
+            return (image, products);
+        }
+        let mut products = before.products_with(&moved.ahead, &moved.ahead_lengths);
+        let old_lengths = lengths_of_rows(&before.value);
+        let Image {
+            mut value,
+            mut error,
+        } = before;
+        let part = multiply(change.view(), self.matrix.mid.hi());
+        let mut squares = vec![0.0; change.rows];
+        for column in 0..change.columns {
+            let pairs = change.column(column).iter().zip(part.column(column));
+            for (square, (d, image)) in squares.iter_mut().zip(pairs) {
+                *square += d * image;
+            }
+        }
+        add_to(&mut value, &part);
+        let unit = gamma(change.columns) + 2.0 * f64::EPSILON;
+        for (j, error) in error.iter_mut().enumerate() {
+            let (length, shift) = (moved.lengths[j], moved.shifts[j]);
+            let image = old_lengths[j] + *error + (self.size + self.norm) * shift;
+            let rounding = 16.0 * U2 * (length + shift) * image;
+            // The product A d, the low parts of A, and the sum of d times it: each below γ or 2 u of ‖A‖ ‖d‖².
+            let square = (3.0 * unit * self.size + self.norm) * shift * shift;
+            products[j] = (products[j] + Ball::exact(squares[j]))
+                .with_added_radius(up((rounding + square) * (1.0 + 1e-9) + 1e-290));
+            let product = self.size * (unit * shift + 5.0 * U2 * (length + shift)) + 1e-290;
+            *error = up(*error * (1.0 + 1e-9) + product * (1.0 + 1e-9) + self.norm * shift);
+        }
+        (Image { value, error }, products)
     }
 
     /// The weights hold the radii of A and the rounding of products, per unit of |x|.
@@ -126,7 +229,8 @@ impl<'a> Operator<'a> {
 }
 
 /// Slices of a matrix, the coarsest first: their sum, row by row or column by column a power of two
-/// times numbers of at most `bits` bits, is the matrix but for 2^-(slices bits) of 2^scale.
+/// times numbers of at most `bits` bits, is the matrix but for 2^-(slices bits) of 2^scale. The last ones
+/// are left out where they are zero.
 struct Sliced {
     parts: Vec<Plain>,
     /// Exponents e with |entries of this row (column)| <= 2^e.
@@ -135,8 +239,10 @@ struct Sliced {
 
 /// XᵀA for Xᵀ (m by n) and a symmetric A, and a bound of each row's error in length.
 ///
-/// With slices of β bits, A_p B_q sums n products of integers below 2^β times a power of two: exact in
-/// doubles if n 2^2β <= 2^53. The products with p + q <= P + 1 of P slices are taken. Left out are
+/// With slices of β bits, A_p B_q sums n products of integers of at most 2^β times a power of two: exact in
+/// doubles if n 2^2β <= 2^53. All slices but the first hold at most 2^(β-1), being what rounding left, so that products
+/// with the same p + q, whose powers of two are the same, may be summed exactly as long as the sum of their
+/// n 2^2β, halved for each p, q > 1, is at most 2^53. The products with p + q <= P + 1 of P slices are taken. Left out are
 /// those with larger p + q, at most P - 1 with p + q = P + 2 and fewer with each more, and what the last
 /// slices leave over: per entry at most n (P + 2) 2^(-Pβ) 2^(e + f) for scales 2^e of the row and
 /// 2^f of the column, as |A_p| <= 2^(e - (p-1)β). The sum in double-double of the products costs less
@@ -147,9 +253,30 @@ fn sliced_product(xt: &Matrix, a: &Matrix, slices: usize) -> (Matrix, Vec<f64>) 
     let left = slice(xt, slices, bits, true);
     let right = slice(a, slices, bits, false);
     let mut value = Matrix::zeros(m, n);
-    for sum in 2..=slices + 1 {
-        for p in 1..sum {
-            let part = multiply(left.parts[p - 1].view(), right.parts[sum - p - 1].view());
+    let mut part = Plain::zeros(m, n);
+    let largest = n as f64 * power_of_two(2 * bits);
+    for order in 2..=slices + 1 {
+        let mut held = 0.0;
+        // From both ends, so that large ones come first.
+        let pairs = (1..order).map(|k| if k % 2 == 1 { k / 2 + 1 } else { order - k / 2 });
+        for (p, q) in pairs.map(|p| (p, order - p)) {
+            let (Some(a), Some(b)) = (left.parts.get(p - 1), right.parts.get(q - 1)) else {
+                continue;
+            };
+            let half = |slice| if slice == 1 { 1.0 } else { 0.5 };
+            let size = largest * half(p) * half(q);
+            if held > 0.0 && held + size <= power_of_two(53) {
+                multiply_onto(&mut part, Accum::Add, a.view(), b.view());
+                held += size;
+                continue;
+            }
+            if held > 0.0 {
+                add_to(&mut value, &part);
+            }
+            multiply_onto(&mut part, Accum::Replace, a.view(), b.view());
+            held = size;
+        }
+        if held > 0.0 {
             add_to(&mut value, &part);
         }
     }
@@ -171,6 +298,18 @@ fn sliced_product(xt: &Matrix, a: &Matrix, slices: usize) -> (Matrix, Vec<f64>) 
     (value, error)
 }
 
+/// Takes from double-doubles what is a multiple of the anchors' unit.
+///
+/// Rounds to that unit; exact, as is what is left (Rump, Ogita, Oishi, "Accurate floating-point summation
+/// I", SIAM J. Sci. Comput. 31 (2008)).
+fn cut(to: &mut [f64], (hi, lo): (&mut [f64], &mut [f64]), anchors: &[f64]) {
+    for (((to, hi), lo), anchor) in to.iter_mut().zip(hi).zip(lo).zip(anchors) {
+        let top = (*hi + anchor) - anchor;
+        *to = top;
+        (*hi, *lo) = two_sum(*hi - top, *lo);
+    }
+}
+
 /// Cuts a matrix into slices, scaled by rows or by columns.
 fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
     let (rows, columns) = (a.rows, a.columns);
@@ -187,27 +326,38 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
         .map(|&x| (exponent_of(x) + 1).clamp(-400, 900))
         .collect();
     let mut parts: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
-    let mut rest = vec![(0.0, 0.0); rows];
+    // 1.5 · 2^52 times the unit of a slice, for each row or column.
+    let anchors: Vec<Vec<f64>> = (1..=slices as i32)
+        .map(|number| {
+            let anchor = |scale: &i32| 1.5 * power_of_two((52 + scale - number * bits).max(-1000));
+            scales.iter().map(anchor).collect()
+        })
+        .collect();
+    let (mut hi, mut lo) = (vec![0.0; rows], vec![0.0; rows]);
+    let mut same = vec![0.0; rows];
     for column in 0..columns {
-        let (hi, lo) = (a.column_hi(column), a.column_lo(column));
-        for (rest, (hi, lo)) in rest.iter_mut().zip(hi.iter().zip(lo)) {
-            *rest = (*hi, *lo);
-        }
-        for (number, part) in parts.iter_mut().enumerate() {
-            let drop = (number as i32 + 1) * bits;
-            let column_part = part.column_mut(column);
-            for (row, (rest, to)) in rest.iter_mut().zip(column_part).enumerate() {
-                let scale = scales[if by_rows { row } else { column }];
-                // Rounds to a multiple of 2^(scale - drop); exact, as is what is left (Rump, Ogita,
-                // Oishi, "Accurate floating-point summation I", SIAM J. Sci. Comput. 31 (2008)).
-                let anchor = 1.5 * power_of_two((52 + scale - drop).max(-1000));
-                let top = (rest.0 + anchor) - anchor;
-                *to = top;
-                *rest = two_sum(rest.0 - top, rest.1);
-            }
+        hi.copy_from_slice(a.column_hi(column));
+        lo.copy_from_slice(a.column_lo(column));
+        for (part, anchors) in parts.iter_mut().zip(&anchors) {
+            let anchors = if by_rows {
+                anchors.as_slice()
+            } else {
+                same.fill(anchors[column]);
+                same.as_slice()
+            };
+            cut(part.column_mut(column), (&mut hi, &mut lo), anchors);
         }
     }
+    while parts
+        .pop_if(|part| part.data.iter().all(|x| *x == 0.0))
+        .is_some()
+    {}
     Sliced { parts, scales }
+}
+
+/// Upper bounds of the lengths of the rows.
+pub(super) fn lengths_of_rows(a: &Matrix) -> Vec<f64> {
+    row_lengths(a.rows, (0..a.columns).map(|i| a.column_hi(i)))
 }
 
 /// Upper bounds of the lengths of the rows of a matrix with these columns, low parts included.
@@ -229,7 +379,6 @@ pub(super) fn row_lengths<'a>(rows: usize, columns: impl Iterator<Item = &'a [f6
 
 #[cfg(test)]
 mod tests {
-    use super::super::product::row_products;
     use super::*;
     use crate::precision::DoubleDouble;
     use dashu_ratio::RBig;
@@ -322,6 +471,52 @@ mod tests {
                 sizes += size(term);
             }
             assert!(size(exact(*found) - total) <= &unit * sizes);
+        }
+    }
+
+    #[test]
+    fn images_of_moved_columns_keep_their_bounds() {
+        let (m, n) = (4, 37);
+        let entries = sample(n, n, 3.0, 23);
+        let balls: Vec<Ball> = (0..n * n)
+            .map(|at| entries.get(at % n, at / n))
+            .map(|entry| Ball::new(entry, 1e-30 * entry.hi.abs()))
+            .collect();
+        let matrix = Enclosed::new(n, &balls, &vec![0; n], 0);
+        let operator = Operator::new(&matrix);
+        for shift in [1e-14, 1e-9] {
+            let xt = sample(m, n, 0.0, 29);
+            let before = operator.image(&xt, &lengths_of_rows(&xt), 6);
+            let mut change = Plain::zeros(m, n);
+            let steps = sample(m, n, 2.0, 31);
+            for (to, x) in change.data.iter_mut().zip(&steps.hi) {
+                *to = shift * x;
+            }
+            let mut next = xt.clone();
+            add_to(&mut next, &change);
+            let (image, products) =
+                operator.image_after(before, &Moved::new(next.clone(), &change));
+            assert_eq!(products.len(), m);
+            for (row, product) in products.iter().enumerate() {
+                let (mut squares, mut form) = (RBig::ZERO, RBig::ZERO);
+                for column in 0..n {
+                    let sum = (0..n).fold(RBig::ZERO, |sum, k| {
+                        sum + exact(next.get(row, k)) * exact(matrix.mid.get(k, column))
+                    });
+                    squares += square(&(exact(image.value.get(row, column)) - &sum));
+                    form += sum * exact(next.get(row, column));
+                }
+                let bound = RBig::try_from(image.error[row]).unwrap();
+                assert!(squares <= square(&bound), "{shift}");
+                let (mid, radius) = (exact(product.mid), product.radius);
+                let off = mid - form;
+                assert!(
+                    square(&off) <= square(&RBig::try_from(radius).unwrap()),
+                    "{shift}"
+                );
+                // The products of A with a large step are off by what counts in a square only.
+                assert!(shift < 1e-12 || radius < 1e-5 * image.error[row]);
+            }
         }
     }
 }

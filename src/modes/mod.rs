@@ -15,6 +15,7 @@
 mod certify;
 mod climb;
 mod dense;
+pub mod exponents;
 mod factored;
 mod image;
 mod pencil;
@@ -157,13 +158,17 @@ pub struct Mode {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Kind {
-    /// ω² > 0.
+    /// ω² > 0, and no growth.
     Oscillation,
     /// ω² = 0, proved.
     Zero,
-    /// ω² < 0.
+    /// ω² < 0; with gyroscopic forces or friction: growth > 0.
     Unstable,
-    /// The bound does not tell the sign of ω².
+    /// Growth < 0 and ω > 0.
+    Damped,
+    /// Growth < 0 and ω = 0.
+    Overdamped,
+    /// The bound does not tell the sign of ω², of growth, or whether there is any.
     Undecided,
 }
 
@@ -182,13 +187,16 @@ pub enum Stability {
 }
 
 impl Kind {
-    /// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `undecided`.
+    /// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `damped`, `overdamped`,
+    /// `undecided`.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Oscillation => "oscillation",
             Self::Zero => "zero",
             Self::Unstable => "unstable",
+            Self::Damped => "damped",
+            Self::Overdamped => "overdamped",
             Self::Undecided => "undecided",
         }
     }

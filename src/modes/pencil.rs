@@ -185,17 +185,20 @@ impl Enclosed {
 
     /// The matrix times a vector of balls, as balls.
     pub(super) fn apply(&self, x: &[Ball]) -> Vec<Ball> {
+        let sizes: Vec<f64> = x.iter().map(Ball::abs_upper).collect();
         (0..self.mid.rows)
             .map(|row| {
                 let mut sum = Ball::ZERO;
                 let mut error = 0.0;
-                for (column, x) in x.iter().enumerate() {
-                    let entry = self.mid.get(row, column);
-                    if entry.hi != 0.0 && !x.is_zero() {
-                        sum = sum + Ball::from(entry) * *x;
+                // The matrix is symmetric: a row is the column that lies in one piece.
+                let entries = self.mid.column_hi(row).iter();
+                let entries = entries.zip(self.weight.column(row)).enumerate();
+                for (column, (hi, weight)) in entries.filter(|(_, (_, weight))| **weight != 0.0) {
+                    if *hi != 0.0 && !x[column].is_zero() {
+                        sum = sum + Ball::from(self.mid.get(column, row)) * x[column];
                     }
                     // The weight holds the radius and a little more.
-                    error += self.weight.get(row, column) * x.abs_upper();
+                    error += weight * sizes[column];
                 }
                 if error == 0.0 {
                     sum

@@ -7,12 +7,18 @@
 //! s_ij - μ_j g_ij = x_iᵀr_j are products of doubles whose rounding is as small beside r_j as doubles are beside
 //! one. All bounds are taken in length (Cauchy, Schwarz), so that they cost nothing; a problem
 //! whose grading is lost in them is left to the pencil in double-double.
+//!
+//! A step of refinement changes the columns so little that their images are brought up to date by products of
+//! doubles, and leaves residuals so small that their lengths bound the couplings: then these need no products
+//! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
+
+use std::cell::{Cell, OnceCell};
 
 use super::certify::Couplings;
 use super::dense::{Matrix, Plain, gamma, multiply};
-use super::image::{Image, Operator, row_lengths};
+use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
-use super::product::{Part, product, product_bound, residuals, row_products};
+use super::product::{Part, product, residuals};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// The problem, prepared for several rounds.
@@ -27,8 +33,9 @@ pub(super) struct Quick<'a> {
 
 /// Columns with all that is known of them.
 pub(super) struct Round {
-    /// Xᵀ and (M X)ᵀ.
+    /// Xᵀ, (K X)ᵀ and (M X)ᵀ.
     xt: Matrix,
+    stiffness_image: Image,
     mass_image: Image,
     lengths: Vec<f64>,
     quotient: Vec<DoubleDouble>,
@@ -36,16 +43,32 @@ pub(super) struct Round {
     defect: Vec<f64>,
     /// x_jᵀMx_j
     norm: Vec<Ball>,
-    /// Near x_iᵀr_j, off by at most lengths_i h_error_j.
-    h: Plain,
+    /// Near r_j, in rows, and bounds of the lengths of these.
+    residual: Plain,
+    residual_lengths: Vec<f64>,
+    /// Near x_iᵀr_j, off by at most lengths_i h_error_j; made when asked for.
+    h: OnceCell<Plain>,
     h_error: Vec<f64>,
-    /// Near x_iᵀMx_j, off by at most lengths_i g_error_j.
-    g: Plain,
+    /// Near x_iᵀMx_j, off by at most lengths_i g_error_j; made when many entries are asked for.
+    g: OnceCell<Plain>,
     g_error: Vec<f64>,
+    asked: Cell<usize>,
     /// What the columns still have of the zero vectors: XᵀMZ, and bounds of the lengths of those parts.
     overlap: Matrix,
     leak: Vec<f64>,
 }
+
+/// Where the bounds of couplings come from.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Bounds {
+    /// From the lengths of columns and residuals, but for pairs that are close to each other.
+    Lengths,
+    /// From products of all columns with all residuals.
+    Products,
+}
+
+/// A pair is close where its overlap is not bounded by this from its couplings.
+const CLOSE: f64 = 1e-12;
 
 impl<'a> Quick<'a> {
     pub(super) fn new(scaled: &'a Scaled, zero: &'a ZeroSpace) -> Self {
@@ -61,25 +84,31 @@ impl<'a> Quick<'a> {
 
     /// Looks at columns X, given as Xᵀ.
     pub(super) fn round(&self, xt: Matrix, slices: usize) -> Round {
-        let (m, n) = (xt.rows, xt.columns);
-        let of_rows = |a: &Matrix| row_lengths(m, (0..n).map(|i| a.column_hi(i)));
-        let lengths = of_rows(&xt);
+        let lengths = lengths_of_rows(&xt);
         let y = self.stiffness.image(&xt, &lengths, slices);
         let z = self.mass.image(&xt, &lengths, slices);
-        let (y_lengths, z_lengths) = (of_rows(&y.value), of_rows(&z.value));
-        let form = |image: &Image, image_lengths: &[f64]| -> Vec<Ball> {
-            let unit = product_bound(n);
-            row_products(&xt, &image.value)
-                .into_iter()
-                .enumerate()
-                .map(|(j, value)| {
-                    let error = image.error[j] + unit * image_lengths[j];
-                    Ball::new(value, up(lengths[j] * error))
-                })
-                .collect()
-        };
-        let s = form(&y, &y_lengths);
-        let norm = form(&z, &z_lengths);
+        let s = y.products_with(&xt, &lengths);
+        let norm = z.products_with(&xt, &lengths);
+        self.measured(xt, lengths, (y, s), (z, norm))
+    }
+
+    /// Looks at columns X + D, given as their transpose rounded to double-doubles and Dᵀ, after a look at X.
+    pub(super) fn round_after(&self, before: Round, xt: Matrix, change: &Plain) -> Round {
+        let moved = Moved::new(xt, change);
+        let y = self.stiffness.image_after(before.stiffness_image, &moved);
+        let z = self.mass.image_after(before.mass_image, &moved);
+        self.measured(moved.xt, moved.lengths, y, z)
+    }
+
+    fn measured(
+        &self,
+        xt: Matrix,
+        lengths: Vec<f64>,
+        (y, s): (Image, Vec<Ball>),
+        (z, norm): (Image, Vec<Ball>),
+    ) -> Round {
+        let (m, n) = (xt.rows, xt.columns);
+        let (y_lengths, z_lengths) = (lengths_of_rows(&y.value), lengths_of_rows(&z.value));
         let mut quotient = Vec::with_capacity(m);
         let mut defect = Vec::with_capacity(m);
         for (s, g) in s.iter().zip(&norm) {
@@ -95,8 +124,6 @@ impl<'a> Quick<'a> {
         }
         let residual = residuals(&y.value, &z.value, &quotient);
         let residual_lengths = row_lengths(m, (0..n).map(|i| residual.column(i)));
-        let h = multiply(xt.hi(), residual.view().transposed());
-        let g = multiply(xt.hi(), z.value.hi().transposed());
         // |fl(XᵀR) - XᵀR| <= γ |X|ᵀ|R|; the low parts of X are below u |X|. The residuals themselves are off by
         // the images' errors, 16 u² for product and difference, and u for rounding to doubles.
         let rounding = gamma(n) + f64::EPSILON;
@@ -114,15 +141,19 @@ impl<'a> Quick<'a> {
         let (overlap, leak) = self.overlap(&xt, &lengths);
         Round {
             xt,
+            stiffness_image: y,
             mass_image: z,
             lengths,
             quotient,
             defect,
             norm,
-            h,
+            residual,
+            residual_lengths,
+            h: OnceCell::new(),
             h_error,
-            g,
+            g: OnceCell::new(),
             g_error,
+            asked: Cell::new(0),
             overlap,
             leak,
         }
@@ -150,15 +181,15 @@ impl<'a> Quick<'a> {
         (overlap, leak)
     }
 
-    /// X <- X - Z (ZᵀMX)
-    pub(super) fn without_zero_part(&self, xt: &mut Matrix, overlap: &Matrix) {
-        if overlap.columns == 0 {
-            return;
-        }
-        let mut along = product(overlap, &self.zero.mid.transposed(), Part::All);
-        along.negate();
-        xt.add_assign(&along);
+    /// Z (ZᵀMX), transposed.
+    pub(super) fn zero_part(&self, overlap: &Matrix) -> Option<Matrix> {
+        let any = overlap.columns > 0;
+        any.then(|| product(overlap, &self.zero.mid.transposed(), Part::All))
     }
+}
+
+fn dot<'a>(a: impl Iterator<Item = &'a f64>, b: impl Iterator<Item = &'a f64>) -> f64 {
+    a.zip(b).map(|(a, b)| a * b).sum()
 }
 
 impl Round {
@@ -190,26 +221,66 @@ impl Round {
         product(&x, &z, Part::Lower)
     }
 
+    /// Near x_iᵀr_j for all pairs.
+    fn h(&self) -> &Plain {
+        let product = || multiply(self.xt.hi(), self.residual.view().transposed());
+        self.h.get_or_init(product)
+    }
+
+    /// Near x_iᵀMx_j for all pairs.
+    fn g(&self) -> &Plain {
+        let product = || multiply(self.xt.hi(), self.mass_image.value.hi().transposed());
+        self.g.get_or_init(product)
+    }
+
+    /// Near x_iᵀMx_j for one pair; for all where many have been asked for.
+    fn g_entry(&self, i: usize, j: usize) -> f64 {
+        let asked = self.asked.get();
+        self.asked.set(asked + 1);
+        if self.g.get().is_some() || asked > self.quotient.len() {
+            return self.g().get(i, j);
+        }
+        let image = &self.mass_image.value;
+        dot(
+            row(&self.xt.hi, self.xt.stride, i),
+            row(&image.hi, image.stride, j),
+        )
+    }
+
+    /// Near x_iᵀr_j for one pair.
+    fn h_entry(&self, i: usize, j: usize) -> f64 {
+        match self.h.get() {
+            Some(h) => h.get(i, j),
+            None => dot(
+                row(&self.xt.hi, self.xt.stride, i),
+                row(&self.residual.data, self.residual.stride, j),
+            ),
+        }
+    }
+
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
-    /// by at most leak_i leak_j, and S not at all.
-    pub(super) fn couplings(&self) -> Option<Couplings> {
+    /// by at most leak_i leak_j, and S not at all. `None` where a number is out of range, or where lengths do not
+    /// bound enough.
+    pub(super) fn couplings(&self, from: Bounds) -> Option<Couplings> {
         let m = self.quotient.len();
         if !self.quotient.iter().all(|mu| mu.is_finite()) {
             return None;
         }
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
-        let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
+        let (mut h, mut g) = match from {
+            Bounds::Products => self.by_products(),
+            Bounds::Lengths => self.by_lengths()?,
+        };
         for (j, &mu) in size.iter().enumerate() {
-            let (h_error, g_error, leak) = (self.h_error[j], self.g_error[j], self.leak[j]);
-            let columns = self.h.column(j).iter().zip(self.g.column(j));
-            let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
-            for ((((to_h, to_g), (x, y)), length), other) in
-                to.zip(columns).zip(&self.lengths).zip(&self.leak)
-            {
-                let shared = other * leak;
-                *to_h = up(x.abs() + length * h_error + mu * shared);
-                *to_g = up(y.abs() + length * g_error + shared);
+            let leak = self.leak[j];
+            if leak > 0.0 {
+                let columns = h.column_mut(j).iter_mut().zip(g.column_mut(j));
+                for ((h, g), other) in columns.zip(&self.leak) {
+                    let shared = other * leak;
+                    *h = up(*h + mu * shared);
+                    *g = up(*g + shared);
+                }
             }
             h.set(j, j, 0.0);
             g.set(j, j, 0.0);
@@ -231,6 +302,69 @@ impl Round {
             g,
         })
     }
+
+    /// Bounds of |s_ij - μ_j g_ij| and |g_ij| from products.
+    fn by_products(&self) -> (Plain, Plain) {
+        let m = self.quotient.len();
+        let (from_h, from_g) = (self.h(), self.g());
+        let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
+        for j in 0..m {
+            let (h_error, g_error) = (self.h_error[j], self.g_error[j]);
+            let columns = from_h.column(j).iter().zip(from_g.column(j));
+            let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
+            for (((to_h, to_g), (x, y)), length) in to.zip(columns).zip(&self.lengths) {
+                *to_h = up(x.abs() + length * h_error);
+                *to_g = up(y.abs() + length * g_error);
+            }
+        }
+        (h, g)
+    }
+
+    /// The same from lengths: |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j| for
+    /// h_ij = s_ij - μ_j g_ij. For close pairs from their own products.
+    fn by_lengths(&self) -> Option<(Plain, Plain)> {
+        let m = self.quotient.len();
+        let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
+        let beyond: Vec<f64> = (0..m)
+            .map(|j| up(self.residual_lengths[j] + self.h_error[j]))
+            .collect();
+        let mut close = Vec::new();
+        for j in 0..m {
+            let (mu, length, residual) = (self.quotient[j], self.lengths[j], beyond[j]);
+            let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
+            let others = self.quotient.iter().zip(&self.lengths).zip(&beyond);
+            for ((to_h, to_g), ((other, other_length), other_residual)) in to.zip(others) {
+                // Three roundings, of at most u of what is there, and of u² of the quotients.
+                let apart = ((other.hi - mu.hi) + (other.lo - mu.lo)).abs();
+                let rounded = 4.0 * U2 * (other.hi.abs() + mu.hi.abs());
+                let gap = apart * (1.0 - 4.0 * f64::EPSILON) - rounded;
+                let own = other_length * residual;
+                *to_h = up(own);
+                *to_g = up((own + length * other_residual) / gap);
+            }
+        }
+        for j in 0..m {
+            let column = g.column(j).iter().enumerate();
+            let found = column.filter(|(i, g)| *i != j && !(0.0..=CLOSE).contains(*g));
+            close.extend(found.map(|(i, _)| (i, j)));
+            if close.len() > 2 * m {
+                return None;
+            }
+        }
+        for (i, j) in close {
+            let length = self.lengths[i];
+            let coupling = self.h_entry(i, j).abs() + length * self.h_error[j];
+            h.set(i, j, up(coupling));
+            let overlap = self.g_entry(i, j).abs() + length * self.g_error[j];
+            g.set(i, j, up(overlap));
+        }
+        Some((h, g))
+    }
+}
+
+/// A row of a matrix that is stored column by column.
+fn row(data: &[f64], stride: usize, at: usize) -> impl Iterator<Item = &f64> {
+    data.iter().skip(at).step_by(stride.max(1))
 }
 
 impl super::refine::Mixed for Round {
@@ -239,11 +373,11 @@ impl super::refine::Mixed for Round {
     }
 
     fn coupling(&self, i: usize, j: usize) -> f64 {
-        self.h.get(i, j)
+        self.h().get(i, j)
     }
 
     fn overlap(&self, i: usize, j: usize) -> f64 {
-        self.g.get(i, j)
+        self.g_entry(i, j)
     }
 
     fn excess(&self, i: usize) -> f64 {

@@ -93,22 +93,30 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 }
 
 /// The same for columns that lie in rows. The correction is computed in doubles: what it is off by
-/// is as small beside it as it is beside X.
-pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> Matrix {
-    let xt = round.columns();
-    let mut new = xt.clone();
-    let change = multiply(step.correction.view().transposed(), xt.hi());
-    add_to(&mut new, &change);
-    quick.without_zero_part(&mut new, round.overlap());
-    if !step.rotations.is_empty() {
-        let mut columns = new.transposed();
-        for (cluster, rotation) in &step.rotations {
-            let rotated = product(&columns.gather(cluster), &rotation.widened(), Part::All);
-            columns.scatter(cluster, &rotated);
+/// is as small beside it as it is beside X. It comes along unless columns were rotated, which is no small
+/// change.
+pub(super) fn refine_rows(
+    quick: &Quick<'_>,
+    round: &Round,
+    step: &Step,
+) -> (Matrix, Option<Plain>) {
+    let mut new = round.columns().clone();
+    let mut change = multiply(step.correction.view().transposed(), new.hi());
+    if let Some(along) = quick.zero_part(round.overlap()) {
+        for (x, part) in change.data.iter_mut().zip(&along.hi) {
+            *x -= part;
         }
-        new = columns.transposed();
     }
-    new
+    add_to(&mut new, &change);
+    if step.rotations.is_empty() {
+        return (new, Some(change));
+    }
+    let mut columns = new.transposed();
+    for (cluster, rotation) in &step.rotations {
+        let rotated = product(&columns.gather(cluster), &rotation.widened(), Part::All);
+        columns.scatter(cluster, &rotated);
+    }
+    (columns.transposed(), None)
 }
 
 /// W, and the clusters with their V.
@@ -147,8 +155,9 @@ impl Step {
                     w.set(j, i, -pair.lower / pair.gap);
                     continue;
                 }
-                w.set(i, j, -0.5 * pair.g);
-                w.set(j, i, -0.5 * pair.g);
+                let half = -0.5 * mixed.overlap(i, j);
+                w.set(i, j, half);
+                w.set(j, i, half);
                 if pair.coupling > pair.noise {
                     join(&mut leader, i, j);
                 }
@@ -181,8 +190,6 @@ impl Step {
 
 /// How two columns are still mixed with one another.
 struct Pair {
-    /// Their entry of G.
-    g: f64,
     /// s_ij - μ_j g_ij and s_ij - μ_i g_ij.
     upper: f64,
     lower: f64,
@@ -202,7 +209,6 @@ impl Pair {
         let lower = mixed.coupling(j, i);
         let (mu, nu) = (mixed.quotient(i), mixed.quotient(j));
         Self {
-            g: mixed.overlap(i, j),
             upper,
             lower,
             gap: (nu - mu).hi,

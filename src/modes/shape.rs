@@ -3,6 +3,7 @@
 
 use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
+use super::image::lengths_of_rows;
 use super::pencil::{Scaled, ZeroSpace};
 use super::product::{Part, bound_product, product, product_bound};
 use super::{Certificate, Solution};
@@ -19,10 +20,26 @@ pub(super) struct Shape {
     pub(super) error_bound: f64,
 }
 
+/// Below this, in scaled coordinates, in which vectors have components of 1/√n at least, nobody tells one bound from
+/// another beside the rounding of a component to a double.
+const NEGLIGIBLE: f64 = 1e-22;
+
+enum Reached {
+    Column(usize),
+    Length(f64),
+}
+
 /// How far the exact eigenvectors are from the columns of X, per cluster.
 pub(super) struct Errors {
-    /// Component by component, n by number of clusters, in scaled coordinates.
+    /// Component by component, in scaled coordinates, n by number of clusters for which that matters.
     components: Plain,
+    /// For each cluster the column of `components`, or the length of its reach, which times that of a row of X
+    /// bounds the component.
+    reached: Vec<Reached>,
+    /// The lengths of the rows of X.
+    rows: Vec<f64>,
+    /// Σ |z| over the zero vectors, by row.
+    zero: Vec<f64>,
     /// In M-length.
     length: Vec<f64>,
     /// Along the zero vectors.
@@ -39,13 +56,21 @@ impl Errors {
     /// ‖a‖ = ‖y‖_G <= √g_kk + √2 √c ‖a‖ t with t = Σ τ_i √g_ii. For √(2c) t <= 1/4 and g_kk <= 3/2 that
     /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
     /// combination vanishes on the cluster.
-    pub(super) fn new(leak: &[f64], certificate: &Certificate, x: &Matrix) -> Self {
+    pub(super) fn new(
+        leak: &[f64],
+        certificate: &Certificate,
+        x: &Matrix,
+        zero: &ZeroSpace,
+    ) -> Self {
         let m = x.columns;
         let clusters = &certificate.clusters;
-        let mut reach = Plain::zeros(m, clusters.len());
+        let rows = lengths_of_rows(x);
+        let longest = rows.iter().fold(0.0_f64, |most, row| most.max(*row));
+        let mut columns: Vec<Vec<f64>> = Vec::new();
+        let mut reached = Vec::with_capacity(clusters.len());
         let mut length = Vec::with_capacity(clusters.len());
         let mut along = Vec::with_capacity(clusters.len());
-        for (index, cluster) in clusters.iter().enumerate() {
+        for cluster in clusters {
             let c = cluster.len() as f64;
             // √g_ii <= 1.23, as g_ii <= 3/2 is certified.
             let total: f64 = 1.23 * 1.000_001 * cluster.reach.iter().sum::<f64>();
@@ -56,9 +81,16 @@ impl Errors {
             } else {
                 f64::INFINITY
             };
-            for (to, tau) in reach.column_mut(index).iter_mut().zip(&cluster.reach) {
-                *to = if *tau == 0.0 { 0.0 } else { up(factor * tau) };
-            }
+            // Sums of squares in doubles, as in `row_lengths`.
+            let squares: f64 = cluster.reach.iter().map(|tau| tau * tau).sum();
+            let size = factor * (squares.sqrt() * (1.0 + 1e-6) + 1e-150);
+            reached.push(if size * longest <= NEGLIGIBLE {
+                Reached::Length(size)
+            } else {
+                let scaled = |tau: &f64| if *tau == 0.0 { 0.0 } else { up(factor * tau) };
+                columns.push(cluster.reach.iter().map(scaled).collect());
+                Reached::Column(columns.len() - 1)
+            });
             length.push(if total == 0.0 {
                 0.0
             } else {
@@ -72,19 +104,38 @@ impl Errors {
             // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
         }
+        let mut reach = Plain::zeros(m, columns.len());
+        for (to, column) in columns.iter().enumerate() {
+            reach.column_mut(to).copy_from_slice(column);
+        }
+        let components = if columns.is_empty() {
+            reach
+        } else {
+            bound_product(&x.magnitudes(), &reach, Part::All)
+        };
+        let mut along_rows = vec![0.0; x.rows];
+        for p in 0..zero.mid.columns {
+            for (sum, z) in along_rows.iter_mut().zip(zero.mid.column_hi(p)) {
+                *sum += z.abs();
+            }
+        }
         Self {
-            components: bound_product(&x.magnitudes(), &reach, Part::All),
+            components,
+            reached,
+            rows,
+            zero: along_rows,
             length,
             along,
         }
     }
 
     /// The bound of a component of a vector of the cluster, in scaled coordinates.
-    fn component(&self, zero: &ZeroSpace, row: usize, index: usize) -> f64 {
-        let z: f64 = (0..zero.mid.columns)
-            .map(|p| zero.mid.get(row, p).hi.abs())
-            .sum();
-        let own = self.components.get(row, index);
+    fn component(&self, row: usize, index: usize) -> f64 {
+        let z = self.zero[row];
+        let own = match self.reached[index] {
+            Reached::Column(column) => self.components.get(row, column),
+            Reached::Length(length) => up(length * self.rows[row]),
+        };
         // bound_product adds 1e-300 for underflow; a column that reaches nowhere is exact.
         let own = if self.length[index] == 0.0 { 0.0 } else { own };
         if own == 0.0 && self.along[index] == 0.0 {
@@ -98,7 +149,6 @@ impl Errors {
 /// The vectors of one cluster, M-orthonormal, in the original coordinates.
 pub(super) fn cluster_shapes(
     problem: &Scaled,
-    zero: &ZeroSpace,
     solution: &Solution,
     columns: &[usize],
     errors: &Errors,
@@ -113,12 +163,14 @@ pub(super) fn cluster_shapes(
         // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
         // included: 4, 16 and 6 u².
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
+        // Of 1/√g and of 1/(1 - η), rounded up.
+        let (scale, rest) = (up(1.0 / norm.hi), up(1.0 / (1.0 - eta)));
         let mut bound: f64 = 0.0;
         let mut vector = Vec::with_capacity(n);
         for row in 0..n {
             let value = x.get(row, k) * inverse;
             let error = if eta < 0.5 {
-                (errors.component(zero, row, index) / norm.hi + value.hi.abs() * eta) / (1.0 - eta)
+                (errors.component(row, index) * scale + value.hi.abs() * eta) * rest
             } else {
                 f64::INFINITY
             };
@@ -141,7 +193,7 @@ pub(super) fn cluster_shapes(
                 let terms = transform.column_hi(q).iter().enumerate();
                 let size: f64 = terms.map(|(p, t)| (basis.get(row, p).hi * t).abs()).sum();
                 let rounding = product_bound(columns.len()) * size;
-                let error = errors.component(zero, row, index) * weight + rounding;
+                let error = errors.component(row, index) * weight + rounding;
                 let error = error * (1.0 + 1e-9);
                 push(
                     &mut vector,

@@ -51,7 +51,7 @@ pub(super) fn spectrum(
     .into_iter();
     let errors = options
         .vectors
-        .then(|| shape::Errors::new(leak, certificate, x));
+        .then(|| shape::Errors::new(leak, certificate, x, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
@@ -72,7 +72,7 @@ pub(super) fn spectrum(
         let columns = &certificate.order[cluster.start..cluster.end];
         let mut shapes = errors
             .as_ref()
-            .map(|errors| shape::cluster_shapes(scaled, zero, solution, columns, errors, index))
+            .map(|errors| shape::cluster_shapes(scaled, solution, columns, errors, index))
             .unwrap_or_default()
             .into_iter();
         for position in cluster.start..cluster.end {
@@ -120,7 +120,9 @@ fn mode(
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
         Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
-        Kind::Undecided => (omega_squared.sqrt(), (-omega_squared).sqrt()),
+        Kind::Damped | Kind::Overdamped | Kind::Undecided => {
+            (omega_squared.sqrt(), (-omega_squared).sqrt())
+        }
     };
     let (vector, vector_error_bound) =
         shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));

@@ -4,17 +4,20 @@
 //! may be singular, looks for symmetries, and puts the model's names back. It computes no eigenvalue
 //! itself.
 
+mod exponents;
 mod symmetry;
 mod warning;
 
 pub use warning::{Warning, warnings};
 
-use crate::linearize::{LinearizeError, Linearized, ZeroMode};
+use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
+use crate::modes::exponents::Limit;
 use crate::modes::{
     self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source,
     Stability,
 };
 use crate::precision::Ball;
+use crate::span::Span;
 
 /// Shapes that nobody asked for are made for at most so many coordinates.
 const MOST_SHAPES_FOR_CLASSES: usize = 600;
@@ -29,6 +32,8 @@ pub struct NormalModes {
     pub modes: Vec<NormalMode>,
     /// The highest rung of the precision ladder that any of the numbers comes from.
     pub rung: Rung,
+    /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
+    pub gyroscopically_stabilised: bool,
 }
 
 /// One normal mode of a model.
@@ -37,16 +42,20 @@ pub struct NormalModes {
 pub struct NormalMode {
     /// What kind of motion it is.
     pub kind: Kind,
-    /// ω² in 1/s², negative for an unstable mode.
-    pub omega_squared: Ball,
-    /// The frequency in rad/s; 0 for an unstable or a zero mode.
+    /// -exponent² in 1/s²: ω², negative for a mode that grows or decays without oscillating; `None` where it
+    /// is not known to be real.
+    pub omega_squared: Option<Ball>,
+    /// The frequency in rad/s: the imaginary part of the exponent, not negative.
     pub omega: Ball,
-    /// The rate of growth in 1/s; 0 unless the mode is unstable.
+    /// The rate of growth in 1/s: the real part of the exponent, negative for a mode that decays.
     pub growth: Ball,
     /// The same numbers to more digits, where a ball does not hold as many as were asked for.
     pub precise: Option<Box<Precise>>,
-    /// The shape x with xᵀMx = 1, one component a coordinate; empty if not asked for.
+    /// The shape x with xᴴMx = 1, one component a coordinate; empty if not asked for. The real part, where
+    /// the coordinates do not move in phase.
     pub vector: Vec<f64>,
+    /// The imaginary part of the shape; empty where the coordinates move in phase.
+    pub imaginary: Vec<f64>,
     /// A bound of the error of each component; in a cluster, of the distance from its space.
     pub vector_error_bound: f64,
     /// Modes with the same number are not separated by the bounds.
@@ -56,6 +65,9 @@ pub struct NormalMode {
     pub symmetry: Option<String>,
     /// What a zero mode is: "translation", "rotation about z", …
     pub meaning: Option<String>,
+    /// Why digits are missing, or that the exponent has fewer vectors than its multiplicity; only with
+    /// gyroscopic forces or friction.
+    pub limit: Option<Limit>,
 }
 
 /// Finds the normal modes.
@@ -67,6 +79,9 @@ pub fn normal_modes(
     linearized: &Linearized,
     options: &Options,
 ) -> Result<NormalModes, LinearizeError> {
+    if linearized.structure() != Structure::Conservative {
+        return exponents::normal_modes(linearized, options);
+    }
     let dimension = linearized.dimension();
     let mass = linearized.mass();
     let stiffness = linearized.stiffness();
@@ -91,7 +106,8 @@ pub fn normal_modes(
         zero_vectors: vectors(&zero_modes),
     };
     // The classes are read off the shapes, which are made for them where that is cheap.
-    let labels = (options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES)
+    let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
+    let labels = (wanted && !linearized.is_constrained())
         .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
         .flatten();
     let inner = Options {
@@ -144,21 +160,24 @@ pub fn normal_modes(
                 meanings.get(zeros - 1).cloned()
             });
             let symmetry = classes.next().flatten();
+            let (vector, vector_error_bound) = if options.vectors {
+                shape(linearized, mode.vector, mode.vector_error_bound)
+            } else {
+                (Vec::new(), mode.vector_error_bound)
+            };
             NormalMode {
                 kind: mode.kind,
-                omega_squared: mode.omega_squared,
+                omega_squared: Some(mode.omega_squared),
                 omega: mode.omega,
                 growth: mode.growth,
                 precise: mode.precise,
-                vector: if options.vectors {
-                    mode.vector
-                } else {
-                    Vec::new()
-                },
-                vector_error_bound: mode.vector_error_bound,
+                vector,
+                imaginary: Vec::new(),
+                vector_error_bound,
                 cluster: mode.cluster,
                 symmetry,
                 meaning: meaning.flatten(),
+                limit: None,
             }
         })
         .collect();
@@ -166,7 +185,23 @@ pub fn normal_modes(
         stability: spectrum.stability,
         modes,
         rung: spectrum.rung,
+        gyroscopically_stabilised: false,
     })
+}
+
+/// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of
+/// the largest is positive in these, too.
+fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) {
+    if !linearized.is_constrained() {
+        return (own, bound);
+    }
+    let (mut vector, bound) = linearized.embed(&own, bound);
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
+    if first.is_some_and(|x| *x < 0.0) {
+        vector.iter_mut().for_each(|x| *x = -*x);
+    }
+    (vector, bound)
 }
 
 /// A model as the source of a problem.
@@ -177,7 +212,7 @@ struct Model<'a> {
 
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
-        let factors = self.linearized.factors();
+        let factors = self.linearized.factors()?;
         Some(Factors {
             rows: factors.rows,
             rest: factors.rest,
@@ -247,20 +282,36 @@ fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
     })
 }
 
+/// Where the first term of the kinetic energy stands.
+fn first_span(linearized: &Linearized) -> Span {
+    let first = linearized.model().kinetic.first();
+    first.map(|family| family.span).unwrap_or_default()
+}
+
+/// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.
+fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
+    let dimension = linearized.dimension();
+    let problem = Problem {
+        dimension,
+        mass: linearized.mass(),
+        stiffness: vec![Ball::ZERO; dimension * dimension],
+        zero_vectors: Vec::new(),
+    };
+    let error = modes::solve(&problem, &Options::default()).err()?;
+    Some(named(linearized, &error))
+}
+
 /// The errors of the numeric stage with the model's names.
 fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     let coordinates = &linearized.model().coordinates;
-    let first_term = linearized
-        .model()
-        .kinetic
-        .first()
-        .map(|family| family.span)
-        .unwrap_or_default();
+    let first_term = first_span(linearized);
     match error {
         ModesError::NotPositiveDefinite {
             direction,
             singular,
         } => {
+            let own = direction;
+            let direction = &linearized.embed(direction, 0.0).0;
             let combination: Vec<(String, f64)> = coordinates
                 .iter()
                 .zip(direction)
@@ -272,10 +323,12 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
                 .zip(direction)
                 .find(|(_, amplitude)| amplitude.abs() > 1e-6)
                 .map_or(first_term, |(coordinate, _)| coordinate.span);
-            if *singular {
+            if *singular && linearized.has_inertia_nearby() {
+                LinearizeError::SingularCoordinates { combination, span }
+            } else if *singular {
                 LinearizeError::SingularMass {
                     combination,
-                    proved: has_no_inertia(&linearized.mass(), direction),
+                    proved: has_no_inertia(&linearized.mass(), own),
                     span,
                 }
             } else {

@@ -1,7 +1,7 @@
 //! The symmetry of M and K in numbers, and the classes of modes under it.
 //!
-//! Signed permutations are looked for among the enclosures at hand, of which those that meet count as
-//! equal. Where there is one it is decided again on entries of a thousand bits from the exact expressions, so
+//! The enclosures at hand, of which those that meet count as equal, say whether there may be a symmetry with
+//! classes. Where there may it is looked for among entries of a thousand bits from the exact expressions, so
 //! that 1 and 1 + 1e-33 differ; only where the equilibrium was searched for the enclosures decide.
 
 use std::collections::{BTreeMap, HashMap};
@@ -15,10 +15,11 @@ const MOST_COORDINATES: usize = 1500;
 /// Numbers that agree to so many bits are equal.
 const BITS: usize = 1024;
 
-/// What tells the modes of different symmetry apart, and the pattern it comes from.
+/// What tells the modes of different symmetry apart.
 pub(super) struct Labels {
     classes: Classes,
-    pattern: Pattern,
+    /// Where there may be more symmetry than was looked for.
+    pattern: Option<Pattern>,
 }
 
 impl Labels {
@@ -33,10 +34,10 @@ impl Labels {
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);
-        if missing(&own) == 0 {
+        let Some(pattern) = self.pattern.as_ref().filter(|_| missing(&own) > 0) else {
             return own;
-        }
-        let whole = Symmetry::find_signed(&self.pattern);
+        };
+        let whole = Symmetry::find_signed(pattern);
         let other = whole
             .as_ref()
             .and_then(Classes::new)
@@ -55,12 +56,15 @@ pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball])
         return None;
     }
     let mut pattern = of_enclosures(n, mass, stiffness)?;
-    let mut symmetry = Symmetry::find(&pattern)?;
+    if !Symmetry::may_have_classes(&pattern) {
+        return None;
+    }
     if let Some(entries) = linearized.entries(BITS) {
         pattern = of_entries(n, &entries);
-        symmetry = Symmetry::find(&pattern)?;
     }
+    let symmetry = Symmetry::find(&pattern)?;
     let classes = Classes::new(&symmetry)?;
+    let pattern = symmetry.may_be_larger().then_some(pattern);
     Some(Labels { classes, pattern })
 }
 

@@ -2,7 +2,7 @@
 
 use super::NormalModes;
 use crate::diagnostic::Diagnostic;
-use crate::linearize::{Linearized, Origin, Shape};
+use crate::linearize::{Linearized, Origin, Shape, Structure};
 use crate::modes::Kind;
 use crate::span::Span;
 
@@ -52,6 +52,20 @@ pub enum Warning {
         /// hundredth, with one digit.
         change: String,
     },
+    /// A constraint that says nothing that others do not.
+    #[error("this constraint follows from the others and changes nothing")]
+    DependentConstraint {
+        /// The constraint.
+        span: Span,
+    },
+    /// A dissipation that is negative for some motion.
+    #[error("the dissipation feeds energy in")]
+    FeedsEnergy {
+        /// Where the dissipation stands.
+        span: Span,
+        /// The coordinate that moves most in such a motion.
+        coordinate: String,
+    },
 }
 
 impl Warning {
@@ -63,6 +77,8 @@ impl Warning {
             Self::Saddle { .. } => "W0102",
             Self::NotProved { .. } => "W0103",
             Self::IllConditioned { .. } => "W0104",
+            Self::DependentConstraint { .. } => "W0105",
+            Self::FeedsEnergy { .. } => "W0106",
         }
     }
 }
@@ -81,6 +97,20 @@ impl From<&Warning> for Diagnostic {
                     "if a stable one was meant, start the search near it with `guess`; if this one, give it with `equilibrium`",
                 )
             }
+            Warning::DependentConstraint { span } => {
+                Self::warning(warning.to_string(), *span, "left out")
+                    .with_code(warning.code())
+                    .with_help("nothing is lost without it; if it was meant to hold a motion, it holds another one")
+            }
+            Warning::FeedsEnergy { span, coordinate } => Self::warning(
+                warning.to_string(),
+                *span,
+                format!("negative when `{coordinate}` moves"),
+            )
+            .with_code(warning.code())
+            .with_help(
+                "friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands",
+            ),
             Warning::NotProved { span, coordinate } => Self::warning(
                 warning.to_string(),
                 *span,
@@ -117,9 +147,41 @@ impl From<&Warning> for Diagnostic {
 #[must_use]
 pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     let mut found = not_proved(linearized);
-    found.extend(runs_away(linearized, modes));
-    found.extend(ill_conditioned(linearized, modes));
+    found.extend(dependent_constraints(linearized));
+    match linearized.structure() {
+        Structure::Conservative => {
+            found.extend(runs_away(linearized, modes));
+            found.extend(ill_conditioned(linearized, modes));
+        }
+        Structure::Damped => found.extend(feeds_energy(linearized)),
+        _ => {}
+    }
     found
+}
+
+fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
+    let constraints = &linearized.model().constraints;
+    let dependent = linearized.dependent_constraints().iter();
+    dependent
+        .filter_map(|number| constraints.get(*number))
+        .map(|constraint| Warning::DependentConstraint {
+            span: constraint.span,
+        })
+        .collect()
+}
+
+/// A motion with q'ᵀ C q' < 0: an eigenvector of C in doubles is tried in enclosures.
+fn feeds_energy(linearized: &Linearized) -> Option<Warning> {
+    let span = linearized.model().dissipation?;
+    let damping = linearized.damping()?;
+    let direction = super::exponents::falling_direction(&linearized.mass(), &damping)?;
+    let (whole, _) = linearized.embed(&direction, 0.0);
+    let sizes = whole.iter().map(|x| x.abs()).enumerate();
+    let (most, _) = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
+    Some(Warning::FeedsEnergy {
+        span,
+        coordinate: linearized.model().coordinates.get(most)?.name.clone(),
+    })
 }
 
 /// Terms that are so many times as large as ω² nearly cancel.
@@ -136,13 +198,14 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
         .enumerate()
         .filter(|(_, mode)| matches!(mode.kind, Kind::Oscillation | Kind::Unstable))
         .filter(|(_, mode)| mode.vector.len() == linearized.dimension())
-        .map(|(at, mode)| {
+        .filter(|(_, mode)| mode.imaginary.is_empty())
+        .filter_map(|(at, mode)| {
             let shape = Shape {
                 vector: &mode.vector,
                 error: mode.vector_error_bound,
-                square: mode.omega_squared.mid_f64(),
+                square: mode.omega_squared?.mid_f64(),
             };
-            (at, shape)
+            Some((at, shape))
         })
         .collect();
     soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
@@ -217,7 +280,7 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
         return Vec::new();
     };
     let (span, name) = (coordinate.span, coordinate.name.clone());
-    vec![if unstable == coordinates.len() {
+    vec![if unstable == linearized.dimension() {
         Warning::Maximum {
             span,
             coordinate: name,

@@ -4,10 +4,13 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-use super::frequencies::frequencies_text;
+use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
-use crate::derive::{Conserved, Derivation, Energy, Linear, Motion, Names, Root, SecondOrder};
+use crate::derive::{
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root,
+    SecondOrder,
+};
 use crate::expr::ExprId;
 use crate::number::Number;
 use crate::typeset::{Block, Formula, Notation};
@@ -19,10 +22,15 @@ pub(super) const MOST_FOR_ENERGIES: usize = 12;
 /// conserved, the equilibrium, T and V to second order, M, K, the linearized equations, symmetry and
 /// closed forms of the frequencies.
 ///
-/// Matrices have aligned columns where they fit into the width, else their entries that are not
+/// What would be repeated too often is given a name at the top. Matrices have aligned columns where they fit into the width, else their entries that are not
 /// zero stand one a line, with the upper triangle standing for both.
 #[must_use]
 pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
+    let abbreviated = derivation.abbreviated();
+    let (derivation, definitions) = match &abbreviated {
+        Some((derivation, definitions)) => (derivation, definitions.as_slice()),
+        None => (derivation, [].as_slice()),
+    };
     let names = derivation.names.coordinates.iter().map(String::as_str);
     let notation = (!style.ascii).then(|| Notation::new(names));
     let style = &Sheet {
@@ -36,6 +44,10 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     );
     out.push('\n');
     out.push_str(&listed("coordinates", names, style.width));
+    if !definitions.is_empty() {
+        let texts = definitions.iter().map(definition_text);
+        out.push_str(&section("with", &texts.collect::<Vec<_>>(), style));
+    }
     if derivation.equations.is_some() {
         out.push_str(&section(
             "Lagrange's equations",
@@ -50,11 +62,13 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         && names.len() <= MOST_FOR_ENERGIES
         && !roots.is_empty()
     {
-        out.push_str(&section(
-            "the force vanishes where",
-            &root_texts(derivation, roots),
-            style,
-        ));
+        let mut title = "the force vanishes where".to_owned();
+        let signs = signs(derivation, &assumed_of(roots));
+        if !signs.is_empty() {
+            let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
+            title.push_str(&format!(", with {}", signs.join(", ")));
+        }
+        out.push_str(&section(&title, &root_texts(derivation, roots), style));
     }
     out.push('\n');
     match &derivation.linear {
@@ -62,6 +76,11 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         Err(error) => out.push_str(&format!("no mass and stiffness matrices: {error}\n")),
     }
     out
+}
+
+/// `d12 = norm(r[2] - r[1])`
+pub(super) fn definition_text(definition: &Definition) -> String {
+    format!("{} = {}", definition.name, definition.text)
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
@@ -73,15 +92,46 @@ pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String>
             let texts = roots.iter().map(|root| {
                 let value = pool.display(root.value);
                 let left = pool.display(root.left);
-                if root.bounded {
-                    format!("{left} = {value}, if abs({value}) <= 1")
-                } else {
-                    format!("{left} = {value}")
+                match &root.condition {
+                    Some(condition) => {
+                        format!(
+                            "{left} = {value}, if {}",
+                            condition_text(derivation, condition)
+                        )
+                    }
+                    None => format!("{left} = {value}"),
                 }
             });
             texts.collect::<Vec<_>>().join("; or ")
         })
         .collect()
+}
+
+/// `W^2 > g/R`
+pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> String {
+    let pool = &derivation.pool;
+    let sign = match condition.relation {
+        Relation::Less => "<",
+        Relation::LessOrEqual => "<=",
+        Relation::Greater => ">",
+        Relation::GreaterOrEqual => ">=",
+    };
+    format!(
+        "{} {sign} {}",
+        pool.display(condition.left),
+        pool.display(condition.right)
+    )
+}
+
+/// What the conditions take for granted, each once.
+pub(super) fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
+    let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
+    let mut signs: Vec<(ExprId, bool)> = conditions
+        .flat_map(|condition| condition.signs.iter().copied())
+        .collect();
+    signs.sort_unstable();
+    signs.dedup();
+    signs
 }
 
 /// How the page is laid out and what its names stand for.
@@ -113,7 +163,13 @@ impl Sheet {
             Some(formula) if remark.is_empty() => formula.text(width),
             Some(formula) => {
                 let block = Block::beside(&[formula.block(), Block::line(remark)]);
-                block.lines().map(str::to_owned).collect()
+                if block.width() <= width {
+                    block.lines().map(str::to_owned).collect()
+                } else {
+                    let mut lines = formula.text(width);
+                    lines.push(format!("    {}", remark.trim_start()));
+                    lines
+                }
             }
             None => Vec::new(),
         };
@@ -155,10 +211,15 @@ impl Sheet {
     }
 }
 
-/// A heading and indented lines; formulas of several lines are set apart.
+/// A heading and indented formulas.
 fn section(title: &str, texts: &[String], style: &Sheet) -> String {
-    let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
     let formulas: Vec<Vec<String>> = texts.iter().map(|text| style.lines(text)).collect();
+    set_apart(title, &formulas, style)
+}
+
+/// A heading and indented formulas, each in lines; those of several lines are set apart.
+pub(super) fn set_apart(title: &str, formulas: &[Vec<String>], style: &Sheet) -> String {
+    let mut out = format!("\n{}\n", style.paint(Tone::Heading, title));
     let tall = formulas.iter().any(|lines| lines.len() > 1);
     for (at, lines) in formulas.iter().enumerate() {
         if tall && at > 0 {
@@ -196,29 +257,43 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> Strin
             style,
         ));
     }
-    let conserved: Vec<String> = energy
+    let conserved: Vec<Vec<String>> = energy
         .conserved
         .iter()
         .map(|quantity| {
-            let name = match quantity {
-                Conserved::Momentum(i) => names.of(Motion::Momentum(*i)),
-                Conserved::Energy { is_total: true } => "the energy T + V".to_owned(),
-                Conserved::Energy { is_total: false } => "h".to_owned(),
-            };
-            format!("{name}: {}", conserved_because(*quantity, names))
+            let because = format!(": {}", conserved_because(quantity, names));
+            match quantity {
+                Conserved::Energy { .. } => {
+                    vec![format!("{}{because}", conserved_name(derivation, quantity))]
+                }
+                Conserved::Momentum(_) | Conserved::Motion { .. } => {
+                    style.lines_with(&conserved_name(derivation, quantity), &because)
+                }
+            }
         })
         .collect();
     if !conserved.is_empty() {
-        out.push_str(&section("conserved", &conserved, style));
+        out.push_str(&set_apart("conserved", &conserved, style));
     }
     out
 }
 
-/// Why something is conserved, in words.
-pub(super) fn conserved_because(quantity: Conserved, names: &Names) -> String {
+/// What is conserved: a momentum or a sum of them in the model language, or an energy in words.
+pub(super) fn conserved_name(derivation: &Derivation, quantity: &Conserved) -> String {
     match quantity {
+        Conserved::Momentum(i) => derivation.names.of(Motion::Momentum(*i)),
+        Conserved::Motion { momenta, .. } => derivation.text(momenta),
+        Conserved::Energy { is_total: true } => "the energy T + V".to_owned(),
+        Conserved::Energy { is_total: false } => "h".to_owned(),
+    }
+}
+
+/// Why something is conserved, in words.
+pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
+    match quantity {
+        Conserved::Motion { motion, .. } => format!("{motion} leaves L unchanged"),
         Conserved::Momentum(i) => {
-            let name = names.coordinates.get(i).map_or("", String::as_str);
+            let name = names.coordinates.get(*i).map_or("", String::as_str);
             format!("{name} is cyclic, only its velocity occurs in L")
         }
         Conserved::Energy { is_total: true } => "the time does not occur in L".to_owned(),
@@ -230,13 +305,23 @@ pub(super) fn conserved_because(quantity: Conserved, names: &Names) -> String {
 
 fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
+    if !linear.signs.is_empty() {
+        let signs = signs(derivation, &linear.signs);
+        let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
+        out.push_str(&listed(
+            "below, as at the values of the parameters",
+            &signs,
+            style.width,
+        ));
+    }
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, style));
     }
-    for (title, letter, rows) in [
+    let both = [
         ("mass matrix", "M", &linear.mass),
         ("stiffness matrix", "K", &linear.stiffness),
-    ] {
+    ];
+    for (title, letter, rows) in both.into_iter().chain(linear.others()) {
         out.push('\n');
         out.push_str(&matrix_text(title, letter, rows, derivation, style));
     }

@@ -1,10 +1,12 @@
 //! Symmetry and closed forms to read.
 
 use super::Tone;
-use super::derive::Sheet;
+use super::derive::{Sheet, set_apart};
 use crate::derive::{
     Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
+    NormalCoordinates,
 };
+use crate::expr::ExprId;
 use crate::symmetry::{GroupKind, SignedPermutation};
 
 /// Exchanges and equalities of more coordinates than this are broken off.
@@ -13,21 +15,6 @@ const MOST_NAMED: usize = 8;
 pub(super) const MOST_LISTED: usize = 24;
 /// Blocks of more coordinates than this are not written out.
 pub(super) const MOST_IN_BLOCK: usize = 4;
-
-/// The case whose closed forms stand for the model: without equalities of parameters where it knows all
-/// frequencies, else the one that knows more of them.
-pub(super) fn best(frequencies: &Frequencies) -> &Case {
-    let known = |case: &Case| {
-        case.frequencies
-            .iter()
-            .map(|f| f.multiplicity)
-            .sum::<usize>()
-    };
-    match &frequencies.tied {
-        Some(tied) if known(tied) > known(&frequencies.general) => tied,
-        Some(_) | None => &frequencies.general,
-    }
-}
 
 /// The sets of equal parameters: `l[1] = l[3], k12 = k23`.
 fn ties(sets: &[Vec<String>], style: &Sheet) -> String {
@@ -204,12 +191,19 @@ fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Sheet)
 }
 
 /// `a > 0`, one for each sign that is taken from the values.
-pub(super) fn signs(derivation: &Derivation, frequencies: &Frequencies) -> Vec<String> {
-    let signs = frequencies.signs.iter();
+pub(super) fn signs(derivation: &Derivation, signs: &[(ExprId, bool)]) -> Vec<String> {
+    let signs = signs.iter();
     signs
         .map(|(e, negative)| {
             let relation = if *negative { "<" } else { ">" };
-            format!("{} {relation} 0", derivation.pool.display(*e))
+            let text = derivation.pool.display(*e);
+            // alpha < pi, not alpha - pi < 0.
+            match text.split_once(" - ") {
+                Some((a, b)) if !text.contains(['+', '(']) && !b.contains(" - ") => {
+                    format!("{a} {relation} {b}")
+                }
+                _ => format!("{text} {relation} 0"),
+            }
         })
         .collect()
 }
@@ -264,7 +258,7 @@ fn case_text(
     if !case.ties.is_empty() {
         assumed.push(ties(&case.ties, style));
     }
-    let signs = signs(derivation, frequencies);
+    let signs = signs(derivation, &frequencies.signs);
     assumed.extend(signs.iter().map(|sign| style.inline(sign)));
     if !assumed.is_empty() {
         title.push_str(&format!(", with {}", assumed.join(", ")));
@@ -288,7 +282,67 @@ fn case_text(
             out.push_str(&frequency_text(derivation, frequency, style));
         }
     }
+    if let Some(normal) = &case.normal {
+        out.push_str(&normal_text(derivation, frequencies, case, normal, style));
+    }
     out
+}
+
+/// The normal coordinates of a case: each coordinate in them, what is abbreviated there, and L.
+fn normal_text(
+    derivation: &Derivation,
+    frequencies: &Frequencies,
+    case: &Case,
+    normal: &NormalCoordinates,
+    style: &Sheet,
+) -> String {
+    let mut assumed: Vec<String> = Vec::new();
+    if !case.ties.is_empty() {
+        assumed.push(ties(&case.ties, style));
+    }
+    let signs = signs(derivation, &frequencies.signs);
+    assumed.extend(signs.iter().map(|sign| style.inline(sign)));
+    let mut title = "normal coordinates".to_owned();
+    if !assumed.is_empty() {
+        title.push_str(&format!(", with {}", assumed.join(", ")));
+    }
+    let lines = normal_lines(derivation, normal);
+    let lines = lines
+        .iter()
+        .map(|(text, remark)| style.lines_with(text, remark));
+    set_apart(&title, &lines.collect::<Vec<_>>(), style)
+}
+
+/// Relations in the model language with remarks behind them: `x = ...`, one a coordinate, the abbreviations in them,
+/// and `L = ...`.
+pub(super) fn normal_lines(
+    derivation: &Derivation,
+    normal: &NormalCoordinates,
+) -> Vec<(String, String)> {
+    let names = &derivation.names;
+    let coordinates = names.displacements.iter().zip(&normal.coordinates);
+    let mut lines: Vec<(String, String)> = coordinates
+        .map(|(name, sum)| {
+            let sum = derivation.displaced_text(sum);
+            (format!("{name} = {sum}"), String::new())
+        })
+        .collect();
+    for abbreviation in &normal.abbreviations {
+        let names = abbreviation.names.join(" = ");
+        let value = derivation.pool.display(abbreviation.value);
+        let remark = match &abbreviation.modes {
+            None => String::new(),
+            Some((letter, modes)) => {
+                let modes: Vec<String> = modes.iter().map(|r| (r + 1).to_string()).collect();
+                format!(", {letter} = {}", modes.join(", "))
+            }
+        };
+        lines.push((format!("{names} = {value}"), remark));
+    }
+    let lagrangian = derivation.displaced_text(&normal.lagrangian);
+    let name = &normal.lagrangian_name;
+    lines.push((format!("{name} = {lagrangian}"), String::new()));
+    lines
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.

@@ -5,10 +5,10 @@
 
 use std::fmt::Write;
 
-use super::derive::conserved_because;
-use super::frequencies::{best, exchange, kind, signs};
+use super::derive::{condition_text, conserved_because, conserved_name};
+use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion};
+use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -23,9 +23,22 @@ use crate::precision::one_digit_up;
 /// rounding to doubles included. What is not finite is `null`. Where zero modes are known by name,
 /// `zero_motions` lists what they are together; their vectors are some basis of these motions. A
 /// file with units adds `units`: SI units of the coordinates (`null` where the file doesn't tell),
-/// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m².
+/// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m². A steady motion adds `rates`, one
+/// a coordinate, 0 for those that rest. Components of shapes that do not move in phase are pairs of real and
+/// imaginary part; `limit` says why an exponent is known less well, `gyroscopically_stabilised` that the
+/// potential has no minimum and the motion is stable all the same.
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
+    modes_with(linearized, modes, options, &|_| String::new())
+}
+
+/// The modes as [`modes_json`] writes them, with further fields of their objects (each begins with a comma).
+pub(super) fn modes_with(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    options: &Options,
+    more: &dyn Fn(usize) -> String,
+) -> String {
     let model = linearized.model();
     let names = model
         .coordinates
@@ -52,9 +65,17 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
     );
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
-        write_mode(&mut out, mode, options);
+        write_mode(&mut out, mode, options, &more(at));
     }
     out.push(']');
+    if model.rates.iter().any(Option::is_some) {
+        let rates = linearized.rates().into_iter();
+        let rates = rates.map(|rate| number(rate.mid_f64()));
+        let _ = write!(out, ",\n \"rates\": {}", array(rates));
+    }
+    if modes.gyroscopically_stabilised {
+        out.push_str(",\n \"gyroscopically_stabilised\": true");
+    }
     let motions = zero_motions(modes, linearized.dimension());
     if !motions.is_empty() {
         let _ = write!(
@@ -78,7 +99,7 @@ pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Option
     out
 }
 
-fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
+fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str) {
     let precise = mode.precise.as_deref();
     let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
     let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
@@ -89,18 +110,29 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
         "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
         number(mode.omega.mid_f64()),
         digits(&omega),
-        number(mode.omega_squared.mid_f64()),
+        mode.omega_squared
+            .as_ref()
+            .map_or_else(null, |square| number(square.mid_f64())),
         number(mode.growth.mid_f64()),
         digits(&growth),
         number(one_digit_up(error)),
         number(omega.bound.max(growth.bound)),
         mode.kind.as_str(),
     );
+    if let Some(limit) = &mode.limit {
+        let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit)));
+    }
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
     }
     if options.vectors {
-        let components = mode.vector.iter().map(|component| number(*component));
+        let components = mode.vector.iter().enumerate().map(|(at, component)| {
+            let real = number(*component);
+            match mode.imaginary.get(at) {
+                Some(imaginary) => format!("[{real}, {}]", number(*imaginary)),
+                None => real,
+            }
+        });
         let _ = write!(
             out,
             ", \"vector\": {}, \"vector_error_bound\": {}",
@@ -108,6 +140,7 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options) {
             number(one_digit_up(mode.vector_error_bound)),
         );
     }
+    out.push_str(more);
     out.push('}');
 }
 
@@ -141,6 +174,18 @@ pub fn derive_json(derivation: &Derivation) -> String {
             ));
             fields.push(("mass", matrix(&linear.mass)));
             fields.push(("stiffness", matrix(&linear.stiffness)));
+            for (_, letter, rows) in linear.others() {
+                let name = match letter {
+                    "G" => "gyroscopic",
+                    "C" => "damping",
+                    _ => "circulatory",
+                };
+                fields.push((name, matrix(rows)));
+            }
+            let taken = signs(derivation, &linear.signs);
+            if !taken.is_empty() {
+                fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
+            }
         }
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
@@ -162,14 +207,18 @@ pub fn derive_json(derivation: &Derivation) -> String {
         fields.push(("energy_function", text(&energy.function)));
         fields.push(("hamiltonian", hamiltonian.map_or_else(null, text)));
         let conserved = energy.conserved.iter().map(|quantity| {
-            let (name, value) = match quantity {
-                Conserved::Momentum(i) => (
-                    derivation.names.of(Motion::Momentum(*i)),
-                    energy.momenta.get(*i).map_or_else(null, text),
-                ),
-                Conserved::Energy { .. } => ("h".to_owned(), text(&energy.function)),
+            let value = match quantity {
+                Conserved::Momentum(i) => energy.momenta.get(*i).map_or_else(null, text),
+                Conserved::Motion { value, .. } => text(value),
+                Conserved::Energy { .. } => text(&energy.function),
             };
-            let reason = string(&conserved_because(*quantity, &derivation.names));
+            let name = match quantity {
+                Conserved::Energy { .. } => "h".to_owned(),
+                Conserved::Momentum(_) | Conserved::Motion { .. } => {
+                    conserved_name(derivation, quantity)
+                }
+            };
+            let reason = string(&conserved_because(quantity, &derivation.names));
             let name = string(&name);
             format!("{{\"name\": {name}, \"value\": {value}, \"because\": {reason}}}")
         });
@@ -186,14 +235,14 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 .get(root.coordinate)
                 .map_or_else(null, |name| string(name));
             let value = derivation.pool.display(root.value);
-            let condition = if root.bounded {
-                string(&format!("abs({value}) <= 1"))
-            } else {
-                null()
-            };
+            let condition = root.condition.as_ref();
+            let taken = condition.map_or_else(Vec::new, |own| signs(derivation, &own.signs));
+            let taken = array(taken.iter().map(|sign| string(sign)));
+            let condition =
+                condition.map_or_else(null, |own| string(&condition_text(derivation, own)));
             let (left, value) = (expression(&root.left), string(&value));
             format!(
-                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}}}"
+                "{{\"coordinate\": {name}, \"left\": {left}, \"value\": {value}, \"if\": {condition}, \"if_signs\": {taken}}}"
             )
         });
         fields.push(("force_vanishes", lines(roots)));
@@ -216,7 +265,7 @@ fn frequency_fields(
             .map(|set| array(set.iter().map(|name| string(name))));
         array(sets)
     };
-    let case = best(found);
+    let case = found.best();
     let names = &derivation.names.displacements;
     let symmetry = |found: &Exchange| {
         let exchanges = found.generators.iter();
@@ -276,13 +325,36 @@ fn frequency_fields(
     fields.push(("frequencies", lines(entries)));
     fields.push(("frequencies_complete", case.complete.to_string()));
     fields.push(("frequencies_equal", sets(&case.ties)));
-    let signs = signs(derivation, found);
-    if !signs.is_empty() {
+    let taken = signs(derivation, &found.signs);
+    if !taken.is_empty() {
         fields.push((
             "frequencies_signs",
-            array(signs.iter().map(|sign| string(sign))),
+            array(taken.iter().map(|sign| string(sign))),
         ));
     }
+    if let Some(normal) = &case.normal {
+        fields.push(("normal_coordinates", normal_modes(derivation, normal)));
+    }
+}
+
+/// One entry a mode, everything written out.
+fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+    let modes = normal.modes.iter().enumerate().map(|(r, mode)| {
+        let name = derivation.names.of(Motion::Normal(r));
+        let mut entry = format!(
+            "{{\"name\": {}, \"omega_squared\": {}, \"amplitudes\": {}",
+            string(&name),
+            expression(&mode.omega_squared),
+            array(mode.amplitudes.iter().map(expression))
+        );
+        if let Some(class) = &mode.symmetry {
+            let _ = write!(entry, ", \"symmetry\": {}", string(class));
+        }
+        entry.push('}');
+        entry
+    });
+    lines(modes)
 }
 
 /// An array, one item a line.
@@ -291,12 +363,12 @@ fn lines(items: impl Iterator<Item = String>) -> String {
     format!("[{}]", items.join(","))
 }
 
-fn null() -> String {
+pub(super) fn null() -> String {
     "null".to_owned()
 }
 
 /// The shortest digits that give the same double; JSON has no infinities.
-fn number(value: f64) -> String {
+pub(super) fn number(value: f64) -> String {
     if value.is_finite() {
         // Adding zero turns -0 into 0.
         format!("{:?}", value + 0.0)
@@ -305,7 +377,7 @@ fn number(value: f64) -> String {
     }
 }
 
-fn string(text: &str) -> String {
+pub(super) fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 

@@ -1,9 +1,12 @@
 //! The derivation as LaTeX.
 
 use super::derive::{
-    MOST_FOR_ENERGIES, conserved_because, potential_name, quadratic_forms, root_texts,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
+    potential_name, quadratic_forms, root_texts,
 };
-use super::frequencies::{MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, remarks, signs};
+use super::frequencies::{
+    MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, normal_lines, remarks, signs,
+};
 use crate::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
     SecondOrder,
@@ -19,7 +22,17 @@ const MOST_FOR_MATRICES: usize = 8;
 /// be read into a document that has the package `amsmath`, or with `standalone` a whole document.
 #[must_use]
 pub fn derive_latex(derivation: &Derivation, standalone: bool) -> String {
+    let abbreviated = derivation.abbreviated();
+    let (derivation, definitions) = match &abbreviated {
+        Some((derivation, definitions)) => (derivation, definitions.as_slice()),
+        None => (derivation, [].as_slice()),
+    };
     let mut page = Page::new(derivation);
+    if !definitions.is_empty() {
+        page.heading("Abbreviations");
+        let texts: Vec<String> = definitions.iter().map(definition_text).collect();
+        page.equations(&texts);
+    }
     page.write();
     if !standalone {
         return page.out;
@@ -52,6 +65,15 @@ fn escaped(text: &str) -> String {
         }
     }
     out
+}
+
+/// `, with ...` behind a heading.
+fn with(assumed: &str) -> String {
+    if assumed.is_empty() {
+        String::new()
+    } else {
+        format!(", with {assumed}")
+    }
 }
 
 struct Page<'a> {
@@ -117,7 +139,11 @@ impl<'a> Page<'a> {
             && derivation.names.coordinates.len() <= MOST_FOR_ENERGIES
             && !roots.is_empty()
         {
-            self.heading("The force vanishes where");
+            let signs = self.relations(&signs(derivation, &assumed_of(roots)));
+            self.heading(&format!(
+                "The force vanishes where{}",
+                with(&signs.join(", "))
+            ));
             self.equations(&root_texts(derivation, roots));
         }
         match &derivation.linear {
@@ -133,12 +159,18 @@ impl<'a> Page<'a> {
     /// Relations in the model language, each on a line of its own.
     fn equations(&mut self, texts: &[String]) {
         for text in texts {
-            let formula = self
-                .notation
-                .read_relation(text)
-                .unwrap_or_else(|| Formula::Verbatim(text.clone()));
-            self.display(&formula);
+            self.relation(text, "");
         }
+    }
+
+    /// A relation with a remark behind it, which is LaTeX.
+    fn relation(&mut self, text: &str, remark: &str) {
+        let formula = self
+            .notation
+            .read_relation(text)
+            .unwrap_or_else(|| Formula::Verbatim(text.to_owned()));
+        let text = formula.latex_display();
+        self.out.push_str(&format!("\\[\n{text}{remark}\n\\]\n"));
     }
 
     fn energy(&mut self, energy: &Energy) {
@@ -171,13 +203,19 @@ impl<'a> Page<'a> {
                     let why = format!("${coordinate}$ is cyclic, only its velocity occurs in $L$");
                     (format!("${momentum}$"), why)
                 }
+                Conserved::Motion { .. } => {
+                    let sum = self.formula(&conserved_name(self.derivation, quantity));
+                    let why = escaped(&conserved_because(quantity, names));
+                    let why = why.replace(" L ", " $L$ ");
+                    (format!("${}$", sum.latex()), why)
+                }
                 Conserved::Energy { is_total: true } => (
                     "the energy $T + V$".to_owned(),
                     "the time does not occur in $L$".to_owned(),
                 ),
                 Conserved::Energy { .. } => (
                     "$h$".to_owned(),
-                    escaped(&conserved_because(*quantity, names)),
+                    escaped(&conserved_because(quantity, names)),
                 ),
             };
             self.out.push_str(&format!("\\item {what}: {why}\n"));
@@ -188,16 +226,25 @@ impl<'a> Page<'a> {
     fn linear(&mut self, linear: &Linear) {
         self.heading("Equilibrium");
         self.equilibrium(linear);
+        let signs = self.relations(&signs(self.derivation, &linear.signs));
+        if !signs.is_empty() {
+            let signs = signs.join(", ");
+            self.out.push_str(&format!(
+                "Below, as at the values of the parameters: {signs}.\n"
+            ));
+        }
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
         {
             self.second_order(part);
         }
-        for (title, letter, rows) in [
-            ("Mass matrix", "M", &linear.mass),
-            ("Stiffness matrix", "K", &linear.stiffness),
-        ] {
-            self.heading(title);
+        let both = [
+            ("mass matrix", "M", &linear.mass),
+            ("stiffness matrix", "K", &linear.stiffness),
+        ];
+        for (title, letter, rows) in both.into_iter().chain(linear.others()) {
+            let (first, rest) = title.split_at(1);
+            self.heading(&format!("{}{rest}", first.to_uppercase()));
             self.matrix(letter, rows);
         }
         if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
@@ -256,13 +303,6 @@ impl<'a> Page<'a> {
             self.exchanges(found);
         }
         let ties = self.ties(&case.ties);
-        let with = |ties: &str| {
-            if ties.is_empty() {
-                String::new()
-            } else {
-                format!(", with {ties}")
-            }
-        };
         if !case.blocks.is_empty() {
             self.heading(&format!(
                 "Blocks of $M$ and $K$, one a class{}",
@@ -284,21 +324,44 @@ impl<'a> Page<'a> {
         if case.frequencies.is_empty() {
             return;
         }
-        let mut assumed: Vec<String> = Vec::new();
-        if !ties.is_empty() {
-            assumed.push(ties);
-        }
-        for sign in signs(self.derivation, frequencies) {
-            if let Some(formula) = self.notation.read_relation(&sign) {
-                assumed.push(format!("${}$", formula.latex()));
+        self.closed_forms(frequencies, case);
+        if let Some(normal) = &case.normal {
+            let assumed = self.assumed(case, &frequencies.signs);
+            self.heading(&format!("Normal coordinates{}", with(&assumed)));
+            for (text, remark) in normal_lines(self.derivation, normal) {
+                self.relation(&text, &remark.replacen(", ", r",\quad ", 1));
             }
         }
+    }
+
+    /// What a case and its formulas take for granted, in the text.
+    fn assumed(&self, case: &Case, signs_taken: &[(ExprId, bool)]) -> String {
+        let mut assumed: Vec<String> = Vec::new();
+        if !case.ties.is_empty() {
+            assumed.push(self.ties(&case.ties));
+        }
+        assumed.extend(self.relations(&signs(self.derivation, signs_taken)));
+        assumed.join(", ")
+    }
+
+    /// Relations in the model language, in the text.
+    fn relations(&self, texts: &[String]) -> Vec<String> {
+        let formulas = texts
+            .iter()
+            .filter_map(|text| self.notation.read_relation(text));
+        formulas
+            .map(|formula| format!("${}$", formula.latex()))
+            .collect()
+    }
+
+    fn closed_forms(&mut self, frequencies: &Frequencies, case: &Case) {
         let title = if case.complete {
             "Normal frequencies"
         } else {
             "Normal frequencies with a closed form"
         };
-        let mut title = format!("{title}{}", with(&assumed.join(", ")));
+        let assumed = self.assumed(case, &frequencies.signs);
+        let mut title = format!("{title}{}", with(&assumed));
         for done in &frequencies.approximations {
             title.push_str(&match done {
                 Approximation::Limit { name, value } => {

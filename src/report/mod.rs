@@ -9,16 +9,21 @@ mod frequencies;
 mod json;
 mod latex;
 mod modes;
+mod sensitivity;
+mod sweep;
 mod table;
 
 pub use derive::derive_text;
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
+pub use sensitivity::{modes_json_with_sigma, sensitivity_json, sensitivity_text};
+pub use sweep::{sweep_csv, sweep_json};
 
 use anstyle::{AnsiColor, Effects};
 
 use crate::modes::Kind;
+use crate::modes::exponents::Limit;
 use crate::oscillation::NormalModes;
 use crate::precision::{Ball, Big, Decimal, Rounding, decimal, one_digit_up};
 
@@ -179,6 +184,23 @@ fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
         .iter()
         .filter_map(|mode| mode.meaning.as_deref());
     if all { named.collect() } else { Vec::new() }
+}
+
+/// Why an exponent is known less well than was asked for, or is a peculiar one.
+fn limit_words(limit: &Limit) -> String {
+    match limit {
+        Limit::Defective {
+            multiplicity,
+            vectors,
+        } => format!(
+            "an exponent of multiplicity {multiplicity} with {}: it depends on the parameters as a root of order {multiplicity} does",
+            counted(*vectors, "shape")
+        ),
+        Limit::Unresolved { count } => {
+            format!("{count} exponents are too close together to be told apart")
+        }
+        Limit::Open => "bounds do not decide all of its digits or signs".to_owned(),
+    }
 }
 
 /// `title: a, b, c` on one line where that fits, else the items below the title.

@@ -1,7 +1,7 @@
 //! Frequencies and shapes as a table to read.
 
 use super::table::{Column, GAP, draw};
-use super::{Style, Tone, Written, counted, headline, listed, zero_motions};
+use super::{Style, Tone, Written, counted, headline, limit_words, listed, zero_motions};
 use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
 use crate::modes::{Kind, Options, Stability};
@@ -33,9 +33,15 @@ pub fn modes_text(
 ) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
-    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
+    let mut heading = headline(model.name.as_deref(), linearized.coordinates());
+    if linearized.is_constrained() {
+        let constraints = counted(linearized.constraints(), "constraint");
+        heading.push_str(&format!(", {constraints}"));
+    }
+    let mut out = style.paint(Tone::Heading, &heading);
     out.push('\n');
     out.push_str(&equilibrium_text(linearized, options, style));
+    out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
     out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
     match modes.modes.len() {
@@ -85,7 +91,7 @@ fn stability_tone(stability: Stability) -> Tone {
 
 fn kind_tone(kind: Kind) -> Option<Tone> {
     match kind {
-        Kind::Oscillation => None,
+        Kind::Oscillation | Kind::Damped | Kind::Overdamped => None,
         Kind::Zero | Kind::Undecided => Some(Tone::Careful),
         Kind::Unstable => Some(Tone::Bad),
     }
@@ -141,6 +147,31 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     }
     let unit = common.map_or_else(String::new, |unit| format!(" in {unit}"));
     listed(&format!("equilibrium{unit}{how}"), &items, style.width)
+}
+
+/// The rates of a steady motion.
+fn rates_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
+    let model = linearized.model();
+    let turning = model
+        .coordinates
+        .iter()
+        .zip(&model.rates)
+        .zip(linearized.rates());
+    let items: Vec<String> = turning
+        .filter(|((_, given), _)| given.is_some())
+        .map(|((coordinate, _), rate)| {
+            format!(
+                "{}' = {}",
+                coordinate.name,
+                Written::new(&rate, options.digits).text()
+            )
+        })
+        .collect();
+    if items.is_empty() {
+        String::new()
+    } else {
+        listed("steady motion", &items, style.width)
+    }
 }
 
 /// A coordinate with the digits that are decided; where these are fewer than asked for, with its bound,
@@ -275,7 +306,11 @@ fn table(
     let meaning = motion.map(|motion| {
         let cells = modes.iter().map(|mode| match mode.kind {
             Kind::Zero => motion.to_owned(),
-            Kind::Oscillation | Kind::Unstable | Kind::Undecided => String::new(),
+            Kind::Oscillation
+            | Kind::Unstable
+            | Kind::Damped
+            | Kind::Overdamped
+            | Kind::Undecided => String::new(),
         });
         Column::words("motion", cells.collect())
     });
@@ -323,8 +358,15 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
         .iter()
         .enumerate()
         .map(|(at, heading)| {
-            let sizes = modes.iter().filter_map(|mode| mode.vector.get(at));
-            let power = common_power(sizes);
+            let parts = modes.iter().flat_map(|mode| {
+                let of = |part: &[f64]| part.get(at).copied();
+                // What may be 0 has no size.
+                let certain = |x: &f64| x.abs() > mode.vector_error_bound;
+                let both = of(&mode.vector).into_iter().chain(of(&mode.imaginary));
+                both.filter(certain).collect::<Vec<f64>>()
+            });
+            let parts: Vec<f64> = parts.collect();
+            let power = common_power(parts.iter());
             let cells = modes
                 .iter()
                 .map(|mode| component(mode, at, power, SHAPE_DIGITS));
@@ -337,7 +379,14 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
 }
 
 fn by_name(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Column {
-    let power = common_power(modes.iter().flat_map(|mode| &mode.vector));
+    let parts = |mode: &'_ NormalMode| {
+        mode.vector
+            .clone()
+            .into_iter()
+            .chain(mode.imaginary.clone())
+    };
+    let parts: Vec<f64> = modes.iter().flat_map(parts).collect();
+    let power = common_power(parts.iter());
     let cells = modes
         .iter()
         .map(|mode| largest(mode, names, power, room))
@@ -365,24 +414,45 @@ fn over_power(name: &str, power: i32) -> String {
     }
 }
 
-/// A component over a power of ten, with the digits its bound decides.
+/// A component over a power of ten, with the digits its bound decides: `0.5000`, `0.5000 - 0.1000i`.
 fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
-    let value = mode.vector.get(at).copied().unwrap_or(0.0);
-    let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
     let ten = Ball::from(10.0).powi(power.abs());
-    let scaled = if power < 0 { value * ten } else { value / ten };
-    Written::new(&scaled, digits).text()
+    let written = |value: f64| {
+        let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
+        let scaled = if power < 0 { value * ten } else { value / ten };
+        Written::new(&scaled, digits).text()
+    };
+    let real = mode.vector.get(at).copied().unwrap_or(0.0);
+    let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
+    // What may be 0 is no part.
+    let counts = |part: f64, other: f64| {
+        part.abs() > mode.vector_error_bound && part.abs() > 1e-13 * other.abs()
+    };
+    if !counts(imaginary, real) || mode.imaginary.is_empty() {
+        return written(real);
+    }
+    let sign = if imaginary < 0.0 { "-" } else { "+" };
+    let size = written(imaginary.abs());
+    if !counts(real, imaginary) {
+        let sign = sign.trim_start_matches('+');
+        return format!("{sign}{size}i");
+    }
+    format!("{} {sign} {size}i", written(real))
+}
+
+/// The size of a component.
+fn modulus(mode: &NormalMode, at: usize) -> f64 {
+    let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
+    mode.vector
+        .get(at)
+        .map_or(0.0, |real| real.hypot(imaginary))
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
 fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
-    let mut order: Vec<(f64, usize)> = mode
-        .vector
-        .iter()
-        .map(|value| value.abs())
-        .enumerate()
-        .map(|(at, size)| (size, at))
+    let mut order: Vec<(f64, usize)> = (0..mode.vector.len())
+        .map(|at| (modulus(mode, at), at))
         .collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
     // A thousandth of the largest can't be seen in a shape.
@@ -398,7 +468,10 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
         .into_iter()
         .map(|(_, at)| {
             let text = component(mode, at, power, ROUGH_DIGITS);
-            let size = text.parse::<f64>().map_or(0.0, f64::abs);
+            let size = match text.parse::<f64>() {
+                Ok(size) => size.abs(),
+                Err(_) => modulus(mode, at) / 10f64.powi(power),
+            };
             (size, at, text)
         })
         .collect();
@@ -436,12 +509,29 @@ fn remarks(
         let title = format!("{} together are", numbered(&zero));
         out.push_str(&listed(&title, &alike_together(motions), style.width));
     }
+    if modes.gyroscopically_stabilised {
+        out.push_str("gyroscopically stabilised: the potential has no minimum here, and the motion is stable all the same\n");
+    }
+    for (at, mode) in modes.modes.iter().enumerate() {
+        if let Some(limit) = &mode.limit {
+            out.push_str(&format!("{}: {}\n", numbered(&[at]), limit_words(limit)));
+        }
+    }
     let undecided = of_kind(modes, Kind::Undecided);
+    let damped = undecided
+        .iter()
+        .any(|at| modes.modes[*at].omega.is_positive());
     if !undecided.is_empty() {
         let list = numbered(&undecided);
         out.push_str(&format!(
-            "{}: omega^2 of {list} can't be told from zero within its bound, so it may oscillate, grow or rest\n",
+            "{}: {} of {list} can't be told from zero within its bound, so it may {}\n",
             style.paint(Tone::Careful, "undecided"),
+            if damped { "the growth" } else { "omega^2" },
+            if damped {
+                "grow, decay or neither"
+            } else {
+                "oscillate, grow or rest"
+            },
         ));
     } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not settle it\n");
@@ -527,15 +617,17 @@ mod tests {
     fn mode(vector: Vec<f64>) -> NormalMode {
         NormalMode {
             kind: Kind::Oscillation,
-            omega_squared: Ball::ONE,
+            omega_squared: Some(Ball::ONE),
             omega: Ball::ONE,
             growth: Ball::ZERO,
             precise: None,
             vector,
+            imaginary: Vec::new(),
             vector_error_bound: 1e-15,
             cluster: 0,
             symmetry: None,
             meaning: None,
+            limit: None,
         }
     }
 

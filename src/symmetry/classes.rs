@@ -8,6 +8,10 @@
 
 use std::collections::BTreeSet;
 
+use faer::diag::DiagMut;
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
+use faer::{MatMut, Par};
 use nalgebra::DMatrix;
 
 use super::{GroupKind, SignedPermutation, Symmetry};
@@ -25,8 +29,11 @@ const MOST_EFFORT: usize = 2_000_000;
 /// What tells vectors of different symmetry apart.
 #[derive(Clone, Debug)]
 pub struct Classes {
-    /// Elements with their factors; on each class the sum is a number.
-    terms: Vec<(f64, SignedPermutation)>,
+    /// A sum of elements with their factors, which is a number on each class, by columns: where a
+    /// coordinate goes, and by what factor.
+    sum: Vec<Vec<(usize, f64)>>,
+    /// The magnitudes of all factors together, and 1.
+    weight: f64,
     /// These numbers in ascending order, with the names of the classes.
     names: Vec<(f64, String)>,
     active: Vec<bool>,
@@ -42,8 +49,29 @@ impl Classes {
             GroupKind::Other => of_other(symmetry)?,
         };
         names.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let weight = terms
+            .iter()
+            .fold(1.0, |sum, (factor, _)| sum + factor.abs());
+        let mut factors = vec![0.0; symmetry.active.len()];
+        let mut touched = Vec::new();
+        let column = |i: usize| -> Vec<(usize, f64)> {
+            touched.clear();
+            for (factor, element) in &terms {
+                let (to, negative) = element.of(i);
+                touched.push(to);
+                factors[to] += if negative { -factor } else { *factor };
+            }
+            touched.sort_unstable();
+            touched.dedup();
+            let entries = touched.iter();
+            entries
+                .map(|to| (*to, std::mem::take(&mut factors[*to])))
+                .collect()
+        };
+        let sum = (0..symmetry.active.len()).map(column).collect();
         Some(Self {
-            terms,
+            sum,
+            weight,
             names,
             active: symmetry.active.clone(),
         })
@@ -69,11 +97,9 @@ impl Classes {
             return None;
         }
         let mut sum = vec![0.0; vector.len()];
-        let mut weight = 1.0;
-        for (factor, element) in &self.terms {
-            weight += factor.abs();
-            for (own, value) in sum.iter_mut().zip(element.apply(vector)) {
-                *own += factor * value;
+        for (column, value) in self.sum.iter().zip(vector) {
+            for (to, factor) in column {
+                sum[*to] += factor * value;
             }
         }
         let square: f64 = vector.iter().map(|x| x * x).sum();
@@ -82,7 +108,7 @@ impl Classes {
         let pairs = sum.iter().zip(vector);
         if pairs
             .into_iter()
-            .any(|(y, x)| (y - value * x).abs() > weight * allowed)
+            .any(|(y, x)| (y - value * x).abs() > self.weight * allowed)
         {
             return None;
         }
@@ -156,17 +182,28 @@ fn conjugates(
     while let Some(element) = open.pop() {
         for g in generators {
             *effort = effort.checked_sub(3 * of.len())?;
-            let moved = g.after(&element).after(&g.inverse());
+            let moved = element.conjugated(g);
             if !found.contains(&moved) {
                 if found.len() == MOST_CONJUGATES {
                     return None;
                 }
-                found.insert(moved.clone());
-                open.push(moved);
+                open.push(moved.clone());
+                found.insert(moved);
             }
         }
     }
     Some(found)
+}
+
+/// Whether no classes are found for a group that has all permutations of `alike` coordinates among so many.
+///
+/// An exchange of two of them has alike (alike - 1) / 2 conjugates at least, each of which every generator is
+/// tried on, alike - 1 at least: where that takes more than [`MOST_EFFORT`], [`of_other`] finds nothing. For
+/// alike > 3 the group is neither mirrors that commute nor that of a ring.
+pub(super) fn too_many(alike: usize, coordinates: usize) -> bool {
+    let others = alike.saturating_sub(1);
+    let tried = (alike.saturating_mul(others) / 2).saturating_mul(others);
+    alike > 3 && tried.saturating_mul(3 * coordinates) > MOST_EFFORT
 }
 
 /// Sums over the conjugacy classes of the generators and their products; the classes of symmetry are
@@ -199,8 +236,9 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     }
     // Weights without a rational relation, so that no two classes get the same sum by chance.
     let mut terms: Vec<(f64, SignedPermutation)> = Vec::new();
+    let places: Vec<usize> = (0..count).filter(|i| symmetry.active[*i]).collect();
     let mut matrices: Vec<DMatrix<f64>> = Vec::new();
-    let mut all = DMatrix::zeros(count, count);
+    let mut all = DMatrix::zeros(places.len(), places.len());
     for (at, sum) in sums.iter().enumerate() {
         let weight = (at as f64 + 2.0).sqrt().fract().mul_add(0.5, 1.0) / sum.len() as f64;
         let mut matrix = DMatrix::zeros(count, count);
@@ -211,26 +249,20 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
                 matrix[(to, i)] += if negative { -1.0 } else { 1.0 };
             }
         }
-        all += &matrix * weight;
-        matrices.push(matrix);
+        let inner = matrix.select_rows(&places).select_columns(&places);
+        all += &inner * weight;
+        matrices.push(inner);
     }
-    let places: Vec<usize> = (0..count).filter(|i| symmetry.active[*i]).collect();
-    let inner = all.select_rows(&places).select_columns(&places);
     // A sum over a class and its inverses is symmetric.
-    let decomposed = nalgebra::SymmetricEigen::try_new(inner, f64::EPSILON, 1000)?;
+    let (eigenvalues, eigenvectors) = decomposed(all)?;
     let mut values: Vec<(f64, Vec<i64>)> = Vec::new();
-    for (value, vector) in decomposed
-        .eigenvalues
-        .iter()
-        .zip(decomposed.eigenvectors.column_iter())
-    {
+    for (value, vector) in eigenvalues.iter().zip(eigenvectors.column_iter()) {
         if values.iter().any(|(known, _)| (known - value).abs() < 1e-7) {
             continue;
         }
         let tuple = matrices.iter().map(|matrix| {
-            let inner = matrix.select_rows(&places).select_columns(&places);
             // Rounded, so that what is equal is so.
-            ((vector.transpose() * &inner * vector)[(0, 0)] * 1e6).round() as i64
+            ((matrix * vector).dot(&vector) * 1e6).round() as i64
         });
         values.push((*value, tuple.collect()));
     }
@@ -244,4 +276,32 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         .map(|(i, (value, _))| (*value, format!("class {}", i + 1)))
         .collect();
     Some((terms, names))
+}
+
+/// From this dimension on faer decomposes faster than nalgebra.
+const LARGE: usize = 14;
+
+/// Eigenvalues and eigenvectors of a symmetric matrix.
+fn decomposed(matrix: DMatrix<f64>) -> Option<(Vec<f64>, DMatrix<f64>)> {
+    let n = matrix.nrows();
+    if n < LARGE {
+        let eigen = nalgebra::SymmetricEigen::try_new(matrix, f64::EPSILON, 1000)?;
+        return Some((eigen.eigenvalues.as_slice().to_vec(), eigen.eigenvectors));
+    }
+    let entries = faer::MatRef::from_column_major_slice(matrix.as_slice(), n, n);
+    let mut values = vec![0.0; n];
+    let mut vectors = vec![0.0; n * n];
+    let yes = ComputeEigenvectors::Yes;
+    let scratch = self_adjoint_evd_scratch::<f64>(n, yes, Par::Seq, Default::default());
+    let mut memory = MemBuffer::try_new(scratch).ok()?;
+    self_adjoint_evd(
+        entries,
+        DiagMut::from_slice_mut(&mut values),
+        Some(MatMut::from_column_major_slice_mut(&mut vectors, n, n)),
+        Par::Seq,
+        MemStack::new(&mut memory),
+        Default::default(),
+    )
+    .ok()?;
+    Some((values, DMatrix::from_vec(n, n, vectors)))
 }

@@ -97,6 +97,20 @@ impl SignedPermutation {
         Self { image, negative }
     }
 
+    /// g · self · g⁻¹.
+    fn conjugated(&self, g: &Self) -> Self {
+        let mut image = vec![0; self.len()];
+        let mut negative = vec![false; self.len()];
+        for i in 0..self.len() {
+            let (from, first) = g.of(i);
+            let (middle, second) = self.of(i);
+            let (to, third) = g.of(middle);
+            image[from] = to;
+            negative[from] = first ^ second ^ third;
+        }
+        Self { image, negative }
+    }
+
     /// What becomes of a vector.
     #[must_use]
     pub fn apply(&self, vector: &[f64]) -> Vec<f64> {
@@ -175,6 +189,8 @@ pub struct Symmetry {
     pub active: Vec<bool>,
     /// The part that each coordinate is in: what hangs together has the same number.
     pub parts: Vec<usize>,
+    /// Whether there is no more with signs.
+    whole: bool,
 }
 
 /// What kind of group a symmetry is.
@@ -224,8 +240,26 @@ impl Symmetry {
         }
         match Self::find_signed(pattern) {
             Some(signed) if signed.order > unsigned.order => Some(signed),
-            Some(_) | None => plain,
+            Some(_) | None => plain.map(|plain| Self {
+                whole: true,
+                ..plain
+            }),
         }
+    }
+
+    /// Whether the group may be larger with signs, which [`Symmetry::find_signed`] would find.
+    #[must_use]
+    pub fn may_be_larger(&self) -> bool {
+        !self.whole
+    }
+
+    /// Whether a pattern may have classes of symmetry: cheap beside the search, and `false` only where that comes
+    /// to nothing, because all coordinates differ or so many are alike that the group is too large.
+    #[must_use]
+    pub fn may_have_classes(pattern: &Pattern) -> bool {
+        let active = pattern.active();
+        pattern.all_differ(&active) == Some(false)
+            && !classes::too_many(pattern.most_alike(&active), pattern.len())
     }
 
     /// The whole group with signs.
@@ -233,12 +267,16 @@ impl Symmetry {
     pub fn find_signed(pattern: &Pattern) -> Option<Self> {
         let active = pattern.active();
         let signed = pattern.signed_permutations(&active, EFFORT)?;
-        Self::of(
+        let found = Self::of(
             signed.generators,
             signed.order,
             &active,
             &pattern.components(),
-        )
+        );
+        found.map(|found| Self {
+            whole: true,
+            ..found
+        })
     }
 
     fn of(
@@ -259,6 +297,7 @@ impl Symmetry {
             kind,
             active: active.to_vec(),
             parts: parts.to_vec(),
+            whole: false,
         })
     }
 }

@@ -146,21 +146,30 @@ impl Pattern {
         let graph = Graph {
             colours: self.colours(active),
             rows: self.rows.iter().map(row).collect(),
+            opposites: false,
         };
         graph.all_differ(super::EFFORT)
     }
 
+    /// The graph for permutations without signs.
+    fn unsigned(&self, active: &[bool]) -> Graph {
+        let row =
+            |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
+        Graph {
+            colours: self.colours(active),
+            rows: self.rows.iter().map(row).collect(),
+            opposites: false,
+        }
+    }
+
+    /// The largest number of coordinates of which any two can be exchanged while all others stay.
+    pub(super) fn most_alike(&self, active: &[bool]) -> usize {
+        self.unsigned(active).most_alike()
+    }
+
     /// The permutations without signs.
     pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
-        let graph = Graph {
-            colours: self.colours(active),
-            rows: self
-                .rows
-                .iter()
-                .map(|row| row.iter().map(|(j, label)| (*j, *label as u64)).collect())
-                .collect(),
-        };
-        let found = graph.automorphisms(effort)?;
+        let found = self.unsigned(active).automorphisms(effort)?;
         let generators = found.generators.into_iter();
         Some(Permutations {
             generators: generators.map(SignedPermutation::unsigned).collect(),
@@ -177,7 +186,10 @@ impl Pattern {
         active: &[bool],
         effort: usize,
     ) -> Option<Permutations> {
-        let mut graph = Graph::default();
+        let mut graph = Graph {
+            opposites: true,
+            ..Graph::default()
+        };
         for (i, colour) in self.colours(active).into_iter().enumerate() {
             for opposite in [0, 1] {
                 let mut row: Vec<(usize, u64)> = vec![(2 * i + 1 - opposite, 0)];

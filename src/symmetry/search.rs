@@ -12,8 +12,10 @@
 pub(super) struct Graph {
     /// What tells vertices apart from the start.
     pub(super) colours: Vec<u64>,
-    /// Neighbours in ascending order, with the labels of the edges; both directions are there.
+    /// Neighbours in ascending order, with the labels of the edges; both directions are there, with one label.
     pub(super) rows: Vec<Vec<(usize, u64)>>,
+    /// Whether vertices 2i and 2i + 1 are each other's opposites, which no permutation takes apart.
+    pub(super) opposites: bool,
 }
 
 /// A group of permutations, each given by the images of 0, 1, …
@@ -68,17 +70,22 @@ impl Graph {
 
     /// Colours vertices anew by what they see until that tells no more of them apart. A hash that
     /// comes out equal by chance tells too few apart, which costs time and nothing else.
-    fn refine(&self, colours: &mut Vec<u64>, effort: &mut Effort) -> Option<Vec<u64>> {
+    fn refine(
+        &self,
+        mixed: &[Vec<(usize, u64)>],
+        colours: &mut Vec<u64>,
+        effort: &mut Effort,
+    ) -> Option<Vec<u64>> {
         let mut before = sorted(colours);
         let mut count = distinct(&before);
         let mut rounds = 1;
         loop {
             effort.spend(rounds * self.edges())?;
             for _ in 0..rounds {
-                let next = self.rows.iter().zip(colours.iter()).map(|(row, own)| {
+                let next = mixed.iter().zip(colours.iter()).map(|(row, own)| {
                     row.iter().fold(mix(*own), |sum, (j, label)| {
                         let seen = colours.get(*j).copied().unwrap_or(0);
-                        sum.wrapping_add(mix(seen ^ mix(*label)))
+                        sum.wrapping_add(mix(seen ^ label))
                     })
                 });
                 *colours = next.collect();
@@ -94,15 +101,87 @@ impl Graph {
         }
     }
 
+    /// The rows with labels in which every bit counts.
+    fn mixed(&self) -> Vec<Vec<(usize, u64)>> {
+        let row =
+            |row: &Vec<(usize, u64)>| row.iter().map(|(j, label)| (*j, mix(*label))).collect();
+        self.rows.iter().map(row).collect()
+    }
+
     /// Whether refinement tells all vertices apart.
     pub(super) fn all_differ(&self, effort: usize) -> Option<bool> {
         let mut colours = self.colours.clone();
-        let sorted = self.refine(&mut colours, &mut Effort(effort))?;
+        let sorted = self.refine(&self.mixed(), &mut colours, &mut Effort(effort))?;
         Some(distinct(&sorted) == colours.len())
     }
 
-    fn level(&self, mut colours: Vec<u64>, effort: &mut Effort) -> Option<Level> {
-        let sorted = self.refine(&mut colours, effort)?;
+    /// The largest number of vertices of which any two can be exchanged while all others stay.
+    ///
+    /// Two such see the same beside each other, so that with themselves among their neighbours, by the label
+    /// of the edge between them if there is one, they see the same throughout; being exchanged by chance of
+    /// equal hashes is checked, so that the number may be too small and never too large.
+    pub(super) fn most_alike(&self) -> usize {
+        let mut keys: Vec<(u64, usize)> = Vec::new();
+        let mut labels: Vec<u64> = Vec::new();
+        for (i, row) in self.rows.iter().enumerate() {
+            let seen = |j: usize, label: u64| mix(j as u64 ^ mix(label));
+            let sum = row.iter().fold(mix(self.colours[i]), |sum, (j, label)| {
+                sum.wrapping_add(seen(*j, *label))
+            });
+            labels.clear();
+            labels.extend(row.iter().map(|(_, label)| *label));
+            labels.sort_unstable();
+            labels.dedup();
+            keys.push((sum, i));
+            let with_itself = |label: &u64| sum.wrapping_add(seen(i, *label)) ^ mix(*label);
+            keys.extend(labels.iter().map(|label| (with_itself(label), i)));
+        }
+        keys.sort_unstable();
+        let alike = keys.chunk_by(|a, b| a.0 == b.0).map(|group| {
+            let first = group[0].1;
+            let exchanged = group[1..]
+                .iter()
+                .filter(|(_, i)| self.exchange(first, *i).is_some());
+            1 + exchanged.count()
+        });
+        alike.max().unwrap_or(0)
+    }
+
+    /// The permutation that exchanges two vertices, and their opposites, if it keeps colours and edges.
+    fn exchange(&self, a: usize, b: usize) -> Option<Vec<usize>> {
+        let opposite = |i: usize| if self.opposites { i ^ 1 } else { i };
+        if opposite(a) == b && a != b {
+            return None;
+        }
+        let moved = [(a, b), (opposite(a), opposite(b))];
+        let image = |i: usize| {
+            let to = moved.iter().find_map(|(x, y)| match i {
+                i if i == *x => Some(*y),
+                i if i == *y => Some(*x),
+                _ => None,
+            });
+            to.unwrap_or(i)
+        };
+        // Edges have one label for both directions: where the rows of those that move are kept, so are
+        // all others.
+        let mut row_image: Vec<(usize, u64)> = Vec::new();
+        let kept = moved.iter().all(|(from, to)| {
+            let row = self.rows[*from].iter();
+            row_image.clear();
+            row_image.extend(row.map(|(j, label)| (image(*j), *label)));
+            row_image.sort_unstable();
+            self.colours[*from] == self.colours[*to] && self.rows[*to] == row_image
+        });
+        kept.then(|| (0..self.rows.len()).map(image).collect())
+    }
+
+    fn level(
+        &self,
+        mixed: &[Vec<(usize, u64)>],
+        mut colours: Vec<u64>,
+        effort: &mut Effort,
+    ) -> Option<Level> {
+        let sorted = self.refine(mixed, &mut colours, effort)?;
         let base = smallest_cell(&colours, &sorted);
         Some(Level {
             colours,
@@ -139,12 +218,13 @@ impl Graph {
             generators: Vec::new(),
             order: 1.0,
         };
-        let mut levels = vec![self.level(self.colours.clone(), &mut effort)?];
+        let mixed = self.mixed();
+        let mut levels = vec![self.level(&mixed, self.colours.clone(), &mut effort)?];
         while let Some(base) = levels.last().and_then(|level| level.base) {
             let colours = levels
                 .last()
                 .map_or_else(Vec::new, |level| level.colours.clone());
-            levels.push(self.level(singled_out(colours, base), &mut effort)?);
+            levels.push(self.level(&mixed, singled_out(colours, base), &mut effort)?);
         }
         for depth in (0..levels.len()).rev() {
             let Some(base) = levels[depth].base else {
@@ -164,7 +244,12 @@ impl Graph {
                 {
                     continue;
                 }
-                match self.search(&levels, depth, to, &mut effort)? {
+                // Base vertices are the first of their kind, so that the search would find no other.
+                let generator = match self.exchange(base, to) {
+                    Some(generator) => Some(generator),
+                    None => self.search(&mixed, &levels, depth, to, &mut effort)?,
+                };
+                match generator {
                     Some(generator) => {
                         orbits.join(&generator);
                         refused = refused.iter().map(|at| orbits.of(*at)).collect();
@@ -185,6 +270,7 @@ impl Graph {
     /// An automorphism that holds the base vertices before `depth` and takes the next one to `to`.
     fn search(
         &self,
+        mixed: &[Vec<(usize, u64)>],
         levels: &[Level],
         depth: usize,
         to: usize,
@@ -195,7 +281,7 @@ impl Graph {
         let mut open = vec![(start, depth, to)];
         while let Some((colours, depth, to)) = open.pop() {
             let mut colours = singled_out(colours, to);
-            let target = self.refine(&mut colours, effort)?;
+            let target = self.refine(mixed, &mut colours, effort)?;
             let Some(source) = levels.get(depth + 1) else {
                 continue;
             };
@@ -275,5 +361,54 @@ impl Orbits {
             self.0[i] = low;
             self.0[*j] = low;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every vertex beside every other, by labels and colours that are given.
+    fn complete(count: usize, label: impl Fn(usize, usize) -> u64, colours: Vec<u64>) -> Graph {
+        let row = |i: usize| {
+            (0..count)
+                .filter(|j| *j != i)
+                .map(|j| (j, label(i, j)))
+                .collect()
+        };
+        Graph {
+            colours,
+            rows: (0..count).map(row).collect(),
+            opposites: false,
+        }
+    }
+
+    #[test]
+    fn alike_vertices_are_counted_and_exchanged() {
+        let one = |_: usize, _: usize| 1;
+        assert_eq!(complete(7, one, vec![0; 7]).most_alike(), 7);
+        assert_eq!(complete(7, one, vec![0, 0, 1, 1, 1, 1, 0]).most_alike(), 4);
+        // The edges of a ring of six have a label of their own: its turns exchange no two vertices alone.
+        let ring = |i: usize, j: usize| {
+            if [1, 5].contains(&i.abs_diff(j)) {
+                2
+            } else {
+                1
+            }
+        };
+        assert_eq!(complete(6, ring, vec![0; 6]).most_alike(), 1);
+        // The hub of a star is like none of its ends, which have no edges between them.
+        let mut star = complete(5, one, vec![0; 5]);
+        for (i, row) in star.rows.iter_mut().enumerate().skip(1) {
+            row.retain(|(j, _)| *j == 0 || i == 0);
+        }
+        assert_eq!(star.most_alike(), 4);
+        assert!(star.exchange(0, 1).is_none());
+        assert_eq!(star.exchange(2, 4), Some(vec![0, 1, 4, 3, 2]));
+        let found = star.automorphisms(1000).unwrap();
+        assert_eq!(found.order, 24.0);
+        let found = complete(6, one, vec![0; 6]).automorphisms(100_000).unwrap();
+        assert_eq!(found.order, 720.0);
+        assert_eq!(found.generators.len(), 5);
     }
 }

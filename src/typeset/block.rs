@@ -45,6 +45,16 @@ impl Block {
     /// Puts blocks side by side, their lines in line.
     #[must_use]
     pub fn beside(blocks: &[Self]) -> Self {
+        // Mostly there is one line, and nothing to be measured.
+        if blocks.iter().all(|block| block.lines.len() == 1) {
+            let lines = blocks.iter().flat_map(|block| &block.lines);
+            let mut line = String::with_capacity(lines.clone().map(String::len).sum());
+            lines.for_each(|text| line.push_str(text));
+            return Self {
+                lines: vec![line],
+                base: 0,
+            };
+        }
         let above = blocks.iter().map(|block| block.base).max().unwrap_or(0);
         let below = blocks.iter().map(|block| block.height() - block.base).max();
         let height = above + below.unwrap_or(1);
@@ -296,12 +306,17 @@ impl Formula {
     /// outermost sum. Rows of more than one line are set apart by none.
     #[must_use]
     pub fn text(&self, width: usize) -> Vec<String> {
-        let whole = self.block();
-        if whole.width() <= width {
+        let mut pieces = Vec::new();
+        self.blocks(None, &mut pieces);
+        let widths: Vec<usize> = pieces.iter().map(Block::width).collect();
+        if widths.iter().sum::<usize>() <= width {
+            let whole = Block::beside(&pieces);
             return whole.lines().map(str::to_owned).collect();
         }
-        let mut pieces = Vec::new();
-        self.blocks(width, &mut pieces);
+        if widths.iter().any(|own| *own > width / 2) {
+            pieces.clear();
+            self.blocks(Some(width), &mut pieces);
+        }
         let mut lines = Vec::new();
         let mut row: Vec<Block> = Vec::new();
         let mut used = 0;
@@ -318,8 +333,8 @@ impl Formula {
         lines
     }
 
-    /// What a line may be broken between.
-    fn blocks(&self, width: usize, out: &mut Vec<Block>) {
+    /// What a line may be broken between; for lines of some width, also within brackets that are longer than half of it.
+    fn blocks(&self, width: Option<usize>, out: &mut Vec<Block>) {
         match self {
             Self::Relation(parts) => {
                 for (at, part) in parts.iter().enumerate() {
@@ -341,10 +356,13 @@ impl Formula {
                     }
                 }
             }
-            // Brackets that are longer than half a line are opened.
-            Self::Product(factors) if self.block().width() > width / 2 => {
+            Self::Product(factors) => {
+                let whole = self.block();
                 match factors.as_slice() {
-                    [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+                    [before @ .., Self::Parentheses(inner)]
+                        if matches!(**inner, Self::Sum(_))
+                            && width.is_some_and(|width| whole.width() > width / 2) =>
+                    {
                         let first = out.len();
                         inner.blocks(width, out);
                         if let Some(piece) = out.get_mut(first) {
@@ -355,7 +373,7 @@ impl Formula {
                             *piece = Block::beside(&[piece.clone(), Block::line(")")]);
                         }
                     }
-                    _ => out.push(self.block()),
+                    _ => out.push(whole),
                 }
             }
             other => out.push(other.block()),

@@ -44,10 +44,11 @@ impl Notation {
     /// `V` are symbols like others.
     #[must_use]
     pub fn read_relation(&self, text: &str) -> Option<Formula> {
-        const SIGNS: [(&str, Sign); 6] = [
+        const SIGNS: [(&str, Sign); 7] = [
             ("; or ", Sign::Or),
             (", if ", Sign::If),
             (" <= ", Sign::LessEqual),
+            (" >= ", Sign::GreaterEqual),
             (" < ", Sign::Less),
             (" > ", Sign::Greater),
             (" = ", Sign::Equal),

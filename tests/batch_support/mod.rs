@@ -5,13 +5,10 @@ use librate::batch::Solution;
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::syntax::parse;
 
-pub(crate) fn model_of(text: &str, tables: &TableTexts) -> Model {
-    let file = parse(text).unwrap_or_else(|errors| panic!("{errors:?}"));
-    elaborate(&file, tables, &Settings::new()).unwrap_or_else(|errors| panic!("{errors:?}"))
-}
-
 pub(crate) fn model(text: &str) -> Model {
-    model_of(text, &TableTexts::new())
+    let file = parse(text).unwrap_or_else(|errors| panic!("{errors:?}"));
+    elaborate(&file, &TableTexts::new(), &Settings::new())
+        .unwrap_or_else(|errors| panic!("{errors:?}"))
 }
 
 /// Knuth's MMIX generator, between 0 and 1.

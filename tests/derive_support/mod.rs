@@ -2,44 +2,11 @@
 //! force, values of printed expressions through the parser.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
-use std::path::{Path, PathBuf};
-
 use librate::derive::{Derivation, Motion, MotionSum};
-use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape, ZeroVerdict};
-use librate::model::{Model, Settings, SymbolKind, TableTexts, TermFamily, elaborate};
+use librate::expr::{ExprId, Pool, Seeds, Substitution, Symbol, Tape};
+use librate::model::{Model, SymbolKind, TermFamily};
 use librate::number::Number;
 use librate::precision::{Big, Scalar};
-use librate::syntax::{StatementKind, parse};
-
-pub(crate) fn model_files() -> Vec<PathBuf> {
-    let mut files: Vec<PathBuf> = std::fs::read_dir("models")
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|end| end == "lag"))
-        .collect();
-    files.sort();
-    assert!(files.len() > 40);
-    files
-}
-
-pub(crate) fn load(path: &Path) -> Model {
-    let text = std::fs::read_to_string(path).unwrap();
-    let file = parse(&text).unwrap();
-    let mut tables = TableTexts::new();
-    for statement in &file.statements {
-        if let StatementKind::Table { path: table, .. } = &statement.kind {
-            let csv = std::fs::read_to_string(path.parent().unwrap().join(table)).unwrap();
-            tables = tables.with(table.clone(), csv);
-        }
-    }
-    elaborate(&file, &tables, &Settings::new()).unwrap()
-}
-
-pub(crate) fn model(text: &str) -> Model {
-    let file = parse(text).unwrap_or_else(|errors| panic!("{text}: {errors:?}"));
-    elaborate(&file, &TableTexts::new(), &Settings::new())
-        .unwrap_or_else(|errors| panic!("{text}: {errors:?}"))
-}
 
 fn written_out(model: &Model, pool: &mut Pool, families: &[TermFamily]) -> ExprId {
     let mut terms = Vec::new();
@@ -225,7 +192,7 @@ pub(crate) fn values(
     for (k, text) in texts.iter().enumerate() {
         file.push_str(&format!("param value_{k} = {}\n", renamed(text, &new)));
     }
-    let read = self::model(&file);
+    let read = crate::common::model(&file);
     let roots: Vec<ExprId> = (0..texts.len())
         .map(|k| {
             let name = format!("value_{k}");
@@ -252,39 +219,4 @@ pub(crate) fn left_sides(derivation: &Derivation) -> Vec<String> {
     texts
         .map(|text| text.strip_suffix(" = 0").unwrap().to_owned())
         .collect()
-}
-
-/// Whether two expressions are the same: modulo a prime where that decides, else at points near 1/2 with
-/// 60 digits.
-pub(crate) fn are_equal(pool: &mut Pool, a: ExprId, b: ExprId) -> bool {
-    const BITS: usize = 400;
-    let difference = pool.sub(a, b);
-    match pool.is_zero(difference) {
-        ZeroVerdict::Zero => return true,
-        ZeroVerdict::NonZero => return false,
-        ZeroVerdict::Unknown => {}
-    }
-    let symbols = pool.symbols_of(&[difference, a]);
-    let tape = Tape::compile(pool, &[difference, a], &symbols).unwrap();
-    let mut decided = 0;
-    let mut state = 12_345_u64;
-    for _ in 0..20 {
-        let point: Vec<Big> = symbols
-            .iter()
-            .map(|_| {
-                state = state * 48_271 % 2_147_483_647;
-                let value = Number::ratio(300 + (state % 600) as i64, 1000).unwrap();
-                Big::from_number(&value, BITS)
-            })
-            .collect();
-        let values = tape.prepare::<Big>(BITS).evaluate(&point, &mut Vec::new());
-        if values.iter().all(Big::is_finite) {
-            let size = values[1].mid_f64().abs().max(1.0);
-            if values[0].mid_f64().abs() > 1e-60 * size {
-                return false;
-            }
-            decided += 1;
-        }
-    }
-    decided >= 3
 }

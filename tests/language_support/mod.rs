@@ -126,7 +126,7 @@ fn run_source(
 }
 
 /// The conventions for vectors: xᵀMy is 1 or 0, and the first component within 1e-6 of the largest
-/// is positive.
+/// is positive. Complex ones have xᴴMx = 1 and are not orthogonal to each other.
 pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
     let n = done.linearized.dimension();
     let mass: Vec<f64> = done.linearized.mass().iter().map(Ball::mid_f64).collect();
@@ -140,14 +140,32 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
                 one.vector.len()
             )];
         }
-        let applied: Vec<f64> = (0..n)
-            .map(|row| {
-                (0..n)
-                    .map(|column| mass[row + n * column] * one.vector[column])
-                    .sum()
-            })
-            .collect();
+        let times = |x: &[f64]| -> Vec<f64> {
+            let row = |row| (0..n).map(|at| mass[row + n * at] * x[at]).sum();
+            (0..n).map(row).collect()
+        };
+        let applied = times(&one.vector);
+        if !one.imaginary.is_empty() {
+            let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
+            let other = times(&one.imaginary);
+            let square = dot(&applied, &one.vector) + dot(&other, &one.imaginary);
+            if (square - 1.0).abs() > 1e-9 + 1e3 * one.vector_error_bound {
+                faults.push(format!("xᴴMx of {} is {square}", i + 1));
+            }
+            let size = |at: &usize| one.vector[*at].hypot(one.imaginary[*at]);
+            let largest = (0..n).map(|at| size(&at)).fold(0.0, f64::max);
+            let lead = (0..n)
+                .find(|at| size(at) >= largest * (1.0 - 1e-6))
+                .unwrap();
+            if one.vector[lead] <= 0.0 || one.imaginary[lead] != 0.0 {
+                faults.push(format!("vector {} has the wrong phase", i + 1));
+            }
+            continue;
+        }
         for (j, other) in modes.iter().enumerate().take(i + 1) {
+            if !other.imaginary.is_empty() {
+                continue;
+            }
             let product: f64 = applied.iter().zip(&other.vector).map(|(a, b)| a * b).sum();
             let want = if i == j { 1.0 } else { 0.0 };
             // Masses that differ by many decades leave more rounding in this sum than in x.

@@ -4,9 +4,9 @@
     python equations.py [NAME ...]          write equations/NAME.json (all without names)
     python equations.py --check [NAME ...]  compute again and compare; exit status 1 if anything differs
 
-The systems are those of make.py, every T and V written by hand a second time.  At some points (q, q', q'')
-the left sides d/dt dL/dq_i' - dL/dq_i are computed by central differences alone, with 200 digits and the
-step 1e-45: the momenta by differences of T, their rate along q + q' s + q'' s^2/2.  No formula of
+The systems are those of make.py without constraints, every T and V written by hand a second time.  At some points
+(q, q', q'') the left sides d/dt dL/dq_i' - dL/dq_i + dF/dq_i' are computed by central differences alone, with 200
+digits and the step 1e-45: the momenta by differences of L, their rate along q + q' s + q'' s^2/2.  No formula of
 mechanics but Lagrange's equation itself is used, and no computer algebra.
 """
 import argparse
@@ -16,6 +16,7 @@ from pathlib import Path
 
 import many          # noqa: F401 (fills the register)
 import one_and_two   # noqa: F401
+import rotation      # noqa: F401
 from mpmath import mpf, nstr
 from numerics import STEP, decimal, unit
 from register import SYSTEMS
@@ -41,23 +42,24 @@ def draws(seed):
         yield mpf(state % 1000 - 500) / 1000
 
 
-def left_sides(T, V, q, v, a, scale):
+def left_sides(L, F, q, v, a, scale):
     n, h = len(q), STEP * scale
 
     def at(s):
         return ([x + s * y + s * s / 2 * z for x, y, z in zip(q, v, a)], [y + s * z for y, z in zip(v, a)])
 
-    def momentum(i, q, v):
+    def by_velocity(f, i, q, v):
         step = [h * c for c in unit(n, i)]
-        return (T(q, [x + d for x, d in zip(v, step)]) - T(q, [x - d for x, d in zip(v, step)])) / (2 * h)
+        return (f(q, [x + d for x, d in zip(v, step)]) - f(q, [x - d for x, d in zip(v, step)])) / (2 * h)
 
     def force(i):
         step = [h * c for c in unit(n, i)]
-        L = lambda q: T(q, v) - V(q)
-        return (L([x + d for x, d in zip(q, step)]) - L([x - d for x, d in zip(q, step)])) / (2 * h)
+        return (L([x + d for x, d in zip(q, step)], v) - L([x - d for x, d in zip(q, step)], v)) / (2 * h)
 
     s = STEP
-    return [(momentum(i, *at(s)) - momentum(i, *at(-s))) / (2 * s) - force(i) for i in range(n)]
+    friction = [0] * n if F is None else [by_velocity(F, i, q, v) for i in range(n)]
+    rates = [(by_velocity(L, i, *at(s)) - by_velocity(L, i, *at(-s))) / (2 * s) for i in range(n)]
+    return [rates[i] - force(i) + friction[i] for i in range(n)]
 
 
 def rounded(x):
@@ -73,16 +75,17 @@ def short(x):
 def reference(name):
     how, error, build = SYSTEMS[name]
     coordinates, q0, system = build()
-    if error or "T" not in system or len(coordinates) > MOST:
+    if error or system.get("constraints") or not {"T", "lagrangian"} & set(system) or len(coordinates) > MOST:
         return None
-    T, V, scale = system["T"], system["V"], mpf(system.get("scale", 1))
+    scale, F = mpf(system.get("scale", 1)), system.get("dissipation")
+    L = system.get("lagrangian") or (lambda q, v: system["T"](q, v) - system["V"](q))
     factor = mpf(FACTOR.get(name, 1))
     draw, points = draws(20 + len(name)), []
     for _ in range(POINTS):
         q = [rounded(x0 + scale * next(draw)) for x0 in map(mpf, q0)]
         v = [rounded(scale * next(draw)) for _ in q]
         a = [rounded(scale * next(draw)) for _ in q]
-        values = [factor * x for x in left_sides(T, V, q, v, a, scale)]
+        values = [factor * x for x in left_sides(L, F, q, v, a, scale)]
         points.append({"q": [short(x) for x in q], "v": [short(x) for x in v], "a": [short(x) for x in a],
                        "lhs": [decimal(x) for x in values]})
     return {"model": name, "coordinates": coordinates, "points": points}

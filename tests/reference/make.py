@@ -5,7 +5,7 @@
     python make.py --check [NAME ...]    compute again and compare; exit status 1 if anything differs
 
 Needs mpmath; gmpy2 makes it faster.  The model files are not read: every T and V is written by hand once more
-in one_and_two.py, many.py and hard.py, with the parameter values repeated there.  See README.md.
+in one_and_two.py, many.py, hard.py and rotation.py, with the parameter values repeated there.  See README.md.
 """
 import argparse
 import json
@@ -16,6 +16,7 @@ from pathlib import Path
 import hard          # noqa: F401 (fills the register)
 import many          # noqa: F401
 import one_and_two   # noqa: F401
+import rotation      # noqa: F401
 from mpmath import mpf
 from numerics import decimal, modes, squares, stability
 from register import SYSTEMS
@@ -40,6 +41,8 @@ def reference(name):
         return entry | {"error": error}
     symmetry, extra = system.pop("symmetry", None), system.pop("extra", {})
     q0 = [mpf(x) for x in q0]
+    if "entries" in system:    # exponents, not squares of frequencies
+        return entry | {"equilibrium": [decimal(x) for x in q0]} | system["entries"]
     values = system["values"] if "values" in system else squares(coordinates, q0=q0, **system)
     entry |= {"equilibrium": [decimal(x) for x in q0], "stability": stability(values), "modes": modes(values)}
     if symmetry:

@@ -19,6 +19,7 @@ use dashu_int::IBig;
 use super::certify::{Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
+use super::quick::Bounds;
 use super::{
     Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers,
 };
@@ -60,7 +61,9 @@ impl Precise {
             Kind::Oscillation => (omega_squared.sqrt(), zero),
             Kind::Zero => (zero.clone(), zero),
             Kind::Unstable => (zero, (-&omega_squared).sqrt()),
-            Kind::Undecided => (omega_squared.sqrt(), (-&omega_squared).sqrt()),
+            Kind::Damped | Kind::Overdamped | Kind::Undecided => {
+                (omega_squared.sqrt(), (-&omega_squared).sqrt())
+            }
         };
         Self {
             omega_squared,
@@ -309,7 +312,7 @@ impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
-            let couplings = round.couplings()?;
+            let couplings = round.couplings(Bounds::Products)?;
             let m = x.columns;
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
             let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));

@@ -1,0 +1,496 @@
+//! Names for what a page would repeat: distances of a molecule, sums of masses, an angle with its arccosine.
+//!
+//! Counted is what stands on the page, not what the pool holds once. A name is given where it saves much, and the
+//! names as a whole have to save a good part of the page; else everything stays written out.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::motion::MotionSum;
+use super::simplify::{Simplifier, rebuild};
+use super::{Derivation, Names};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol};
+use crate::number::Number;
+
+/// What is named has so many symbols at least, stands there so often, and saves so many.
+const LEAST_SYMBOLS: u64 = 8;
+const LEAST_TIMES: u64 = 3;
+const LEAST_SAVED: u64 = 60;
+/// More names than this are more to remember than they save.
+const MOST_NAMES: usize = 12;
+/// Rounds of naming: what is named contains what is named in the next one.
+const MOST_ROUNDS: usize = 4;
+
+/// A name and what it stands for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Definition {
+    /// The name, which is no name of the model.
+    pub name: String,
+    /// Its symbol.
+    pub symbol: Symbol,
+    /// What it stands for; earlier names may occur.
+    pub value: ExprId,
+    /// The same in the model language, a distance as the length of a vector.
+    pub text: String,
+}
+
+/// What gets a name.
+#[derive(Clone, Copy)]
+struct Candidate {
+    id: ExprId,
+    /// Whether it is the square root of the expression.
+    root: bool,
+    saved: u64,
+}
+
+struct Named {
+    symbol: ExprId,
+    name: String,
+    value: ExprId,
+    /// How it is written where that is shorter than the value.
+    text: Option<String>,
+    /// Whether the name tells what it is: the distance of two points.
+    is_distance: bool,
+}
+
+impl Derivation {
+    /// The same derivation for a page, with names for what it would repeat too often, and what they stand for, each after
+    /// those that occur in it. `None` where that would save little.
+    ///
+    /// Closed forms and normal coordinates are left as they are.
+    #[must_use]
+    pub fn abbreviated(&self) -> Option<(Self, Vec<Definition>)> {
+        let mut roots = Vec::new();
+        // Looked through without a change.
+        let mut page = PageOf {
+            equations: self.equations.clone(),
+            energy: self.energy.clone(),
+            linear: self.linear.as_ref().ok().cloned(),
+        };
+        page.for_each(&mut |e| roots.push(*e));
+        let mut weights = Simplifier::default();
+        let total = |pool: &Pool, weights: &mut Simplifier, roots: &[ExprId]| -> u64 {
+            let each = roots.iter().map(|root| weights.weight(pool, *root));
+            each.fold(0, u64::saturating_add)
+        };
+        let before = total(&self.pool, &mut weights, &roots);
+        if candidates(&self.pool, &mut weights, &roots, &page.entries()).is_empty() {
+            return None;
+        }
+        let mut pool = self.pool.clone();
+        let mut letters = Letters::new(self);
+        let mut named: Vec<Named> = Vec::new();
+        for _ in 0..MOST_ROUNDS {
+            let mut all = roots.clone();
+            all.extend(named.iter().map(|own| own.value));
+            let mut chosen = candidates(&pool, &mut weights, &all, &page.entries());
+            chosen.truncate(MOST_NAMES.saturating_sub(named.len()));
+            if chosen.is_empty() {
+                break;
+            }
+            let first = named.len();
+            for candidate in &chosen {
+                let own = letters.name(&mut pool, *candidate);
+                named.push(own);
+            }
+            let (earlier, new) = named.split_at_mut(first);
+            let mut images = Images::new(&chosen, new);
+            images.apply(&mut pool, &all);
+            for root in &mut roots {
+                *root = images.of(*root);
+            }
+            for own in earlier {
+                let image = images.of(own.value);
+                if image != own.value {
+                    own.value = image;
+                    own.text = None;
+                }
+            }
+            page.for_each(&mut |e| *e = images.of(*e));
+        }
+        let definitions: Vec<ExprId> = named.iter().map(|own| own.value).collect();
+        let after = total(&pool, &mut weights, &roots).saturating_add(total(
+            &pool,
+            &mut weights,
+            &definitions,
+        ));
+        // A tenth at least.
+        if named.is_empty() || after.saturating_add(before / 10) > before {
+            return None;
+        }
+        let named = in_order(&pool, named);
+        let (definitions, renamed) = letters.numbered(&mut pool, named);
+        page.for_each(&mut |e| *e = pool.substitute_one(*e, &renamed));
+        let mut derivation = self.clone();
+        derivation.pool = pool;
+        derivation.equations = page.equations;
+        derivation.energy = page.energy;
+        if let (Ok(linear), Some(page)) = (&mut derivation.linear, page.linear) {
+            *linear = page;
+        }
+        Some((derivation, definitions))
+    }
+}
+
+/// The parts in which names are given.
+struct PageOf {
+    equations: Option<Vec<MotionSum>>,
+    energy: Option<super::Energy>,
+    linear: Option<super::Linear>,
+}
+
+impl PageOf {
+    /// The entries of M and K: what is looked for there is not to be found elsewhere.
+    fn entries(&self) -> BTreeSet<ExprId> {
+        let linear = self.linear.iter();
+        let rows = linear.flat_map(|linear| linear.mass.iter().chain(&linear.stiffness));
+        rows.flatten().copied().collect()
+    }
+
+    fn for_each(&mut self, visit: &mut dyn FnMut(&mut ExprId)) {
+        let mut in_sum = |sum: &mut MotionSum| {
+            for term in &mut sum.terms {
+                visit(&mut term.coefficient);
+            }
+        };
+        self.equations.iter_mut().flatten().for_each(&mut in_sum);
+        if let Some(energy) = &mut self.energy {
+            energy.momenta.iter_mut().for_each(&mut in_sum);
+            in_sum(&mut energy.function);
+            energy.hamiltonian.iter_mut().for_each(&mut in_sum);
+        }
+        if let Some(linear) = &mut self.linear {
+            if let Some(part) = &mut linear.second_order {
+                part.equations.iter_mut().for_each(&mut in_sum);
+                in_sum(&mut part.kinetic);
+                in_sum(&mut part.potential);
+            }
+            let rows = linear.mass.iter_mut().chain(&mut linear.stiffness);
+            rows.flatten().for_each(visit);
+        }
+    }
+}
+
+/// What is worth a name, the most saving first; none of them is a part of another.
+fn candidates(
+    pool: &Pool,
+    weights: &mut Simplifier,
+    roots: &[ExprId],
+    entries: &BTreeSet<ExprId>,
+) -> Vec<Candidate> {
+    let ids = pool.reachable(roots);
+    // How often each stands on the page, and how often below a root or a fractional power.
+    let mut times: HashMap<ExprId, u64> = HashMap::with_capacity(ids.len());
+    let mut below_root: HashMap<ExprId, u64> = HashMap::new();
+    for root in roots {
+        *times.entry(*root).or_default() += 1;
+    }
+    for id in ids.iter().rev() {
+        let own = times.get(id).copied().unwrap_or(0);
+        pool.node(*id).for_each_child(|child| {
+            let count = times.entry(child).or_default();
+            *count = count.saturating_add(own);
+        });
+        if let Node::Product(factors) = pool.node(*id) {
+            for (base, _) in factors.iter().filter(|(_, e)| is_half(e)) {
+                let count = below_root.entry(*base).or_default();
+                *count = count.saturating_add(own);
+            }
+        }
+    }
+    let mut found: Vec<Candidate> = Vec::new();
+    for id in ids {
+        let is_one = match pool.node(id) {
+            Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
+            Node::Function(..) | Node::Power { .. } | Node::Atan2 { .. } => true,
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Product(_) | Node::Undefined => {
+                false
+            }
+        };
+        let count = times.get(&id).copied().unwrap_or(0);
+        if !is_one || count < LEAST_TIMES || entries.contains(&id) {
+            continue;
+        }
+        let root = below_root.get(&id).is_some_and(|of| 2 * of >= count);
+        let weight = weights.weight(pool, id) + 2;
+        if weight < LEAST_SYMBOLS {
+            continue;
+        }
+        // Each but the one in the definition becomes one symbol.
+        let saved = ((count - 1).saturating_mul(weight)).saturating_sub(count + 4);
+        if saved >= LEAST_SAVED {
+            found.push(Candidate { id, root, saved });
+        }
+    }
+    found.sort_by_key(|own| (std::cmp::Reverse(own.saved), own.id));
+    let mut chosen: Vec<Candidate> = Vec::new();
+    let mut inside: BTreeSet<ExprId> = BTreeSet::new();
+    for own in found {
+        let parts = pool.reachable(&[own.id]);
+        if inside.contains(&own.id) || parts.iter().any(|id| chosen.iter().any(|c| c.id == *id)) {
+            continue;
+        }
+        inside.extend(parts);
+        chosen.push(own);
+        if chosen.len() == MOST_NAMES {
+            break;
+        }
+    }
+    chosen
+}
+
+/// Whether an exponent is whole but for a half.
+fn is_half(exponent: &Number) -> bool {
+    !exponent.is_integer() && exponent.mul(&Number::from(2)).is_integer()
+}
+
+/// What becomes of expressions where some have names.
+struct Images {
+    images: HashMap<ExprId, ExprId>,
+    /// The bases whose roots have names.
+    roots: HashMap<ExprId, ExprId>,
+}
+
+impl Images {
+    fn new(chosen: &[Candidate], named: &[Named]) -> Self {
+        let mut images = HashMap::new();
+        let mut roots = HashMap::new();
+        for (own, name) in chosen.iter().zip(named) {
+            if own.root {
+                roots.insert(own.id, name.symbol);
+            } else {
+                images.insert(own.id, name.symbol);
+            }
+        }
+        Self { images, roots }
+    }
+
+    fn of(&self, e: ExprId) -> ExprId {
+        self.images.get(&e).copied().unwrap_or(e)
+    }
+
+    fn apply(&mut self, pool: &mut Pool, roots: &[ExprId]) {
+        for id in pool.reachable(roots) {
+            if self.images.contains_key(&id) {
+                continue;
+            }
+            let image = if let Some(root) = self.roots.get(&id) {
+                pool.square(*root)
+            } else if let Node::Product(factors) = pool.node(id) {
+                // S^(3/2) is the third power of the root.
+                let factors = factors.to_vec();
+                let factors: Vec<(ExprId, Number)> = factors
+                    .into_iter()
+                    .map(|(base, exponent)| match self.roots.get(&base) {
+                        Some(root) => (*root, exponent.mul(&Number::from(2))),
+                        None => (self.of(base), exponent),
+                    })
+                    .collect();
+                pool.product_of_powers(&factors)
+            } else {
+                rebuild(pool, id, &self.images)
+            };
+            self.images.insert(id, image);
+        }
+    }
+}
+
+/// Names that the model does not use.
+struct Letters {
+    distance: String,
+    other: String,
+    count: usize,
+    names: Names,
+    taken: BTreeSet<String>,
+}
+
+impl Letters {
+    fn new(derivation: &Derivation) -> Self {
+        let names = derivation.symbols.keys();
+        let family = |name: &String| name.split(['[', '\'']).next().unwrap_or("").to_owned();
+        let taken: BTreeSet<String> = names.map(family).collect();
+        let free = |letters: &[&str]| {
+            let unused = letters.iter().find(|own| !taken.contains(**own));
+            unused.map_or_else(|| format!("{}_", letters[0]), ToString::to_string)
+        };
+        Self {
+            distance: free(&["d", "s", "D", "R"]),
+            other: free(&["u", "v", "w", "z"]),
+            count: 0,
+            names: derivation.names.clone(),
+            taken,
+        }
+    }
+
+    fn name(&mut self, pool: &mut Pool, candidate: Candidate) -> Named {
+        let mut text = None;
+        let mut is_distance = false;
+        let mut name = String::new();
+        if candidate.root
+            && let Some(Points { family, from, to }) = self.points(pool, candidate.id)
+        {
+            text = Some(format!("norm({family}[{to}] - {family}[{from}])"));
+            if from.len() + to.len() == 2 {
+                name = format!("{}{from}{to}", self.distance);
+                is_distance = true;
+            }
+        }
+        if name.is_empty() || !self.taken.insert(name.clone()) {
+            name = self.next();
+            is_distance = false;
+        }
+        let symbol = pool.fresh_symbol(&name);
+        let symbol = pool.symbol_expr(symbol);
+        let value = if candidate.root {
+            pool.sqrt(candidate.id)
+        } else {
+            candidate.id
+        };
+        Named {
+            symbol,
+            name,
+            value,
+            text,
+            is_distance,
+        }
+    }
+
+    /// The definitions, with numbers in the order in which they stand, and what is renamed for it.
+    fn numbered(&mut self, pool: &mut Pool, named: Vec<Named>) -> (Vec<Definition>, Substitution) {
+        let distances: Vec<bool> = named.iter().map(|own| own.is_distance).collect();
+        for own in named.iter().filter(|own| !own.is_distance) {
+            self.taken.remove(&own.name);
+        }
+        self.count = 0;
+        let mut renamed = Substitution::new();
+        let mut definitions = Vec::new();
+        for (own, is_distance) in named.into_iter().zip(distances) {
+            let Some(old) = pool.as_symbol(own.symbol) else {
+                continue;
+            };
+            let value = pool.substitute_one(own.value, &renamed);
+            let (name, symbol) = if is_distance {
+                (own.name, old)
+            } else {
+                let name = self.next();
+                let symbol = pool.fresh_symbol(&name);
+                let new = pool.symbol_expr(symbol);
+                renamed.insert(old, new);
+                (name, symbol)
+            };
+            definitions.push(Definition {
+                name,
+                symbol,
+                value,
+                text: own.text.unwrap_or_else(|| pool.display(value)),
+            });
+        }
+        (definitions, renamed)
+    }
+
+    /// The next name without a meaning.
+    fn next(&mut self) -> String {
+        loop {
+            self.count += 1;
+            let name = format!("{}{}", self.other, self.count);
+            if self.taken.insert(name.clone()) {
+                return name;
+            }
+        }
+    }
+
+    /// The two points of a family whose distance is the root of a sum of squares.
+    fn points(&self, pool: &Pool, e: ExprId) -> Option<Points> {
+        let Node::Sum { constant, terms } = pool.node(e) else {
+            return None;
+        };
+        let mut axes: BTreeSet<String> = BTreeSet::new();
+        let mut points: Option<Points> = None;
+        for (term, coefficient) in terms {
+            let Node::Product(factors) = pool.node(*term) else {
+                return None;
+            };
+            let [(base, exponent)] = &**factors else {
+                return None;
+            };
+            let Node::Sum { constant, terms } = pool.node(*base) else {
+                return None;
+            };
+            let [(a, one), (b, other)] = &**terms else {
+                return None;
+            };
+            let opposite = one.abs().is_one() && *other == one.neg() && constant.is_zero();
+            if !opposite || !coefficient.is_one() || *exponent != Number::from(2) {
+                return None;
+            }
+            let (family, from, axis) = self.component(pool, *a)?;
+            let (other, to, same) = self.component(pool, *b)?;
+            let own = Points { family, from, to };
+            if own.family != other || axis != same || points.as_ref().is_some_and(|p| *p != own) {
+                return None;
+            }
+            axes.insert(axis);
+            points = Some(own);
+        }
+        let points = points.filter(|_| constant.is_zero())?;
+        let start = format!("{}[{},", points.family, points.from);
+        let all = self.names.coordinates.iter();
+        let all = all.filter(|name| name.starts_with(&start)).count();
+        (all == axes.len()).then_some(points)
+    }
+
+    /// Family, point and axis of a coordinate `r[2,1]`.
+    fn component(&self, pool: &Pool, e: ExprId) -> Option<(String, String, String)> {
+        let name = pool.symbol_name(pool.as_symbol(e)?);
+        if !self.names.coordinates.iter().any(|own| own == name) {
+            return None;
+        }
+        let (family, indices) = name.strip_suffix(']')?.split_once('[')?;
+        let (point, axis) = indices.rsplit_once(',')?;
+        Some((family.to_owned(), point.to_owned(), axis.to_owned()))
+    }
+}
+
+#[derive(PartialEq, Eq)]
+struct Points {
+    family: String,
+    from: String,
+    to: String,
+}
+
+/// What has names, each after those that it needs.
+fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
+    let symbols: BTreeMap<Symbol, usize> = named
+        .iter()
+        .enumerate()
+        .filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at)))
+        .collect();
+    let needs: Vec<Vec<usize>> = named
+        .iter()
+        .map(|own| {
+            let all = pool.symbols(own.value).into_iter();
+            all.filter_map(|symbol| symbols.get(&symbol).copied())
+                .collect()
+        })
+        .collect();
+    let mut done = vec![false; named.len()];
+    let mut order = Vec::new();
+    // Distances first, by their names; then as they were found.
+    let rank = |at: &usize| {
+        let own = &named[*at];
+        let name = own.is_distance.then_some(own.name.as_str());
+        (!own.is_distance, name, *at)
+    };
+    while let Some(at) = (0..named.len())
+        .filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need]))
+        .min_by_key(rank)
+    {
+        done[at] = true;
+        order.push(at);
+    }
+    let mut all: Vec<Option<Named>> = named.into_iter().map(Some).collect();
+    let order = order.into_iter();
+    order
+        .filter_map(|at| all.get_mut(at).and_then(Option::take))
+        .collect()
+}

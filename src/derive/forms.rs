@@ -1,0 +1,295 @@
+//! Closed forms of M and K, part by part: lattices, waves on a ring, blocks of classes, small parts.
+
+use std::collections::BTreeMap;
+
+use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::frequencies::{Block, Series};
+use super::lattice::{Angles, Lattice, lattice};
+use super::normal::{Shape, shapes};
+use super::pair::{Pair, Sparse};
+use super::roots::{Degree, roots};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Node, Pool};
+use crate::number::Number;
+use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
+
+/// Closed forms of more symbols than this are no help to anybody.
+const MOST_SYMBOLS: u64 = 160;
+
+/// What is found on the way, before it is checked.
+#[derive(Default)]
+pub(super) struct Found {
+    /// By omega^2: multiplicity and class, where all have the same.
+    pub(super) frequencies: BTreeMap<ExprId, (usize, Option<String>)>,
+    pub(super) series: Vec<Series>,
+    pub(super) blocks: Vec<Block>,
+    /// How many frequencies there are.
+    pub(super) count: usize,
+    /// The modes of small parts.
+    pub(super) shapes: Vec<Shape>,
+}
+
+impl Found {
+    fn add(&mut self, omega_squared: ExprId, multiplicity: usize, symmetry: Option<String>) {
+        let place = self.frequencies.entry(omega_squared);
+        let (count, class) = place.or_insert_with(|| (0, symmetry.clone()));
+        *count += multiplicity;
+        if *class != symmetry {
+            *class = None;
+        }
+        self.count += multiplicity;
+    }
+}
+
+/// Looks for closed forms of all parts.
+pub(super) fn closed_forms(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    pair: &Pair,
+    symmetry: Option<&Symmetry>,
+    degree: Degree,
+    found: &mut Found,
+) {
+    let parts = pair.components(pool);
+    let mut rest: Vec<usize> = Vec::new();
+    for part in &parts {
+        let own = pair.restricted(part);
+        if is_free(pool, &own) {
+            let zero = pool.zero();
+            found.add(zero, part.len(), None);
+            found.shapes.extend(small_part(pool, short, &own, part));
+        } else if let Some(lattice) = lattice(pool, short, &own) {
+            let symmetry = symmetry.filter(|_| parts.len() == 1);
+            add_lattice(pool, short, &lattice, symmetry, found);
+            // Two of a chain or ring are not only numbered, their modes can be written down.
+            found.shapes.extend(small_part(pool, short, &own, part));
+        } else {
+            rest.extend(part);
+        }
+    }
+    if rest.is_empty() {
+        return;
+    }
+    rest.sort_unstable();
+    if let Some(symmetry) = symmetry {
+        if let Some(waves) = waves(pool, short, pair, symmetry, &rest)
+            && let GroupKind::Ring { length, .. } = symmetry.kind
+        {
+            let n = i64::try_from(length).unwrap_or(i64::MAX);
+            let angles = Angles::of_ring(n);
+            for j in 0..=n / 2 {
+                let angle = angles.angle(pool, j);
+                let twice = j > 0 && 2 * j < n;
+                for value in waves.at(pool, angle) {
+                    let value = short.simplify(pool, value);
+                    let class = usize::try_from(j).map(wave_number).ok();
+                    found.add(value, if twice { 2 } else { 1 }, class);
+                }
+            }
+            let number = pool.variable("j");
+            let angle = angles.general(pool, number);
+            for omega_squared in waves.at(pool, angle) {
+                found.series.push(Series {
+                    omega_squared,
+                    numbers: vec![("j".to_owned(), angles)],
+                });
+            }
+            return;
+        }
+        let mirrors = commuting_mirrors(symmetry);
+        let kept =
+            |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
+        if !mirrors.is_empty() && mirrors.iter().all(kept) {
+            let is_class = matches!(symmetry.kind, GroupKind::Mirrors(_));
+            for part in adapted(&mirrors, &rest) {
+                let block = pair.projected(pool, short, &part.basis);
+                let class = is_class.then(|| part.class.clone());
+                solve_parts(pool, short, &block, &part.basis, class, degree, found);
+                if is_class {
+                    let (mass, stiffness) = block.dense(pool);
+                    found.blocks.push(Block {
+                        class: part.class,
+                        basis: part.basis.into_iter().map(sorted).collect(),
+                        mass,
+                        stiffness,
+                    });
+                }
+            }
+            return;
+        }
+    }
+    let own = pair.restricted(&rest);
+    solve_parts(pool, short, &own, &units(&rest), None, degree, found);
+}
+
+/// The vectors that move one coordinate each.
+fn units(coordinates: &[usize]) -> Vec<Sparse> {
+    coordinates.iter().map(|i| vec![(*i, 1)]).collect()
+}
+
+/// The modes of a part whose frequencies are known otherwise.
+fn small_part(pool: &mut Pool, short: &mut Simplifier, own: &Pair, part: &[usize]) -> Vec<Shape> {
+    if part.len() > 2 {
+        return Vec::new();
+    }
+    let values = roots(pool, short, own, Degree::Two).unwrap_or_default();
+    shapes(pool, short, own, &values, &units(part), None)
+}
+
+fn sorted(mut vector: Sparse) -> Sparse {
+    vector.sort_unstable();
+    vector
+}
+
+/// Solves what hangs together in a block, part by part.
+fn solve_parts(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    block: &Pair,
+    basis: &[Sparse],
+    class: Option<String>,
+    degree: Degree,
+    found: &mut Found,
+) {
+    for part in block.components(pool) {
+        let own = block.restricted(&part);
+        let mut values = Vec::new();
+        for value in roots(pool, short, &own, degree).into_iter().flatten() {
+            let value = opened(pool, short, value);
+            if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
+                found.add(value, 1, class.clone());
+                values.push(value);
+            }
+        }
+        let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
+        let own = shapes(pool, short, &own, &values, &basis, class.clone());
+        found.shapes.extend(own);
+    }
+}
+
+/// A product with a sum that has fractions in it, as the sum of the products: `g/l + k/m` and not
+/// `(g + k*l/m)/l`.
+fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+    let (size, core) = pool.split_content(e);
+    // A lone term keeps its number as a sum.
+    let (size, core) = if let Node::Sum { constant, terms } = pool.node(core)
+        && constant.is_zero()
+        && let [(term, factor)] = &**terms
+    {
+        (size.mul(factor), *term)
+    } else {
+        (size, core)
+    };
+    let Node::Product(factors) = pool.node(core) else {
+        return e;
+    };
+    let factors = factors.to_vec();
+    let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| {
+        exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. })
+    });
+    let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
+    let [at] = sums.as_slice() else {
+        return e;
+    };
+    let Node::Sum { constant, terms } = pool.node(factors[*at].0) else {
+        return e;
+    };
+    let divides = |term: &ExprId| {
+        let of_factors =
+            |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
+        matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
+    };
+    if !terms.iter().any(|(term, _)| divides(term)) {
+        return e;
+    }
+    let mut parts: Vec<(ExprId, Number)> = terms.to_vec();
+    let constant = constant.clone();
+    if !constant.is_zero() {
+        parts.push((pool.one(), constant));
+    }
+    let mut sum = Vec::new();
+    for (term, coefficient) in parts {
+        let mut product = factors.clone();
+        product[*at] = (term, Number::ONE);
+        let product = pool.product_of_powers(&product);
+        let product = short.simplify(pool, product);
+        sum.push((product, coefficient.mul(&size)));
+    }
+    pool.linear(&sum)
+}
+
+/// The frequencies of a chain, ring or net one by one, and as a series.
+fn add_lattice(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    lattice: &Lattice,
+    symmetry: Option<&Symmetry>,
+    found: &mut Found,
+) {
+    let names = ["i", "j"];
+    let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
+    let numbers: Vec<(String, Angles)> = names
+        .zip(&lattice.dimensions)
+        .map(|(name, dimension)| ((*name).to_owned(), dimension.angles()))
+        .collect();
+    let mut general = Vec::new();
+    for (name, angles) in &numbers {
+        let number = pool.variable(name);
+        general.push(angles.general(pool, number));
+    }
+    found.series.push(Series {
+        omega_squared: lattice.at(pool, &general),
+        numbers: numbers.clone(),
+    });
+    // Each dimension: the angles with the numbers and multiplicities.
+    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers
+        .iter()
+        .map(|(_, angles)| angles.distinct(pool))
+        .collect();
+    let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
+    for choices in &choices {
+        let mut next = Vec::with_capacity(all.len() * choices.len());
+        for (js, angles, multiplicity) in &all {
+            for (j, angle, own) in choices {
+                let mut js = js.clone();
+                let mut angles = angles.clone();
+                js.push(*j);
+                angles.push(*angle);
+                next.push((js, angles, multiplicity * own));
+            }
+        }
+        all = next;
+    }
+    for (js, angles, multiplicity) in all {
+        let value = lattice.at(pool, &angles);
+        // Sines that came out as roots leave something to be added up.
+        let value = if pool.symbols(value).is_empty() || lattice.dimensions.len() > 1 {
+            value
+        } else {
+            short.simplify(pool, value)
+        };
+        let class = lattice.class(&js, symmetry);
+        found.add(value, multiplicity, class);
+    }
+}
+
+impl Lattice {
+    /// The class of a mode by its number: for a ring the wave number; for a chain with equal ends, whose
+    /// vectors are sin(i theta), cos((i - 1/2) theta) or sin((i - 1/2) theta), even and odd in turn.
+    fn class(&self, js: &[i64], symmetry: Option<&Symmetry>) -> Option<String> {
+        use super::lattice::Ends;
+        let ([dimension], [j]) = (self.dimensions.as_slice(), js) else {
+            return None;
+        };
+        match (&symmetry?.kind, dimension.ends) {
+            (GroupKind::Ring { .. }, Ends::Joined) => usize::try_from(*j).map(wave_number).ok(),
+            (GroupKind::Mirrors(mirrors), Ends::Corners(left, right))
+                if left == right && mirrors.len() == 1 =>
+            {
+                let even = (j % 2 == 0) == (left == 1);
+                Some(if even { "even" } else { "odd" }.to_owned())
+            }
+            (GroupKind::Ring { .. } | GroupKind::Mirrors(_) | GroupKind::Other, _) => None,
+        }
+    }
+}

@@ -1,0 +1,375 @@
+//! Holonomic constraints: multipliers as further coordinates, and tangent spaces.
+//!
+//! With multipliers lambda, an equilibrium under constraints c = 0 is a point where
+//! U = V - T0 - sum of lambda_a c_a(q) is stationary in q and lambda alike (Lagrange, Mécanique analytique,
+//! part 1, section 4). So the multipliers join the coordinates, each constraint becomes a term of the potential, and
+//! search and proof of the equilibrium, symmetries and zero modes are those of any other model. The second derivatives
+//! of U by q are then the stiffness with the curvature of the constraints, V'' - sum of lambda c'', and
+//! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
+
+use super::enclosure::Enclosure;
+use std::collections::BTreeMap;
+
+use crate::expr::{
+    ExprId, ModularPoint, Pool, Substitution, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod,
+};
+use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
+use crate::precision::{Ball, Scalar};
+
+/// A model whose multipliers are coordinates.
+pub(crate) struct Multiplied {
+    pub(crate) model: Model,
+    /// Those that follow from others wherever these hold, or contradict them.
+    pub(crate) dependent: Vec<usize>,
+}
+
+/// The model with a multiplier for each constraint that is independent of those before it, and not left out.
+pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied {
+    let mut model = model.clone();
+    let (mut kept, mut dependent) = independent(&mut model);
+    kept.retain(|number| !left_out.contains(number));
+    dependent.extend(left_out);
+    dependent.sort_unstable();
+    dependent.dedup();
+    let bodies: Vec<Constraint> = kept.iter().map(|at| model.constraints[*at]).collect();
+    for (number, constraint) in bodies.iter().enumerate() {
+        let name = format!("the multiplier of constraint {}", kept[number] + 1);
+        let symbol = model.pool.symbol(&name);
+        let velocity = model.pool.symbol(&format!("{name}'"));
+        let at = model.coordinates.len();
+        let multiplier = model.pool.symbol_expr(symbol);
+        let term = model.pool.mul(multiplier, constraint.expression);
+        let body = model.pool.neg(term);
+        let mut coordinates = Vec::new();
+        let mut locals = Vec::new();
+        for used in model.pool.symbols_of(&[constraint.expression]) {
+            if let Some(SymbolKind::Coordinate(place)) = model.symbols.get(&used) {
+                coordinates.push(u32::try_from(*place).unwrap_or(u32::MAX));
+                let Coordinate { velocity, .. } = model.coordinates[*place];
+                locals.push(Local::new(used, velocity));
+            }
+        }
+        coordinates.push(u32::try_from(at).unwrap_or(u32::MAX));
+        locals.push(Local::new(symbol, velocity));
+        model.symbols.insert(symbol, SymbolKind::Coordinate(at));
+        model.symbols.insert(velocity, SymbolKind::Velocity(at));
+        model.coordinates.push(Coordinate {
+            name,
+            span: constraint.span,
+            symbol,
+            velocity,
+            unit: None,
+        });
+        model.guesses.push(None);
+        model.equilibria.push(None);
+        model.rates.push(None);
+        model.potential.push(TermFamily::single(
+            constraint.span,
+            body,
+            locals,
+            coordinates,
+        ));
+    }
+    Multiplied { model, dependent }
+}
+
+/// Which constraints have gradients that are independent of those before them, at a random point.
+///
+/// A row that is a combination of others at a random point is so everywhere: the constraint is a
+/// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
+fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
+    let count = model.constraints.len();
+    let known = known(model);
+    let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
+    let bodies = model.pool.substitute(&bodies, &known);
+    let mut gradients: Vec<Vec<(Symbol, ExprId)>> = Vec::with_capacity(count);
+    for body in &bodies {
+        let symbols = &model.symbols;
+        let slopes = model.pool.slopes(*body, |symbol| {
+            matches!(symbols.get(&symbol), Some(SymbolKind::Coordinate(_)))
+        });
+        gradients.push(slopes);
+    }
+    let all: Vec<ExprId> = gradients
+        .iter()
+        .flatten()
+        .map(|(_, slope)| *slope)
+        .collect();
+    let all_kept = ((0..count).collect(), Vec::new());
+    let Some(values) = at_random(&model.pool, &all) else {
+        return all_kept;
+    };
+    let mut values = values.into_iter();
+    let (mut kept, mut dependent) = (Vec::new(), Vec::new());
+    let mut basis: Vec<(Symbol, Vec<(Symbol, u64)>)> = Vec::new();
+    for (number, gradient) in gradients.iter().enumerate() {
+        let mut row: BTreeMap<Symbol, u64> = BTreeMap::new();
+        for (symbol, _) in gradient {
+            let Some(value) = values.next() else {
+                return all_kept;
+            };
+            row.insert(*symbol, value);
+        }
+        for (pivot, other) in &basis {
+            let Some(factor) = row.get(pivot).copied().filter(|factor| *factor != 0) else {
+                continue;
+            };
+            for (symbol, value) in other {
+                let entry = row.entry(*symbol).or_insert(0);
+                *entry = add_mod(*entry, neg_mod(mul_mod(factor, *value)));
+            }
+        }
+        let found = row.iter().find(|(_, value)| **value != 0);
+        let Some((pivot, inverse)) =
+            found.and_then(|(symbol, value)| Some((*symbol, inverse_mod(*value)?)))
+        else {
+            dependent.push(number);
+            continue;
+        };
+        let scaled = row.into_iter().filter(|(_, value)| *value != 0);
+        let scaled = scaled.map(|(symbol, value)| (symbol, mul_mod(value, inverse)));
+        basis.push((pivot, scaled.collect()));
+        kept.push(number);
+    }
+    (kept, dependent)
+}
+
+fn at_random(pool: &Pool, roots: &[ExprId]) -> Option<Vec<u64>> {
+    (1..20_u64).find_map(|seed| {
+        let value = |symbol| ModularPoint::random_value(seed, symbol);
+        pool.evaluate_mod(roots, value, seed)
+    })
+}
+
+/// The directions that constraints allow: q' = Z y'.
+///
+/// As many coordinates as there are constraints are expressed by the others, which y' consists of.
+#[derive(Clone, Debug)]
+pub(crate) struct Tangent<S: Scalar> {
+    /// By number, ascending: the coordinates that the others follow.
+    pub(crate) free: Vec<usize>,
+    /// The coordinates that follow.
+    bound: Vec<usize>,
+    /// Per bound coordinate, one entry a free one.
+    slopes: Vec<Vec<S>>,
+    precision: S::Precision,
+}
+
+/// Which coordinates follow the others: one for each constraint.
+pub(crate) fn choose_bound(gradients: &[Vec<Ball>]) -> Option<Vec<usize>> {
+    eliminate(gradients.to_vec(), None, ()).map(|(pivots, _)| pivots)
+}
+
+/// Gauss-Jordan elimination in enclosures. Pivots are the largest that exclude 0, or as given.
+fn eliminate<S: Enclosure>(
+    mut rows: Vec<Vec<S>>,
+    given: Option<&[usize]>,
+    precision: S::Precision,
+) -> Option<(Vec<usize>, Vec<Vec<S>>)> {
+    let zero = S::from_double(0.0, precision);
+    let mut pivots = Vec::with_capacity(rows.len());
+    let mut order: Vec<usize> = Vec::with_capacity(rows.len());
+    for _ in 0..rows.len() {
+        let open = (0..rows.len()).filter(|row| !order.contains(row));
+        let mut best: Option<(usize, usize, f64)> = None;
+        for row in open {
+            let largest = rows[row].iter().map(S::certain_size).fold(0.0, f64::max);
+            for (column, entry) in rows[row].iter().enumerate() {
+                let wanted = given.is_none_or(|given| given.contains(&column));
+                // Beside what else the row has, so that the units of the constraint do not matter.
+                let size = entry.certain_size() / largest;
+                if wanted && size > 0.0 && best.is_none_or(|(.., other)| size > other) {
+                    best = Some((row, column, size));
+                }
+            }
+        }
+        let (row, column, _) = best?;
+        let pivot = rows[row][column].clone();
+        let scaled: Vec<S> = rows[row].iter().map(|entry| entry.div(&pivot)).collect();
+        for (at, other) in rows.iter_mut().enumerate() {
+            if at == row || other[column].is_exact_zero() {
+                continue;
+            }
+            let factor = other[column].clone();
+            for (entry, above) in other.iter_mut().zip(&scaled) {
+                if !above.is_exact_zero() {
+                    *entry = entry.sub(&factor.mul(above));
+                }
+            }
+            other[column] = zero.clone();
+        }
+        rows[row] = scaled;
+        order.push(row);
+        pivots.push(column);
+    }
+    let sorted = order.iter().map(|row| rows[*row].clone()).collect();
+    Some((pivots, sorted))
+}
+
+/// The solution of linear equations, each with its right side for a last entry; `None` where they
+/// are not shown to have just one.
+pub(crate) fn solve<S: Enclosure>(
+    equations: Vec<Vec<S>>,
+    precision: S::Precision,
+) -> Option<Vec<S>> {
+    let unknowns: Vec<usize> = (0..equations.len()).collect();
+    let (pivots, rows) = eliminate(equations, Some(&unknowns), precision)?;
+    let mut solution: Vec<Option<S>> = vec![None; unknowns.len()];
+    for (pivot, row) in pivots.iter().zip(&rows) {
+        solution[*pivot] = row.last().cloned();
+    }
+    solution.into_iter().collect()
+}
+
+impl Tangent<Ball> {
+    /// All directions.
+    pub(crate) fn all(coordinates: usize) -> Self {
+        Self {
+            free: (0..coordinates).collect(),
+            bound: Vec::new(),
+            slopes: Vec::new(),
+            precision: (),
+        }
+    }
+}
+
+impl<S: Enclosure> Tangent<S> {
+    /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
+    /// `None` where these can't be shown to.
+    pub(crate) fn new(
+        gradients: &[Vec<S>],
+        bound: &[usize],
+        precision: S::Precision,
+    ) -> Option<Self> {
+        let n = gradients.first().map_or(0, Vec::len);
+        let (pivots, rows) = eliminate(gradients.to_vec(), Some(bound), precision)?;
+        let free: Vec<usize> = (0..n).filter(|at| !pivots.contains(at)).collect();
+        let slopes = rows
+            .iter()
+            .map(|row| free.iter().map(|at| row[*at].neg()).collect())
+            .collect();
+        Some(Self {
+            free,
+            bound: pivots,
+            slopes,
+            precision,
+        })
+    }
+
+    /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
+    pub(crate) fn reduce(&self, matrix: &[S], order: usize) -> Vec<S> {
+        let m = self.free.len();
+        let zero = S::from_double(0.0, self.precision);
+        // A Z, column by column, for rows of the coordinates.
+        let n = m + self.bound.len();
+        let mut image = vec![zero.clone(); n * m];
+        for (column, own) in self.free.iter().enumerate() {
+            for row in 0..n {
+                let mut sum = matrix[row + order * own].clone();
+                for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
+                    let entry = &matrix[row + order * bound];
+                    if !entry.is_exact_zero() && !slopes[column].is_exact_zero() {
+                        sum = sum.add(&entry.mul(&slopes[column]));
+                    }
+                }
+                image[row + n * column] = sum;
+            }
+        }
+        let mut reduced = vec![zero; m * m];
+        for column in 0..m {
+            for (row, own) in self.free.iter().enumerate() {
+                let mut sum = image[own + n * column].clone();
+                for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
+                    let entry = &image[bound + n * column];
+                    if !entry.is_exact_zero() && !slopes[row].is_exact_zero() {
+                        sum = sum.add(&slopes[row].mul(entry));
+                    }
+                }
+                reduced[row + m * column] = sum;
+            }
+        }
+        reduced
+    }
+
+    /// The same for a symmetric matrix: what encloses an entry encloses its mirror image.
+    pub(crate) fn reduce_symmetric(&self, matrix: &[S], order: usize) -> Vec<S> {
+        let m = self.free.len();
+        let mut reduced = self.reduce(matrix, order);
+        for column in 0..m {
+            for row in 0..column {
+                reduced[row + m * column] = reduced[column + m * row].clone();
+            }
+        }
+        reduced
+    }
+
+    /// The components of a direction that the constraints allow, for the free coordinates.
+    pub(crate) fn restrict(&self, vector: &[S]) -> Vec<S> {
+        self.free.iter().map(|at| vector[*at].clone()).collect()
+    }
+
+    /// Z y for a y whose components are off by up to `error`, and what those of Z y are off by: for a row z
+    /// of Z and its enclosure z~ ± r at most |z| error + r |y|, and m u |z~| |y| for a sum of m products of doubles
+    /// (Higham, Accuracy and Stability of Numerical Algorithms (2002), section 3.1).
+    pub(crate) fn embed(&self, motion: &[f64], error: f64) -> (Vec<f64>, f64) {
+        let m = self.free.len() as f64;
+        let mut vector = vec![0.0; self.free.len() + self.bound.len()];
+        for (own, y) in self.free.iter().zip(motion) {
+            vector[*own] = *y;
+        }
+        let mut worst = error;
+        for (bound, slopes) in self.bound.iter().zip(&self.slopes) {
+            let (mut sum, mut off) = (0.0, 0.0);
+            for (slope, y) in slopes.iter().zip(motion) {
+                let middle = slope.middle();
+                let rounding = (m + 1.0) * f64::EPSILON * middle.abs();
+                sum += middle * y;
+                off += slope.largest_size() * error + (slope.middle_error() + rounding) * y.abs();
+            }
+            vector[*bound] = sum;
+            // The factor covers the rounding of the bound itself.
+            worst = worst.max(off * (1.0 + (2.0 * m + 8.0) * f64::EPSILON));
+        }
+        (vector, worst)
+    }
+}
+
+/// The rows -∂c/∂q of second derivatives of U, from all of them (column by column).
+pub(crate) fn gradients<S: Scalar>(second: &[S], visible: usize, order: usize) -> Vec<Vec<S>> {
+    (visible..order)
+        .map(|row| {
+            (0..visible)
+                .map(|column| second[row + order * column].clone())
+                .collect()
+        })
+        .collect()
+}
+
+/// What the sides of a constraint differ by at a point; `None` where parameters have no values.
+pub(crate) fn difference(model: &Model, number: usize, at: &[Ball]) -> Option<Ball> {
+    let mut pool = model.pool.clone();
+    let expression = model.constraints.get(number)?.expression;
+    let expression = pool.substitute_one(expression, &known(model));
+    let symbols = pool.symbols_of(&[expression]);
+    let values: Option<Vec<Ball>> = symbols
+        .iter()
+        .map(|symbol| match model.symbols.get(symbol) {
+            Some(SymbolKind::Coordinate(place)) => at.get(*place).copied(),
+            Some(_) | None => None,
+        })
+        .collect();
+    let tape = Tape::compile(&pool, &[expression], &symbols).ok()?;
+    let found = tape.prepare::<Ball>(()).evaluate(&values?, &mut Vec::new());
+    found.first().copied()
+}
+
+/// The values of parameters that have one.
+fn known(model: &Model) -> Substitution {
+    let mut known = Substitution::default();
+    for parameter in &model.parameters {
+        if let Some(value) = parameter.value {
+            known.insert(parameter.symbol, value);
+        }
+    }
+    known
+}

@@ -1,0 +1,185 @@
+//! Steady motions: cyclic coordinates that turn at constant rates.
+//!
+//! A rate S of a coordinate psi is put in where its velocity stands, psi' = S + what oscillates, and all
+//! that follows is as for rest: what S leaves without velocities joins the potential (with a minus, as T0 does),
+//! what is linear in them is gyroscopic. That is allowed only where nothing depends on psi itself,
+//! which is checked.
+
+use super::error::LinearizeError;
+use super::symbolic::instance;
+use crate::expr::{ExprId, Substitution, Symbol, ZeroVerdict};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::span::Span;
+
+/// Puts the rates of steady motions into all energies.
+///
+/// # Errors
+/// [`LinearizeError::NotCyclic`] for a coordinate that an energy depends on.
+pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
+    if model.rates.iter().all(Option::is_none) {
+        return Ok(());
+    }
+    for coordinate in 0..model.coordinates.len() {
+        if let Some(rate) = model.rates[coordinate] {
+            check_cyclic(model, coordinate, rate.span)?;
+        }
+    }
+    let rates: Vec<Option<ExprId>> = model
+        .rates
+        .iter()
+        .map(|rate| rate.map(|rate| rate.symbolic))
+        .collect();
+    let mut kinetic = std::mem::take(&mut model.kinetic);
+    let mut potential = std::mem::take(&mut model.potential);
+    let mut friction = std::mem::take(&mut model.friction);
+    let families = kinetic.iter_mut().chain(&mut potential);
+    for family in families.chain(&mut friction) {
+        put_in(model, family, &rates);
+    }
+    model.kinetic = kinetic;
+    model.potential = potential;
+    model.friction = friction;
+    for coordinate in 0..model.coordinates.len() {
+        if let Some(rate) = model.rates[coordinate] {
+            check_kept(model, coordinate, rate.span)?;
+        }
+    }
+    Ok(())
+}
+
+/// Whether friction leaves a rate alone. A force that depends on where the other coordinates are is left to the
+/// search for an equilibrium.
+fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
+    let mut pool = std::mem::take(&mut model.pool);
+    let zero = pool.zero();
+    let mut parts = Vec::new();
+    for family in &model.friction {
+        let mut at_rest = Substitution::default();
+        for local in &family.locals {
+            at_rest.insert(local.velocity, zero);
+        }
+        for at in 0..family.count {
+            let numbers = family.coordinates_of(at);
+            for (local, number) in family.locals.iter().zip(numbers) {
+                if *number as usize != coordinate {
+                    continue;
+                }
+                let force = pool.diff(family.body, local.velocity);
+                let force = pool.substitute_one(force, &at_rest);
+                let map = instance(model, &mut pool, family, at, None);
+                let force = pool.substitute_one(force, &map);
+                parts.push(pool.neg(force));
+            }
+        }
+    }
+    let force = pool.sum(&parts);
+    let fixed = pool
+        .symbols_of(&[force])
+        .iter()
+        .all(|symbol| !matches!(model.symbols.get(symbol), Some(SymbolKind::Coordinate(_))));
+    let acts = fixed && pool.is_zero(force) == ZeroVerdict::NonZero;
+    let words = acts.then(|| pool.display(force));
+    model.pool = pool;
+    match words {
+        Some(force) => Err(LinearizeError::RateNotKept {
+            coordinate: model.coordinates[coordinate].name.clone(),
+            force,
+            span: rate,
+        }),
+        None => Ok(()),
+    }
+}
+
+/// v becomes v + w in the body, where the instances fill w with a rate or 0.
+fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) {
+    let width = family.locals.len();
+    let symbols = model.pool.symbols_of(&[family.body]);
+    let rate_of = |number: &u32| rates.get(*number as usize).copied().flatten();
+    let turning: Vec<usize> = (0..width)
+        .filter(|slot| symbols.contains(&family.locals[*slot].velocity))
+        .filter(|slot| {
+            let numbers = family.coordinates.iter().skip(*slot).step_by(width);
+            numbers.into_iter().any(|number| rate_of(number).is_some())
+        })
+        .collect();
+    if turning.is_empty() {
+        return;
+    }
+    let zero = model.pool.zero();
+    let mut map = Substitution::default();
+    let mut slots: Vec<Symbol> = Vec::with_capacity(turning.len());
+    for slot in &turning {
+        let velocity = family.locals[*slot].velocity;
+        let own = model.pool.symbol(&format!("rate {}", velocity.index()));
+        let moving = model.pool.symbol_expr(velocity);
+        let steady = model.pool.symbol_expr(own);
+        let sum = model.pool.add(moving, steady);
+        map.insert(velocity, sum);
+        slots.push(own);
+    }
+    family.body = model.pool.substitute_one(family.body, &map);
+    let mut constants = Vec::with_capacity(family.constants.len() + family.count * slots.len());
+    for at in 0..family.count {
+        constants.extend(family.constants_of(at));
+        let numbers = family.coordinates_of(at);
+        constants.extend(
+            turning
+                .iter()
+                .map(|slot| rate_of(&numbers[*slot]).unwrap_or(zero)),
+        );
+    }
+    family.values.extend(slots);
+    family.constants = constants;
+}
+
+/// Whether neither L, nor the dissipation, nor a constraint depends on a coordinate.
+fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
+    let mut pool = std::mem::take(&mut model.pool);
+    let symbol = model.coordinates[coordinate].symbol;
+    let kinetic = model.kinetic.iter().map(|family| (0, false, family));
+    let potential = model.potential.iter().map(|family| (0, true, family));
+    let friction = model.friction.iter().map(|family| (1, false, family));
+    let mut parts: [Vec<ExprId>; 2] = [Vec::new(), Vec::new()];
+    let mut place = None;
+    for (which, negative, family) in kinetic.chain(potential).chain(friction) {
+        for at in 0..family.count {
+            let numbers = family.coordinates_of(at);
+            let slots = family.locals.iter().zip(numbers);
+            let own: Vec<Symbol> = slots
+                .filter(|(_, number)| **number as usize == coordinate)
+                .map(|(local, _)| local.coordinate)
+                .collect();
+            for local in own {
+                let slope = pool.diff(family.body, local);
+                if pool.as_number(slope).is_some_and(|slope| slope.is_zero()) {
+                    continue;
+                }
+                let map = instance(model, &mut pool, family, at, None);
+                let slope = pool.substitute_one(slope, &map);
+                let slope = if negative { pool.neg(slope) } else { slope };
+                parts[which].push(slope);
+                place = place.or(Some(family.span));
+            }
+        }
+    }
+    let mut cyclic = parts.iter().all(|parts| {
+        let slope = pool.sum(parts);
+        pool.is_zero(slope) == ZeroVerdict::Zero
+    });
+    for constraint in &model.constraints {
+        let slope = pool.diff(constraint.expression, symbol);
+        if pool.is_zero(slope) != ZeroVerdict::Zero {
+            cyclic = false;
+            place = Some(constraint.span);
+        }
+    }
+    model.pool = pool;
+    if cyclic {
+        return Ok(());
+    }
+    Err(LinearizeError::NotCyclic {
+        coordinate: model.coordinates[coordinate].name.clone(),
+        span: rate,
+        energy: place.unwrap_or(rate),
+    })
+}

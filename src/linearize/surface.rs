@@ -1,0 +1,124 @@
+//! Constraints that depend on each other only where they all hold.
+//!
+//! A closed linkage with a bar too many, or a surface written twice in different ways: the gradients are independent at a
+//! random point, and dependent all along the surface that the constraints leave. That can't be told from expressions, so
+//! points of the surface near the start of the search are looked at, in doubles. It is asked only where the linearization
+//! fails for dependent gradients.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::assemble::{self, evaluate_closed};
+use super::constrained::{gradients, with_multipliers};
+use crate::model::Model;
+
+/// The rank must come out the same at so many points.
+const POINTS: usize = 3;
+
+/// Gauss-Newton steps onto the surface.
+const MOST_STEPS: usize = 60;
+
+/// Beside the largest, what is below counts as 0, and what is above this times a thousand does not.
+const NOTHING: f64 = 1e-9;
+
+/// Steps do without directions that are so little determined beside the others.
+const NEARLY: f64 = 1e-3;
+
+/// Beyond so many constraints decompositions take too long for what is a mistake mostly.
+const MOST: usize = 200;
+
+/// The numbers of constraints that follow from those before them all along the surface; `None` where that can't be told.
+pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
+    let visible = model.coordinates.len();
+    let multiplied = with_multipliers(model, &[]);
+    let left: Vec<usize> = (0..model.constraints.len())
+        .filter(|number| !multiplied.dependent.contains(number))
+        .collect();
+    if left.len() > MOST {
+        return None;
+    }
+    let mut work = multiplied.model;
+    assemble::put_exponents_in(&mut work);
+    let (assembly, _) = assemble::assemble(&mut work);
+    let values = assembly.values::<f64>(&work, ()).ok()?;
+    let order = work.coordinates.len();
+    // -c and -∂c/∂q at a point.
+    let look = |q: &DVector<f64>| {
+        let mut at: Vec<f64> = q.iter().copied().collect();
+        at.resize(order, 0.0);
+        let gap = assembly.gradient(&at, &values)[visible..].to_vec();
+        let rows = gradients(&assembly.stiffness(&at, &values), visible, order);
+        let rows = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i]);
+        (DVector::from_vec(gap), rows)
+    };
+    let start: Option<Vec<f64>> = (0..visible)
+        .map(|i| match model.equilibria[i].or(model.guesses[i]) {
+            Some(given) => evaluate_closed::<f64>(&model.pool, given.value?, ()),
+            None => Some(0.0),
+        })
+        .collect();
+    let start = DVector::from_vec(start?);
+    let size = start.amax().max(1e-3);
+    let mut found: Option<Vec<usize>> = None;
+    for point in 0..POINTS {
+        // Beside the start, a different way each time and the same on every machine.
+        let mut q = start.clone();
+        for (i, x) in q.iter_mut().enumerate() {
+            let angle = 1.0 + (point * visible + i) as f64 * 2.399_963;
+            *x += 0.05 * size * angle.sin();
+        }
+        for _ in 0..MOST_STEPS {
+            let (gap, rows) = look(&q);
+            if !gap.iter().chain(rows.iter()).all(|x| x.is_finite()) {
+                return None;
+            }
+            // c + A dq = 0 with both signs turned; what is nearly dependent is left to the others.
+            let small = NEARLY * rows.amax();
+            let step = rows.svd(true, true).solve(&gap, small).ok()?;
+            q -= &step;
+            if step.amax() <= 1e-15 * q.amax().max(size) {
+                break;
+            }
+        }
+        let (gap, rows) = look(&q);
+        let scale = rows.amax() * q.amax().max(size);
+        if gap.amax().is_nan() || gap.amax() > 1e-11 * scale {
+            return None;
+        }
+        let here = follow(&rows)?;
+        match &found {
+            None => found = Some(here),
+            Some(other) if *other == here => {}
+            Some(_) => return None,
+        }
+    }
+    found.map(|places| places.into_iter().map(|place| left[place]).collect())
+}
+
+/// The rows that are combinations of those before them, by Gram-Schmidt; `None` where one is neither nor.
+fn follow(rows: &DMatrix<f64>) -> Option<Vec<usize>> {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let mut dependent = Vec::new();
+    for (number, row) in rows.row_iter().enumerate() {
+        let mut rest: DVector<f64> = row.transpose();
+        let length = rest.norm();
+        if length == 0.0 {
+            return None;
+        }
+        rest /= length;
+        for _ in 0..2 {
+            for other in &basis {
+                let overlap = other.dot(&rest);
+                rest.axpy(-overlap, other, 1.0);
+            }
+        }
+        let left = rest.norm();
+        if left <= NOTHING {
+            dependent.push(number);
+        } else if left >= 1e3 * NOTHING {
+            basis.push(rest / left);
+        } else {
+            return None;
+        }
+    }
+    Some(dependent)
+}

@@ -1,0 +1,214 @@
+//! Equilibria under constraints: multipliers beside coordinates.
+//!
+//! Where the coordinates are given, or the origin will do, the multipliers follow from as many forces as there are
+//! constraints, and the other forces must then vanish. Otherwise coordinates and multipliers are searched for
+//! together, from multipliers that leave the least force at the start.
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use super::assemble::{Assembly, Values, evaluate_closed};
+use super::constrained::{choose_bound, gradients, solve};
+use super::enclosure::Enclosure;
+use super::equilibrium::{Equilibrium, Origin, Search, short};
+use super::error::LinearizeError;
+use super::symbolic::force_text;
+use crate::model::Given;
+use crate::precision::{Ball, Big};
+
+/// Enough to tell a force of 1e-90 from none.
+const BITS_TO_VERIFY: usize = 320;
+
+/// Puts the multipliers into a point whose coordinates are known: from the forces on the coordinates `bound`.
+/// `None` where these do not determine them.
+pub(super) fn put_multipliers_in<S: Enclosure>(
+    assembly: &Assembly,
+    values: &Values<S>,
+    at: &mut [S],
+    visible: usize,
+    bound: &[usize],
+) -> Option<()> {
+    let precision = values.precision();
+    let order = at.len();
+    for multiplier in &mut at[visible..] {
+        *multiplier = S::from_double(0.0, precision);
+    }
+    let force = assembly.gradient(at, values);
+    let rows = gradients(&assembly.stiffness(at, values), visible, order);
+    // With rows R = -∂c/∂q the force is that without multipliers and their sum with R.
+    let equations = bound
+        .iter()
+        .map(|i| {
+            let mut row: Vec<S> = rows.iter().map(|row| row[*i].clone()).collect();
+            row.push(force[*i].neg());
+            row
+        })
+        .collect();
+    let found = solve(equations, precision)?;
+    for (multiplier, found) in at[visible..].iter_mut().zip(found) {
+        *multiplier = found;
+    }
+    Some(())
+}
+
+impl Search<'_> {
+    /// An equilibrium under constraints. `point` has the coordinates that are given.
+    pub(super) fn constrained(
+        &mut self,
+        mut point: Vec<Ball>,
+        mut origins: Vec<Origin>,
+        closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
+    ) -> Result<Equilibrium, LinearizeError> {
+        let visible = self.visible;
+        let all_given = origins[..visible]
+            .iter()
+            .all(|origin| *origin == Origin::Given);
+        let guessed = self.model.guesses.iter().any(Option::is_some);
+        if all_given || !guessed {
+            match self.settled(&mut point, &origins)? {
+                None => {
+                    return Ok(Equilibrium {
+                        values: point,
+                        origins,
+                        steps: 0,
+                        proved: true,
+                        proof: None,
+                        multipliers_given: true,
+                    });
+                }
+                Some(error) if all_given => return Err(error),
+                Some(_) => {}
+            }
+        }
+        // What is given starts the search, and must be what it ends at.
+        let given = point.clone();
+        self.free = (0..point.len()).collect();
+        for (i, guess) in self.model.guesses.iter().enumerate().take(visible) {
+            if origins[i] != Origin::Given
+                && let Some(value) = closed(guess)?
+            {
+                point[i] = Ball::exact(value.mid_f64());
+            }
+        }
+        for coordinate in &mut point[..visible] {
+            *coordinate = Ball::exact(coordinate.mid_f64());
+        }
+        self.guess_multipliers(&mut point);
+        let start = self.gradient(&point);
+        let (steps, proof) = self.search(&mut point)?;
+        for i in 0..visible {
+            if origins[i] == Origin::Given && !(point[i] - given[i]).contains_zero() {
+                return Err(LinearizeError::NotAnEquilibrium {
+                    coordinate: self.model.coordinates[i].name.clone(),
+                    force: short(-start[i].mid_f64()),
+                    span: self.model.equilibria[i]
+                        .map_or(self.model.coordinates[i].span, |given| given.span),
+                });
+            }
+        }
+        origins.fill(Origin::Found);
+        let proved = proof.is_some() || self.vanishes_exactly(&point);
+        Ok(Equilibrium {
+            values: point,
+            origins,
+            steps,
+            proved,
+            proof: proof.map(Arc::new),
+            multipliers_given: false,
+        })
+    }
+
+    /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.
+    fn settled(
+        &self,
+        point: &mut [Ball],
+        origins: &[Origin],
+    ) -> Result<Option<LinearizeError>, LinearizeError> {
+        let visible = self.visible;
+        let rows = gradients(
+            &self.assembly.stiffness(point, self.values),
+            visible,
+            point.len(),
+        );
+        let singular = LinearizeError::ConstraintsSingular {
+            point: self.describe(&point[..visible]),
+            span: self.model.coordinates[visible].span,
+        };
+        let Some(bound) = choose_bound(&rows) else {
+            return Ok(Some(singular));
+        };
+        let put = put_multipliers_in(self.assembly, self.values, point, visible, &bound);
+        if put.is_none() {
+            return Ok(Some(singular));
+        }
+        let rough = self.gradient(point);
+        let Some(force) = self.force_in_bits(point, origins, &bound) else {
+            return Ok(Some(singular));
+        };
+        for (i, force) in force.iter().enumerate() {
+            if force.contains_zero() {
+                continue;
+            }
+            let coordinate = &self.model.coordinates[i];
+            if i >= visible {
+                let given = self.model.equilibria.iter().flatten().next();
+                return Ok(Some(LinearizeError::ConstraintBroken {
+                    difference: short(-rough[i].mid_f64()),
+                    span: coordinate.span,
+                    given: given.map(|given| given.span),
+                }));
+            }
+            let text = if bound.contains(&i) {
+                force_text(self.model, i, -rough[i].mid_f64())
+            } else {
+                short(-rough[i].mid_f64())
+            };
+            return Ok(Some(LinearizeError::NotAnEquilibrium {
+                coordinate: coordinate.name.clone(),
+                force: text,
+                span: self.model.equilibria[i].map_or(coordinate.span, |given| given.span),
+            }));
+        }
+        Ok(None)
+    }
+
+    /// All forces with many bits, the multipliers worked out anew.
+    fn force_in_bits(
+        &self,
+        point: &[Ball],
+        origins: &[Origin],
+        bound: &[usize],
+    ) -> Option<Vec<Big>> {
+        let bits = BITS_TO_VERIFY;
+        let values = self.assembly.values::<Big>(self.model, bits).ok()?;
+        let mut at = Vec::with_capacity(point.len());
+        for (i, value) in point.iter().enumerate() {
+            let given = self.model.equilibria[i].and_then(|given| given.value);
+            at.push(match (origins[i], given) {
+                (Origin::Given, Some(given)) => evaluate_closed(&self.model.pool, given, bits)?,
+                _ => Big::from_ball(value, bits),
+            });
+        }
+        put_multipliers_in(self.assembly, &values, &mut at, self.visible, bound)?;
+        Some(self.assembly.gradient(&at, &values))
+    }
+
+    /// Multipliers that leave the least force.
+    fn guess_multipliers(&self, point: &mut [Ball]) {
+        let (visible, order) = (self.visible, point.len());
+        let force = self.gradient(point);
+        let rows = gradients(&self.assembly.stiffness(point, self.values), visible, order);
+        let matrix = DMatrix::from_fn(visible, rows.len(), |i, a| rows[a][i].mid_f64());
+        let right = DVector::from_fn(visible, |i, _| -force[i].mid_f64());
+        if !matrix.iter().chain(right.iter()).all(|x| x.is_finite()) {
+            return;
+        }
+        let Ok(found) = matrix.svd(true, true).solve(&right, 1e-12) else {
+            return;
+        };
+        for (multiplier, found) in point[visible..].iter_mut().zip(found.iter()) {
+            *multiplier = Ball::exact(*found);
+        }
+    }
+}

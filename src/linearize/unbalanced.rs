@@ -1,0 +1,205 @@
+//! Equilibria beside friction that acts at rest, which no potential gives.
+//!
+//! A medium that moves drags: the forces F(q) = -∇(V - T0) - ∂F/∂q' at rest are no gradient, and their derivative
+//! is not symmetric. They vanish where mu·F(q) is stationary in q and in further coordinates mu alike, at mu = 0, where
+//! the second derivatives are regular exactly if those of the forces are. So the same search and the same proof do, with
+//! twice as many coordinates.
+
+use super::assemble::{self, Assembly, Values, signed_terms};
+use super::equilibrium::{self, Equilibrium};
+use super::error::LinearizeError;
+use super::precise;
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::model::{Coordinate, Given, Local, Model, TermFamily};
+use crate::number::Number;
+use crate::precision::{Ball, Big};
+
+/// Forces as a potential in twice as many coordinates, and the equilibrium there.
+#[derive(Clone, Debug)]
+pub(crate) struct Unbalanced {
+    model: Model,
+    assembly: Assembly,
+    equilibrium: Equilibrium,
+}
+
+/// The equilibrium of a model, however its forces come about.
+pub(crate) fn find(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    visible: usize,
+) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
+    let searched = model.guesses.iter().any(Option::is_some)
+        || model.equilibria.iter().take(visible).any(Option::is_none);
+    if !(searched && assembly.acts_at_rest()) {
+        return Ok((equilibrium::find(model, assembly, values, visible)?, None));
+    }
+    let zero = vec![Ball::ZERO; model.coordinates.len()];
+    let force = assembly.gradient(&zero, values);
+    let rests = force.iter().all(Ball::is_zero)
+        && model
+            .guesses
+            .iter()
+            .chain(&model.equilibria)
+            .all(Option::is_none);
+    if rests {
+        return Ok((equilibrium::find(model, assembly, values, visible)?, None));
+    }
+    let mut doubled = doubled(model, assembly);
+    let count = model.coordinates.len();
+    let (own, _) = assemble::assemble(&mut doubled);
+    let known = own
+        .values::<Ball>(&doubled, ())
+        .map_err(|missing| super::missing_value(&doubled, missing.0))?;
+    let found = equilibrium::find(&doubled, &own, &known, 2 * count)?;
+    let equilibrium = found.first(count);
+    // Forces on what is given are not among those that were brought to zero.
+    let force = assembly.gradient(&equilibrium.values, values);
+    for (i, given) in model.equilibria.iter().enumerate() {
+        if let Some(given) = given
+            && !force[i].contains_zero()
+        {
+            return Err(LinearizeError::NotAnEquilibrium {
+                coordinate: model.coordinates[i].name.clone(),
+                force: equilibrium::short(-force[i].mid_f64()),
+                span: given.span,
+            });
+        }
+    }
+    let unbalanced = Unbalanced {
+        model: doubled,
+        assembly: own,
+        equilibrium: found,
+    };
+    Ok((equilibrium, Some(unbalanced)))
+}
+
+impl Unbalanced {
+    /// The equilibrium with so many bits: the first `count` coordinates.
+    pub(super) fn precisely(&self, bits: usize, count: usize) -> Option<Vec<Big>> {
+        let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
+        let mut found =
+            precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
+        found.truncate(count);
+        Some(found)
+    }
+
+    /// The bits that the proof took.
+    pub(super) fn bits(&self) -> usize {
+        let proof = self.equilibrium.proof.as_deref();
+        proof.map_or(0, super::existence::Proof::bits)
+    }
+}
+
+/// The model whose potential is mu·(∇(V - T0) + ∂F/∂q' at rest).
+fn doubled(model: &Model, assembly: &Assembly) -> Model {
+    let mut own = model.clone();
+    let mut pool = std::mem::take(&mut own.pool);
+    let count = own.coordinates.len();
+    let zero = pool.zero();
+    for i in 0..count {
+        let Coordinate { name, span, .. } = own.coordinates[i].clone();
+        let text = format!("the multiplier of the force on {name}");
+        let symbol = pool.symbol(&text);
+        let velocity = pool.symbol(&format!("{text}'"));
+        own.symbols
+            .insert(symbol, crate::model::SymbolKind::Coordinate(count + i));
+        own.symbols
+            .insert(velocity, crate::model::SymbolKind::Velocity(count + i));
+        own.coordinates.push(Coordinate {
+            name,
+            span,
+            symbol,
+            velocity,
+            unit: None,
+        });
+        own.guesses.push(None);
+        // A force on what is held need not vanish here.
+        own.equilibria.push(own.equilibria[i].map(|given| Given {
+            symbolic: zero,
+            value: Some(zero),
+            ..given
+        }));
+        own.rates.push(None);
+    }
+    let mut potential = Vec::new();
+    for (negative, family) in signed_terms(model) {
+        let rests: Substitution = at_rest(&mut pool, family);
+        let share = pool.substitute_one(family.body, &rests);
+        let energy = if negative { share } else { pool.neg(share) };
+        let forces: Vec<(usize, ExprId)> = family
+            .locals
+            .iter()
+            .enumerate()
+            .map(|(place, local)| (place, pool.diff(energy, local.coordinate)))
+            .collect();
+        potential.extend(multiplied(&mut pool, family, &forces, count));
+    }
+    let mut rest: Vec<(&TermFamily, Vec<(usize, ExprId)>)> = Vec::new();
+    for (family, place, force) in assembly.friction_at_rest() {
+        match rest.last_mut() {
+            Some((last, forces)) if std::ptr::eq(*last, family) => forces.push((place, force)),
+            Some(_) | None => rest.push((family, vec![(place, force)])),
+        }
+    }
+    for (family, forces) in rest {
+        potential.extend(multiplied(&mut pool, family, &forces, count));
+    }
+    own.pool = pool;
+    own.kinetic = Vec::new();
+    own.potential = potential;
+    own.friction = Vec::new();
+    own
+}
+
+fn at_rest(pool: &mut Pool, family: &TermFamily) -> Substitution {
+    let zero = pool.zero();
+    let mut map = Substitution::default();
+    for local in &family.locals {
+        map.insert(local.velocity, zero);
+    }
+    map
+}
+
+/// The sum of mu·force of a family, as a family with one more slot for each force.
+fn multiplied(
+    pool: &mut Pool,
+    family: &TermFamily,
+    forces: &[(usize, ExprId)],
+    count: usize,
+) -> Option<TermFamily> {
+    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
+    let mut parts = Vec::new();
+    let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
+    for (place, force) in forces {
+        if is_zero(pool, *force) {
+            continue;
+        }
+        let name = format!("mu {place} of a slot");
+        let symbol = pool.symbol(&name);
+        let velocity = pool.symbol(&format!("{name}'"));
+        let multiplier = pool.symbol_expr(symbol);
+        parts.push(pool.mul(multiplier, *force));
+        slots.push((*place, symbol, velocity));
+    }
+    if slots.is_empty() {
+        return None;
+    }
+    let mut own = family.clone();
+    own.body = pool.sum(&parts);
+    let width = family.locals.len();
+    own.coordinates.clear();
+    for at in 0..family.count {
+        let numbers = &family.coordinates[at * width..(at + 1) * width];
+        own.coordinates.extend(numbers);
+        let mirrored = slots
+            .iter()
+            .map(|(place, ..)| numbers[*place] + u32::try_from(count).unwrap_or(u32::MAX));
+        own.coordinates.extend(mirrored);
+    }
+    let locals = slots
+        .iter()
+        .map(|(_, symbol, velocity)| Local::new(*symbol, *velocity));
+    own.locals.extend(locals);
+    Some(own)
+}

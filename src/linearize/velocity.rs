@@ -1,0 +1,308 @@
+//! The matrices that go with velocities, and what friction does at rest.
+//!
+//! A term a(q)·q' of L gives G_ij = ∂a_i/∂q_j - ∂a_j/∂q_i. Rayleigh's function F gives the damping
+//! C = ∂²F/∂q'∂q' and, where friction drags along with a medium that moves, forces -∂F/∂q' at rest
+//! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. As with energies, a family of terms is differentiated
+//! once and its instances are scattered.
+
+use super::assemble::{Assembly, Values, VelocityLinear, parameters_of};
+use super::error::LinearizeError;
+use super::facts::{Facts, Variable};
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
+use crate::model::{Model, TermFamily};
+use crate::number::Number;
+use crate::precision::{Function, Scalar};
+
+/// Which matrix an entry belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Matrix {
+    /// G: entered with its mirror image of opposite sign.
+    Gyroscopic,
+    /// C.
+    Damping,
+    /// N.
+    Circulatory,
+}
+
+/// Derivatives of one family, ready to be evaluated.
+#[derive(Clone, Debug)]
+pub(crate) struct VelocityFamily {
+    terms: TermFamily,
+    pub(super) parameters: Vec<usize>,
+    constants: Vec<u32>,
+    /// Matrix, row and column (by local variable), one an output of the tape.
+    entries: Vec<(Matrix, usize, usize)>,
+    /// Their expressions.
+    expressions: Vec<ExprId>,
+    tape: Tape,
+    /// ∂F/∂q' at rest: by local variable.
+    rest: Vec<usize>,
+    rest_expressions: Vec<ExprId>,
+    rest_tape: Tape,
+}
+
+/// What is to be differentiated: L's coefficients of the velocities, or F.
+pub(super) enum Origin<'a> {
+    Linear(&'a VelocityLinear),
+    Friction(&'a TermFamily),
+}
+
+fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+impl VelocityFamily {
+    /// Differentiates; `number` gives each constant of an instance its number.
+    pub(super) fn new(
+        model: &mut Model,
+        origin: &Origin<'_>,
+        number: &mut impl FnMut(ExprId) -> u32,
+    ) -> Option<Self> {
+        let (terms, derivatives) = match origin {
+            Origin::Linear(linear) => (&linear.family, gyroscopic(&mut model.pool, linear)),
+            Origin::Friction(family) => (*family, friction(&mut model.pool, family)),
+        };
+        let Derivatives { entries, rest } = derivatives;
+        if entries.is_empty() && rest.is_empty() {
+            return None;
+        }
+        let expressions: Vec<ExprId> = entries.iter().map(|(.., e)| *e).collect();
+        let rest_expressions: Vec<ExprId> = rest.iter().map(|(_, e)| *e).collect();
+        let all: Vec<ExprId> = expressions
+            .iter()
+            .chain(&rest_expressions)
+            .copied()
+            .collect();
+        let parameters = parameters_of(model, &all);
+        let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
+        inputs.extend(&terms.values);
+        inputs.extend(parameters.iter().map(|at| model.parameters[*at].symbol));
+        Some(Self {
+            tape: Tape::compile(&model.pool, &expressions, &inputs).ok()?,
+            rest_tape: Tape::compile(&model.pool, &rest_expressions, &inputs).ok()?,
+            terms: terms.clone(),
+            parameters,
+            constants: terms
+                .constants
+                .iter()
+                .map(|constant| number(*constant))
+                .collect(),
+            entries: entries
+                .iter()
+                .map(|(matrix, i, j, _)| (*matrix, *i, *j))
+                .collect(),
+            expressions,
+            rest: rest.iter().map(|(i, _)| *i).collect(),
+            rest_expressions,
+        })
+    }
+
+    /// Whether friction acts at rest, somewhere.
+    pub(super) fn acts_at_rest(&self) -> bool {
+        !self.rest.is_empty()
+    }
+
+    fn inputs<S: Scalar>(&self, at: usize, point: &[S], values: &Values<S>, zero: &S) -> Vec<S> {
+        let width = self.terms.values.len();
+        let coordinates = self.terms.coordinates_of(at).iter();
+        let constants = self.constants[at * width..(at + 1) * width].iter();
+        coordinates
+            .map(|number| point.get(*number as usize).unwrap_or(zero).clone())
+            .chain(constants.map(|number| values.constants[*number as usize].clone()))
+            .chain(
+                self.parameters
+                    .iter()
+                    .map(|number| values.parameter(*number, zero)),
+            )
+            .collect()
+    }
+}
+
+/// Refuses a dissipation with a corner at rest: a modulus, a root or a quotient of what vanishes there.
+pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
+    let mut facts = Facts::default();
+    for local in model.friction.iter().flat_map(|family| &family.locals) {
+        facts.declare(local.coordinate, Variable::Coordinate);
+        facts.declare(local.velocity, Variable::Velocity);
+    }
+    let pool = &model.pool;
+    for family in &model.friction {
+        for id in pool.reachable(&[family.body]) {
+            let sharp = match pool.node(id) {
+                Node::Function(Function::Abs, x) => facts.rests(pool, *x),
+                Node::Product(factors) => factors.iter().any(|(base, power)| {
+                    let smooth = power.is_integer() && !power.is_negative();
+                    !smooth && facts.rests(pool, *base)
+                }),
+                _ => false,
+            };
+            if sharp {
+                return Err(LinearizeError::FrictionNotSmooth {
+                    part: pool.display(id),
+                    span: family.span,
+                });
+            }
+        }
+    }
+    Ok(())
+}
+
+struct Derivatives {
+    entries: Vec<(Matrix, usize, usize, ExprId)>,
+    rest: Vec<(usize, ExprId)>,
+}
+
+fn slopes(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprId)> {
+    let found = pool.slopes(e, |symbol| variables.contains(&symbol));
+    let mut slopes: Vec<(usize, ExprId)> = found
+        .into_iter()
+        .filter(|(_, slope)| !is_zero(pool, *slope))
+        .filter_map(|(symbol, slope)| {
+            let place = variables.iter().position(|other| *other == symbol)?;
+            Some((place, slope))
+        })
+        .collect();
+    slopes.sort_unstable();
+    slopes
+}
+
+fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
+    let locals = &linear.family.locals;
+    let coordinates: Vec<Symbol> = locals.iter().map(|local| local.coordinate).collect();
+    let mut entries = Vec::new();
+    for (i, coefficient) in &linear.coefficients {
+        for (j, slope) in slopes(pool, *coefficient, &coordinates) {
+            if j != *i {
+                entries.push((Matrix::Gyroscopic, *i, j, slope));
+            }
+        }
+    }
+    Derivatives {
+        entries,
+        rest: Vec::new(),
+    }
+}
+
+fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
+    let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
+    let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
+    let zero = pool.zero();
+    let mut at_rest = Substitution::default();
+    for velocity in &velocities {
+        at_rest.insert(*velocity, zero);
+    }
+    let (mut entries, mut rest) = (Vec::new(), Vec::new());
+    for (i, force) in slopes(pool, family.body, &velocities) {
+        for (j, entry) in slopes(pool, force, &velocities) {
+            let entry = pool.substitute_one(entry, &at_rest);
+            if !is_zero(pool, entry) {
+                entries.push((Matrix::Damping, i, j, entry));
+            }
+        }
+        let force = pool.substitute_one(force, &at_rest);
+        for (j, entry) in slopes(pool, force, &coordinates) {
+            entries.push((Matrix::Circulatory, i, j, entry));
+        }
+        if !is_zero(pool, force) {
+            rest.push((i, force));
+        }
+    }
+    Derivatives { entries, rest }
+}
+
+impl Assembly {
+    /// Leaves G out, which is known to vanish.
+    pub(super) fn forget_gyroscopic(&mut self) {
+        let gyroscopic = |entry: &(Matrix, usize, usize)| entry.0 == Matrix::Gyroscopic;
+        self.velocity
+            .retain(|family| !family.entries.iter().any(gyroscopic));
+    }
+
+    /// ∂F/∂q' at rest is added to a gradient.
+    pub(super) fn add_friction_at_rest<S: Scalar>(
+        &self,
+        at: &[S],
+        values: &Values<S>,
+        gradient: &mut [S],
+    ) {
+        let zero = S::from_number(&Number::ZERO, values.precision());
+        for family in self.velocity.iter().filter(|family| family.acts_at_rest()) {
+            let prepared = family.rest_tape.prepare::<S>(values.precision());
+            for instance in 0..family.terms.count {
+                let inputs = family.inputs(instance, at, values, &zero);
+                let numbers = prepared.evaluate(&inputs, &mut Vec::new());
+                let coordinates = family.terms.coordinates_of(instance);
+                for (place, number) in family.rest.iter().zip(numbers) {
+                    let entry = &mut gradient[coordinates[*place] as usize];
+                    *entry = entry.add(&number);
+                }
+            }
+        }
+    }
+
+    /// G, C or N, dense, column by column; `None` where no term contributes.
+    pub(crate) fn velocity_matrix<S: Scalar>(
+        &self,
+        matrix: Matrix,
+        at: &[S],
+        values: &Values<S>,
+    ) -> Option<Vec<S>> {
+        let n = self.dimension;
+        let zero = S::from_number(&Number::ZERO, values.precision());
+        let mut result: Option<Vec<S>> = None;
+        for family in &self.velocity {
+            if family.entries.iter().all(|(own, ..)| *own != matrix) {
+                continue;
+            }
+            let prepared = family.tape.prepare::<S>(values.precision());
+            for instance in 0..family.terms.count {
+                let entries = result.get_or_insert_with(|| vec![zero.clone(); n * n]);
+                let inputs = family.inputs(instance, at, values, &zero);
+                let numbers = prepared.evaluate(&inputs, &mut Vec::new());
+                let coordinates = family.terms.coordinates_of(instance);
+                for ((own, i, j), number) in family.entries.iter().zip(numbers) {
+                    if *own != matrix || number.is_exact_zero() {
+                        continue;
+                    }
+                    let (i, j) = (coordinates[*i] as usize, coordinates[*j] as usize);
+                    match matrix {
+                        Matrix::Gyroscopic if i == j => {}
+                        Matrix::Gyroscopic => {
+                            entries[i + n * j] = entries[i + n * j].add(&number);
+                            entries[j + n * i] = entries[j + n * i].sub(&number);
+                        }
+                        Matrix::Damping | Matrix::Circulatory => {
+                            entries[i + n * j] = entries[i + n * j].add(&number);
+                        }
+                    }
+                }
+            }
+        }
+        result
+    }
+
+    /// The entries of G, C or N as expressions: row, column and share.
+    pub(crate) fn velocity_expressions(
+        &self,
+        matrix: Matrix,
+    ) -> impl Iterator<Item = (&TermFamily, usize, usize, ExprId)> {
+        self.velocity.iter().flat_map(move |family| {
+            let entries = family.entries.iter().zip(&family.expressions);
+            let own = entries.filter(move |((own, ..), _)| *own == matrix);
+            own.map(move |((_, i, j), e)| (&family.terms, *i, *j, *e))
+        })
+    }
+
+    /// ∂F/∂q' at rest as expressions.
+    pub(crate) fn friction_at_rest(&self) -> impl Iterator<Item = (&TermFamily, usize, ExprId)> {
+        self.velocity.iter().flat_map(|family| {
+            let rest = family.rest.iter().zip(&family.rest_expressions);
+            rest.map(move |(place, e)| (&family.terms, *place, *e))
+        })
+    }
+
+    /// Whether friction acts at rest, somewhere.
+    pub(crate) fn acts_at_rest(&self) -> bool {
+        self.velocity.iter().any(VelocityFamily::acts_at_rest)
+    }
+}

@@ -1,0 +1,398 @@
+//! Discs that hold all exponents of a nearly diagonal pencil, with multiplicity.
+//!
+//! The one fact used: let H(σ) be the pencil of [`super::couplings`], H_t(σ) the same with all entries beside
+//! the diagonal times t, and d > 0 with |H_ii(σ)| d_i > Σ_{j≠i} |H_ij(σ)| d_j for all i and all σ on the boundary
+//! of a region. Then H_t(σ) is dominant for 0 <= t <= 1 too, hence never singular there (Levy, Desplanques; Horn
+//! and Johnson, Matrix Analysis, 6.1), so that the number of zeros of the polynomial det H_t(σ) within the
+//! region does not depend on t (the argument principle). For t = 0 it is the number of diagonal entries that
+//! vanish within it; for t = 1 the number of exponents, with multiplicity: det H(σ) = det W det(A - σB) det V,
+//! and neither factor is 0 since H(σ) is not singular on the boundary.
+//!
+//! For a group C of columns take d = 1 in C and d = τ outside, where for the rows outside
+//!
+//! ```text
+//!   |H_ii| τ_i >= Σ_{c∈C} |H_ic| + Σ_{j∉C} |H_ij| τ_j ,
+//! ```
+//!
+//! about |H_ic| / gap. Then the rows of C need only, with the residual from the left in H_ci,
+//!
+//! ```text
+//!   |σ - μ_c| |Q_cc| > |H_cc(μ_c)| + Σ_{c'∈C} |H_cc'| + Σ_{i∉C} |H_ci| τ_i ,
+//! ```
+//!
+//! which is quadratic in the residuals for a group of one (Wilkinson's scaling of Gershgorin's discs; Stewart, Sun,
+//! Matrix Perturbation Theory, IV.2). The region is the union of the discs of C; rows outside see all of it.
+//! A vector a with H(λ) a = 0 for λ in the region has |a_i| <= τ_i max_C |a_c|, since the comparison matrix
+//! of the rows outside is a nonsingular M-matrix.
+
+use super::couplings::Couplings;
+use crate::precision::up;
+
+/// Columns that the bounds do not separate, or a single one.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub(super) members: Vec<usize>,
+    /// By member: the discs together hold as many exponents as there are members; each component of
+    /// their union holds as many as it has discs.
+    pub(super) discs: Vec<f64>,
+    /// By member: an exponent (each member one, with multiplicity) is no further than this from μ.
+    pub(super) radii: Vec<f64>,
+    /// By member: how many discs, and so exponents, the component of its disc has.
+    pub(super) shared: Vec<usize>,
+    /// τ by column, 0 for members.
+    pub(super) reach: Vec<f64>,
+}
+
+/// What is proved about all exponents.
+pub(super) struct Certificate {
+    pub(super) groups: Vec<Group>,
+    /// The group of every column.
+    pub(super) of: Vec<usize>,
+}
+
+impl Certificate {
+    /// Disc, radius and number of discs in the component of a column.
+    pub(super) fn disc(&self, column: usize) -> (f64, f64, usize) {
+        let group = &self.groups[self.of[column]];
+        let at = group.members.iter().position(|&c| c == column);
+        at.map_or((f64::INFINITY, f64::INFINITY, 0), |at| {
+            (group.discs[at], group.radii[at], group.shared[at])
+        })
+    }
+}
+
+/// A bound of the relative error of a sum of so many nonnegative doubles.
+fn slack(terms: usize) -> f64 {
+    4.0 * (terms as f64 + 16.0) * f64::EPSILON
+}
+
+/// Whether a > b; false where one is not a number.
+fn exceeds(a: f64, b: f64) -> bool {
+    a > b
+}
+
+/// What distances are trusted to.
+const NEAR: f64 = 1.0 - 1e-11;
+const FAR: f64 = 1.0 + 1e-11;
+
+/// Discs for all columns, those in `together` (of the exponent 0) as one group from the start. `twin` tells
+/// which column is the exact conjugate of another one.
+pub(super) fn certify(
+    couplings: &Couplings,
+    together: usize,
+    twin: &[Option<usize>],
+) -> Certificate {
+    let m = couplings.size;
+    let mut sets: Vec<Option<Vec<usize>>> = Vec::new();
+    if together > 0 {
+        sets.push(Some((0..together).collect()));
+    }
+    sets.extend((together..m).map(|j| Some(vec![j])));
+    let mut of = vec![0; m];
+    for (at, set) in sets.iter().enumerate() {
+        for &j in set.iter().flatten() {
+            of[j] = at;
+        }
+    }
+    let mut done: Vec<Option<Group>> = vec![None; sets.len()];
+    let mut todo: Vec<usize> = (0..sets.len()).rev().collect();
+    let join = |a: usize,
+                b: usize,
+                sets: &mut Vec<Option<Vec<usize>>>,
+                of: &mut Vec<usize>,
+                done: &mut Vec<Option<Group>>| {
+        let moved = sets[b].take().unwrap_or_default();
+        for &j in &moved {
+            of[j] = a;
+        }
+        if let Some(set) = &mut sets[a] {
+            set.extend(moved);
+            set.sort_unstable();
+        }
+        done[a] = None;
+        done[b] = None;
+    };
+    loop {
+        while let Some(at) = todo.pop() {
+            let Some(members) = sets[at].clone() else {
+                continue;
+            };
+            if done[at].is_some() {
+                continue;
+            }
+            // The conjugate of a column that is done.
+            if let [j] = members[..]
+                && let Some(i) = twin[j]
+                && let Some(group) = &done[of[i]]
+                && group.members.len() == 1
+            {
+                done[at] = Some(mirrored(group, j, twin));
+                continue;
+            }
+            match enclose(couplings, members) {
+                Ok(group) => done[at] = Some(group),
+                Err(culprit) => {
+                    let other = of[culprit];
+                    join(at, other, &mut sets, &mut of, &mut done);
+                    todo.push(at);
+                }
+            }
+        }
+        // Regions of different groups must not meet, lest an exponent be counted twice.
+        let mut disc = vec![0.0; m];
+        for group in done.iter().flatten() {
+            for (&c, &r) in group.members.iter().zip(&group.discs) {
+                disc[c] = r;
+            }
+        }
+        let met = (0..m).find_map(|j| {
+            (0..j)
+                .find(|&i| {
+                    of[i] != of[j]
+                        && !exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j]))
+                })
+                .map(|i| (i, j))
+        });
+        match met {
+            Some((i, j)) => {
+                let (a, b) = (of[i], of[j]);
+                join(a, b, &mut sets, &mut of, &mut done);
+                todo.push(a);
+            }
+            None => break,
+        }
+    }
+    let mut number = vec![0; sets.len()];
+    let mut groups = Vec::new();
+    for (at, group) in done.into_iter().enumerate() {
+        if let Some(group) = group {
+            number[at] = groups.len();
+            groups.push(group);
+        }
+    }
+    let of = of.into_iter().map(|at| number[at]).collect();
+    Certificate { groups, of }
+}
+
+fn mirrored(group: &Group, column: usize, twin: &[Option<usize>]) -> Group {
+    let m = group.reach.len();
+    // Who is whose conjugate, either way.
+    let mut partner: Vec<usize> = (0..m).collect();
+    for (j, i) in twin.iter().enumerate() {
+        if let Some(i) = *i {
+            partner[j] = i;
+            partner[i] = j;
+        }
+    }
+    Group {
+        members: vec![column],
+        reach: (0..m).map(|j| group.reach[partner[j]]).collect(),
+        ..group.clone()
+    }
+}
+
+/// The discs of a group, or the column that it can't be separated from.
+fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
+    let Couplings {
+        size,
+        right,
+        left_t,
+        q,
+        q_t,
+        defect,
+        least,
+        distance,
+        ..
+    } = couplings;
+    let m = *size;
+    let factor = 1.0 + slack(4 * m);
+    let mut inside = vec![false; m];
+    members.iter().for_each(|&c| inside[c] = true);
+    let outside: Vec<usize> = (0..m).filter(|&i| !inside[i]).collect();
+    let mut width: f64 = 0.0;
+    for &a in &members {
+        for &b in &members {
+            width = width.max(distance.get(a, b) * FAR);
+        }
+    }
+    // Distances from the nearest member from below, and from all points that lie between members from above.
+    let mut gap = vec![0.0; m];
+    let mut far = vec![0.0; m];
+    for &i in &outside {
+        let (mut near, mut most) = (f64::INFINITY, 0.0_f64);
+        for &c in &members {
+            let d = distance.get(i, c);
+            near = near.min(d * NEAR);
+            most = most.max(d * FAR);
+        }
+        gap[i] = near;
+        far[i] = most;
+    }
+    let nearest = || {
+        let mut all = outside.iter().copied();
+        let first = all.next()?;
+        Some(all.fold(first, |a, b| if gap[b] < gap[a] { b } else { a }))
+    };
+    // What the rows come to for columns that are hardly coupled.
+    let mut radius: f64 = 0.0;
+    for &c in &members {
+        let mut sum = defect[c];
+        for &i in &outside {
+            sum += left_t.get(i, c) * right.get(i, c) / gap[i];
+        }
+        for &b in &members {
+            sum += right.get(c, b) + width * q.get(c, b);
+        }
+        radius = radius.max(2.0 * sum / least[c]);
+    }
+    if !radius.is_finite() {
+        return match nearest() {
+            Some(i) => Err(i),
+            None => Ok(hopeless(members, m)),
+        };
+    }
+    let mut tau = vec![0.0; m];
+    let mut next = vec![0.0; m];
+    let mut base = vec![0.0; m];
+    let mut diagonal = vec![0.0; m];
+    for _ in 0..12 {
+        let reach = up(width + radius);
+        for &i in &outside {
+            diagonal[i] = ((gap[i] - radius) * NEAR * least[i] - defect[i]) * NEAR;
+            if !exceeds(diagonal[i], 0.0) {
+                return Err(i);
+            }
+            let mut sum = 0.0;
+            for &c in &members {
+                sum += right.get(i, c) + reach * q.get(i, c);
+            }
+            base[i] = sum * factor;
+        }
+        // τ from below, by the iteration of Jacobi; then a little more, until one step shows it sufficient.
+        for &i in &outside {
+            tau[i] = base[i] / diagonal[i] + 1e-280;
+        }
+        let mut shown = false;
+        for round in 0..10 {
+            next.fill(0.0);
+            for &j in &outside {
+                let t = tau[j];
+                let s = (far[j] + reach) * t;
+                let (h, g) = (right.column(j), q.column(j));
+                for ((next, h), g) in next.iter_mut().zip(h).zip(g) {
+                    *next += h * t + g * s;
+                }
+            }
+            shown = round > 0;
+            for &i in &outside {
+                // Entry (i, i) of both matrices is 0.
+                next[i] = up((base[i] + next[i]) * factor / diagonal[i]);
+                shown &= next[i] <= tau[i];
+            }
+            if shown {
+                break;
+            }
+            for &i in &outside {
+                tau[i] = 1.01 * next[i].max(tau[i] * 0.5) + 1e-280;
+            }
+            if tau.iter().any(|t| !exceeds(1e100, *t)) {
+                break;
+            }
+        }
+        if !shown {
+            // The row that needs the most is the one to blame.
+            let worst = outside
+                .iter()
+                .copied()
+                .max_by(|&a, &b| (base[a] / diagonal[a]).total_cmp(&(base[b] / diagonal[b])));
+            return worst.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
+        }
+        std::mem::swap(&mut tau, &mut next);
+        let mut discs = Vec::with_capacity(members.len());
+        let mut needed: f64 = 0.0;
+        for &c in &members {
+            let mut sum = defect[c];
+            let (h, g) = (left_t.column(c), q_t.column(c));
+            for &i in &outside {
+                sum += (h[i] + reach * g[i]) * tau[i];
+            }
+            for &b in &members {
+                // Entry (c, c) of both matrices is 0.
+                sum += right.get(c, b) + reach * q.get(c, b);
+            }
+            let r = up(sum * factor / least[c] * FAR);
+            discs.push(r);
+            needed = needed.max(r);
+        }
+        // A maximum passes over what is not a number.
+        if discs.iter().any(|r| !r.is_finite()) {
+            break;
+        }
+        if needed <= radius {
+            let (radii, shared) = spread(couplings, &members, &discs);
+            let mut reach = vec![0.0; m];
+            for &i in &outside {
+                reach[i] = tau[i];
+            }
+            return Ok(Group {
+                members,
+                discs,
+                radii,
+                shared,
+                reach,
+            });
+        }
+        radius = 2.0 * needed;
+    }
+    match nearest() {
+        Some(i) => Err(i),
+        None => Ok(hopeless(members, m)),
+    }
+}
+
+fn hopeless(members: Vec<usize>, size: usize) -> Group {
+    let k = members.len();
+    Group {
+        members,
+        discs: vec![f64::INFINITY; k],
+        radii: vec![f64::INFINITY; k],
+        shared: vec![k; k],
+        reach: vec![f64::INFINITY; size],
+    }
+}
+
+/// How far an exponent may be from each member: to the far end of the component of its disc; and how many
+/// discs the component has.
+fn spread(couplings: &Couplings, members: &[usize], discs: &[f64]) -> (Vec<f64>, Vec<usize>) {
+    let k = members.len();
+    let mut component: Vec<usize> = (0..k).collect();
+    for a in 0..k {
+        for b in 0..a {
+            let d = couplings.distance.get(members[a], members[b]) * NEAR;
+            if !exceeds(d, up(discs[a] + discs[b])) && component[a] != component[b] {
+                let (from, to) = (component[a], component[b]);
+                for c in &mut component {
+                    if *c == from {
+                        *c = to;
+                    }
+                }
+            }
+        }
+    }
+    let shared = component
+        .iter()
+        .map(|a| component.iter().filter(|b| *b == a).count())
+        .collect();
+    let radii = (0..k)
+        .map(|a| {
+            (0..k)
+                .filter(|&b| component[b] == component[a])
+                .map(|b| {
+                    let d = couplings.distance.get(members[a], members[b]) * FAR;
+                    up(d + discs[b])
+                })
+                .fold(0.0, f64::max)
+        })
+        .collect();
+    (radii, shared)
+}

@@ -1,0 +1,295 @@
+//! How the columns of a nearly diagonal quadratic pencil are coupled: magnitudes and bounds in doubles.
+//!
+//! With L(λ) = λ²M + λD + S, the first-order pencil A - λB = [[0, 1], [-S, -D]] - λ diag(1, M), and matrices
+//! V = [X; XT], W = [TYᵀM + YᵀD, Yᵀ] for a matrix T of the order 2n,
+//!
+//! ```text
+//!   WBV = (TYᵀ)(MX) + Yᵀ(DX + MXT) = Q,    W(AV - BVT) = -YᵀR,    R = MXT² + DXT + SX,
+//! ```
+//!
+//! as multiplying out shows. So W(A - σB)V = H(σ) = Q (T - σ) - YᵀR; likewise from the left
+//! H(σ) = (T - σ) Q - EᵀX with Eᵀ = T²YᵀM + TYᵀD + YᵀS. T is diagonal, its entries μ, but for the links of Jordan
+//! chains of the exponent 0. For i ≠ j and without links
+//!
+//! ```text
+//!   H_ij(σ) = -y_iᵀR_j + (μ_j - σ) Q_ij = -E_iᵀx_j + (μ_i - σ) Q_ij,
+//! ```
+//!
+//! where R_j = L(μ_j) x_j and E_i = L(μ_i)ᵀ y_i are residuals. W never has to be known: M and D in it are the
+//! exact matrices. Only residuals have to be computed with care; products with them are bounded in
+//! doubles.
+
+use faer::c64;
+
+use super::super::dense::{Plain, gamma, multiply};
+use super::super::product::{Part, bound_product};
+use crate::precision::up;
+
+/// A complex number in doubles and a bound of its error.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Approximate {
+    pub(super) value: c64,
+    pub(super) error: f64,
+}
+
+impl Approximate {
+    pub(super) fn conj(self) -> Self {
+        Self {
+            value: c64::new(self.value.re, -self.value.im),
+            error: self.error,
+        }
+    }
+}
+
+/// What a column contributes.
+#[derive(Clone, Debug)]
+pub(super) struct Sheet {
+    pub(super) x: Vec<Approximate>,
+    pub(super) y: Vec<Approximate>,
+    /// The residual R_j and the one from the left, E_j.
+    pub(super) residual: Vec<Approximate>,
+    pub(super) left: Vec<Approximate>,
+    /// M x_j, and D x_j + M (XT)_j.
+    pub(super) image: Vec<Approximate>,
+    pub(super) rest: Vec<Approximate>,
+    /// (TYᵀ)_j.
+    pub(super) turned: Vec<Approximate>,
+    /// A bound of |y_jᵀR_j|.
+    pub(super) defect: f64,
+}
+
+impl Sheet {
+    pub(super) fn conj(&self) -> Self {
+        let conj = |x: &[Approximate]| x.iter().map(|x| x.conj()).collect();
+        Self {
+            x: conj(&self.x),
+            y: conj(&self.y),
+            residual: conj(&self.residual),
+            left: conj(&self.left),
+            image: conj(&self.image),
+            rest: conj(&self.rest),
+            turned: conj(&self.turned),
+            defect: self.defect,
+        }
+    }
+}
+
+/// Entry (k, j) of T beside its diagonal.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Link {
+    pub(super) from: usize,
+    pub(super) to: usize,
+    pub(super) value: f64,
+}
+
+/// Bounds of the pencil's entries, 2n by 2n, and the entries themselves as nearly as doubles have them.
+pub(super) struct Couplings {
+    pub(super) size: usize,
+    /// Upper bounds of |H_ij(μ_j)| off the diagonal, 0 on it.
+    pub(super) right: Plain,
+    /// Upper bounds of |H_ij(μ_i)| off the diagonal, transposed: entry (j, i).
+    pub(super) left_t: Plain,
+    /// Upper bounds of |Q_ij| off the diagonal, 0 on it; and the transpose.
+    pub(super) q: Plain,
+    pub(super) q_t: Plain,
+    /// Upper bounds of |H_jj(μ_j)|.
+    pub(super) defect: Vec<f64>,
+    /// Bounds of |Q_jj| from below.
+    pub(super) least: Vec<f64>,
+    /// |μ_i - μ_j|, within a factor 1 ± 1e-12.
+    pub(super) distance: Plain,
+    /// y_iᵀR_j, E_iᵀx_j and Q_ij, without bounds.
+    pub(super) residuals: Products,
+    pub(super) lefts: Products,
+    pub(super) unit: Products,
+}
+
+/// Complex numbers as products of real and imaginary parts: see [`Products::get`].
+pub(super) struct Products(Plain);
+
+impl Products {
+    fn put(&mut self, i: usize, j: usize, value: c64) {
+        let (i, j) = (2 * i, 2 * j);
+        self.0.set(i, j, value.re);
+        self.0.set(i + 1, j + 1, 0.0);
+        self.0.set(i, j + 1, value.im);
+        self.0.set(i + 1, j, 0.0);
+    }
+
+    pub(super) fn get(&self, i: usize, j: usize) -> c64 {
+        let p = |a: usize, b: usize| self.0.get(2 * i + a, 2 * j + b);
+        c64::new(p(0, 0) - p(1, 1), p(0, 1) + p(1, 0))
+    }
+}
+
+/// Columns of complex numbers, real and imaginary parts beside each other, and their moduli and errors.
+struct Bundle {
+    parts: Plain,
+    /// Bounds of the moduli, errors included.
+    moduli: Plain,
+    errors: Plain,
+}
+
+impl Bundle {
+    fn new<'a>(
+        n: usize,
+        sheets: &'a [Sheet],
+        part: impl Fn(&'a Sheet) -> &'a [Approximate],
+    ) -> Self {
+        let m = sheets.len();
+        let mut parts = Plain::zeros(n, 2 * m);
+        let (mut moduli, mut errors) = (Plain::zeros(n, m), Plain::zeros(n, m));
+        for (j, sheet) in sheets.iter().enumerate() {
+            for (i, x) in part(sheet).iter().enumerate() {
+                parts.set(i, 2 * j, x.value.re);
+                parts.set(i, 2 * j + 1, x.value.im);
+                // hypot is off by less than a unit of the last place.
+                moduli.set(i, j, up(x.value.re.hypot(x.value.im) + x.error));
+                errors.set(i, j, x.error);
+            }
+        }
+        Self {
+            parts,
+            moduli,
+            errors,
+        }
+    }
+}
+
+/// a_iᵀb_j for all i and j, and a bound of the error of each.
+///
+/// Real and imaginary parts are four real products of n terms, each off by at most γ_n Σ|a'||b'| (see
+/// [`gamma`]), and (|a'| + |a''|)(|b'| + |b''|) <= 2 |a||b|: with the two sums the modulus is off by at most
+/// 2 γ_{n+2} Σ|a||b|. The data are off by da and db: |a db| + |da b| + |da db| more, which the moduli, errors
+/// included, cover as |a| db + da |b|.
+fn inner(a: &Bundle, b: &Bundle) -> (Products, Plain) {
+    let products = multiply(a.parts.view().transposed(), b.parts.view());
+    let rounding = 2.0 * gamma(a.parts.rows + 2);
+    let mut weights = b.errors.clone();
+    for (e, size) in weights.data.iter_mut().zip(&b.moduli.data) {
+        *e = up(*e + rounding * size);
+    }
+    let mut bound = bound_product(&a.moduli.transposed(), &weights, Part::All);
+    let exact = a.errors.data.iter().all(|e| *e == 0.0);
+    if !exact {
+        let more = bound_product(&a.errors.transposed(), &b.moduli, Part::All);
+        for (x, y) in bound.data.iter_mut().zip(&more.data) {
+            *x = up(*x + y);
+        }
+    }
+    (Products(products), bound)
+}
+
+fn modulus(x: c64) -> f64 {
+    x.re.hypot(x.im)
+}
+
+impl Couplings {
+    /// From all columns; `distance(i, j)` is |μ_i - μ_j|, `known` are entries of Q that are known better than
+    /// from doubles: columns that are nearly parallel have long left vectors.
+    pub(super) fn new(
+        n: usize,
+        sheets: &[Sheet],
+        links: &[Link],
+        known: &[(usize, usize, Approximate)],
+        distance: impl Fn(usize, usize) -> f64,
+    ) -> Option<Self> {
+        let m = sheets.len();
+        let x = Bundle::new(n, sheets, |sheet| &sheet.x);
+        let y = Bundle::new(n, sheets, |sheet| &sheet.y);
+        let (residuals, residuals_error) =
+            inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.residual));
+        let (lefts, lefts_error) = inner(&Bundle::new(n, sheets, |sheet| &sheet.left), &x);
+        let turned = Bundle::new(n, sheets, |sheet| &sheet.turned);
+        let (first, first_error) = inner(&turned, &Bundle::new(n, sheets, |sheet| &sheet.image));
+        let (second, second_error) = inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.rest));
+        let mut unit = first.0;
+        for (a, b) in unit.data.iter_mut().zip(&second.0.data) {
+            *a += b;
+        }
+        let mut unit = Products(unit);
+        let (mut first_error, mut second_error) = (first_error, second_error);
+        for &(i, j, entry) in known {
+            unit.put(i, j, entry.value);
+            first_error.set(i, j, entry.error);
+            second_error.set(i, j, 0.0);
+        }
+        let unit = unit;
+        let square = || Plain::zeros(m, m);
+        let (mut right, mut left_t, mut q, mut q_t) = (square(), square(), square(), square());
+        let (mut defect, mut least) = (Vec::with_capacity(m), Vec::with_capacity(m));
+        for (j, sheet) in sheets.iter().enumerate() {
+            for i in 0..m {
+                let (a, b) = (first_error.get(i, j), second_error.get(i, j));
+                let entry = unit.get(i, j);
+                // The sum of the two is rounded by at most 2 u of its parts, which γ covers twice.
+                let error = up(2.0 * (a + b));
+                if i == j {
+                    defect.push(sheet.defect);
+                    least.push((modulus(entry) * (1.0 - 1e-15) - error).max(0.0));
+                    continue;
+                }
+                let size = up(modulus(entry) + error);
+                q.set(i, j, size);
+                q_t.set(j, i, size);
+                right.set(
+                    i,
+                    j,
+                    up(modulus(residuals.get(i, j)) + residuals_error.get(i, j)),
+                );
+                left_t.set(j, i, up(modulus(lefts.get(i, j)) + lefts_error.get(i, j)));
+            }
+        }
+        // What links add: Σ_k Q_ik T_kj from the right, Σ_k T_ik Q_kj from the left.
+        let sizes =
+            |i: usize, j: usize| {
+                if i == j {
+                    up(modulus(unit.get(i, i))
+                        + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
+                } else {
+                    q.get(i, j)
+                }
+            };
+        for link in links {
+            let size = link.value.abs();
+            for (i, defect) in defect.iter_mut().enumerate() {
+                let more = sizes(i, link.from) * size;
+                if i == link.to {
+                    *defect = up(*defect + more);
+                } else {
+                    right.set(i, link.to, up(right.get(i, link.to) + more));
+                }
+                let more = sizes(link.to, i) * size;
+                if i == link.from {
+                    *defect = up(*defect + more);
+                } else {
+                    left_t.set(i, link.from, up(left_t.get(i, link.from) + more));
+                }
+            }
+        }
+        let mut distances = square();
+        for j in 0..m {
+            for i in 0..j {
+                let d = distance(i, j);
+                distances.set(i, j, d);
+                distances.set(j, i, d);
+            }
+        }
+        let finite = |plain: &Plain| plain.data.iter().all(|x| x.is_finite());
+        let diagonal = defect.iter().chain(&least).all(|x| x.is_finite());
+        (diagonal && finite(&right) && finite(&left_t) && finite(&q) && finite(&distances))
+            .then_some(Self {
+                size: m,
+                right,
+                left_t,
+                q,
+                q_t,
+                defect,
+                least,
+                distance: distances,
+                residuals,
+                lefts,
+                unit,
+            })
+    }
+}

@@ -1,0 +1,291 @@
+//! Exponents of M q̈ + D q̇ + S q = 0: the λ with det(λ²M + λD + S) = 0, growth and frequency with proved bounds,
+//! and their vectors.
+//!
+//! D = G + C and S = K + N: gyroscopic and damping forces, stiffness and what friction adds to it. Without
+//! dissipation D is skew and S symmetric, and growth is exactly 0 where the exponents are on the imaginary axis.
+//!
+//! The ladder is that of [`super`]: vectors and left vectors in doubles (`start`), residuals in
+//! double-double (`columns`), couplings of the first-order pencil in their basis as magnitudes (`couplings`), discs
+//! with a scaling per exponent that makes them quadratic in the residuals (`certify`); where they do not cover the
+//! wanted digits of growth and frequency, better vectors; then the same with as many bits as it takes (`wide`).
+//! Columns that are not separated are turned by the eigenvectors of their own block (`resolve`). What bounds can
+//! never decide (whether a repeated exponent is one, whether a growth is 0) is decided by exact arithmetic where
+//! the matrices are rational and small (`exact`), and else said to be open.
+//!
+//! It never sees a name or an expression, never takes something small for zero, and never pairs exponents by
+//! their looks: real and imaginary ones are those whose discs hold one exponent and meet no other disc
+//! on the other side of the axis.
+
+mod certify;
+mod columns;
+mod complex;
+mod couplings;
+mod definite;
+mod exact;
+mod polynomial;
+mod resolve;
+mod scale;
+mod shape;
+mod signature;
+mod solve;
+mod spectrum;
+mod start;
+mod wide;
+mod wide_columns;
+
+use dashu_int::IBig;
+use faer::c64;
+use thiserror::Error;
+
+use super::{Options, Rung, Stability};
+use crate::precision::{Ball, Big};
+
+/// M q̈ + D q̇ + S q = 0.
+#[derive(Clone, Debug)]
+pub struct QuadraticProblem {
+    /// The number of coordinates, n.
+    pub dimension: usize,
+    /// The mass matrix M, n by n, column by column; symmetric and positive definite.
+    pub mass: Vec<Ball>,
+    /// D = G + C, what multiplies velocities, likewise n by n.
+    pub velocity: Vec<Ball>,
+    /// S = K + N, what multiplies coordinates.
+    pub stiffness: Vec<Ball>,
+    /// What is known of the exact matrices beside their enclosures.
+    pub structure: Structure,
+    /// Linearly independent vectors proved to span the kernel of the exact S, each ball enclosing the exact
+    /// component.
+    pub zero_vectors: Vec<Vec<Ball>>,
+}
+
+/// What is known of the exact matrices beside their enclosures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Structure {
+    /// Nothing is damped: D is skew and S symmetric, exactly.
+    Gyroscopic,
+    /// Anything.
+    Damped,
+}
+
+/// The matrices of a [`QuadraticProblem`] at a higher precision, in the same order.
+#[derive(Clone, Debug)]
+pub struct PreciseQuadratic {
+    /// M.
+    pub mass: Vec<Big>,
+    /// D.
+    pub velocity: Vec<Big>,
+    /// S.
+    pub stiffness: Vec<Big>,
+    /// The vectors of the kernel of S.
+    pub zero_vectors: Vec<Vec<Big>>,
+}
+
+/// M, D and S, all three times one positive number, exactly, column by column.
+#[derive(Clone, Debug)]
+pub struct IntegerQuadratic {
+    /// M.
+    pub mass: Vec<IBig>,
+    /// D.
+    pub velocity: Vec<IBig>,
+    /// S.
+    pub stiffness: Vec<IBig>,
+}
+
+/// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.
+///
+/// Everything must describe the same exact matrices as the [`QuadraticProblem`] does. Nothing is asked for that
+/// is not needed.
+pub trait QuadraticSource {
+    /// The matrices with entries of so many bits.
+    fn precisely(&self, _bits: usize) -> Option<PreciseQuadratic> {
+        None
+    }
+
+    /// The matrices exactly, where every entry is a rational number.
+    fn integers(&self) -> Option<IntegerQuadratic> {
+        None
+    }
+}
+
+/// No source: the enclosures are all there is.
+impl QuadraticSource for () {}
+
+/// All exponents that were asked for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Exponents {
+    /// One for a pair of conjugate exponents, one for a real exponent of a damped problem, one for a real pair
+    /// ±s without dissipation (the growing one), each as often as its algebraic multiplicity; for the
+    /// exponent 0 half its multiplicity without dissipation, the dimension of the kernel of S with it. Unstable
+    /// ones by falling growth, then zeros, then by rising frequency and falling growth.
+    pub entries: Vec<Exponent>,
+    /// What all exponents together say.
+    pub stability: Stability,
+    /// The highest rung that any of the numbers comes from.
+    pub rung: Rung,
+}
+
+/// An exponent growth + i omega.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Exponent {
+    /// What kind of motion it is.
+    pub kind: ExponentKind,
+    /// The real part; exactly 0 where that is proved.
+    pub growth: Ball,
+    /// The imaginary part, not negative; exactly 0 where that is proved.
+    pub omega: Ball,
+    /// -exponent², where growth or omega is proved to be 0.
+    pub omega_squared: Option<Ball>,
+    /// Growth and omega to more digits, where balls do not hold as many as were asked for.
+    pub precise: Option<Box<PreciseExponent>>,
+    /// The vector x with xᴴMx = 1 whose first component within 1e-6 of the largest is real and positive; empty if
+    /// not asked for.
+    pub vector: Vec<c64>,
+    /// A bound of the error of each component. In a cluster: of the distance from the space that the columns
+    /// of the cluster span; infinite where nothing is known.
+    pub vector_error_bound: f64,
+    /// Exponents with the same number are not separated by the bounds: equal, or nearly so.
+    pub cluster: u32,
+    /// Why digits are missing or a sign is open, if so; or that the exponent has fewer vectors than its
+    /// multiplicity.
+    pub limit: Option<Limit>,
+}
+
+/// Growth and omega at a precision beyond that of a [`Ball`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct PreciseExponent {
+    /// The real part.
+    pub growth: Big,
+    /// The imaginary part.
+    pub omega: Big,
+}
+
+/// Why an exponent is known less well than was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Limit {
+    /// The exponent is repeated and has fewer vectors than its multiplicity, proved: it depends on the
+    /// parameters as their root of that order does.
+    Defective {
+        /// The algebraic multiplicity.
+        multiplicity: usize,
+        /// The number of independent vectors.
+        vectors: usize,
+    },
+    /// So many exponents are not separated at the highest precision that was tried.
+    Unresolved {
+        /// How many.
+        count: usize,
+    },
+    /// The exponent is separated from all others, but a sign or digits are open.
+    Open,
+}
+
+/// The kind of an exponent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum ExponentKind {
+    /// Growth 0, omega > 0.
+    Oscillation,
+    /// The exponent 0, proved.
+    Zero,
+    /// Growth > 0.
+    Unstable,
+    /// Growth < 0, omega > 0.
+    Damped,
+    /// Growth < 0, omega = 0.
+    Overdamped,
+    /// The bounds do not tell.
+    Undecided,
+}
+
+impl ExponentKind {
+    /// The word for it in tables and JSON.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Oscillation => "oscillation",
+            Self::Zero => "zero",
+            Self::Unstable => "unstable",
+            Self::Damped => "damped",
+            Self::Overdamped => "overdamped",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// One of the three matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Which {
+    /// M.
+    Mass,
+    /// D.
+    Velocity,
+    /// S.
+    Stiffness,
+}
+
+impl std::fmt::Display for Which {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mass => "mass",
+            Self::Velocity => "velocity",
+            Self::Stiffness => "stiffness",
+        })
+    }
+}
+
+/// Why there are no exponents.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ExponentsError {
+    /// M is not positive definite, or not shown to be.
+    #[error("the mass matrix is not shown to be positive definite")]
+    NotPositiveDefinite,
+    /// An entry is not a number or out of range.
+    #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
+    NotFinite {
+        /// The matrix.
+        matrix: Which,
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+    },
+    /// A matrix has the wrong number of entries.
+    #[error("the {matrix} matrix has {found} entries instead of {expected}")]
+    Shape {
+        /// The matrix.
+        matrix: Which,
+        /// The square of the dimension.
+        expected: usize,
+        /// The number of entries.
+        found: usize,
+    },
+    /// A zero vector is not in the kernel of S, depends on those before it, or has the wrong length.
+    #[error(
+        "zero vector {index} is not an independent vector of the kernel of the stiffness matrix"
+    )]
+    ZeroVector {
+        /// Its number, from 0.
+        index: usize,
+    },
+    /// The eigenvalue decomposition did not converge.
+    #[error("the eigenvalue decomposition did not converge")]
+    NoConvergence,
+}
+
+/// All exponents of a problem whose source can be asked for more where the enclosures do not do.
+///
+/// # Errors
+///
+/// See [`ExponentsError`]; M must be positive definite, provably so.
+pub fn exponents(
+    problem: &QuadraticProblem,
+    source: &dyn QuadraticSource,
+    options: &Options,
+) -> Result<Exponents, ExponentsError> {
+    solve::solve(problem, source, options)
+}

@@ -1,0 +1,338 @@
+//! Polynomials with whole coefficients: the characteristic one, its factors by multiplicity, and certified roots.
+
+use dashu_int::ops::{Abs, DivRem, Gcd, UnsignedAbs};
+use dashu_int::{IBig, UBig};
+
+use super::complex::Wide;
+use crate::precision::{Big, Magnitude};
+
+/// Coefficients by rising power, the last one not 0; empty for 0.
+pub(super) type Polynomial = Vec<IBig>;
+
+/// The determinant, by elimination without fractions (Bareiss, Math. Comp. 22 (1968) 565).
+pub(super) fn determinant(mut rows: Vec<Vec<IBig>>) -> IBig {
+    let n = rows.len();
+    let mut sign = false;
+    let mut last = IBig::ONE;
+    for k in 0..n {
+        let Some(at) = (k..n).find(|&i| !rows[i][k].is_zero()) else {
+            return IBig::ZERO;
+        };
+        if at != k {
+            rows.swap(at, k);
+            sign = !sign;
+        }
+        let (above, below) = rows.split_at_mut(k + 1);
+        let pivot = &above[k];
+        for row in below {
+            for j in k + 1..n {
+                // The division is exact.
+                row[j] = (&row[j] * &pivot[k] - &row[k] * &pivot[j]) / &last;
+            }
+            row[k] = IBig::ZERO;
+        }
+        last = rows[k][k].clone();
+    }
+    if sign { -last } else { last }
+}
+
+/// The polynomial of the given degree at most with these values at 0, 1, 2, …, times a positive number.
+///
+/// Newton's form Σ Δᵏ t (t - 1) … (t - k + 1) / k!, times degree!.
+pub(super) fn through(values: Vec<IBig>) -> Polynomial {
+    let count = values.len();
+    let mut differences = values;
+    let mut leading = Vec::with_capacity(count);
+    while let Some(first) = differences.first() {
+        leading.push(first.clone());
+        differences = differences.windows(2).map(|w| &w[1] - &w[0]).collect();
+    }
+    let mut result = vec![IBig::ZERO; count];
+    let mut falling: Polynomial = vec![IBig::ONE];
+    // degree! / k!
+    let mut weights = vec![IBig::ONE; count];
+    for k in (0..count.saturating_sub(1)).rev() {
+        weights[k] = &weights[k + 1] * IBig::from(k + 1);
+    }
+    for k in 0..count {
+        let by = &leading[k] * &weights[k];
+        for (sum, c) in result.iter_mut().zip(&falling) {
+            *sum += &by * c;
+        }
+        let mut next = vec![IBig::ZERO; falling.len() + 1];
+        for (i, c) in falling.iter().enumerate() {
+            next[i + 1] += c;
+            next[i] -= c * IBig::from(k);
+        }
+        falling = next;
+    }
+    primitive(result)
+}
+
+/// Without common factors and zeros at the end, the leading coefficient positive.
+pub(super) fn primitive(mut p: Polynomial) -> Polynomial {
+    while p.last().is_some_and(|c| c.is_zero()) {
+        p.pop();
+    }
+    let Some(last) = p.last() else { return p };
+    let negative = *last < IBig::ZERO;
+    let mut content = UBig::ZERO;
+    for c in p.iter().filter(|c| !c.is_zero()) {
+        content = if content.is_zero() {
+            c.clone().unsigned_abs()
+        } else {
+            content.gcd(c.clone().unsigned_abs())
+        };
+        if content.is_one() {
+            break;
+        }
+    }
+    let mut content = IBig::from(content);
+    if negative {
+        content = -content;
+    }
+    p.iter_mut().for_each(|c| *c = &*c / &content);
+    p
+}
+
+pub(super) fn derivative(p: &Polynomial) -> Polynomial {
+    let terms = p.iter().enumerate().skip(1);
+    terms.map(|(k, c)| c * IBig::from(k)).collect()
+}
+
+/// What a division of a power of the divisor's leading coefficient times a by b leaves.
+fn pseudo_remainder(mut a: Polynomial, b: &Polynomial) -> Polynomial {
+    let Some(lead) = b.last() else { return a };
+    while a.len() >= b.len() {
+        let Some(top) = a.last().cloned() else { break };
+        let shift = a.len() - b.len();
+        for c in &mut a {
+            *c *= lead;
+        }
+        for (i, c) in b.iter().enumerate() {
+            a[shift + i] -= &top * c;
+        }
+        while a.last().is_some_and(|c| c.is_zero()) {
+            a.pop();
+        }
+    }
+    a
+}
+
+/// The greatest common divisor, primitive.
+pub(super) fn gcd(a: &Polynomial, b: &Polynomial) -> Polynomial {
+    let (mut a, mut b) = (primitive(a.clone()), primitive(b.clone()));
+    while !b.is_empty() {
+        let rest = primitive(pseudo_remainder(a, &b));
+        a = b;
+        b = rest;
+    }
+    a
+}
+
+/// a / b where b is primitive and divides a (Gauss: the quotient is whole); `None` if it does not.
+pub(super) fn divided(a: &Polynomial, b: &Polynomial) -> Option<Polynomial> {
+    let lead = b.last()?;
+    let mut a = a.clone();
+    let mut quotient = vec![IBig::ZERO; (a.len() + 1).saturating_sub(b.len())];
+    while a.len() >= b.len() {
+        let top = a.last()?;
+        let (factor, rest) = top.div_rem(lead);
+        if !rest.is_zero() {
+            return None;
+        }
+        let shift = a.len() - b.len();
+        for (i, c) in b.iter().enumerate() {
+            a[shift + i] -= &factor * c;
+        }
+        quotient[shift] = factor;
+        while a.last().is_some_and(|c| c.is_zero()) {
+            a.pop();
+        }
+    }
+    a.is_empty().then_some(quotient)
+}
+
+/// The factors whose roots are simple, with their multiplicities (Yun; Knuth, TAOCP 2, 4.6.2, exercise 36).
+pub(super) fn by_multiplicity(p: &Polynomial) -> Option<Vec<(Polynomial, usize)>> {
+    let mut factors = Vec::new();
+    let mut rest = primitive(p.clone());
+    // g_1 = gcd(p, p'), g_2 = gcd(g_1, g_1'), …: the roots of g_k are those of multiplicity above k.
+    let mut tower = vec![rest.clone()];
+    while rest.len() > 1 {
+        rest = gcd(&rest, &derivative(&rest));
+        tower.push(rest.clone());
+    }
+    // Roots of multiplicity k at least, once each.
+    let mut least = Vec::with_capacity(tower.len());
+    for pair in tower.windows(2) {
+        least.push(divided(&pair[0], &pair[1])?);
+    }
+    least.push(vec![IBig::ONE]);
+    for (k, pair) in least.windows(2).enumerate() {
+        let factor = divided(&pair[0], &primitive(pair[1].clone()))?;
+        if factor.len() > 1 {
+            factors.push((primitive(factor), k + 1));
+        }
+    }
+    Some(factors)
+}
+
+/// p(-t)
+pub(super) fn mirrored(p: &Polynomial) -> Polynomial {
+    let terms = p.iter().enumerate();
+    terms
+        .map(|(k, c)| if k % 2 == 1 { -c } else { c.clone() })
+        .collect()
+}
+
+/// A root of a polynomial with simple roots, its parts with their bounds; the imaginary part is exactly 0 where that
+/// is proved.
+pub(super) type Root = Wide;
+
+/// Rounds of the simultaneous iteration.
+const ROUNDS: usize = 400;
+
+/// All roots of a polynomial with real coefficients and simple roots, no two discs meeting, with about so many
+/// bits; `None` where they are not separated with these.
+///
+/// The roots lie in the discs around z_i with radius d |p(z_i) / (a Π (z_i - z_j))|, d the degree and a the
+/// leading coefficient, and each component of their union holds as many as it has discs (B. T. Smith, J. ACM 17
+/// (1970) 661). One alone in its disc is real if the conjugate of its disc meets no other.
+pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
+    let degree = p.len().checked_sub(1)?;
+    if degree == 0 {
+        return Some(Vec::new());
+    }
+    let c: Vec<Big> = p
+        .iter()
+        .map(|c| Big::from_parts(c.clone(), 0, bits))
+        .collect();
+    let lead = Wide {
+        re: c[degree].clone(),
+        im: Big::zero(bits),
+    };
+    let mut z = begin(p, bits);
+    let value = |z: &Wide| {
+        c.iter().rev().fold(Wide::zero(bits), |sum, c| {
+            let mut next = sum.mul(z);
+            next.re = &next.re + c;
+            next
+        })
+    };
+    // Weierstrass, Durand, Kerner: steps that are also the centres' distances from the roots.
+    let corrections = |z: &[Wide]| -> Vec<Wide> {
+        (0..degree)
+            .map(|i| {
+                let mut product = lead.clone();
+                for j in (0..degree).filter(|&j| j != i) {
+                    product = product.mul(&z[i].sub(&z[j]));
+                }
+                value(&z[i]).div(&product)
+            })
+            .collect()
+    };
+    let mut least = f64::INFINITY;
+    let mut stalled = 0;
+    for _ in 0..ROUNDS {
+        let steps = corrections(&z);
+        let mut most = f64::NEG_INFINITY;
+        for (z, step) in z.iter_mut().zip(&steps) {
+            if !(step.re.is_finite() && step.im.is_finite()) {
+                // Two points have met, or noise is all there is.
+                continue;
+            }
+            let size = (z.re.mid_upper() + z.im.mid_upper()).log2();
+            let change = (step.re.mid_upper() + step.im.mid_upper()).log2();
+            most = most.max(change - size);
+            *z = z.sub(step).center(bits);
+        }
+        if most < least - 1.0 {
+            least = most;
+            stalled = 0;
+        } else {
+            stalled += 1;
+        }
+        if most < -(bits as f64) + 16.0 || stalled > 60 || least < -40.0 && stalled > 4 {
+            break;
+        }
+    }
+    let steps = corrections(&z);
+    let radii: Vec<Magnitude> = steps
+        .iter()
+        .map(|step| {
+            let size = step.re.abs_upper() + step.im.abs_upper();
+            size * Magnitude::from_f64(degree as f64)
+        })
+        .collect();
+    let apart = |a: &Wide, b: &Wide| {
+        let difference = a.sub(b);
+        difference.re.abs_lower().max(difference.im.abs_lower())
+    };
+    for i in 0..degree {
+        for j in 0..i {
+            if apart(&z[i], &z[j]) <= radii[i] + radii[j] {
+                return None;
+            }
+        }
+    }
+    let mut found = Vec::with_capacity(degree);
+    for i in 0..degree {
+        let conj = z[i].conj();
+        let alone = (0..degree).all(|j| j == i || apart(&conj, &z[j]) > radii[i] + radii[j]);
+        let im = if alone {
+            Big::zero(bits)
+        } else {
+            z[i].im.clone().with_added_radius(radii[i])
+        };
+        if !alone && im.contains_zero() {
+            return None;
+        }
+        found.push(Wide {
+            re: z[i].re.clone().with_added_radius(radii[i]),
+            im,
+        });
+    }
+    Some(found)
+}
+
+/// First points on circles: the slopes of the upper hull of (k, log |c_k|) are near the logarithms of the moduli
+/// (Bini, Numer. Algorithms 13 (1996) 179).
+fn begin(p: &Polynomial, bits: usize) -> Vec<Wide> {
+    let logs: Vec<(f64, f64)> = p
+        .iter()
+        .enumerate()
+        .filter(|(_, c)| !c.is_zero())
+        .map(|(k, c)| {
+            let size = Big::from_parts(c.clone().abs(), 0, 64).abs_upper();
+            (k as f64, size.log2())
+        })
+        .collect();
+    let mut hull: Vec<(f64, f64)> = Vec::new();
+    for &point in &logs {
+        while let [.., a, b] = hull[..] {
+            if (b.1 - a.1) * (point.0 - a.0) <= (point.1 - a.1) * (b.0 - a.0) {
+                hull.pop();
+            } else {
+                break;
+            }
+        }
+        hull.push(point);
+    }
+    let mut points = Vec::with_capacity(p.len());
+    for (side, pair) in hull.windows(2).enumerate() {
+        let count = pair[1].0 - pair[0].0;
+        let log = (pair[0].1 - pair[1].1) / count;
+        let whole = log.floor();
+        let radius = (log - whole).exp2();
+        for k in 0..count as usize {
+            let angle = std::f64::consts::TAU * (k as f64 + 0.25) / count + 0.7 + side as f64;
+            let part = |x: f64| Big::from_f64(x, bits).scale(whole as i64);
+            points.push(Wide {
+                re: part(radius * angle.cos()),
+                im: part(radius * angle.sin()),
+            });
+        }
+    }
+    points
+}

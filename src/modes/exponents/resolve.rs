@@ -1,0 +1,170 @@
+//! Columns that the bounds do not separate: the eigenvalue problem of their own block, in doubles.
+//!
+//! For the members C of a group and a centre σ, H(σ)_CC and Q_CC are known to the relative accuracy of the
+//! residuals, however close the exponents are. The eigenvectors of Q_CC⁻¹ H(σ)_CC turn the columns into better ones,
+//! and its eigenvalues are the distances of the exponents from σ.
+
+use faer::linalg::solvers::DenseSolveCore;
+use faer::{Mat, c64};
+
+use super::couplings::Couplings;
+
+/// How a block is turned: new columns x' = Σ_c x_c right(c, a), y'ᵀ = Σ_c left(a, c) y_cᵀ, exponents σ + step.
+pub(super) struct Turn {
+    pub(super) members: Vec<usize>,
+    pub(super) right: Mat<c64>,
+    pub(super) left: Mat<c64>,
+    pub(super) steps: Vec<c64>,
+    /// Of each new column: which new column it is the conjugate of.
+    pub(super) twin: Vec<Option<usize>>,
+}
+
+const ZERO: c64 = c64::new(0.0, 0.0);
+
+/// The members closed under conjugation where some are conjugates of others; `None` where all are conjugates
+/// of columns outside, which will do.
+pub(super) fn members(group: &[usize], twin: &[Option<usize>], skip: usize) -> Option<Vec<usize>> {
+    let group: Vec<usize> = group.iter().copied().filter(|&j| j >= skip).collect();
+    let conjugates = group.iter().filter(|&&j| twin[j].is_some()).count();
+    if group.is_empty() || conjugates == group.len() && !closed(&group, twin) {
+        return None;
+    }
+    if conjugates == 0 && !closed(&group, twin) {
+        return Some(group);
+    }
+    let mut all = group.clone();
+    for (j, i) in twin.iter().enumerate() {
+        if let Some(i) = *i {
+            if group.contains(&j) {
+                all.push(i);
+            }
+            if group.contains(&i) {
+                all.push(j);
+            }
+        }
+    }
+    all.sort_unstable();
+    all.dedup();
+    Some(all)
+}
+
+/// Whether some member's conjugate is a member, or is itself.
+fn closed(group: &[usize], twin: &[Option<usize>]) -> bool {
+    group.iter().any(|&j| {
+        let own = twin[j].is_none() && !twin.contains(&Some(j));
+        own || twin[j].is_some_and(|i| group.contains(&i))
+    })
+}
+
+/// The turn of a block; `shift(j)` is μ_j - σ, and σ is real where the members are closed under conjugation.
+pub(super) fn turn(
+    couplings: &Couplings,
+    members: Vec<usize>,
+    twin: &[Option<usize>],
+    shift: impl Fn(usize) -> c64,
+) -> Option<Turn> {
+    let k = members.len();
+    let q = Mat::from_fn(k, k, |a, b| couplings.unit.get(members[a], members[b]));
+    let h = Mat::from_fn(k, k, |a, b| {
+        let (i, j) = (members[a], members[b]);
+        shift(j) * q[(a, b)] - couplings.residuals.get(i, j)
+    });
+    let inverse = q.partial_piv_lu().inverse();
+    let block = &inverse * &h;
+    let finite = |m: &Mat<c64>| {
+        (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| (m[(i, j)].re + m[(i, j)].im).is_finite()))
+    };
+    if !finite(&block) {
+        return None;
+    }
+    let place = |j: usize| members.iter().position(|&i| i == j);
+    let mut conjugate: Vec<Option<usize>> =
+        members.iter().map(|&j| twin[j].and_then(place)).collect();
+    for a in 0..k {
+        if let Some(b) = conjugate[a]
+            && conjugate[b].is_none()
+        {
+            conjugate[b] = Some(a);
+        }
+    }
+    let self_conjugate = (0..k).all(|a| {
+        conjugate[a].is_some() || twin[members[a]].is_none() && !twin.contains(&Some(members[a]))
+    });
+    let (vectors, steps, new_twin) = if self_conjugate {
+        // Real and imaginary parts instead of x and its conjugate: x = a + ib, x̄ = a - ib.
+        let mut p = Mat::<c64>::zeros(k, k);
+        let mut back = Mat::<c64>::zeros(k, k);
+        for a in 0..k {
+            match conjugate[a] {
+                Some(b) if a < b => {
+                    p[(a, a)] = c64::new(1.0, 0.0);
+                    p[(a, b)] = c64::new(1.0, 0.0);
+                    p[(b, a)] = c64::new(0.0, 1.0);
+                    p[(b, b)] = c64::new(0.0, -1.0);
+                    back[(a, a)] = c64::new(0.5, 0.0);
+                    back[(a, b)] = c64::new(0.0, -0.5);
+                    back[(b, a)] = c64::new(0.5, 0.0);
+                    back[(b, b)] = c64::new(0.0, 0.5);
+                }
+                Some(_) => {}
+                None => {
+                    p[(a, a)] = c64::new(1.0, 0.0);
+                    back[(a, a)] = c64::new(1.0, 0.0);
+                }
+            }
+        }
+        let turned = &p * &block * &back;
+        let real = Mat::from_fn(k, k, |a, b| turned[(a, b)].re);
+        let eigen = real.eigen().ok()?;
+        let mut vectors = Mat::<c64>::zeros(k, k);
+        let mut steps = Vec::with_capacity(k);
+        let mut new_twin = Vec::with_capacity(k);
+        for e in 0..k {
+            let value = eigen.S()[e];
+            if value.im < 0.0 {
+                continue;
+            }
+            for a in 0..k {
+                let mut sum = ZERO;
+                let mut conj = ZERO;
+                for b in 0..k {
+                    let mut u = eigen.U()[(b, e)];
+                    if value.im == 0.0 {
+                        u.im = 0.0;
+                    }
+                    sum += back[(a, b)] * u;
+                    conj += back[(a, b)] * c64::new(u.re, -u.im);
+                }
+                if steps.len() < k {
+                    vectors[(a, steps.len())] = sum;
+                }
+                if value.im > 0.0 && steps.len() + 1 < k {
+                    vectors[(a, steps.len() + 1)] = conj;
+                }
+            }
+            steps.push(value);
+            new_twin.push(None);
+            if value.im > 0.0 {
+                steps.push(c64::new(value.re, -value.im));
+                new_twin.push(Some(steps.len() - 2));
+            }
+        }
+        if steps.len() != k {
+            return None;
+        }
+        (vectors, steps, new_twin)
+    } else {
+        let eigen = block.eigen().ok()?;
+        let steps = (0..k).map(|e| eigen.S()[e]).collect();
+        let vectors = Mat::from_fn(k, k, |a, b| eigen.U()[(a, b)]);
+        (vectors, steps, vec![None; k])
+    };
+    let left = vectors.partial_piv_lu().inverse() * &inverse;
+    (finite(&left) && finite(&vectors)).then_some(Turn {
+        members,
+        right: vectors,
+        left,
+        steps,
+        twin: new_twin,
+    })
+}

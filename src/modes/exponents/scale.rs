@@ -1,0 +1,208 @@
+//! The matrices in units in which M has diagonal entries in [1, 4) and no exponent is much above 1.
+
+use faer::Mat;
+
+use super::super::dense::{Matrix, Plain};
+use super::super::product::{Part, TERM, bound_product, measured_product};
+use super::{ExponentsError, QuadraticProblem, Structure, Which};
+use crate::precision::{Ball, exponent_of, up};
+
+/// A matrix of enclosures.
+pub(super) struct Enclosure {
+    pub(super) mid: Matrix,
+    radius: Plain,
+    /// Radius + [`TERM`] |mid|.
+    weight: Plain,
+}
+
+/// M, D and S in coordinates q = 2^shift q' and an exponent λ = 2^power λ'.
+pub(super) struct Scaled {
+    pub(super) n: usize,
+    pub(super) structure: Structure,
+    pub(super) shift: Vec<i32>,
+    pub(super) power: i32,
+    pub(super) mass: Enclosure,
+    pub(super) velocity: Enclosure,
+    pub(super) stiffness: Enclosure,
+    /// The transposes, for left vectors.
+    pub(super) velocity_t: Enclosure,
+    pub(super) stiffness_t: Enclosure,
+    /// Linearly independent vectors of the kernel of S, scaled.
+    pub(super) zero: Vec<Vec<Ball>>,
+}
+
+impl Enclosure {
+    fn new(n: usize, entry: impl Fn(usize, usize) -> Ball) -> Self {
+        let mut mid = Matrix::zeros(n, n);
+        let (mut radius, mut weight) = (Plain::zeros(n, n), Plain::zeros(n, n));
+        for column in 0..n {
+            for row in 0..n {
+                let entry = entry(row, column);
+                if !entry.is_zero() {
+                    mid.set(row, column, entry.mid);
+                    radius.set(row, column, entry.radius);
+                    let bound = up(entry.radius + TERM * entry.mid.hi.abs());
+                    weight.set(row, column, bound);
+                }
+            }
+        }
+        Self {
+            mid,
+            radius,
+            weight,
+        }
+    }
+
+    pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
+        Ball {
+            mid: self.mid.get(row, column),
+            radius: self.radius.get(row, column),
+        }
+    }
+
+    /// Whether the exact matrix is symmetric, as far as exact entries tell.
+    pub(super) fn is_symmetric(&self) -> bool {
+        let n = self.mid.rows;
+        (0..n).all(|j| {
+            (0..=j).all(|i| {
+                self.radius.get(i, j) == 0.0
+                    && self.radius.get(j, i) == 0.0
+                    && self.mid.get(i, j) == self.mid.get(j, i)
+            })
+        })
+    }
+
+    /// The matrix times x, and a bound of the error of every entry.
+    pub(super) fn times(&self, x: &Matrix) -> (Matrix, Plain) {
+        let (y, noise) = measured_product(&self.mid, x, Part::All);
+        let mut error = bound_product(&self.weight, &x.magnitudes(), Part::All);
+        for (e, noise) in error.data.iter_mut().zip(&noise.data) {
+            *e = up(*e + noise);
+        }
+        (y, error)
+    }
+
+    /// The midpoints as doubles.
+    pub(super) fn doubles(&self) -> Mat<f64> {
+        Mat::from_fn(self.mid.rows, self.mid.columns, |i, j| {
+            self.mid.get(i, j).hi
+        })
+    }
+
+    /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
+    pub(super) fn uncertainty(&self, x: &[f64]) -> f64 {
+        let n = x.len();
+        let sum: f64 = (0..n)
+            .flat_map(|i| (0..n).map(move |k| (i, k)))
+            .map(|(i, k)| x[i] * self.radius.get(i, k) * x[k])
+            .sum();
+        up(sum * (1.0 + (n * n) as f64 * f64::EPSILON))
+    }
+
+    /// A bound of |A| x for x >= 0, uncertainty of A included.
+    pub(super) fn magnitude_times(&self, x: &[f64]) -> Vec<f64> {
+        (0..self.mid.rows)
+            .map(|row| {
+                let sum: f64 = x
+                    .iter()
+                    .enumerate()
+                    .map(|(k, x)| (self.mid.get(row, k).hi.abs() + self.weight.get(row, k)) * x)
+                    .sum();
+                up(sum * (1.0 + x.len() as f64 * f64::EPSILON))
+            })
+            .collect()
+    }
+}
+
+impl Scaled {
+    pub(super) fn new(problem: &QuadraticProblem) -> Result<Self, ExponentsError> {
+        let n = problem.dimension;
+        for (matrix, entries) in [
+            (Which::Mass, &problem.mass),
+            (Which::Velocity, &problem.velocity),
+            (Which::Stiffness, &problem.stiffness),
+        ] {
+            if entries.len() != n * n {
+                return Err(ExponentsError::Shape {
+                    matrix,
+                    expected: n * n,
+                    found: entries.len(),
+                });
+            }
+            if let Some(at) = entries.iter().position(|x| !x.is_finite()) {
+                return Err(ExponentsError::NotFinite {
+                    matrix,
+                    row: at % n,
+                    column: at / n,
+                });
+            }
+        }
+        if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
+            return Err(ExponentsError::ZeroVector { index });
+        }
+        let shift: Vec<i32> = (0..n)
+            .map(|i| {
+                let m = problem.mass[i * n + i].mid.hi;
+                if m > 0.0 {
+                    -exponent_of(m).div_euclid(2)
+                } else {
+                    0
+                }
+            })
+            .collect();
+        // |λ| is at most about max(|D|, √|S|).
+        let mut power = i32::MIN;
+        for column in 0..n {
+            for row in 0..n {
+                let by = shift[row] + shift[column];
+                let (d, s) = (
+                    problem.velocity[column * n + row].mid.hi,
+                    problem.stiffness[column * n + row].mid.hi,
+                );
+                if d != 0.0 {
+                    power = power.max(exponent_of(d) + by + 1);
+                }
+                if s != 0.0 {
+                    power = power.max((exponent_of(s) + by + 2).div_euclid(2));
+                }
+            }
+        }
+        if power == i32::MIN {
+            power = 0;
+        }
+        let matrix = |entries: &[Ball], times: i32, transposed: bool| {
+            Enclosure::new(n, |row, column| {
+                let at = if transposed {
+                    row * n + column
+                } else {
+                    column * n + row
+                };
+                entries[at].scale(shift[row] + shift[column] - times * power)
+            })
+        };
+        let (mass, velocity, stiffness) = (&problem.mass, &problem.velocity, &problem.stiffness);
+        Ok(Self {
+            n,
+            structure: problem.structure,
+            power,
+            mass: matrix(mass, 0, false),
+            velocity: matrix(velocity, 1, false),
+            stiffness: matrix(stiffness, 2, false),
+            velocity_t: matrix(velocity, 1, true),
+            stiffness_t: matrix(stiffness, 2, true),
+            zero: problem
+                .zero_vectors
+                .iter()
+                .map(|vector| {
+                    let parts = vector.iter().zip(&shift);
+                    let v: Vec<Ball> = parts.map(|(x, s)| x.scale(-s)).collect();
+                    let most = v.iter().fold(0.0_f64, |m, x| m.max(x.mid.hi.abs()));
+                    // The length does not matter, and about 1 is best.
+                    let by = if most > 0.0 { -exponent_of(most) } else { 0 };
+                    v.iter().map(|x| x.scale(by)).collect()
+                })
+                .collect(),
+            shift,
+        })
+    }
+}

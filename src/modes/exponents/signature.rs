@@ -1,0 +1,130 @@
+//! Whether all exponents of a group lie on the axis of symmetry, with as many vectors as their multiplicity.
+//!
+//! Without dissipation M q̈ + G q̇ + S q = 0 conserves the Hermitian form κ(v, w) = -i vᴴ [[G, M], [-M, 0]] w of
+//! v = (q, q̇); with D and S symmetric the matrix of first order is selfadjoint in vᴴ [[D, M], [M, 0]] w. In both
+//! cases (λ_w ± λ̄_v) κ(v, w) = 0 for eigenvectors (+ without dissipation), so that an exponent off the axis has
+//! κ(v, v) = 0, and so has the eigenvector at the head of a Jordan chain of one on the axis, being the image of
+//! the next one under A - λ (M. G. Krein; Gohberg, Lancaster, Rodman, Indefinite Linear Algebra, 5.7). If κ(v, v)
+//! vanishes for no eigenvector of the group, there is neither.
+//!
+//! An eigenvector is V a with |a_i| <= τ_i max_C |a_c| outside of the group ([`super::certify`]). With max |a_c| = 1
+//! and m a lower bound of the eigenvalues of ±κ in the columns of C, |κ(v, v)| >= m - 2 Σ_c Σ_i |κ_ci| τ_i -
+//! Σ_ij τ_i |κ_ij| τ_j.
+
+use faer::{Mat, Side, c64};
+
+use super::certify::Group;
+use super::columns::Columns;
+use super::couplings::{Approximate, Sheet};
+use super::start::cholesky_pivots;
+
+/// Groups up to this size are looked at.
+const LARGEST: usize = 40;
+
+/// Whether the form is definite on all eigenvectors of the group; `sign` is -1 without dissipation, 1 with symmetric
+/// D and S.
+pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, sign: f64) -> bool {
+    let k = group.members.len();
+    if k > LARGEST || group.members.iter().any(|&j| j < columns.together()) {
+        return false;
+    }
+    // 1 + 1e-10 covers the roundings of all sums of nonnegative numbers here.
+    let slack = 1.0 + 1e-10;
+    let modulus = |x: &Approximate| x.value.re.hypot(x.value.im) + x.error;
+    let norm = |v: &[Approximate]| {
+        let squares: f64 = v.iter().map(|x| modulus(x) * modulus(x)).sum();
+        squares.sqrt() * slack
+    };
+    let mu = |j: usize| columns.mu[j].size() * slack;
+    let mut form = Mat::<c64>::zeros(k, k);
+    let mut error = Mat::<f64>::zeros(k, k);
+    for (a, &i) in group.members.iter().enumerate() {
+        let exponent = columns.mu[i].conj();
+        let by = exponent.to_c64() * sign;
+        for (b, &j) in group.members.iter().enumerate() {
+            let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
+            let parts = sheets[j].rest.iter().zip(&sheets[j].image);
+            for (x, (v, u)) in sheets[i].x.iter().zip(parts) {
+                let conj = c64::new(x.value.re, -x.value.im);
+                sum += conj * (v.value + by * u.value);
+                sizes += modulus(x) * (modulus(v) + mu(i) * modulus(u));
+                off += x.error * (modulus(v) + mu(i) * modulus(u))
+                    + modulus(x) * (v.error + (mu(i) * u.error + exponent.low() * modulus(u)));
+            }
+            form[(a, b)] = if sign < 0.0 {
+                c64::new(sum.im, -sum.re)
+            } else {
+                sum
+            };
+            // Four products and sums of n terms, each within γ of all sizes.
+            let rounding = (4.0 * sheets[i].x.len() as f64 + 32.0) * f64::EPSILON;
+            error[(a, b)] = (off + rounding * sizes) * slack;
+        }
+    }
+    // What columns outside of the group may add.
+    let (mut cross, mut first, mut second, mut third, mut fourth) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (i, &reach) in group.reach.iter().enumerate() {
+        if reach == 0.0 {
+            continue;
+        }
+        let (x, rest, image) = (
+            norm(&sheets[i].x),
+            norm(&sheets[i].rest),
+            norm(&sheets[i].image),
+        );
+        let linked: f64 = columns
+            .links
+            .iter()
+            .filter(|link| link.to == i)
+            .map(|link| link.value.abs() * norm(&sheets[link.from].x))
+            .sum();
+        for &c in &group.members {
+            cross += norm(&sheets[c].x) * (rest + mu(c) * image) * reach;
+        }
+        first += reach * x;
+        second += reach * rest;
+        third += reach * (mu(i) * x + linked);
+        fourth += reach * image;
+    }
+    let outside = (2.0 * cross + first * second + third * fourth) * slack;
+    let rows = (0..k).map(|a| (0..k).map(|b| error[(a, b)]).sum::<f64>());
+    // The largest is below the sum, which does not pass over what is not a number.
+    let own = rows.sum::<f64>() * slack;
+    [1.0, -1.0]
+        .into_iter()
+        .any(|side| least_eigenvalue(&form, side).is_some_and(|m| m > (own + outside) * slack))
+}
+
+/// A positive lower bound of the eigenvalues of side (H + Hᴴ) / 2, as doubles stand, if there is one.
+///
+/// As a real matrix of twice the order. If the Cholesky decomposition of B - cI in doubles runs to its end with
+/// c >= γ / (1 - γ) tr B, B is positive definite (Rump, BIT 46 (2006) 433).
+fn least_eigenvalue(form: &Mat<c64>, side: f64) -> Option<f64> {
+    let k = form.nrows();
+    let entry = |a: usize, b: usize| {
+        let (p, q) = (form[(a % k, b % k)], form[(b % k, a % k)]);
+        let (re, im) = (0.5 * (p.re + q.re), 0.5 * (p.im - q.im));
+        side * match (a < k, b < k) {
+            (true, true) | (false, false) => re,
+            (true, false) => -im,
+            (false, true) => im,
+        }
+    };
+    let real = Mat::from_fn(2 * k, 2 * k, entry);
+    let values = real.self_adjoint_eigenvalues(Side::Lower).ok()?;
+    let least = values.into_iter().fold(f64::INFINITY, f64::min);
+    if least.is_nan() || least <= 0.0 || least == f64::INFINITY {
+        return None;
+    }
+    let size: f64 = (0..2 * k)
+        .flat_map(|a| (0..2 * k).map(move |b| (a, b)))
+        .map(|(a, b)| real[(a, b)].abs())
+        .sum();
+    // Forming the entries and taking the shift away costs some units of all entries more.
+    let guard = 8.0 * (2.0 * k as f64 + 8.0) * f64::EPSILON * size;
+    let bound = 0.5 * least;
+    let shifted = Mat::from_fn(2 * k, 2 * k, |a, b| {
+        real[(a, b)] - if a == b { bound + guard } else { 0.0 }
+    });
+    cholesky_pivots(&shifted, 0.0).map(|_| bound)
+}

@@ -1,0 +1,411 @@
+//! The ladder for one problem.
+
+use faer::c64;
+
+use super::certify::{Certificate, certify};
+use super::columns::{Columns, improve, measure};
+use super::complex::Complex;
+use super::couplings::{Couplings, Sheet};
+use super::definite::is_positive_definite;
+use super::exact;
+use super::resolve::{Turn, members, turn};
+use super::scale::Scaled;
+use super::spectrum::{Facts, Status, Value, exact_spectrum, mark_rough, spectrum, status};
+use super::start::{cholesky, start};
+use super::wide::climb;
+use super::wide_columns::WideColumns;
+use super::{
+    Exponents, ExponentsError, Options, QuadraticProblem, QuadraticSource, Rung, Stability,
+    Structure,
+};
+use crate::precision::{Ball, DoubleDouble};
+
+/// Rounds in double-double, the first one included.
+const ROUNDS: usize = 12;
+
+/// What a rung has come to.
+pub(super) struct Solution {
+    pub(super) columns: WideColumns,
+    pub(super) sheets: Vec<Sheet>,
+    pub(super) certificate: Certificate,
+    pub(super) facts: Facts,
+    pub(super) statuses: Vec<Status>,
+    pub(super) rung: Rung,
+}
+
+pub(super) fn solve(
+    problem: &QuadraticProblem,
+    source: &dyn QuadraticSource,
+    options: &Options,
+) -> Result<Exponents, ExponentsError> {
+    let scaled = Scaled::new(problem)?;
+    if scaled.n == 0 {
+        return Ok(Exponents {
+            entries: Vec::new(),
+            stability: Stability::Stable,
+            rung: Rung::Doubles,
+        });
+    }
+    let mut solution = in_double_double(&scaled, options)?;
+    if solution.statuses.iter().any(|status| status.lacking) {
+        if undecided(&solution)
+            && scaled.n <= exact::LARGEST
+            && let Some(matrices) = source.integers()
+            && let Some(found) =
+                exact::exact(&matrices, scaled.n, options.digits, solution.facts.definite)
+        {
+            solution.rung = Rung::Precise;
+            return Ok(exact_spectrum(&scaled, &solution, found, options));
+        }
+        solution = climb(&scaled, problem, source, solution, options);
+    }
+    Ok(spectrum(&scaled, &solution, options))
+}
+
+/// Whether more digits may not decide what is open: exponents that are not separated, signs, the multiplicity
+/// of the exponent 0.
+fn undecided(solution: &Solution) -> bool {
+    let columns = &solution.columns;
+    (0..columns.base.count()).any(|j| {
+        let status = &solution.statuses[j];
+        let (_, radius, shared) = solution.certificate.disc(j);
+        let value = columns.value(j, radius);
+        status.lacking
+            && (shared > 1
+                || j < columns.base.together()
+                || !status.growth_zero && value.growth.contains_zero()
+                || !status.omega_zero && value.omega.contains_zero())
+    })
+}
+
+/// The rungs up to double-double.
+pub(super) fn in_double_double(
+    scaled: &Scaled,
+    options: &Options,
+) -> Result<Solution, ExponentsError> {
+    let l = cholesky(&scaled.mass.doubles()).ok_or(ExponentsError::NotPositiveDefinite)?;
+    if !is_positive_definite(&scaled.mass) {
+        return Err(ExponentsError::NotPositiveDefinite);
+    }
+    if let Some(index) = bad_zero_vector(scaled) {
+        return Err(ExponentsError::ZeroVector { index });
+    }
+    let facts = Facts::new(scaled);
+    let begun = start(scaled, &l).ok_or(ExponentsError::NoConvergence)?;
+    let mut columns = Columns::new(begun);
+    let mut best: Option<(f64, Solution)> = None;
+    let mut stalled = 0;
+    for round in 0..ROUNDS {
+        let sheets = measure(scaled, &mut columns);
+        let distance = |i: usize, j: usize| columns.distance(i, j);
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance)
+        else {
+            break;
+        };
+        let certificate = certify(&couplings, columns.together(), &columns.twin);
+        let value = |j: usize, radius: f64| columns.value(j, radius);
+        let mut statuses = status(&facts, &columns, &sheets, &value, &certificate, options);
+        if options.vectors {
+            mark_rough(&mut statuses, &columns, &sheets, &certificate);
+        }
+        let score = score(&statuses);
+        let lacking: Vec<usize> = (0..columns.count())
+            .filter(|&j| statuses[j].lacking || statuses[j].rough)
+            .collect();
+        let gained = best.as_ref().is_none_or(|(before, _)| score < before - 4.0);
+        stalled = if gained { 0 } else { stalled + 1 };
+        let next = (!lacking.is_empty() && stalled < 2 && round + 1 < ROUNDS)
+            .then(|| better(&couplings, &columns, &sheets, &certificate, &lacking));
+        let done = next.is_none();
+        if best.as_ref().is_none_or(|(before, _)| score <= *before) {
+            let rung = if round == 0 {
+                Rung::Doubles
+            } else {
+                Rung::Refined
+            };
+            let kept = std::mem::replace(&mut columns, next.unwrap_or_else(Columns::none));
+            let solution = Solution {
+                columns: WideColumns {
+                    wide: vec![None; kept.count()],
+                    base: kept,
+                    bits: 0,
+                },
+                sheets,
+                certificate,
+                facts: facts.clone(),
+                statuses,
+                rung,
+            };
+            best = Some((score, solution));
+        } else if let Some(next) = next {
+            columns = next;
+        }
+        if done {
+            break;
+        }
+    }
+    best.map(|(_, solution)| solution)
+        .ok_or(ExponentsError::NoConvergence)
+}
+
+/// The bits of all radii together, relative to what they have to cover; digits before vectors.
+fn score(statuses: &[Status]) -> f64 {
+    let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
+    statuses
+        .iter()
+        .map(|status| status.score + weight(status))
+        .sum()
+}
+
+/// Better columns in the place of those that lack digits.
+fn better(
+    couplings: &Couplings,
+    columns: &Columns,
+    sheets: &[Sheet],
+    certificate: &Certificate,
+    lacking: &[usize],
+) -> Columns {
+    let mut next = columns.clone();
+    // All other columns of a group that is not resolved are turned, not improved.
+    let mut turned = vec![false; columns.count()];
+    for group in &certificate.groups {
+        if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
+            continue;
+        }
+        let Some(members) = members(&group.members, &columns.twin, columns.together()) else {
+            continue;
+        };
+        if members.len() < 2 || members.iter().any(|&j| turned[j]) {
+            continue;
+        }
+        let own = |j: usize| {
+            columns.twin[j].is_some_and(|i| members.contains(&i))
+                || columns
+                    .twin
+                    .iter()
+                    .enumerate()
+                    .any(|(k, i)| *i == Some(j) && members.contains(&k))
+        };
+        let real = members
+            .iter()
+            .any(|&j| own(j) || columns.mu[j].im.hi == 0.0);
+        let centre = centre(columns, &members, real);
+        let shift = |j: usize| columns.mu[j].sub(centre).to_c64();
+        if let Some(turn) = turn(couplings, members, &columns.twin, shift) {
+            turn.members.iter().for_each(|&j| turned[j] = true);
+            next.turn(&turn, centre);
+        }
+    }
+    // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
+    // pair has to be biorthonormal to more digits than it needs for itself.
+    let single: Vec<usize> = (columns.together()..columns.count())
+        .filter(|&j| columns.twin[j].is_none() && !turned[j])
+        .collect();
+    let of = &certificate.of;
+    improve(couplings, &mut next, sheets, &single, |j, i| of[i] == of[j]);
+    next.mirror();
+    next
+}
+
+fn centre(columns: &Columns, members: &[usize], real: bool) -> Complex {
+    let mut sum = Complex::ZERO;
+    for &j in members {
+        sum = sum.add(columns.mu[j]);
+    }
+    let by = DoubleDouble::exact(members.len() as f64);
+    Complex {
+        re: sum.re / by,
+        im: if real {
+            DoubleDouble::ZERO
+        } else {
+            sum.im / by
+        },
+    }
+}
+
+impl Columns {
+    fn none() -> Self {
+        Self {
+            mu: Vec::new(),
+            x: Vec::new(),
+            y: Vec::new(),
+            twin: Vec::new(),
+            zeros: 0,
+            chains: 0,
+            links: Vec::new(),
+        }
+    }
+
+    /// Puts the turned columns in the place of the members.
+    fn turn(&mut self, turn: &Turn, centre: Complex) {
+        let k = turn.members.len();
+        let n = self.x.first().map_or(0, Vec::len);
+        let combine = |from: &[Vec<Complex>], weight: &dyn Fn(usize) -> c64| -> Vec<Complex> {
+            let mut sum = vec![Complex::ZERO; n];
+            for (c, &j) in turn.members.iter().enumerate() {
+                let by = Complex::from_c64(weight(c));
+                for (sum, x) in sum.iter_mut().zip(&from[j]) {
+                    *sum = sum.add(by.mul(*x));
+                }
+            }
+            sum
+        };
+        let mut new = Vec::with_capacity(k);
+        for a in 0..k {
+            let x = combine(&self.x, &|c| turn.right[(c, a)]);
+            let y = combine(&self.y, &|c| turn.left[(a, c)]);
+            // The lengths of x and y balance as before.
+            let length = |v: &[Complex]| v.iter().map(|x| x.size() * x.size()).sum::<f64>().sqrt();
+            let old = length(&self.x[turn.members[a]]);
+            let by = old / length(&x);
+            let mu = centre.add(Complex::from_c64(turn.steps[a]));
+            let scale = |v: Vec<Complex>, by: f64| -> Vec<Complex> {
+                let by = Complex::from_c64(c64::new(by, 0.0));
+                v.into_iter().map(|x| x.mul(by)).collect()
+            };
+            new.push((mu, scale(x, by), scale(y, 1.0 / by)));
+        }
+        let ok = new.iter().all(|(mu, x, y)| {
+            mu.is_finite() && x.iter().all(|x| x.is_finite()) && y.iter().all(|y| y.is_finite())
+        });
+        if !ok {
+            return;
+        }
+        for (a, (mu, x, y)) in new.into_iter().enumerate() {
+            let j = turn.members[a];
+            let real = turn.twin[a].is_none()
+                && turn.steps[a].im == 0.0
+                && centre.im.hi == 0.0
+                && !turn.twin.contains(&Some(a));
+            let clean = |v: Vec<Complex>| -> Vec<Complex> {
+                let part = |x: Complex| Complex {
+                    re: x.re,
+                    im: DoubleDouble::ZERO,
+                };
+                if real {
+                    v.into_iter().map(part).collect()
+                } else {
+                    v
+                }
+            };
+            self.mu[j] = mu;
+            self.x[j] = clean(x);
+            self.y[j] = clean(y);
+            if turn.twin.iter().any(Option::is_some) || self.twin[j].is_some() || real {
+                self.twin[j] = turn.twin[a].map(|b| turn.members[b]);
+            }
+        }
+    }
+
+    /// Conjugates as what they are.
+    fn mirror(&mut self) {
+        for j in 0..self.count() {
+            if let Some(i) = self.twin[j] {
+                self.mu[j] = self.mu[i].conj();
+                self.x[j] = self.x[i].iter().map(|x| x.conj()).collect();
+                self.y[j] = self.y[i].iter().map(|y| y.conj()).collect();
+            }
+        }
+    }
+
+    /// The exponent with this radius.
+    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
+        let mu = self.mu[j];
+        let part = |x: DoubleDouble| Ball::from(x).with_added_radius(radius);
+        Value::new(part(mu.re), part(mu.im))
+    }
+}
+
+impl Facts {
+    fn new(scaled: &Scaled) -> Self {
+        let gyroscopic = scaled.structure == Structure::Gyroscopic;
+        Self {
+            gyroscopic,
+            definite: gyroscopic
+                && scaled.zero.is_empty()
+                && is_positive_definite(&scaled.stiffness),
+            symmetric: !gyroscopic
+                && scaled.velocity.is_symmetric()
+                && scaled.stiffness.is_symmetric(),
+            least_zeros: least_zeros(scaled),
+        }
+    }
+}
+
+/// The first zero vector that is certainly not in the kernel of S, is not shown to be independent of those before
+/// it, or has the wrong length.
+fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
+    let n = scaled.n;
+    let mut basis: Vec<(usize, Vec<Ball>)> = Vec::new();
+    for (index, vector) in scaled.zero.iter().enumerate() {
+        if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
+            return Some(index);
+        }
+        let outside = (0..n).any(|i| {
+            let image = (0..n).fold(Ball::ZERO, |sum, k| {
+                sum + scaled.stiffness.ball(i, k) * vector[k]
+            });
+            !image.contains_zero()
+        });
+        // Elimination by those before; what is left has a component that is not 0.
+        let mut rest = vector.clone();
+        for (at, row) in &basis {
+            let factor = rest[*at] / row[*at];
+            for (x, y) in rest.iter_mut().zip(row) {
+                *x = *x - factor * *y;
+            }
+            rest[*at] = Ball::ZERO;
+        }
+        let pivot = (0..n).max_by(|&a, &b| rest[a].abs_lower().total_cmp(&rest[b].abs_lower()));
+        match pivot {
+            Some(at) if !outside && !rest[at].contains_zero() => basis.push((at, rest)),
+            _ => return Some(index),
+        }
+    }
+    None
+}
+
+/// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given.
+///
+/// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Without dissipation S is symmetric, so
+/// that S z₁ = -D Z a can be solved where ZᵀDZ a = 0: z - rank(ZᵀDZ) heads; the rank of a skew matrix is
+/// even, and not above the number of rows that are not 0 as they stand. The multiplicity is even, the spectrum
+/// being symmetric and of even order.
+fn least_zeros(scaled: &Scaled) -> usize {
+    let z = scaled.zero.len();
+    if z == 0 {
+        return 0;
+    }
+    let n = scaled.n;
+    let images: Vec<Vec<Ball>> = scaled
+        .zero
+        .iter()
+        .map(|v| {
+            (0..n)
+                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]))
+                .collect()
+        })
+        .collect();
+    if scaled.structure == Structure::Damped {
+        let heads = images
+            .iter()
+            .filter(|v| v.iter().all(Ball::is_zero))
+            .count();
+        return z + heads;
+    }
+    let rows = images
+        .iter()
+        .filter(|image| {
+            scaled.zero.iter().any(|v| {
+                let form = v
+                    .iter()
+                    .zip(*image)
+                    .fold(Ball::ZERO, |s, (a, b)| s + *a * *b);
+                !form.is_zero()
+            })
+        })
+        .count();
+    let rank = rows & !1;
+    let least = 2 * z - rank;
+    least + (least & 1)
+}

@@ -1,0 +1,268 @@
+//! The last rung: as many bits as it takes, for the columns that need them.
+//!
+//! A radius is quadratic in the residuals of its column, so that D digits need vectors of D / 2 digits and only
+//! the residual of the column at full precision, for the vectors exactly as they stand; its couplings to all others
+//! are products in doubles of residuals that are small. The steps of the vectors are those of double-double
+//! (the resolvent in doubles), each good for some ten digits.
+
+use faer::c64;
+
+use super::certify::{Certificate, certify};
+use super::columns::{Columns, steps};
+use super::complex::Wide;
+use super::couplings::{Couplings, Sheet};
+use super::resolve::{members, turn};
+use super::scale::Scaled;
+use super::solve::Solution;
+use super::spectrum::{Status, status};
+use super::wide_columns::{Matrices, Rows, WideColumn, WideColumns, apply, half, sheet};
+use super::{Options, QuadraticProblem, QuadraticSource, Rung};
+use crate::precision::Big;
+
+/// The most bits that are worked with: bounds are doubles.
+const MOST_BITS: usize = 900;
+/// Rounds, rises of precision included.
+const ROUNDS: usize = 60;
+/// Products for a round that are still worth starting: some seconds.
+const MOST_WORK: f64 = 3e8;
+
+/// Better columns in the place of those that lack digits, as far as bits and effort go.
+pub(super) fn climb(
+    scaled: &Scaled,
+    problem: &QuadraticProblem,
+    source: &dyn QuadraticSource,
+    solution: Solution,
+    options: &Options,
+) -> Solution {
+    let digits = options.digits.min(250) as f64;
+    // What the smallest part needs beside the largest exponent, as far as is known by now.
+    let mut least = 1.0_f64;
+    for (j, status) in solution.statuses.iter().enumerate() {
+        if status.lacking {
+            let mu = solution.columns.base.mu[j];
+            for part in [mu.re.hi.abs(), mu.im.hi.abs()] {
+                if part > 1e-25 {
+                    least = least.min(part);
+                }
+            }
+        }
+    }
+    let bits = ((digits + 3.0) * 3.33 - least.log2() + 64.0).max(160.0) as usize;
+    let mut bits = bits.min(MOST_BITS);
+    let Some(mut matrices) = Matrices::new(scaled, problem, source, bits) else {
+        return solution;
+    };
+    let count: usize = matrices.right.iter().map(Rows::count).sum();
+    let mut best = solution;
+    let mut columns = WideColumns {
+        base: best.columns.base.clone(),
+        wide: vec![None; best.columns.base.count()],
+        bits: half(bits),
+    };
+    let lacking = lacking(&best.statuses);
+    columns.widen(&closed(&best.certificate, &columns.base, &lacking));
+    let mut score = f64::INFINITY;
+    let mut stalled = 0;
+    for _ in 0..ROUNDS {
+        let taking = columns.wide.iter().flatten().count();
+        if (count * taking) as f64 * (bits as f64 / 64.0 + 1.0) > MOST_WORK {
+            break;
+        }
+        let mut sheets = best.sheets.clone();
+        for (j, column) in columns.wide.iter_mut().enumerate() {
+            if let Some(column) = column {
+                sheets[j] = sheet(&matrices, column);
+                columns.base.mu[j] = column.mu.to_complex();
+            }
+        }
+        for j in 0..columns.base.count() {
+            if let Some(i) = columns.base.twin[j]
+                && columns.wide[i].is_some()
+            {
+                sheets[j] = sheets[i].conj();
+                columns.base.mu[j] = columns.base.mu[i].conj();
+            }
+        }
+        let distance = |i: usize, j: usize| {
+            let d = columns.difference(i, j);
+            d.re.hypot(d.im)
+        };
+        let known = columns.units(&best.certificate);
+        let links = &columns.base.links;
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, links, &known, distance) else {
+            break;
+        };
+        let certificate = certify(&couplings, columns.base.together(), &columns.base.twin);
+        let value = |j: usize, radius: f64| columns.value(j, radius);
+        let statuses = status(
+            &best.facts,
+            &columns.base,
+            &sheets,
+            &value,
+            &certificate,
+            options,
+        );
+        let now: f64 = statuses.iter().map(|status| status.score).sum();
+        let lacking = self::lacking(&statuses);
+        stalled = if now < score - 4.0 { 0 } else { stalled + 1 };
+        let next = better(&couplings, &columns, &sheets, &certificate, &lacking);
+        let more = closed(&certificate, &columns.base, &lacking);
+        let open = lacking.iter().any(|&j| j >= columns.base.together());
+        if now <= score {
+            score = now;
+            let kept = WideColumns {
+                base: columns.base.clone(),
+                wide: columns.wide.clone(),
+                bits: columns.bits,
+            };
+            best = Solution {
+                columns: kept,
+                sheets,
+                certificate,
+                facts: best.facts,
+                statuses,
+                rung: Rung::Precise,
+            };
+        }
+        if !open {
+            break;
+        }
+        columns = next;
+        columns.widen(&more);
+        if stalled >= 3 {
+            if bits >= MOST_BITS {
+                break;
+            }
+            bits = (bits + bits / 2).min(MOST_BITS);
+            match Matrices::new(scaled, problem, source, bits) {
+                Some(finer) => matrices = finer,
+                None => break,
+            }
+            columns.bits = half(bits);
+            stalled = 0;
+        }
+    }
+    best
+}
+
+fn lacking(statuses: &[Status]) -> Vec<usize> {
+    (0..statuses.len())
+        .filter(|&j| statuses[j].lacking)
+        .collect()
+}
+
+/// The given columns, all of their groups, and those that they are conjugates of.
+fn closed(certificate: &Certificate, columns: &Columns, which: &[usize]) -> Vec<usize> {
+    let mut all: Vec<usize> = which
+        .iter()
+        .flat_map(|&j| {
+            certificate.groups[certificate.of[j]]
+                .members
+                .iter()
+                .copied()
+        })
+        .flat_map(|j| [j, columns.twin[j].unwrap_or(j)])
+        .collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+fn better(
+    couplings: &Couplings,
+    columns: &WideColumns,
+    sheets: &[Sheet],
+    certificate: &Certificate,
+    lacking: &[usize],
+) -> WideColumns {
+    let base = &columns.base;
+    let mut next = WideColumns {
+        base: base.clone(),
+        wide: columns.wide.clone(),
+        bits: columns.bits,
+    };
+    let mut turned = vec![false; base.count()];
+    for group in &certificate.groups {
+        if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
+            continue;
+        }
+        let Some(members) = members(&group.members, &base.twin, base.together()) else {
+            continue;
+        };
+        let wide = |j: usize| columns.mu(j).is_some();
+        if members.len() < 2 || members.iter().any(|&j| turned[j] || !wide(j)) {
+            continue;
+        }
+        let own = |j: usize| {
+            base.twin[j].is_some_and(|i| members.contains(&i))
+                || (0..base.count()).any(|k| base.twin[k] == Some(j) && members.contains(&k))
+        };
+        let real = members
+            .iter()
+            .any(|&j| own(j) || base.twin[j].is_none() && !base.twin.contains(&Some(j)));
+        let Some(centre) = centre(columns, &members, real) else {
+            continue;
+        };
+        let shift = |j: usize| {
+            columns
+                .mu(j)
+                .map_or(c64::new(f64::NAN, 0.0), |mu| mu.sub(&centre).to_c64())
+        };
+        if let Some(turn) = turn(couplings, members.clone(), &base.twin, shift) {
+            turn.members.iter().for_each(|&j| turned[j] = true);
+            apply(columns, &mut next, &turn, &centre);
+        }
+    }
+    for &j in lacking {
+        let Some(column) = &columns.wide[j] else {
+            continue;
+        };
+        if turned[j] {
+            continue;
+        }
+        let difference = |i: usize| columns.difference(j, i);
+        let same = |i: usize| certificate.of[i] == certificate.of[j];
+        let (dx, dy) = steps(couplings, base, sheets, j, difference, same);
+        let real = column.mu.im.is_zero();
+        let bits = columns.bits;
+        let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
+        let by = Wide::from_c64(by, bits);
+        let part = |d: c64| Wide::from_c64(if real { c64::new(d.re, 0.0) } else { d }, bits);
+        let x: Vec<Wide> = column
+            .x
+            .iter()
+            .zip(dx)
+            .map(|(x, d)| x.add(&part(d)).center(bits))
+            .collect();
+        let y: Vec<Wide> = column
+            .y
+            .iter()
+            .zip(dy)
+            .map(|(y, d)| {
+                let mut y = y.add(&part(d)).mul(&by).center(bits);
+                if real {
+                    y.im = Big::zero(bits);
+                }
+                y
+            })
+            .collect();
+        if x.iter().chain(&y).all(Wide::is_finite) {
+            next.wide[j] = Some(WideColumn::new(column.mu.clone(), x, y));
+        }
+    }
+    next
+}
+
+fn centre(columns: &WideColumns, members: &[usize], real: bool) -> Option<Wide> {
+    let bits = 2 * columns.bits;
+    let mut sum = Wide::zero(bits);
+    for &j in members {
+        sum = sum.add(&columns.mu(j)?);
+    }
+    let by = &Big::one(bits) / &Big::from_f64(members.len() as f64, bits);
+    let mut mean = sum.times(&by).center(bits);
+    if real {
+        mean.im = Big::zero(bits);
+    }
+    Some(mean)
+}

@@ -1,0 +1,229 @@
+//! Modes of models with gyroscopic forces or friction: exponents growth + i omega.
+
+use faer::c64;
+
+use super::{NormalMode, NormalModes, first_span};
+use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
+use crate::modes::exponents::{
+    Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
+    QuadraticSource, exponents,
+};
+use crate::modes::exponents::{Structure as Form, Which};
+use crate::modes::{Kind, Options, Precise, Stability};
+use crate::precision::Ball;
+
+/// The model as a source of matrices.
+struct Source<'a> {
+    linearized: &'a Linearized,
+    zero_modes: &'a [ZeroMode],
+}
+
+impl QuadraticSource for Source<'_> {
+    fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
+        let precise = self.linearized.precisely(bits)?;
+        let zero_modes = self
+            .linearized
+            .precise_zero_modes(&precise, self.zero_modes)?;
+        Some(PreciseQuadratic {
+            mass: precise.mass,
+            velocity: precise.velocity?,
+            stiffness: precise.stiffness,
+            zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
+        })
+    }
+
+    fn integers(&self) -> Option<IntegerQuadratic> {
+        let [mass, velocity, stiffness] = self.linearized.integers()?;
+        Some(IntegerQuadratic {
+            mass,
+            velocity,
+            stiffness,
+        })
+    }
+}
+
+/// Finds the exponents and their shapes.
+///
+/// # Errors
+/// As [`super::normal_modes`].
+pub(super) fn normal_modes(
+    linearized: &Linearized,
+    options: &Options,
+) -> Result<NormalModes, LinearizeError> {
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    let circulatory = linearized.circulatory().is_some();
+    let mut zero_modes = linearized.zero_modes();
+    if circulatory {
+        // What costs no energy may still be pushed by friction.
+        let pushed = |mode: &ZeroMode| !linearized.is_free_of_friction_at_rest(&mode.vector);
+        zero_modes.retain(|mode| !pushed(mode));
+    }
+    let mut problem = QuadraticProblem {
+        dimension: linearized.dimension(),
+        mass: linearized.mass(),
+        velocity,
+        stiffness,
+        structure: match linearized.structure() {
+            Structure::Damped => Form::Damped,
+            Structure::Conservative | Structure::Gyroscopic => Form::Gyroscopic,
+        },
+        zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
+    };
+    let found = loop {
+        let source = Source {
+            linearized,
+            zero_modes: &zero_modes,
+        };
+        match exponents(&problem, &source, options) {
+            // What was found modulo a prime does not hold in true numbers: it is no zero mode.
+            Err(ExponentsError::ZeroVector { index }) if index < zero_modes.len() => {
+                zero_modes.remove(index);
+                problem.zero_vectors.remove(index);
+            }
+            other => break other.map_err(|error| named(linearized, &error))?,
+        }
+    };
+    let mut meanings = zero_modes.iter().map(|mode| mode.meaning.clone());
+    let modes: Vec<NormalMode> = found
+        .entries
+        .into_iter()
+        .map(|entry| {
+            let meaning = (entry.kind == ExponentKind::Zero)
+                .then(|| meanings.next())
+                .flatten();
+            mode(linearized, entry, meaning)
+        })
+        .collect();
+    let stabilised = problem.structure == Form::Gyroscopic
+        && found.stability == Stability::Stable
+        && falling_direction(&problem.mass, &problem.stiffness).is_some();
+    Ok(NormalModes {
+        stability: found.stability,
+        modes,
+        rung: found.rung,
+        gyroscopically_stabilised: stabilised,
+    })
+}
+
+fn mode(linearized: &Linearized, entry: Exponent, meaning: Option<String>) -> NormalMode {
+    let (vector, imaginary, vector_error_bound) =
+        shape(linearized, &entry.vector, entry.vector_error_bound);
+    NormalMode {
+        kind: match entry.kind {
+            ExponentKind::Oscillation => Kind::Oscillation,
+            ExponentKind::Zero => Kind::Zero,
+            ExponentKind::Unstable => Kind::Unstable,
+            ExponentKind::Damped => Kind::Damped,
+            ExponentKind::Overdamped => Kind::Overdamped,
+            ExponentKind::Undecided => Kind::Undecided,
+        },
+        omega_squared: entry.omega_squared,
+        omega: entry.omega,
+        growth: entry.growth,
+        precise: entry.precise.map(|precise| {
+            let square = &(&precise.omega * &precise.omega) - &(&precise.growth * &precise.growth);
+            Box::new(Precise {
+                omega_squared: square,
+                omega: precise.omega,
+                growth: precise.growth,
+            })
+        }),
+        vector,
+        imaginary,
+        vector_error_bound,
+        cluster: entry.cluster,
+        symmetry: None,
+        meaning,
+        limit: entry.limit,
+    }
+}
+
+/// Real and imaginary parts in all coordinates: the first component within 1e-6 of the largest is real and
+/// positive there.
+fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64>, f64) {
+    let real: Vec<f64> = own.iter().map(|x| x.re).collect();
+    let imaginary: Vec<f64> = own.iter().map(|x| x.im).collect();
+    if own.is_empty() || !linearized.is_constrained() {
+        let flat = imaginary.iter().all(|x| *x == 0.0);
+        return (real, if flat { Vec::new() } else { imaginary }, bound);
+    }
+    let (real, one) = linearized.embed(&real, bound);
+    let (imaginary, other) = linearized.embed(&imaginary, bound);
+    let bound = one.hypot(other).next_up();
+    let size = |at: usize| real[at].hypot(imaginary[at]);
+    let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
+    let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));
+    let Some(first) = first.filter(|_| largest > 0.0) else {
+        return (real, imaginary, bound);
+    };
+    // Turned by the angle of that component, which is known to (π/2) bound / size: all components move with it.
+    let (cos, sin) = (real[first] / size(first), imaginary[first] / size(first));
+    let turned = |at: usize| {
+        let re = real[at] * cos + imaginary[at] * sin;
+        let im = imaginary[at] * cos - real[at] * sin;
+        (re, if at == first { 0.0 } else { im })
+    };
+    let (re, im): (Vec<f64>, Vec<f64>) = (0..real.len()).map(turned).unzip();
+    let angle = 1.6 * bound / size(first) + 8.0 * f64::EPSILON;
+    let bound = (bound + angle * (largest + bound)) * (1.0 + 8.0 * f64::EPSILON);
+    let flat = im.iter().all(|x| *x == 0.0);
+    (re, if flat { Vec::new() } else { im }, bound)
+}
+
+/// A direction x with xᵀAx < 0, proved, for the symmetric part of A: an eigenvector of its middle, in
+/// units in which all coordinates have mass.
+pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f64>> {
+    let n = mass.len().isqrt();
+    let units: Vec<f64> = (0..n).map(|i| mass[i + n * i].mid_f64().sqrt()).collect();
+    let scaled = nalgebra::DMatrix::from_fn(n, n, |i, j| {
+        let entry = matrix[i + n * j].mid_f64() + matrix[j + n * i].mid_f64();
+        0.5 * entry / units[i] / units[j]
+    });
+    if n == 0 || !scaled.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let eigen = nalgebra::SymmetricEigen::new(scaled);
+    let (lowest, value) = eigen.eigenvalues.argmin();
+    if value >= 0.0 {
+        return None;
+    }
+    let direction: Vec<f64> = (0..n)
+        .map(|i| eigen.eigenvectors[(i, lowest)] / units[i])
+        .collect();
+    let mut total = Ball::ZERO;
+    for j in 0..n {
+        for i in 0..n {
+            total = total + Ball::from(direction[i]) * matrix[i + n * j] * Ball::from(direction[j]);
+        }
+    }
+    total.is_negative().then_some(direction)
+}
+
+/// The errors of the numeric stage with the model's names.
+fn named(linearized: &Linearized, error: &ExponentsError) -> LinearizeError {
+    match error {
+        ExponentsError::NotPositiveDefinite => {
+            // The conservative problem with the same mass knows which motion it is.
+            super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes {
+                reason: error.to_string(),
+            })
+        }
+        ExponentsError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
+            what: match matrix {
+                Which::Mass => "the mass matrix",
+                Which::Velocity => "a matrix of gyroscopic forces or friction",
+                Which::Stiffness => "the stiffness matrix",
+            }
+            .to_owned(),
+            point: "the equilibrium".to_owned(),
+            cause: None,
+            span: match (matrix, linearized.model().dissipation) {
+                (Which::Velocity, Some(span)) => span,
+                _ => first_span(linearized),
+            },
+        },
+        _ => LinearizeError::NoModes {
+            reason: error.to_string(),
+        },
+    }
+}

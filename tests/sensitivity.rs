@@ -1,0 +1,193 @@
+//! Derivatives of frequencies against differences of certified frequencies with forty digits.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+mod common;
+
+use std::path::Path;
+
+use common::model_in;
+use librate::linearize::{Linearized, linearize};
+use librate::modes::Options;
+use librate::oscillation::{NormalModes, normal_modes};
+use librate::precision::{Ball, Big};
+use librate::sensitivity::{Sensitivities, sensitivities};
+
+fn solve(text: &str, settings: &[&str], digits: usize) -> (Linearized, NormalModes) {
+    let linearized = linearize(model_in(text, Path::new("models"), settings)).unwrap();
+    let options = Options::default().digits(digits);
+    let modes = normal_modes(&linearized, &options).unwrap();
+    (linearized, modes)
+}
+
+fn sensitivity(text: &str) -> (Linearized, NormalModes, Sensitivities) {
+    let (linearized, modes) = solve(text, &[], 15);
+    let found = sensitivities(&linearized, &modes);
+    (linearized, modes, found)
+}
+
+/// omega and growth of each mode with many bits.
+fn precisely(modes: &NormalModes) -> Vec<[Big; 2]> {
+    let numbers = modes.modes.iter().map(|mode| match &mode.precise {
+        Some(precise) => [precise.omega.clone(), precise.growth.clone()],
+        None => [&mode.omega, &mode.growth].map(|ball| Big::from_ball(ball, 256)),
+    });
+    numbers.collect()
+}
+
+/// h = 1e-9 of the value: the difference is off by 1e-18 or so, and by 1e-31 for digits.
+#[test]
+fn derivatives_are_those_of_certified_frequencies() {
+    let mut compared = 0;
+    for (name, text) in [
+        (
+            "three pendulums",
+            include_str!("../models/three_pendulums_unequal.lag"),
+        ),
+        (
+            "double pendulum",
+            include_str!("../models/double_pendulum.lag"),
+        ),
+        ("bead", include_str!("../models/bead_on_hoop_fast.lag")),
+        (
+            "ions",
+            include_str!("../models/pendulum_on_spring_cart.lag"),
+        ),
+        ("inverted", include_str!("../models/inverted_pendulum.lag")),
+        ("damped", include_str!("../models/damped_pair.lag")),
+        ("belt", include_str!("../models/belt_oscillator.lag")),
+        ("shaft", include_str!("../models/whirling_shaft_above.lag")),
+        ("spring", include_str!("../models/rotating_spring.lag")),
+        ("linkage", include_str!("../models/four_bar_linkage.lag")),
+        ("beads", include_str!("../models/beads_on_rods.lag")),
+    ] {
+        let (linearized, modes, found) = sensitivity(text);
+        let model = linearized.model();
+        for (at, parameter) in found.parameters.iter().enumerate() {
+            let parameter = &model.parameters[*parameter];
+            let value = parameter.value.unwrap();
+            let value = librate::linearize::constant(&model.pool, value).unwrap();
+            let whole = model.pool.display(parameter.value.unwrap());
+            let shifted = |sign: &str| {
+                let setting = format!("{} = ({whole})*(1 {sign} 1e-9)", parameter.name);
+                precisely(&solve(text, &[&setting], 40).1)
+            };
+            let (up, down) = (shifted("+"), shifted("-"));
+            for (mode, (up, down)) in up.iter().zip(&down).enumerate() {
+                let near = |other: usize| {
+                    let other = &modes.modes[other];
+                    let own = &modes.modes[mode];
+                    (other.omega - own.omega)
+                        .mid_f64()
+                        .hypot((other.growth - own.growth).mid_f64())
+                        < 1e-9 * own.omega.mid_f64().hypot(own.growth.mid_f64())
+                };
+                if (0..modes.modes.len()).any(|other| other != mode && near(other)) {
+                    continue;
+                }
+                for (part, own) in [found.omega[mode][at], found.growth[mode][at]]
+                    .iter()
+                    .enumerate()
+                {
+                    let step = value.mid_f64() * 2e-9;
+                    let want = (&up[part] - &down[part]).to_ball().mid_f64() / step;
+                    let own =
+                        own.unwrap_or_else(|| panic!("{name}: {} of mode {mode}", parameter.name));
+                    let scale = modes.modes[mode]
+                        .omega
+                        .mid_f64()
+                        .hypot(modes.modes[mode].growth.mid_f64());
+                    let scale = scale / value.mid_f64().abs();
+                    let off = (own.mid_f64() - want).abs();
+                    assert!(
+                        off <= 1e-12 * (want.abs() + scale) + own.radius,
+                        "{name}: {} of mode {mode}: {own:?}, not {want:e}",
+                        parameter.name
+                    );
+                    compared += 1;
+                }
+            }
+        }
+    }
+    assert!(compared > 100, "{compared}");
+}
+
+#[test]
+fn equal_frequencies_split_as_their_forms_say() {
+    // d omega / d k is 0 for the one and 1/(2 omega) for the other, whatever the basis was.
+    let text = "param k = 4  coord x, y
+        T = 1/2*(x'^2 + y'^2)
+        V = 1/2*4*(x - y)^2/2 + 1/2*k*(x + y)^2/2";
+    let (_, modes, found) = sensitivity(text);
+    assert_eq!(modes.modes[0].omega.mid_f64(), 2.0);
+    let derivatives: Vec<f64> = found
+        .omega
+        .iter()
+        .map(|row| row[0].unwrap().mid_f64())
+        .collect();
+    assert!(
+        derivatives[0].abs() < 1e-15 && (derivatives[1] - 0.25).abs() < 1e-15,
+        "{derivatives:?}"
+    );
+}
+
+#[test]
+fn a_frequency_that_goes_as_a_root_has_no_derivative() {
+    let text = "param k = 0  coord x  T = 1/2*x'^2  V = 1/2*k*x^2";
+    let (_, _, found) = sensitivity(text);
+    assert_eq!(found.omega[0][0].map(|own| own.mid_f64()), None);
+}
+
+#[test]
+fn free_bodies_stay_free() {
+    let text = "param k = 3  param d = 1  coord r[1..2, 1..2]
+        T = sum(i in 1..2, 1/2*dot(r[i]', r[i]'))
+        V = 1/2*k*(norm(r[2] - r[1]) - d)^2
+        guess r[i in 1..2] = [(i - 1)*3/2, 0]";
+    let (_, modes, found) = sensitivity(text);
+    assert_eq!(modes.modes.len(), 4);
+    for row in &found.omega[..3] {
+        assert!(
+            row.iter().all(|own| own.unwrap().contains_zero()),
+            "{row:?}"
+        );
+    }
+    // omega = sqrt(2 k)
+    let want = 6.0_f64.sqrt() / 6.0;
+    assert!((found.omega[3][0].unwrap().mid_f64() - want).abs() < 1e-14);
+    assert!(found.omega[3][1].unwrap().contains_zero());
+}
+
+#[test]
+fn uncertainties_add_up_by_squares() {
+    let text = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param c = 3
+        coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2 + c*x^4";
+    let (linearized, _, found) = sensitivity(text);
+    let sigma = found.omega_sigma(&linearized).unwrap()[0].unwrap();
+    // omega (σ_k/k)/2 and omega (σ_m/m)/2
+    let want = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
+    assert!((sigma - want).abs() < 1e-15, "{sigma}");
+    let without = sensitivity("param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*x^2");
+    assert!(without.2.omega_sigma(&without.0).is_none());
+}
+
+#[test]
+fn what_sets_ranges_or_is_defined_from_others_has_no_entry() {
+    let text = "param n = 3  param k = 2  param w = 3*k  coord x[1..n]
+        T = sum(i in 1..n, 1/2*x[i]'^2)  V = sum(i in 1..n, 1/2*w*i*x[i]^2)";
+    let (linearized, _, found) = sensitivity(text);
+    let names: Vec<&str> = found
+        .parameters
+        .iter()
+        .map(|parameter| linearized.model().parameters[*parameter].name.as_str())
+        .collect();
+    assert_eq!(names, ["k"]);
+    // omega = sqrt(3 k i): what k does by way of w counts.
+    let own: Ball = found.omega[0][0].unwrap();
+    assert!((own.mid_f64() - 6.0_f64.sqrt() / 4.0).abs() < 1e-15);
+}
