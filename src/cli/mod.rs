@@ -125,10 +125,7 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     options.lowest = args.lowest;
     options.vectors = !args.no_vectors;
     let progress = Progress::start("computing the modes");
-    let computed = linearize::linearize(model).and_then(|linearized| {
-        let modes = oscillation::normal_modes(&linearized, &options)?;
-        Ok((linearized, modes))
-    });
+    let computed = solved(model, &options);
     drop(progress);
     let (linearized, modes) = match computed {
         Ok(computed) => computed,
@@ -151,6 +148,16 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
         text,
         remarks: Some((source, warnings)),
     })
+}
+
+/// A model about its equilibrium, and its modes.
+fn solved(
+    model: Model,
+    options: &modes::Options,
+) -> Result<(linearize::Linearized, oscillation::NormalModes), linearize::LinearizeError> {
+    let linearized = linearize::linearize(model)?;
+    let modes = oscillation::normal_modes(&linearized, options)?;
+    Ok((linearized, modes))
 }
 
 /// The uncertainties of the frequencies, where the model states some of parameters.
@@ -180,10 +187,7 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     let progress = Progress::start("computing the modes");
-    let computed = linearize::linearize(model).and_then(|linearized| {
-        let modes = oscillation::normal_modes(&linearized, &options)?;
-        Ok((linearized, modes))
-    });
+    let computed = solved(model, &options);
     let (linearized, modes) = match computed {
         Ok(computed) => computed,
         Err(error) => return Err(failed(source, warnings, error)),

@@ -256,7 +256,18 @@ fn split(
     (effective, (inertia, potential), linear)
 }
 
-fn is_zero(pool: &Pool, e: ExprId) -> bool {
+/// The values of the parameters that have one.
+pub(super) fn known_values(model: &Model) -> Substitution {
+    let mut known = Substitution::default();
+    for parameter in &model.parameters {
+        if let Some(value) = parameter.value {
+            known.insert(parameter.symbol, value);
+        }
+    }
+    known
+}
+
+pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
     pool.as_number(e).is_some_and(Number::is_zero)
 }
 

@@ -7,11 +7,12 @@
 //! of U by q are then the stiffness with the curvature of the constraints, V'' - sum of lambda c'', and
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
+use super::assemble::known_values;
 use super::enclosure::Enclosure;
 use std::collections::BTreeMap;
 
 use crate::expr::{
-    ExprId, ModularPoint, Pool, Substitution, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod,
+    ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod,
 };
 use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
 use crate::precision::{Ball, Scalar};
@@ -79,7 +80,7 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
 /// function of the others. (What is drawn modulo a prime of 61 bits misses an independent row once in 1e18.)
 fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let count = model.constraints.len();
-    let known = known(model);
+    let known = known_values(model);
     let bodies: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
     let bodies = model.pool.substitute(&bodies, &known);
     let mut gradients: Vec<Vec<(Symbol, ExprId)>> = Vec::with_capacity(count);
@@ -349,7 +350,7 @@ pub(crate) fn gradients<S: Scalar>(second: &[S], visible: usize, order: usize) -
 pub(crate) fn difference(model: &Model, number: usize, at: &[Ball]) -> Option<Ball> {
     let mut pool = model.pool.clone();
     let expression = model.constraints.get(number)?.expression;
-    let expression = pool.substitute_one(expression, &known(model));
+    let expression = pool.substitute_one(expression, &known_values(model));
     let symbols = pool.symbols_of(&[expression]);
     let values: Option<Vec<Ball>> = symbols
         .iter()
@@ -361,15 +362,4 @@ pub(crate) fn difference(model: &Model, number: usize, at: &[Ball]) -> Option<Ba
     let tape = Tape::compile(&pool, &[expression], &symbols).ok()?;
     let found = tape.prepare::<Ball>(()).evaluate(&values?, &mut Vec::new());
     found.first().copied()
-}
-
-/// The values of parameters that have one.
-fn known(model: &Model) -> Substitution {
-    let mut known = Substitution::default();
-    for parameter in &model.parameters {
-        if let Some(value) = parameter.value {
-            known.insert(parameter.symbol, value);
-        }
-    }
-    known
 }

@@ -4,11 +4,11 @@ use super::assemble::{Assembly, Values, evaluate_closed};
 use super::constrained::{Tangent, gradients};
 use super::equilibrium::{Equilibrium, Origin};
 use super::existence::Proof;
-use super::velocity::Matrix;
+use super::velocity::{Matrix, sum};
 use super::zero::{self, ZeroMode};
 use super::{Linearized, tied};
 use crate::model::Model;
-use crate::precision::{Big, Scalar};
+use crate::precision::Big;
 
 /// With fewer bits than double-double has there is nothing to gain.
 const LEAST_BITS: usize = 128;
@@ -106,9 +106,7 @@ impl Linearized {
             circulatory = circulatory.map(|matrix| own.reduce(&matrix, order));
             tangent = Some(own);
         }
-        if circulatory.is_some() {
-            stiffness = sum(Some(stiffness), circulatory)?;
-        }
+        stiffness = sum(Some(stiffness), circulatory)?;
         let finite = |numbers: &[Big]| numbers.iter().all(Big::is_finite);
         let ends = finite(&point) && finite(&mass) && finite(&stiffness);
         (ends && velocity.as_deref().is_none_or(finite)).then(|| Precise {
@@ -139,12 +137,5 @@ impl Linearized {
                 .collect(),
             None => modes,
         })
-    }
-}
-
-fn sum(left: Option<Vec<Big>>, right: Option<Vec<Big>>) -> Option<Vec<Big>> {
-    match (left, right) {
-        (Some(left), Some(right)) => Some(left.iter().zip(&right).map(|(x, y)| x.add(y)).collect()),
-        (one, None) | (None, one) => one,
     }
 }

@@ -7,11 +7,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Linearized;
-use super::assemble::{Values, evaluate_closed};
+use super::assemble::{Values, evaluate_closed, known_values};
 use super::constrained::solve;
 use super::equilibrium::Origin;
-use super::velocity::Matrix;
-use crate::expr::Substitution;
+use super::velocity::{Matrix, sum};
 use crate::precision::{Ball, DoubleDouble, Dual};
 
 /// Derivatives of the matrices by a parameter, dense, column by column, the motion of the equilibrium included.
@@ -48,14 +47,11 @@ impl Linearized {
         let at = &self.equilibrium.values;
         let part = |matrix| self.assembly.velocity_matrix(matrix, at, &self.values);
         let stiffness = self.assembly.stiffness(at, &self.values);
-        let stiffness = match part(Matrix::Circulatory) {
-            Some(other) => sum(stiffness, other),
-            None => stiffness,
-        };
+        let stiffness = sum(Some(stiffness), part(Matrix::Circulatory)).unwrap_or_default();
         WithMultipliers {
             order: self.model.coordinates.len(),
             mass: self.assembly.mass(at, &self.values),
-            velocity: both(part(Matrix::Gyroscopic), part(Matrix::Damping)),
+            velocity: sum(part(Matrix::Gyroscopic), part(Matrix::Damping)),
             stiffness,
         }
     }
@@ -108,11 +104,8 @@ impl Linearized {
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
         let found = Slopes {
             mass: slopes(self.assembly.mass(&at, &values)),
-            velocity: both(part(Matrix::Gyroscopic), part(Matrix::Damping)),
-            stiffness: match part(Matrix::Circulatory) {
-                Some(other) => sum(stiffness, other),
-                None => stiffness,
-            },
+            velocity: sum(part(Matrix::Gyroscopic), part(Matrix::Damping)),
+            stiffness: sum(Some(stiffness), part(Matrix::Circulatory))?,
         };
         let finite = |matrix: &[Ball]| matrix.iter().all(Ball::is_finite);
         let all = finite(&found.mass) && finite(&found.stiffness);
@@ -209,24 +202,7 @@ impl Linearized {
     fn given_slope(&self, given: crate::expr::ExprId, parameter: usize) -> Option<Ball> {
         let mut pool = self.model.pool.clone();
         let slope = pool.diff(given, self.model.parameters[parameter].symbol);
-        let mut known = Substitution::default();
-        for own in &self.model.parameters {
-            if let Some(value) = own.value {
-                known.insert(own.symbol, value);
-            }
-        }
-        let slope = pool.substitute_one(slope, &known);
+        let slope = pool.substitute_one(slope, &known_values(&self.model));
         evaluate_closed::<Ball>(&pool, slope, ())
-    }
-}
-
-fn sum(left: Vec<Ball>, right: Vec<Ball>) -> Vec<Ball> {
-    left.into_iter().zip(right).map(|(x, y)| x + y).collect()
-}
-
-fn both(left: Option<Vec<Ball>>, right: Option<Vec<Ball>>) -> Option<Vec<Ball>> {
-    match (left, right) {
-        (Some(left), Some(right)) => Some(sum(left, right)),
-        (one, None) | (None, one) => one,
     }
 }

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use super::assemble::{Assembly, signed_terms};
+use super::assemble::{Assembly, known_values, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
 use super::velocity::Matrix;
@@ -131,13 +131,7 @@ pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Optio
         parts.push(pool.scale(own, factor));
     }
     let total = pool.sum(&parts);
-    let mut known = Substitution::default();
-    for parameter in &model.parameters {
-        if let Some(value) = parameter.value {
-            known.insert(parameter.symbol, value);
-        }
-    }
-    let total = pool.substitute_one(total, &known);
+    let total = pool.substitute_one(total, &known_values(model));
     Some(model.coordinates.iter().all(|coordinate| {
         let slope = pool.diff(total, coordinate.symbol);
         pool.is_zero(slope) == ZeroVerdict::Zero

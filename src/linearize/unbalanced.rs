@@ -5,13 +5,12 @@
 //! the second derivatives are regular exactly if those of the forces are. So the same search and the same proof do, with
 //! twice as many coordinates.
 
-use super::assemble::{self, Assembly, Values, signed_terms};
+use super::assemble::{self, Assembly, Values, is_zero, signed_terms};
 use super::equilibrium::{self, Equilibrium};
 use super::error::LinearizeError;
 use super::precise;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Coordinate, Given, Local, Model, TermFamily};
-use crate::number::Number;
 use crate::precision::{Ball, Big};
 
 /// Forces as a potential in twice as many coordinates, and the equilibrium there.
@@ -168,7 +167,6 @@ fn multiplied(
     forces: &[(usize, ExprId)],
     count: usize,
 ) -> Option<TermFamily> {
-    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
     let mut parts = Vec::new();
     let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
     for (place, force) in forces {

@@ -5,7 +5,7 @@
 //! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
-use super::assemble::{Assembly, Values, VelocityLinear, parameters_of};
+use super::assemble::{Assembly, Values, VelocityLinear, is_zero, parameters_of};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
@@ -41,14 +41,18 @@ pub(crate) struct VelocityFamily {
     rest_tape: Tape,
 }
 
+/// The sum of two matrices of which one or both may not be there.
+pub(super) fn sum<S: Scalar>(left: Option<Vec<S>>, right: Option<Vec<S>>) -> Option<Vec<S>> {
+    match (left, right) {
+        (Some(left), Some(right)) => Some(left.iter().zip(&right).map(|(x, y)| x.add(y)).collect()),
+        (one, None) | (None, one) => one,
+    }
+}
+
 /// What is to be differentiated: L's coefficients of the velocities, or F.
 pub(super) enum Origin<'a> {
     Linear(&'a VelocityLinear),
     Friction(&'a TermFamily),
-}
-
-fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.as_number(e).is_some_and(Number::is_zero)
 }
 
 impl VelocityFamily {
