@@ -2,7 +2,8 @@
 //! page says.
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
-//! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols. A block `csv NAME` is the file of
+//! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
+//! a study of many sets of parameters. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -16,6 +17,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
+use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
 use librate::linearize::{self, linearize};
@@ -166,6 +168,12 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     }
     if block.words.contains(&"derive") {
         told.extend(linearize::derive(checked).err().map(|error| error.code()));
+        return told;
+    }
+    if block.words.contains(&"study") {
+        if let Err(StudyError::Linearize { error }) = Study::new(checked, &["k"]) {
+            told.push(error.code());
+        }
         return told;
     }
     let linearized = match linearize(checked) {

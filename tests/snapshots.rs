@@ -44,7 +44,7 @@ fn printed(path: &Path) -> String {
     let modes = normal_modes(&linearized, &options).unwrap();
     let mut out = modes_text(&linearized, &modes, &options, &style);
     check_digits(path, &modes_json(&linearized, &modes, &options));
-    if count <= MOST_WRITTEN_OUT && model.constraints.is_empty() {
+    if count <= MOST_WRITTEN_OUT {
         let derivation = derive(&model, &Parts::all()).unwrap();
         out.push_str("\n---\n");
         out.push_str(&derive_text(&derivation, &style));

@@ -113,6 +113,12 @@ impl<'a> Checker<'a> {
             .map(Ball::is_negative)
     }
 
+    /// Whether an expression is different from 0 at the values of the parameters, drawn ones too.
+    pub(super) fn differs_from_zero(&self, pool: &Pool, e: ExprId) -> bool {
+        let value = self.evaluate(pool, &[e]);
+        value.is_some_and(|value| value[0].is_finite() && !value[0].contains_zero())
+    }
+
     /// The value of a parameter, or of a coordinate at an equilibrium that was searched for.
     fn value(&self, symbol: Symbol) -> Option<Ball> {
         if let Some(value) = self.values.get(&symbol) {
@@ -305,11 +311,14 @@ impl<'a> Checker<'a> {
             })
     }
 
-    /// M and K in numbers, column by column: from the other path where all parameters have values.
+    /// M and K in numbers, column by column: from the other path where all parameters have values. Under constraints that
+    /// may have other coordinates left.
     fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
         match self.linearized() {
-            Some(linearized) => Some((linearized.mass(), linearized.stiffness())),
-            None => self.evaluated(pool, pair),
+            Some(linearized) if !linearized.is_constrained() => {
+                Some((linearized.mass(), linearized.stiffness()))
+            }
+            Some(_) | None => self.evaluated(pool, pair),
         }
     }
 

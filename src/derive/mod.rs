@@ -9,7 +9,8 @@
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
 //!   `roots`, `check`), and normal coordinates (`normal`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
-//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`);
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
+//!   motions that are left (`constraints`);
 //! - names for what a page would repeat (`abbreviate`).
 //!
 //! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
@@ -36,6 +37,7 @@ mod blocks;
 mod check;
 mod collapse;
 mod conserved;
+mod constraints;
 mod energy;
 mod equations;
 mod equilibria;
@@ -54,12 +56,13 @@ mod ties;
 use std::collections::{BTreeMap, HashMap};
 
 use crate::expr::{ExprId, Pool};
-use crate::linearize::{self, Feature, LinearizeError};
+use crate::linearize::{self, LinearizeError};
 use crate::model::Model;
 use crate::number::Number;
 
 pub use abbreviate::Definition;
 pub use conserved::Conserved;
+pub use constraints::{Constraints, Reduced, Tangent};
 pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
@@ -157,7 +160,7 @@ pub struct Derivation {
     /// What the coordinates and displacements are called.
     pub names: Names,
     /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
-    /// velocities (`x'`) and the time `t`, where it speaks of it.
+    /// velocities (`x'`), the time `t`, where it speaks of it, and multipliers of constraints.
     pub symbols: BTreeMap<String, ExprId>,
     /// The model about its equilibrium, or why it has no M and K.
     pub linear: Result<Linear, LinearizeError>,
@@ -165,8 +168,10 @@ pub struct Derivation {
     pub equations: Option<Vec<MotionSum>>,
     /// Momenta and energies.
     pub energy: Option<Energy>,
-    /// Where forces vanish, as far as that can be solved in symbols.
+    /// Where forces vanish, as far as that can be solved in symbols; `None` under constraints.
     pub equilibria: Option<Vec<Root>>,
+    /// Constraints, whose forces stand in the equations with a multiplier each; `None` where there are none.
+    pub constraints: Option<Constraints>,
 }
 
 /// M and K at the equilibrium, as expressions in the parameters.
@@ -190,11 +195,19 @@ pub struct Linear {
     pub signs: Vec<(ExprId, bool)>,
     /// What follows from them, where it is asked for.
     pub second_order: Option<SecondOrder>,
-    /// Symmetry classes and closed forms, where they are asked for.
+    /// Symmetry classes and closed forms, where they are asked for; under constraints those of [`Linear::tangent`].
     pub frequencies: Option<Frequencies>,
+    /// The directions that constraints allow; `None` where there are none.
+    pub tangent: Option<Tangent>,
 }
 
 impl Linear {
+    /// The derivation of the motions that constraints allow.
+    fn reduced_mut(&mut self) -> Option<&mut Derivation> {
+        let reduced = self.tangent.as_mut()?.reduced.as_mut()?;
+        Some(&mut reduced.derivation)
+    }
+
     /// Whether M and K are all there is.
     #[must_use]
     pub fn is_conservative(&self) -> bool {
@@ -245,11 +258,12 @@ pub struct Energy {
 ///
 /// # Errors
 /// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
-/// [`LinearizeError::Unsupported`] for constraints.
+/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint.
 /// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let mut short = Simplifier::default();
-    let (mut pool, mut linear) = match linearize::derive(model.clone()) {
+    let (tied, matrices) = linearize::derive_with_multipliers(model);
+    let (mut pool, mut linear) = match matrices {
         Ok(matrices) => {
             let linear = Linear {
                 equilibrium: matrices.equilibrium,
@@ -261,59 +275,28 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
                 signs: Vec::new(),
                 second_order: None,
                 frequencies: None,
+                tangent: matrices.constraints.map(Tangent::new),
             };
             (matrices.pool, Ok(linear))
         }
-        Err(error @ LinearizeError::NotAnEquilibrium { .. }) => return Err(error),
-        // The forces of constraints are not worked out yet: equations without them would be wrong.
         Err(
-            error @ LinearizeError::Unsupported {
-                feature: Feature::Constraint,
-                ..
-            },
+            error @ (LinearizeError::NotAnEquilibrium { .. }
+            | LinearizeError::ConstraintBroken { .. }),
         ) => return Err(error),
-        Err(error) => (model.pool.clone(), Err(error)),
+        Err(error) => (tied.model.pool.clone(), Err(error)),
     };
     let names = names(model, &pool, &linear);
+    let mut symbols = symbols(model, &mut pool);
+    for name in tied.names() {
+        let symbol = pool.symbol(&name);
+        symbols.insert(name, pool.symbol_expr(symbol));
+    }
+    let checker = Checker::new(model);
     if let Ok(linear) = &mut linear {
-        let checker = Checker::new(model);
-        let pair = Pair::new(&pool, &linear.mass, &linear.stiffness);
-        let pair = pair.replaced(&mut pool, &mut short, &HashMap::new());
-        let (pair, signs) = checker.signed(&mut pool, &mut short, &pair);
-        let pair = pair.with_halved_angles(&mut pool, &mut short);
-        linear.signs = signs;
-        (linear.mass, linear.stiffness) = pair.dense(&pool);
-        let others = [
-            &mut linear.gyroscopic,
-            &mut linear.damping,
-            &mut linear.circulatory,
-        ];
-        for entry in others.into_iter().flatten().flatten().flatten() {
-            *entry = short.simplify(&mut pool, *entry);
-        }
-        if parts.second_order {
-            let equations = equations::linearized(&mut pool, linear);
-            let kinetic = energy::quadratic_form(&mut pool, &linear.mass, Motion::Velocity);
-            let potential =
-                energy::quadratic_form(&mut pool, &linear.stiffness, Motion::Displacement);
-            linear.second_order = Some(SecondOrder {
-                equations,
-                kinetic,
-                potential,
-            });
-        }
-        if parts.frequencies && linear.is_conservative() {
-            linear.frequencies = Some(frequencies::frequencies(
-                &checker,
-                &mut pool,
-                &mut short,
-                linear,
-                parts.cubic,
-            ));
-        }
+        linear.finish(&mut pool, &mut short, &checker, parts);
     }
     let mut derivation = Derivation {
-        symbols: symbols(model, &mut pool),
+        symbols,
         pool,
         model: model.name.clone(),
         names,
@@ -321,11 +304,59 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         equations: None,
         energy: None,
         equilibria: None,
+        constraints: Constraints::new(&tied),
     };
     if parts.equations || parts.energy || parts.equilibria {
-        derivation.nonlinear(model, parts, &mut short);
+        derivation.nonlinear(model, &tied.model, parts, &mut short);
     }
+    constraints::reduce(&mut derivation, &mut short, &checker, parts);
     Ok(derivation)
+}
+
+impl Linear {
+    /// Brings all to its shortest form and works out what follows.
+    fn finish(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        checker: &Checker<'_>,
+        parts: &Parts,
+    ) {
+        let pair = Pair::new(pool, &self.mass, &self.stiffness);
+        let pair = pair.replaced(pool, short, &HashMap::new());
+        let (pair, signs) = checker.signed(pool, short, &pair);
+        let pair = pair.with_halved_angles(pool, short);
+        self.signs = signs;
+        (self.mass, self.stiffness) = pair.dense(pool);
+        let others = [
+            &mut self.gyroscopic,
+            &mut self.damping,
+            &mut self.circulatory,
+        ];
+        for entry in others.into_iter().flatten().flatten().flatten() {
+            *entry = short.simplify(pool, *entry);
+        }
+        // What constraints forbid is no motion.
+        if self.tangent.is_some() {
+            return;
+        }
+        if parts.second_order {
+            self.second_order = Some(SecondOrder {
+                equations: equations::linearized(pool, self),
+                kinetic: energy::quadratic_form(pool, &self.mass, Motion::Velocity),
+                potential: energy::quadratic_form(pool, &self.stiffness, Motion::Displacement),
+            });
+        }
+        if parts.frequencies && self.is_conservative() {
+            self.frequencies = Some(frequencies::frequencies(
+                checker,
+                pool,
+                short,
+                self,
+                parts.cubic,
+            ));
+        }
+    }
 }
 
 /// What names stand for.
@@ -369,17 +400,21 @@ fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) ->
 
 impl Derivation {
     /// Works out what needs L in full.
-    fn nonlinear(&mut self, model: &Model, parts: &Parts, short: &mut Simplifier) {
+    ///
+    /// `tied` has a term lambda c for each constraint in its potential, and is `model` where there is none: what moves
+    /// are the coordinates alone, so that multipliers count as parameters.
+    fn nonlinear(&mut self, model: &Model, tied: &Model, parts: &Parts, short: &mut Simplifier) {
         let pool = &mut self.pool;
         let variables = Variables::new(model);
-        let lagrangian = lagrangian::lagrangian(model, pool, short);
+        let bound = !model.constraints.is_empty();
+        let lagrangian = lagrangian::lagrangian(tied, pool, short);
         let dissipation = lagrangian::dissipation(model, pool);
         if parts.equations {
             let equations =
                 equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
         }
-        if parts.equilibria {
+        if parts.equilibria && !bound {
             self.equilibria = Some(equilibria::roots(
                 pool,
                 short,
@@ -399,24 +434,49 @@ impl Derivation {
                 model,
                 short,
             );
+            // Along a motion the constraints are 0, and so is their part of L.
+            let free;
+            let lagrangian = if bound {
+                free = lagrangian::lagrangian(model, pool, short);
+                &free
+            } else {
+                &lagrangian
+            };
             self.energy = Some(Energy {
                 momenta,
-                function: energy::energy_function(pool, short, &variables, &lagrangian),
-                hamiltonian: energy::hamiltonian(pool, short, &variables, &lagrangian),
+                function: energy::energy_function(pool, short, &variables, lagrangian),
+                // Under constraints there are fewer momenta than coordinates.
+                hamiltonian: (!bound)
+                    .then(|| energy::hamiltonian(pool, short, &variables, lagrangian))
+                    .flatten(),
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
         }
     }
 
+    /// The derivation of the motions that constraints allow; the derivation itself where there are none.
+    #[must_use]
+    pub fn reduced(&self) -> &Self {
+        let tangent = self
+            .linear
+            .as_ref()
+            .ok()
+            .and_then(|own| own.tangent.as_ref());
+        let reduced = tangent.and_then(|tangent| tangent.reduced.as_ref());
+        reduced.map_or(self, |reduced| &reduced.derivation)
+    }
+
     /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
     /// defined there is dropped.
     pub fn limit(&mut self, parameter: &str, value: &Number) {
         let mut short = Simplifier::default();
-        if let Ok(linear) = &mut self.linear
-            && let Some(frequencies) = &mut linear.frequencies
-        {
-            frequencies.limit(&mut self.pool, &mut short, parameter, value);
+        if let Ok(linear) = &mut self.linear {
+            if let Some(reduced) = linear.reduced_mut() {
+                reduced.limit(parameter, value);
+            } else if let Some(frequencies) = &mut linear.frequencies {
+                frequencies.limit(&mut self.pool, &mut short, parameter, value);
+            }
         }
     }
 
@@ -424,10 +484,12 @@ impl Derivation {
     /// no such series is dropped.
     pub fn expand(&mut self, parameter: &str, order: u32) {
         let mut short = Simplifier::default();
-        if let Ok(linear) = &mut self.linear
-            && let Some(frequencies) = &mut linear.frequencies
-        {
-            frequencies.expand(&mut self.pool, &mut short, parameter, order);
+        if let Ok(linear) = &mut self.linear {
+            if let Some(reduced) = linear.reduced_mut() {
+                reduced.expand(parameter, order);
+            } else if let Some(frequencies) = &mut linear.frequencies {
+                frequencies.expand(&mut self.pool, &mut short, parameter, order);
+            }
         }
     }
 

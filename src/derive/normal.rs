@@ -5,7 +5,7 @@
 //! L = 1/2 sum of (Q_r'^2 - omega_r^2 Q_r^2) (Landau and Lifshitz, Mechanics, §23). That the vectors are the
 //! modes is checked with the numbers of the other path before anything is given out.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use super::check::{Checker, Column};
 use super::frequencies::Case;
@@ -386,7 +386,7 @@ pub(super) fn normal_coordinates(
         modes,
         coordinates,
         lagrangian: page.lagrangian(pool, &shapes),
-        lagrangian_name: unused(model, &["L", "lagrangian"]),
+        lagrangian_name: model.unused_name(&["L", "lagrangian"]),
         abbreviations: page.abbreviations(pool),
         omega: page.omega,
     })
@@ -453,36 +453,18 @@ struct Page {
     parts: Vec<(String, ExprId, Vec<usize>)>,
 }
 
-/// The family of a name, without indices.
-fn family(name: &str) -> &str {
-    name.split('[').next().unwrap_or(name)
-}
-
-/// The first of some names that no parameter and no coordinate has.
-pub(super) fn unused(model: &Model, names: &[&str]) -> String {
-    let parameters = model.parameters.iter().map(|p| p.name.as_str());
-    let coordinates = model.coordinates.iter().map(|c| c.name.as_str());
-    let taken: BTreeSet<&str> = parameters.chain(coordinates).map(family).collect();
-    let free = names.iter().find(|name| !taken.contains(**name));
-    // All of them taken: a name that is too long for anybody to have chosen.
-    free.map_or_else(
-        || format!("{}_of_mode", names.first().unwrap_or(&"")),
-        ToString::to_string,
-    )
-}
-
 /// The family of normal coordinates.
 pub(super) fn family_name(model: &Model) -> String {
-    unused(model, &["Q", "eta", "xi", "zeta"])
+    model.unused_name(&["Q", "eta", "xi", "zeta"])
 }
 
 impl Page {
     fn new(model: &Model) -> Self {
         Self {
-            omega: unused(model, &["omega", "Omega", "w"]),
-            ratio: unused(model, &["a", "b", "c", "u"]),
-            norm: unused(model, &["A", "B", "C", "U"]),
-            number: unused(model, &["r", "s", "n", "j"]),
+            omega: model.unused_name(&["omega", "Omega", "w"]),
+            ratio: model.unused_name(&["a", "b", "c", "u"]),
+            norm: model.unused_name(&["A", "B", "C", "U"]),
+            number: model.unused_name(&["r", "s", "n", "j"]),
             parts: Vec::new(),
         }
     }

@@ -229,7 +229,7 @@ struct Comparison<'a> {
 
 impl<'a> Comparison<'a> {
     fn new(derivation: &'a Derivation) -> Self {
-        let mut pool = derivation.pool.clone();
+        let mut pool = derivation.reduced().pool.clone();
         let mut names: BTreeMap<String, ExprId> = derivation.symbols.clone();
         for i in 0..derivation.names.coordinates.len() {
             for motion in [
@@ -323,7 +323,7 @@ impl<'a> Comparison<'a> {
                 Ok(vec![self.sum("hamiltonian".to_owned(), sum, false)])
             }
             Part::Frequencies => {
-                let frequencies = linear(derivation)?.frequencies.as_ref();
+                let frequencies = linear(derivation.reduced())?.frequencies.as_ref();
                 let case = frequencies.ok_or_else(not_asked)?.best();
                 if case.frequencies.is_empty() {
                     return Err("there are no closed forms".to_owned());
@@ -341,7 +341,7 @@ impl<'a> Comparison<'a> {
         Found {
             place,
             value,
-            text: self.derivation.pool.display(value),
+            text: self.derivation.reduced().pool.display(value),
         }
     }
 
@@ -373,7 +373,7 @@ impl<'a> Comparison<'a> {
         Found {
             place,
             value,
-            text: sum.text(&self.derivation.pool, name),
+            text: sum.text(&self.derivation.reduced().pool, name),
         }
     }
 
@@ -514,7 +514,7 @@ impl<'a> Comparison<'a> {
     /// Parameters that are taken to be equal, by the first of each set.
     fn ties(&mut self) -> Substitution {
         let mut map = Substitution::new();
-        let linear = self.derivation.linear.as_ref().ok();
+        let linear = self.derivation.reduced().linear.as_ref().ok();
         let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else {
             return map;
         };

@@ -20,12 +20,17 @@ use crate::precision::{Ball, Scalar};
 /// A model whose multipliers are coordinates.
 pub(crate) struct Multiplied {
     pub(crate) model: Model,
+    /// The constraints that have a multiplier, by number.
+    pub(crate) kept: Vec<usize>,
     /// Those that follow from others wherever these hold, or contradict them.
     pub(crate) dependent: Vec<usize>,
 }
 
 /// The model with a multiplier for each constraint that is independent of those before it, and not left out.
+///
+/// A multiplier is called `lambda`, or `lambda[2]` for the second of several constraints, where that is free.
 pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied {
+    let family = model.unused_name(&["lambda", "Lambda", "multiplier"]);
     let mut model = model.clone();
     let (mut kept, mut dependent) = independent(&mut model);
     kept.retain(|number| !left_out.contains(number));
@@ -34,7 +39,10 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
     dependent.dedup();
     let bodies: Vec<Constraint> = kept.iter().map(|at| model.constraints[*at]).collect();
     for (number, constraint) in bodies.iter().enumerate() {
-        let name = format!("the multiplier of constraint {}", kept[number] + 1);
+        let name = match model.constraints.len() {
+            1 => family.clone(),
+            _ => format!("{family}[{}]", kept[number] + 1),
+        };
         let symbol = model.pool.symbol(&name);
         let velocity = model.pool.symbol(&format!("{name}'"));
         let at = model.coordinates.len();
@@ -71,7 +79,11 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
             coordinates,
         ));
     }
-    Multiplied { model, dependent }
+    Multiplied {
+        model,
+        kept,
+        dependent,
+    }
 }
 
 /// Which constraints have gradients that are independent of those before them, at a random point.

@@ -11,6 +11,7 @@ mod assemble;
 mod codes;
 mod condition;
 mod constrained;
+mod derived;
 mod descent;
 mod elements;
 mod enclosure;
@@ -24,6 +25,7 @@ mod facts;
 mod finish;
 mod gyroscopic;
 mod mechanism;
+mod multipliers;
 mod naming;
 mod newton;
 mod parametric;
@@ -43,6 +45,8 @@ mod zero;
 pub use assemble::ElementFamily;
 pub(crate) use assemble::signed_terms;
 pub(crate) use condition::Shape;
+pub use derived::derive;
+pub(crate) use derived::{Tied, derive_with_multipliers};
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
 pub use entries::Entries;
@@ -50,6 +54,8 @@ pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
 pub(crate) use facts::Variable;
+pub use multipliers::SymbolicConstraints;
+pub(crate) use multipliers::{Eliminated, eliminate};
 pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
@@ -61,6 +67,7 @@ pub use zero::ZeroMode;
 use assemble::{Assembly, Values};
 use constrained::Tangent;
 use dashu_int::IBig;
+use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
 use velocity::Matrix;
 
@@ -139,31 +146,9 @@ pub enum Structure {
 /// equilibrium, the energies are not defined there, a steady motion is none, or constraints
 /// contradict each other or depend on each other just there.
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
-    if model.constraints.len() < 2 {
-        return linearize_without(model, &[]);
-    }
-    let error = match linearize_without(model.clone(), &[]) {
-        Ok(found) => return Ok(found),
-        Err(error) => error,
-    };
-    let may_depend = matches!(
-        error,
-        LinearizeError::ConstraintsSingular { .. }
-            | LinearizeError::EquilibriumNotFound { .. }
-            | LinearizeError::ConstraintsContradict {
-                difference: None,
-                ..
-            }
-    );
-    if !may_depend {
-        return Err(error);
-    }
-    match surface::dependent(&model) {
-        Some(left_out) if !left_out.is_empty() => {
-            linearize_without(model, &left_out).map_err(|_| error)
-        }
-        Some(_) | None => Err(error),
-    }
+    leaving_out_dependent(&model, |left_out| {
+        linearize_without(model.clone(), left_out)
+    })
 }
 
 /// Linearizes a model without some of its constraints, which follow from the others.
@@ -270,46 +255,6 @@ fn at_equilibrium(
         given: equilibrium.multipliers_given,
         dependent,
     })
-}
-
-/// M, G, C, K and N of a model at its equilibrium, as expressions. Parameters need no values unless the
-/// equilibrium has to be searched for.
-///
-/// # Errors
-/// As [`linearize`], and [`LinearizeError::Unsupported`] for constraints.
-pub fn derive(mut model: Model) -> Result<SymbolicMatrices, LinearizeError> {
-    if let Some(span) = model.time_dependent {
-        return Err(LinearizeError::TimeDependent { span });
-    }
-    if let Some(constraint) = model.constraints.first() {
-        return Err(LinearizeError::Unsupported {
-            feature: Feature::Constraint,
-            span: constraint.span,
-        });
-    }
-    velocity::check_smooth(&model)?;
-    steady::put_rates_in(&mut model)?;
-    let (mut assembly, linear) = assemble::assemble(&mut model);
-    let guessed = model.guesses.iter().any(Option::is_some);
-    let mut pool = std::mem::take(&mut model.pool);
-    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
-    model.pool = pool;
-    let mut found = None;
-    if guessed || symbolic::forces_vanish(&model, &assembly, &point) != Some(true) {
-        let values = assembly
-            .values::<Ball>(&model, ())
-            .map_err(|missing| missing_value(&model, missing.0))?;
-        let visible = model.coordinates.len();
-        let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
-        let mut pool = std::mem::take(&mut model.pool);
-        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
-        model.pool = pool;
-        found = Some(equilibrium);
-    }
-    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
-        assembly.forget_gyroscopic();
-    }
-    Ok(symbolic::matrices(&model, &assembly, found.as_ref()))
 }
 
 fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
@@ -549,7 +494,7 @@ impl Linearized {
     /// M and K as expressions.
     #[must_use]
     pub fn symbolic(&self) -> SymbolicMatrices {
-        symbolic::matrices(&self.model, &self.assembly, Some(&self.equilibrium))
+        symbolic::matrices(&self.model, &self.assembly, &self.equilibrium)
     }
 
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.

@@ -92,7 +92,7 @@ pub(crate) fn parametric(
         proof: None,
         multipliers_given: false,
     };
-    let matrices = symbolic::matrices(&model, &assembly, Some(&place));
+    let matrices = symbolic::matrices(&model, &assembly, &place);
     model.pool = matrices.pool;
     if let Some(term) = linear.first()
         && !gyroscopic::vanishes(&mut model, &linear, &matrices.equilibrium)

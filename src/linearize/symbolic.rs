@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::assemble::{Assembly, known_values, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
+use super::multipliers::SymbolicConstraints;
 use super::velocity::Matrix;
 use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
@@ -36,6 +37,28 @@ pub struct SymbolicMatrices {
     pub damping: Option<Vec<Vec<ExprId>>>,
     /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
     pub circulatory: Option<Vec<Vec<ExprId>>>,
+    /// What constraints add; `None` where there are none that are independent.
+    pub constraints: Option<SymbolicConstraints>,
+}
+
+impl SymbolicMatrices {
+    /// Keeps what belongs to the first coordinates: those before multipliers.
+    pub(super) fn first(&mut self, visible: usize) {
+        let others = [
+            &mut self.gyroscopic,
+            &mut self.damping,
+            &mut self.circulatory,
+        ];
+        let all = [&mut self.mass, &mut self.stiffness].into_iter();
+        for rows in all.chain(others.into_iter().flatten()) {
+            rows.truncate(visible);
+            for row in rows {
+                row.truncate(visible);
+            }
+        }
+        self.coordinates.truncate(visible);
+        self.equilibrium.truncate(visible);
+    }
 }
 
 /// The replacement that turns a family's body into the term of one instance.
@@ -195,20 +218,30 @@ pub(crate) fn forces_vanish(model: &Model, assembly: &Assembly, point: &[ExprId]
     known.then_some(true)
 }
 
-/// Writes M and K out.
+/// Writes M and K out at an equilibrium.
 pub(crate) fn matrices(
     model: &Model,
     assembly: &Assembly,
-    equilibrium: Option<&Equilibrium>,
+    equilibrium: &Equilibrium,
 ) -> SymbolicMatrices {
     let mut pool = model.pool.clone();
-    let point = equilibrium_expressions(model, &mut pool, equilibrium);
+    let point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+    matrices_at(model, pool, assembly, &point)
+}
+
+/// Writes M and K out at a point of expressions of a pool that builds on the model's.
+pub(super) fn matrices_at(
+    model: &Model,
+    mut pool: Pool,
+    assembly: &Assembly,
+    point: &[ExprId],
+) -> SymbolicMatrices {
     let n = model.coordinates.len();
     let mut mass = BTreeMap::new();
     let mut stiffness = BTreeMap::new();
     for family in &assembly.families {
         for at in 0..family.terms.count {
-            let map = instance(model, &mut pool, &family.terms, at, Some(&point));
+            let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let coordinates = family.terms.coordinates_of(at);
             for element in &family.inertia {
                 let here = element.substituted(&mut pool, &map);
@@ -233,7 +266,7 @@ pub(crate) fn matrices(
     let stiffness = dense(stiffness);
     let [gyroscopic, damping, circulatory] =
         [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
-            .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, &point));
+            .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, point));
     SymbolicMatrices {
         gyroscopic,
         damping,
@@ -243,7 +276,8 @@ pub(crate) fn matrices(
             .iter()
             .map(|coordinate| coordinate.name.clone())
             .collect(),
-        equilibrium: point,
+        equilibrium: point.to_vec(),
+        constraints: None,
         mass,
         stiffness,
         pool,

@@ -1,8 +1,9 @@
 //! What the names of a model stand for: parameters, coordinates, named expressions, tables.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
+use super::Model;
 use super::program::{IndexProgram, Program};
 use super::table::Table;
 use super::values::Value;
@@ -410,5 +411,24 @@ impl World {
             Entity::Let(i) => self.lets.get(i).map(|family| &family.family),
             Entity::Table(_) => None,
         }
+    }
+}
+
+impl Model {
+    /// The first of some names that no parameter and no coordinate has, to name what the model itself does not speak of.
+    #[must_use]
+    pub fn unused_name(&self, names: &[&str]) -> String {
+        let parameters = self.parameters.iter().map(|p| p.name.as_str());
+        let coordinates = self.coordinates.iter().map(|c| c.name.as_str());
+        let taken: BTreeSet<&str> = parameters
+            .chain(coordinates)
+            .map(|name| name.split('[').next().unwrap_or(name))
+            .collect();
+        let free = names.iter().find(|name| !taken.contains(**name));
+        // All of them taken: a name that is too long for anybody to have chosen.
+        free.map_or_else(
+            || format!("{}_of_the_derivation", names.first().unwrap_or(&"")),
+            ToString::to_string,
+        )
     }
 }

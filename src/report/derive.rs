@@ -8,8 +8,8 @@ use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{
-    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root,
-    SecondOrder,
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Reduced, Relation,
+    Root, SecondOrder, Tangent,
 };
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -55,6 +55,15 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
             style,
         ));
     }
+    let constraints = constraint_texts(derivation);
+    if !constraints.is_empty() {
+        let lines = constraints.iter().map(|(text, name)| {
+            let name = style.inline(name);
+            style.lines_with(text, &format!(", with the multiplier {name}"))
+        });
+        let title = constraints_title(derivation);
+        out.push_str(&set_apart(&title, &lines.collect::<Vec<_>>(), style));
+    }
     if let Some(energy) = &derivation.energy {
         out.push_str(&energy_text(derivation, energy, style));
     }
@@ -81,6 +90,16 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
 /// `d12 = norm(r[2] - r[1])`
 pub(super) fn definition_text(definition: &Definition) -> String {
     format!("{} = {}", definition.name, definition.text)
+}
+
+/// `constraints`, and how many say nothing new.
+pub(super) fn constraints_title(derivation: &Derivation) -> String {
+    let constraints = derivation.constraints.as_ref();
+    match constraints.map_or(0, |own| own.dependent.len()) {
+        0 => "constraints".to_owned(),
+        1 => "constraints, without one that follows from them".to_owned(),
+        count => format!("constraints, without {count} that follow from them"),
+    }
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
@@ -305,6 +324,82 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
 
 fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
+    let potential = potential_name(derivation);
+    out.push_str(&matrices_text(derivation, linear, potential, "", style));
+    let Some(tangent) = &linear.tangent else {
+        return out;
+    };
+    out.push('\n');
+    out.push_str(&matrix_text(
+        "gradients of the constraints",
+        "A",
+        &tangent.gradients,
+        derivation,
+        style,
+    ));
+    let Some(reduced) = &tangent.reduced else {
+        return out;
+    };
+    let page = &*reduced.derivation;
+    out.push_str(&section(
+        "displacements that the constraints allow",
+        &direction_texts(derivation, reduced),
+        style,
+    ));
+    if let Ok(linear) = &page.linear {
+        out.push('\n');
+        let names = style.names(&page.names.displacements).join(", ");
+        out.push_str(&style.paint(Tone::Heading, &format!("in terms of {names}")));
+        out.push('\n');
+        out.push_str(&matrices_text(page, linear, potential, "_r", style));
+    }
+    out
+}
+
+/// `delta_x = r*delta_theta`, for the displacements that follow others.
+pub(super) fn direction_texts(derivation: &Derivation, reduced: &Reduced) -> Vec<String> {
+    let names = &derivation.names.displacements;
+    let follows = reduced.follows.iter();
+    follows
+        .map(|(i, sum)| {
+            let name = names.get(*i).map_or("", String::as_str);
+            format!("{name} = {}", derivation.displaced_text(sum))
+        })
+        .collect()
+}
+
+/// `x^2 + y^2 - l^2 = 0 (lambda)`: the constraints, and what their multipliers are called.
+pub(super) fn constraint_texts(derivation: &Derivation) -> Vec<(String, String)> {
+    let constraints = derivation.constraints.iter();
+    constraints
+        .flat_map(|own| own.expressions.iter().zip(&own.names))
+        .map(|(expression, name)| {
+            let text = format!("{} = 0", derivation.pool.display(*expression));
+            (text, name.clone())
+        })
+        .collect()
+}
+
+/// `lambda = -g*m/(2*l)`, for the multipliers that are known in symbols.
+pub(super) fn multiplier_texts(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    names
+        .zip(&tangent.multipliers)
+        .map(|(name, value)| (name, derivation.pool.display(*value)))
+        .filter(|(name, value)| *name != value)
+        .map(|(name, value)| format!("{name} = {value}"))
+        .collect()
+}
+
+/// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
+fn matrices_text(
+    derivation: &Derivation,
+    linear: &Linear,
+    potential: &str,
+    suffix: &str,
+    style: &Sheet,
+) -> String {
+    let mut out = String::new();
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
         let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
@@ -315,7 +410,7 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
         ));
     }
     if let Some(part) = &linear.second_order {
-        out.push_str(&second_order_text(derivation, part, style));
+        out.push_str(&second_order_text(derivation, part, potential, style));
     }
     let both = [
         ("mass matrix", "M", &linear.mass),
@@ -323,7 +418,8 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
     ];
     for (title, letter, rows) in both.into_iter().chain(linear.others()) {
         out.push('\n');
-        out.push_str(&matrix_text(title, letter, rows, derivation, style));
+        let letter = format!("{letter}{suffix}");
+        out.push_str(&matrix_text(title, &letter, rows, derivation, style));
     }
     if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
         let equations = derivation.linearized_texts();
@@ -333,7 +429,12 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
     out
 }
 
-fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Sheet) -> String {
+fn second_order_text(
+    derivation: &Derivation,
+    part: &SecondOrder,
+    potential: &str,
+    style: &Sheet,
+) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.displacements != names.coordinates {
@@ -344,8 +445,9 @@ fn second_order_text(derivation: &Derivation, part: &SecondOrder, style: &Sheet)
         out.push_str(&listed("displacements from it", &items, style.width));
     }
     if names.coordinates.len() <= MOST_FOR_ENERGIES {
-        let title = format!("T and {} to second order", potential_name(derivation));
-        out.push_str(&section(&title, &quadratic_forms(derivation, part), style));
+        let title = format!("T and {potential} to second order");
+        let forms = quadratic_forms(derivation, part, potential);
+        out.push_str(&section(&title, &forms, style));
     }
     out
 }
@@ -361,8 +463,11 @@ pub(super) fn potential_name(derivation: &Derivation) -> &'static str {
 }
 
 /// `T = ...` and `V = ...`.
-pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder) -> [String; 2] {
-    let potential = potential_name(derivation);
+pub(super) fn quadratic_forms(
+    derivation: &Derivation,
+    part: &SecondOrder,
+    potential: &str,
+) -> [String; 2] {
     [
         format!("T = {}", derivation.displaced_text(&part.kinetic)),
         format!(
@@ -375,8 +480,14 @@ pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder) -> [S
 fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let pool = &derivation.pool;
     let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
+    let multipliers = linear.tangent.as_ref();
+    let multipliers = multipliers.map(|tangent| multiplier_texts(derivation, tangent));
     if linear.equilibrium.iter().all(zero) {
-        return "equilibrium: all coordinates 0\n".to_owned();
+        let mut out = "equilibrium: all coordinates 0\n".to_owned();
+        if let Some(items) = multipliers {
+            out.push_str(&listed("multipliers there", &items, style.width));
+        }
+        return out;
     }
     let mut searched = Vec::new();
     let mut items = Vec::new();
@@ -396,7 +507,21 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
         let title = "equilibrium found numerically; standing for its value below";
         out.push_str(&listed(title, &searched, style.width));
     }
+    if let Some(items) = multipliers
+        && !items.is_empty()
+    {
+        out.push_str(&listed("multipliers there", &items, style.width));
+    }
     out
+}
+
+/// What the entries of a matrix above the diagonal tell about those below, and whether all are written.
+pub(super) fn symmetry_of(letter: &str) -> (&'static str, bool) {
+    match letter.trim_end_matches("_r") {
+        "M" | "K" | "C" => ("symmetric; ", false),
+        "G" => ("skew; ", false),
+        _ => ("", true),
+    }
 }
 
 fn matrix_text(
@@ -410,7 +535,8 @@ fn matrix_text(
     let zero = |at: ExprId| pool.as_number(at).is_some_and(Number::is_zero);
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));
     // A matrix that can't fit is not written out only to be measured.
-    if rows.len() * 3 <= style.width && style.notation.is_some() {
+    let columns = rows.first().map_or(0, Vec::len);
+    if columns * 3 <= style.width && style.notation.is_some() {
         let entries: Vec<Vec<Block>> = rows
             .iter()
             .map(|row| {
@@ -424,7 +550,7 @@ fn matrix_text(
             let body: String = matrix.lines().map(|line| format!("  {line}\n")).collect();
             return format!("{heading}\n{body}");
         }
-    } else if rows.len() * 3 <= style.width {
+    } else if columns * 3 <= style.width {
         let mut table = plain();
         for row in rows {
             table.add_row(row.iter().map(|at| pool.display(*at)));
@@ -438,9 +564,11 @@ fn matrix_text(
             return format!("{heading}\n{body}");
         }
     }
-    let mut out = format!("{heading}, symmetric; entries that are not zero:\n");
+    let (remark, all) = symmetry_of(letter);
+    let mut out = format!("{heading}, {remark}entries that are not zero:\n");
     for (i, row) in rows.iter().enumerate() {
-        for (j, at) in row.iter().enumerate().skip(i) {
+        let first = if all { 0 } else { i };
+        for (j, at) in row.iter().enumerate().skip(first) {
             if !zero(*at) {
                 let text = pool.display(*at);
                 for line in style.lines(&format!("{letter}[{}, {}] = {text}", i + 1, j + 1)) {

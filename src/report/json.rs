@@ -5,10 +5,12 @@
 
 use std::fmt::Write;
 
-use super::derive::{condition_text, conserved_because, conserved_name};
+use super::derive::{condition_text, conserved_because, conserved_name, constraint_texts};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates};
+use crate::derive::{
+    Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, Tangent,
+};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -186,17 +188,26 @@ pub fn derive_json(derivation: &Derivation) -> String {
             if !taken.is_empty() {
                 fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
             }
+            if let Some(tangent) = &linear.tangent {
+                tangent_fields(derivation, tangent, &mut fields);
+            }
         }
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
     if derivation.equations.is_some() {
         fields.push(("equations", texts(derivation.equation_texts())));
     }
-    if let Ok(linear) = &derivation.linear
+    if derivation.constraints.is_some() {
+        let constraints = constraint_texts(derivation);
+        let constraints = constraints.iter().map(|(text, _)| string(text));
+        fields.push(("constraints", lines(constraints)));
+    }
+    let page = derivation.reduced();
+    if let Ok(linear) = &page.linear
         && let Some(part) = &linear.second_order
     {
-        let form = |sum| string(&derivation.displaced_text(sum));
-        fields.push(("linearized_equations", texts(derivation.linearized_texts())));
+        let form = |sum| string(&page.displaced_text(sum));
+        fields.push(("linearized_equations", texts(page.linearized_texts())));
         fields.push(("kinetic_second_order", form(&part.kinetic)));
         fields.push(("potential_second_order", form(&part.potential)));
     }
@@ -224,10 +235,10 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("conserved", lines(conserved)));
     }
-    if let Ok(linear) = &derivation.linear
+    if let Ok(linear) = &page.linear
         && let Some(found) = &linear.frequencies
     {
-        frequency_fields(derivation, found, &mut fields);
+        frequency_fields(page, found, &mut fields);
     }
     if let Some(roots) = &derivation.equilibria {
         let roots = roots.iter().map(|root| {
@@ -251,6 +262,52 @@ pub fn derive_json(derivation: &Derivation) -> String {
         .iter()
         .map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
+}
+
+/// Multipliers, gradients of the constraints, and the matrices of the motions that these allow.
+fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(&str, String)>) {
+    let matrix = |page: &Derivation, rows: &[Vec<ExprId>]| {
+        let expression = |at: &ExprId| string(&page.pool.display(*at));
+        let rows = rows.iter().map(|row| array(row.iter().map(expression)));
+        lines(rows)
+    };
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    let multipliers = names.zip(&tangent.multipliers).map(|(name, value)| {
+        let value = string(&derivation.pool.display(*value));
+        format!("{}: {value}", string(name))
+    });
+    let multipliers: Vec<String> = multipliers.collect();
+    fields.push(("multipliers", format!("{{{}}}", multipliers.join(", "))));
+    fields.push((
+        "constraint_gradients",
+        matrix(derivation, &tangent.gradients),
+    ));
+    let Some(reduced) = &tangent.reduced else {
+        return;
+    };
+    let page = &*reduced.derivation;
+    let free = page.names.coordinates.iter().map(|name| string(name));
+    fields.push(("free_coordinates", array(free)));
+    fields.push(("directions", matrix(derivation, &reduced.directions)));
+    if let Ok(linear) = &page.linear {
+        fields.push(("reduced_mass", matrix(page, &linear.mass)));
+        fields.push(("reduced_stiffness", matrix(page, &linear.stiffness)));
+        for (_, letter, rows) in linear.others() {
+            let name = match letter {
+                "G" => "reduced_gyroscopic",
+                "C" => "reduced_damping",
+                _ => "reduced_circulatory",
+            };
+            fields.push((name, matrix(page, rows)));
+        }
+        let taken = signs(page, &linear.signs);
+        if !taken.is_empty() {
+            fields.push((
+                "reduced_signs",
+                array(taken.iter().map(|sign| string(sign))),
+            ));
+        }
+    }
 }
 
 /// `symmetry`, `frequencies` and what they need.

@@ -1,8 +1,9 @@
 //! The derivation as LaTeX.
 
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
-    potential_name, quadratic_forms, root_texts,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, constraint_texts,
+    constraints_title, definition_text, direction_texts, multiplier_texts, potential_name,
+    quadratic_forms, root_texts, symmetry_of,
 };
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, normal_lines, remarks, signs,
@@ -132,6 +133,16 @@ impl<'a> Page<'a> {
             self.heading("Lagrange's equations");
             self.equations(&derivation.equation_texts());
         }
+        let constraints = constraint_texts(derivation);
+        if !constraints.is_empty() {
+            let title = constraints_title(derivation);
+            let (first, rest) = title.split_at(1);
+            self.heading(&format!("{}{rest}", first.to_uppercase()));
+            for (text, name) in constraints {
+                let name = self.formula(&name).latex();
+                self.relation(&text, &format!(r" \qquad ({name})"));
+            }
+        }
         if let Some(energy) = &derivation.energy {
             self.energy(energy);
         }
@@ -223,9 +234,33 @@ impl<'a> Page<'a> {
         self.out.push_str("\\end{itemize}\n");
     }
 
-    fn linear(&mut self, linear: &Linear) {
+    fn linear(&mut self, linear: &'a Linear) {
         self.heading("Equilibrium");
         self.equilibrium(linear);
+        let potential = potential_name(self.derivation);
+        self.matrices(linear, potential, "");
+        let Some(tangent) = &linear.tangent else {
+            return;
+        };
+        self.heading("Gradients of the constraints");
+        self.matrix("A", &tangent.gradients);
+        let Some(reduced) = &tangent.reduced else {
+            return;
+        };
+        self.heading("Displacements that the constraints allow");
+        self.equations(&direction_texts(self.derivation, reduced));
+        if let Ok(linear) = &reduced.derivation.linear {
+            let names = self.derivation;
+            self.derivation = &reduced.derivation;
+            let free = self.displacements().join("$, $");
+            self.heading(&format!("In terms of ${free}$"));
+            self.matrices(linear, potential, "_r");
+            self.derivation = names;
+        }
+    }
+
+    /// Energies to second order, matrices, linearized equations and frequencies.
+    fn matrices(&mut self, linear: &'a Linear, potential: &str, suffix: &str) {
         let signs = self.relations(&signs(self.derivation, &linear.signs));
         if !signs.is_empty() {
             let signs = signs.join(", ");
@@ -236,7 +271,7 @@ impl<'a> Page<'a> {
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
         {
-            self.second_order(part);
+            self.second_order(part, potential);
         }
         let both = [
             ("mass matrix", "M", &linear.mass),
@@ -245,7 +280,7 @@ impl<'a> Page<'a> {
         for (title, letter, rows) in both.into_iter().chain(linear.others()) {
             let (first, rest) = title.split_at(1);
             self.heading(&format!("{}{rest}", first.to_uppercase()));
-            self.matrix(letter, rows);
+            self.matrix(&format!("{letter}{suffix}"), rows);
         }
         if linear.second_order.is_some() && linear.mass.len() <= MOST_FOR_ENERGIES {
             self.heading("Linearized equations");
@@ -411,8 +446,13 @@ impl<'a> Page<'a> {
     fn equilibrium(&mut self, linear: &Linear) {
         let pool = &self.derivation.pool;
         let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
+        let multipliers = linear.tangent.as_ref();
+        let multipliers = multipliers.map_or_else(Vec::new, |tangent| {
+            multiplier_texts(self.derivation, tangent)
+        });
         if linear.equilibrium.iter().all(zero) {
             self.out.push_str("All coordinates are 0.\n");
+            self.equations(&multipliers);
             return;
         }
         let mut searched = Vec::new();
@@ -430,6 +470,7 @@ impl<'a> Page<'a> {
                 self.equality(name, right);
             }
         }
+        self.equations(&multipliers);
         if !searched.is_empty() {
             self.out.push_str(&format!(
                 "Found numerically; standing for its value below: {}.\n",
@@ -438,12 +479,12 @@ impl<'a> Page<'a> {
         }
     }
 
-    fn second_order(&mut self, part: &SecondOrder) {
-        let potential = match potential_name(self.derivation) {
+    fn second_order(&mut self, part: &SecondOrder, potential: &str) {
+        let written = match potential {
             "V" => "$V$",
             _ => "$V - T_0$",
         };
-        self.heading(&format!("$T$ and {potential} to second order"));
+        self.heading(&format!("$T$ and {written} to second order"));
         let names = &self.derivation.names;
         if names.displacements != names.coordinates {
             let pairs = names.displacements.iter().zip(&names.coordinates);
@@ -456,12 +497,13 @@ impl<'a> Page<'a> {
             self.out
                 .push_str(&format!("Displacements from it: {}.\n", items.join(", ")));
         }
-        self.equations(&quadratic_forms(self.derivation, part));
+        self.equations(&quadratic_forms(self.derivation, part, potential));
     }
 
     /// A small matrix as a whole; of a large one the entries that are not zero, the upper triangle standing for both.
     fn matrix(&mut self, letter: &str, rows: &[Vec<ExprId>]) {
-        if rows.len() <= MOST_FOR_MATRICES {
+        let columns = rows.first().map_or(0, Vec::len);
+        if rows.len().max(columns) <= MOST_FOR_MATRICES {
             let entries = rows
                 .iter()
                 .map(|row| row.iter().map(|at| self.expression(*at)).collect())
@@ -469,10 +511,14 @@ impl<'a> Page<'a> {
             self.equality(letter, Formula::Matrix(entries));
             return;
         }
+        let (remark, all) = symmetry_of(letter);
+        let sentence = format!("{remark}the entries that are not zero:\n");
+        let (first, rest) = sentence.split_at(1);
         self.out
-            .push_str("Symmetric; the entries that are not zero:\n");
+            .push_str(&format!("{}{rest}", first.to_uppercase()));
         for (i, row) in rows.iter().enumerate() {
-            for (j, at) in row.iter().enumerate().skip(i) {
+            let first = if all { 0 } else { i };
+            for (j, at) in row.iter().enumerate().skip(first) {
                 let pool = &self.derivation.pool;
                 if pool.as_number(*at).is_some_and(Number::is_zero) {
                     continue;

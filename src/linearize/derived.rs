@@ -1,0 +1,198 @@
+//! From a model to its matrices as expressions: how the parts of this stage go together where nothing but a searched
+//! equilibrium needs numbers.
+
+use super::assemble;
+use super::constrained;
+use super::multipliers;
+use super::symbolic::{self, SymbolicMatrices};
+use super::{
+    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, missing_value, steady,
+    surface, unbalanced, velocity,
+};
+use crate::expr::ExprId;
+use crate::model::Model;
+use crate::precision::Ball;
+
+/// Tries with all constraints, and where that fails for dependent gradients once more without those that follow from
+/// the others on the surface they leave.
+pub(super) fn leaving_out_dependent<T>(
+    model: &Model,
+    attempt: impl Fn(&[usize]) -> Result<T, LinearizeError>,
+) -> Result<T, LinearizeError> {
+    let error = match attempt(&[]) {
+        Ok(found) => return Ok(found),
+        Err(error) => error,
+    };
+    let may_depend = matches!(
+        error,
+        LinearizeError::ConstraintsSingular { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintsContradict {
+                difference: None,
+                ..
+            }
+    );
+    if model.constraints.len() < 2 || !may_depend {
+        return Err(error);
+    }
+    match surface::dependent(model) {
+        Some(left_out) if !left_out.is_empty() => attempt(&left_out).map_err(|_| error),
+        Some(_) | None => Err(error),
+    }
+}
+
+/// M, G, C, K and N of a model at its equilibrium, as expressions, and its constraints. Parameters need no values
+/// unless the equilibrium has to be searched for.
+///
+/// # Errors
+/// As [`linearize`].
+pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
+    if model.constraints.is_empty() {
+        return derive_tied(Tied::free(model));
+    }
+    leaving_out_dependent(&model, |left_out| derive_tied(Tied::new(&model, left_out)))
+}
+
+/// A model with multipliers of its constraints for further coordinates.
+#[derive(Clone, Debug)]
+pub(crate) struct Tied {
+    pub(crate) model: Model,
+    /// The number of coordinates proper.
+    visible: usize,
+    kept: Vec<usize>,
+    dependent: Vec<usize>,
+}
+
+impl Tied {
+    /// A model without constraints.
+    pub(crate) fn free(model: Model) -> Self {
+        Self {
+            visible: model.coordinates.len(),
+            model,
+            kept: Vec::new(),
+            dependent: Vec::new(),
+        }
+    }
+
+    /// A model with some of its constraints left out.
+    pub(crate) fn new(model: &Model, left_out: &[usize]) -> Self {
+        let multiplied = constrained::with_multipliers(model, left_out);
+        Self {
+            visible: model.coordinates.len(),
+            model: multiplied.model,
+            kept: multiplied.kept,
+            dependent: multiplied.dependent,
+        }
+    }
+}
+
+impl Tied {
+    /// What the multipliers are called.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let multipliers = self.model.coordinates.iter().skip(self.visible);
+        multipliers.map(|own| own.name.clone()).collect()
+    }
+
+    /// What the constraints with a multiplier set to zero.
+    pub(crate) fn expressions(&self) -> Vec<ExprId> {
+        multipliers::expressions(&self.model, &self.kept)
+    }
+
+    /// The numbers of the constraints without one.
+    pub(crate) fn dependent(&self) -> &[usize] {
+        &self.dependent
+    }
+}
+
+/// [`derive`], and the model with its multipliers, on whose expressions the matrices build.
+pub(crate) fn derive_with_multipliers(
+    model: &Model,
+) -> (Tied, Result<SymbolicMatrices, LinearizeError>) {
+    if model.constraints.is_empty() {
+        let tied = Tied::free(model.clone());
+        return (tied.clone(), derive_tied(tied));
+    }
+    let whole = Tied::new(model, &[]);
+    let found = leaving_out_dependent(model, |left_out| {
+        let tied = match left_out {
+            [] => whole.clone(),
+            [..] => Tied::new(model, left_out),
+        };
+        Ok((tied.clone(), derive_tied(tied)?))
+    });
+    match found {
+        Ok((tied, matrices)) => (tied, Ok(matrices)),
+        Err(error) => (whole, Err(error)),
+    }
+}
+
+fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
+    let Tied {
+        mut model,
+        visible,
+        kept,
+        dependent,
+    } = tied;
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    velocity::check_smooth(&model)?;
+    steady::put_rates_in(&mut model)?;
+    let (mut assembly, linear) = assemble::assemble(&mut model);
+    let guessed = model.guesses.iter().any(Option::is_some);
+    let expressions = multipliers::expressions(&model, &kept);
+    let mut pool = std::mem::take(&mut model.pool);
+    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
+    model.pool = pool;
+    let settled = !guessed
+        && determined.is_some()
+        && symbolic::forces_vanish(&model, &assembly, &point) == Some(true);
+    if !settled {
+        let values = assembly
+            .values::<Ball>(&model, ())
+            .map_err(|missing| missing_value(&model, missing.0))?;
+        let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
+        if !kept.is_empty() || !dependent.is_empty() {
+            at_equilibrium(
+                &model,
+                &assembly,
+                &values,
+                &equilibrium,
+                visible,
+                dependent.clone(),
+            )?;
+        }
+        let mut pool = std::mem::take(&mut model.pool);
+        let multipliers = point.split_off(visible);
+        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        point.truncate(visible);
+        if equilibrium.multipliers_given && determined.is_some() {
+            point.extend(multipliers);
+        } else {
+            let symbols = model.coordinates[visible..].iter();
+            point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
+        }
+        model.pool = pool;
+    }
+    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
+        assembly.forget_gyroscopic();
+    }
+    let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
+    if !expressions.is_empty() {
+        matrices.first(visible);
+        let gradients =
+            multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
+        matrices.constraints = Some(SymbolicConstraints {
+            names: model.coordinates[visible..]
+                .iter()
+                .map(|own| own.name.clone())
+                .collect(),
+            expressions,
+            multipliers: point[visible..].to_vec(),
+            gradients,
+            dependent,
+        });
+    }
+    Ok(matrices)
+}
