@@ -9,8 +9,9 @@
 //!
 //! ```
 //! use librate::linearize::linearize;
-//! use librate::period::{Constant, Options, Oscillator, Request};
-//! use librate::{model, syntax};
+//! use librate::model::{self, Constant};
+//! use librate::period::{Options, Oscillator, Request};
+//! use librate::syntax;
 //!
 //! let text = "coord phi  T = 1/2*phi'^2  V = 1 - cos(phi)";
 //! let file = syntax::parse(text)?;
@@ -26,7 +27,6 @@
 
 mod barrier;
 mod codes;
-mod constant;
 mod curve;
 mod energies;
 mod error;
@@ -35,8 +35,7 @@ mod real;
 mod solve;
 mod turning;
 
-pub use constant::Constant;
-pub use curve::{CurvePlace, Over, curve};
+pub use curve::{Place, curve};
 pub use error::{Feature, PeriodError};
 
 use energies::Energies;
@@ -44,7 +43,8 @@ use panel::Field;
 
 use crate::expr::{Pool, Tape};
 use crate::linearize::{Linearized, evaluate_closed};
-use crate::model::Model;
+use crate::model::{Constant, Model};
+use crate::number::Number;
 use crate::precision::{Ball, Big, Rounding, Scalar, decimal};
 
 /// Which motion is meant.
@@ -175,6 +175,12 @@ impl Oscillator {
         &self.linearized
     }
 
+    /// The name of the coordinate.
+    #[must_use]
+    pub fn coordinate_name(&self) -> &str {
+        &self.coordinate().name
+    }
+
     fn coordinate(&self) -> &crate::model::Coordinate {
         &self.linearized.model().coordinates[0]
     }
@@ -193,13 +199,15 @@ impl Oscillator {
             Request::Amplitude(constant) => (constant, self.coordinate().factor),
             Request::Energy(constant) => (constant, None),
         };
-        let value = constant.evaluate::<S>(precision);
+        let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
         let factor = factor.and_then(|factor| {
             evaluate_closed::<S>(&self.linearized.model().pool, factor, precision)
         });
-        match factor {
-            Some(factor) => value.mul(&factor),
-            None => value,
+        match (value, factor) {
+            (Some(value), Some(factor)) => value.mul(&factor),
+            (Some(value), None) => value,
+            // A constant has no symbols, which is all that an evaluation can fail for.
+            (None, _) => S::pi(precision).mul(&S::from_number(&Number::ZERO, precision)),
         }
     }
 
@@ -220,7 +228,7 @@ fn shape() -> Result<Tape, PeriodError> {
     let (h, m) = (pool.symbol("h"), pool.symbol("M"));
     let (below, above) = (pool.symbol_expr(h), pool.symbol_expr(m));
     let quotient = pool.div(above, below);
-    let quotient = pool.scale(quotient, &crate::number::Number::from(2));
+    let quotient = pool.scale(quotient, &Number::from(2));
     let root = pool.sqrt(quotient);
     Tape::compile(&pool, &[root], &[h, m]).map_err(|_| PeriodError::Undecided {
         coordinate: String::new(),

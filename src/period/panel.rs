@@ -65,6 +65,10 @@ impl<S: Real> Field<S> {
         S::from_double(value, self.precision)
     }
 
+    pub(super) fn pi(&self) -> S {
+        S::pi(self.precision)
+    }
+
     /// U at a position.
     pub(super) fn potential(&mut self, at: &S) -> S {
         let mut both = [self.zero.clone(), self.zero.clone()];

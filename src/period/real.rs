@@ -20,6 +20,10 @@ pub(super) trait Real: Enclosure {
     fn with_error(&self, error: Magnitude) -> Self;
     /// An enclosure of all that lies between the two.
     fn joined(&self, other: &Self) -> Self;
+    /// A ball that contains the number.
+    fn ball(&self) -> Ball;
+    /// An enclosure of what a bigger number encloses.
+    fn from_big(value: &Big, precision: Self::Precision) -> Self;
 }
 
 impl Real for Ball {
@@ -50,6 +54,14 @@ impl Real for Ball {
     fn joined(&self, other: &Self) -> Self {
         self.hull(other)
     }
+
+    fn ball(&self) -> Ball {
+        *self
+    }
+
+    fn from_big(value: &Big, (): ()) -> Self {
+        value.to_ball()
+    }
 }
 
 impl Real for Big {
@@ -79,5 +91,13 @@ impl Real for Big {
 
     fn joined(&self, other: &Self) -> Self {
         self.hull(other)
+    }
+
+    fn ball(&self) -> Ball {
+        self.to_ball()
+    }
+
+    fn from_big(value: &Big, bits: usize) -> Self {
+        value.clone().with_bits(bits)
     }
 }

@@ -1,10 +1,7 @@
 //! Exact numbers from the command line.
 
+use super::{ModelError, Settings, TableTexts, elaborate};
 use crate::expr::{ExprId, Pool};
-use crate::linearize::evaluate_closed;
-use crate::model::{self, ModelError, Settings, TableTexts};
-use crate::number::Number;
-use crate::precision::Scalar;
 
 /// A number without symbols, exact: `1/3`, `pi - 1e-6`, `sqrt(2)`.
 #[derive(Clone, Debug)]
@@ -21,10 +18,10 @@ impl Constant {
     /// [`ModelError::BadSetting`] with what is wrong.
     ///
     /// ```
-    /// use librate::period::Constant;
-    /// use librate::precision::Ball;
-    /// let number = Constant::parse("pi/2")?.evaluate::<Ball>(());
-    /// assert_eq!(number.mid_f64(), std::f64::consts::FRAC_PI_2);
+    /// use librate::{linearize, model::Constant};
+    /// let half = Constant::parse("pi/2")?;
+    /// let number = linearize::constant(half.pool(), half.value());
+    /// assert_eq!(number.map(|x| x.mid_f64()), Some(std::f64::consts::FRAC_PI_2));
     /// assert!(Constant::parse("2*x").is_err() && Constant::parse("1) + (2").is_err());
     /// # Ok::<(), librate::model::ModelError>(())
     /// ```
@@ -40,7 +37,7 @@ impl Constant {
         })?;
         let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
-        let model = model::elaborate(&file, &TableTexts::new(), &Settings::new())
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new())
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
         let value = match model.parameters.as_slice() {
             [only] => only.value,
@@ -62,12 +59,15 @@ impl Constant {
         &self.text
     }
 
-    /// The number.
+    /// The expression, in the pool of [`Constant::pool`].
     #[must_use]
-    pub fn evaluate<S: Scalar>(&self, precision: S::Precision) -> S {
-        evaluate_closed::<S>(&self.pool, self.value, precision).unwrap_or_else(|| {
-            let zero = S::from_number(&Number::ZERO, precision);
-            zero.div(&zero)
-        })
+    pub fn value(&self) -> ExprId {
+        self.value
+    }
+
+    /// Where the expression lives.
+    #[must_use]
+    pub fn pool(&self) -> &Pool {
+        &self.pool
     }
 }
