@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
-use librate::model::Constant;
+use librate::model::{Constant, ModelError};
 use librate::period::{self, Options, Oscillator, Place, Request};
 use librate::sweep::Range;
 use librate::{Error, linearize, report};
@@ -20,7 +20,16 @@ enum Wish {
 }
 
 fn wish(args: &args::Period) -> Result<Wish, Failure> {
-    let constant = |text: &str| Constant::parse(text).map_err(|error| wrong_setting(&error));
+    let constant = |text: &str| {
+        Constant::parse(text).map_err(|error| {
+            let reason = match error {
+                ModelError::BadSetting { reason, .. } => reason,
+                other => other.to_string(),
+            };
+            let help = "amplitudes and energies are numbers: `1/2`, `pi - 1e-6`, `sqrt(2)`";
+            wrong_request(format!("can't read `{text}`: {reason}"), help)
+        })
+    };
     if let Some(range) = &args.over {
         let help = "write `--over amplitude=a..b:count` or `--over energy=a..b:count`";
         let range = Range::parse(range).map_err(|error| wrong_request(error.to_string(), help))?;

@@ -263,8 +263,9 @@ impl<S: Real> Path<'_, S> {
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
         let doubtful = |value: &S| value.doubt() > wanted * value.least();
         let mut enclosed = None;
-        if doubtful(&excess[0]) {
-            let over = self.over(from, to, &step)?;
+        if doubtful(&excess[0])
+            && let Ok(over) = self.over(from, to, &step)
+        {
             let better = self.carried(middle, half, known, &over.0[order]);
             if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {
                 excess[0] = better;
@@ -284,7 +285,7 @@ impl<S: Real> Path<'_, S> {
             return Err(Refusal::Precision);
         }
         let h = if self.turning {
-            self.divided(&excess, middle, half)
+            self.divided(&excess, &self.field.number(middle), half)
         } else {
             excess.clone()
         };
@@ -298,34 +299,44 @@ impl<S: Real> Path<'_, S> {
         if last > wanted.scale(2) * first.largest() {
             return Err(Refusal::Rough);
         }
-        let over = match enclosed {
-            Some(over) => over,
-            None => self.over(from, to, &step)?,
-        };
-        let top = if self.turning {
-            // h_k(X) is a mean of the (k+1)-th coefficients of E - U between 0 and X: h(x) = ∫ D'(t x) dt over
-            // 0 < t < 1, so h^(k)(x)/k! = ∫ t^k D^(k+1)(t x)/k! dt, and (k + 1) ∫ t^k dt = 1.
-            over.0[order + 1].div(&self.field.number(half))
-        } else {
-            over.0[order].clone()
-        };
-        let h = over_panel(&h, &top);
-        let mass = over_panel(&mass, &over.1[order]);
-        let rest = match self.field.integrand(&h, &mass).pop() {
-            Some(rest) if rest.is_finite() => rest.largest(),
-            Some(_) | None => return Err(Refusal::Rough),
-        };
         let weights = self.weights(from, to);
         let mut time = self.field.zero.clone();
         for (value, weight) in g.iter().zip(&weights) {
             time = time.add(&value.mul(weight));
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
-        let rest = match weights.first() {
-            Some(weight) => rest * weight.largest(),
-            None => Magnitude::INFINITE,
+        let whole = weights.first().map_or(Magnitude::INFINITE, Real::largest);
+        let enclosed = match enclosed {
+            Some(over) => Ok(over),
+            None => self.over(from, to, &step),
         };
-        if rest > wanted * time.least() {
+        let mut rest = match enclosed {
+            Ok(over) => {
+                let top = if self.turning {
+                    // h_k(X) is a mean of the (k+1)-th coefficients of E - U between 0 and X: h(x) = ∫ D'(t x) dt over
+                    // 0 < t < 1, so h^(k)(x)/k! = ∫ t^k D^(k+1)(t x)/k! dt, and (k + 1) ∫ t^k dt = 1.
+                    over.0[order + 1].div(&self.field.number(half))
+                } else {
+                    over.0[order].clone()
+                };
+                self.top(&h, &top, &mass, &over.1[order]) * whole
+            }
+            Err(_) => Magnitude::INFINITE,
+        };
+        let enough = |rest: Magnitude| rest <= wanted * time.least();
+        if !enough(rest) && self.turning && from > 0.0 {
+            // All the way from the turning point may be too far for an enclosure.
+            let over = self.beside(from, to, &step)?;
+            let excess = over_panel(&excess, &over.0[order]);
+            let x = self
+                .field
+                .number(from)
+                .joined(&self.field.number(to));
+            let top = self.divided(&excess, &x, half).pop();
+            let top = top.unwrap_or_else(|| self.field.zero.clone());
+            rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
+        }
+        if !enough(rest) {
             return Err(Refusal::Rough);
         }
         let known = Known {
@@ -336,14 +347,25 @@ impl<S: Real> Path<'_, S> {
         Ok((time.with_error(rest), known))
     }
 
+    /// A bound of the n-th coefficient of g over the panel, from the first coefficients of h and M in its middle and
+    /// enclosures of their n-th ones.
+    fn top(&mut self, h: &[S], top_h: &S, mass: &[S], top_mass: &S) -> Magnitude {
+        let h = over_panel(h, top_h);
+        let mass = over_panel(mass, top_mass);
+        match self.field.integrand(&h, &mass).pop() {
+            Some(top) if top.is_finite() => top.largest(),
+            Some(_) | None => Magnitude::INFINITE,
+        }
+    }
+
     /// Enclosures of the coefficients of E - U and M over the panel, for a turning point from there on.
     fn over(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
-        let near = if self.turning {
-            self.start.clone()
-        } else {
-            self.position(from)
-        };
-        let all = near.joined(&self.position(to));
+        self.beside(if self.turning { 0.0 } else { from }, to, step)
+    }
+
+    /// Enclosures of the coefficients of E - U and M between two places.
+    fn beside(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
+        let all = self.position(from).joined(&self.position(to));
         let both = self
             .field
             .excess(self.energy, &all, step, self.order + 2);
@@ -392,16 +414,16 @@ impl<S: Real> Path<'_, S> {
         sum.with_error(top.largest() * steps.powi(power))
     }
 
-    /// (E - U)/x from E - U, with x = c + r s: r h_(k-1) + c h_k = D_k.
-    fn divided(&self, excess: &[S], middle: f64, half: f64) -> Vec<S> {
-        let (c, r) = (self.field.number(middle), self.field.number(half));
+    /// (E - U)/x from E - U, with x = c + r s: r h_(k-1) + c h_k = D_k. Over an interval c too, from coefficients over it.
+    fn divided(&self, excess: &[S], c: &S, half: f64) -> Vec<S> {
+        let r = self.field.number(half);
         let mut h: Vec<S> = Vec::with_capacity(excess.len());
         for value in excess {
             let rest = match h.last() {
                 Some(before) => value.sub(&r.mul(before)),
                 None => value.clone(),
             };
-            h.push(rest.div(&c));
+            h.push(rest.div(c));
         }
         h
     }

@@ -274,7 +274,7 @@ fn judge<S: Real>(
         Stop::Rough(at) => (at, true),
         Stop::Final(_) | Stop::AtRest => return Ok(None),
     };
-    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS)) {
+    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS), rough) {
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
@@ -285,8 +285,15 @@ fn judge<S: Real>(
     }
 }
 
-/// Looks for a barrier beside a place where an integral failed.
-fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big) -> Verdict {
+/// Looks for a barrier beside a place where an integral failed; where it failed because of panels that get too
+/// small, a barrier that is nearly touched is the reason.
+fn look(
+    oscillator: &Oscillator,
+    request: &Request,
+    place: &Ball,
+    at: &Big,
+    rough: bool,
+) -> Verdict {
     let bits = BITS_OF_BARRIERS;
     let precise = oscillator.linearized.precisely(bits);
     let centre = precise.and_then(|precise| precise.equilibrium.into_iter().next());
@@ -304,7 +311,8 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big) -> V
     let excess = task.energy.sub(&height);
     let depth = height.sub(&task.field.potential(&task.centre)).largest();
     let small = depth * Magnitude::from_f64(AT_BARRIER);
-    if excess.largest() <= small {
+    let undecided = !(excess.is_positive() || excess.is_negative());
+    if undecided || rough && excess.largest() <= small {
         return Verdict::Final(PeriodError::AtBarrier {
             coordinate: oscillator.coordinate().name.clone(),
             barrier: short(summit.mid_f64()),
@@ -313,17 +321,20 @@ fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big) -> V
         });
     }
     if excess.is_negative() {
-        if matches!(request, Request::Amplitude(_)) && !beyond(&task, &summit) {
-            return Verdict::Final(task.beyond_barrier(&summit, &height));
+        let Some((upper, _)) = task.turning.clone() else {
+            return Verdict::Fence(summit);
+        };
+        if summit.sub(&upper).is_positive() {
+            // The barrier that the motion turns before.
+            return Verdict::Unknown;
         }
-        return Verdict::Fence(summit);
+        return if summit.sub(&task.centre).is_negative() {
+            Verdict::Fence(summit)
+        } else {
+            Verdict::Final(task.beyond_barrier(&summit, &height))
+        };
     }
     Verdict::Unknown
-}
-
-/// Whether a place lies on the other side of the equilibrium from the turning point that is asked for.
-fn beyond(task: &Task<'_, Big>, at: &Big) -> bool {
-    at.sub(&task.centre).is_negative()
 }
 
 /// A motion to be found with numbers of one precision.
@@ -451,9 +462,14 @@ impl<'a, S: Real> Task<'a, S> {
         if self.advance.is_some() {
             // Where steps meet no turning point within a turn, there is none, or the integral will tell.
             let mut advance = self.advance.clone().unwrap_or_else(|| self.centre.clone());
-            let open = self.fence.is_none()
-                && matches!(self.outward(step, reach), Outward::Open);
-            if open {
+            let outward = match &self.fence {
+                Some(_) => None,
+                None => Some(self.outward(step, reach)),
+            };
+            if let Some(Outward::Touch(summit)) = outward {
+                return Err(Stop::Precision(summit));
+            }
+            if let Some(Outward::Open) = outward {
                 match self.time(self.centre.clone(), advance.clone(), false) {
                     Ok(time) => {
                         if advance.is_negative() {
@@ -499,7 +515,10 @@ impl<'a, S: Real> Task<'a, S> {
             Outward::End(end) if self.fence_on(step).is_none() => {
                 return Err(Stop::Final(self.open(step > 0.0, Some(end))));
             }
-            Outward::Open | Outward::End(_) => match self.fence_on(step) {
+            Outward::Touch(summit) if self.fence_on(step).is_none() => {
+                return Err(Stop::Precision(summit));
+            }
+            Outward::Open | Outward::End(_) | Outward::Touch(_) => match self.fence_on(step) {
                 Some(fence) => (centre.clone(), fence),
                 None => return Ok(None),
             },

@@ -6,6 +6,9 @@ use super::real::Real;
 /// Steps outward; with steps that grow by a quarter each they reach 1e150 times the first.
 const MOST_STEPS: usize = 1600;
 
+/// Beyond this distance nothing is looked for.
+const FAR: f64 = 1e150;
+
 /// Halvings and Newton steps in a bracket.
 const MOST_NARROWINGS: usize = 400;
 
@@ -16,6 +19,8 @@ pub(super) enum Outward<S> {
     Bracket(S, S),
     /// The energies have no value beyond about here.
     End(f64),
+    /// A top of U that numbers of this precision do not tell from E.
+    Touch(S),
     /// No place was met where E - U is negative.
     Open,
 }
@@ -26,8 +31,8 @@ impl<S: Real> Field<S> {
         energy.sub(&self.potential(at))
     }
 
-    /// Goes outward from `from` in steps that grow, up to `reach` (a length). Finds no more than what steps meet;
-    /// what they miss is found by the integral, which proves that E - U is positive all the way.
+    /// Goes outward from `from` in steps that grow, up to `reach` (a length). Finds no more than what steps meet and what
+    /// tops between them show; what they miss is found by the integral, which proves that E - U is positive all the way.
     pub(super) fn outward(
         &mut self,
         energy: &S,
@@ -35,41 +40,53 @@ impl<S: Real> Field<S> {
         step: f64,
         reach: Option<f64>,
     ) -> Outward<S> {
-        let mut inside = from.centre();
+        let from = from.centre();
+        // The last two places and E - U there.
+        let mut before = (from.clone(), f64::INFINITY);
+        let mut inside = (from.clone(), self.excess_at(energy, &from).middle());
         let mut offset = 0.0_f64;
         let mut step = step;
-        let mut halvings = 0;
         for count in 0..MOST_STEPS {
+            if reach.is_some_and(|reach| offset.abs() >= reach) || offset.abs() > FAR {
+                return Outward::Open;
+            }
             let mut next = offset + step;
-            if let Some(reach) = reach {
-                if offset.abs() >= reach {
-                    return Outward::Open;
-                }
-                if next.abs() > reach {
-                    next = reach.copysign(next);
-                }
+            if let Some(reach) = reach
+                && next.abs() > reach
+            {
+                next = reach.copysign(next);
             }
-            let at = from.centre().add(&self.number(next)).centre();
+            let at = from.add(&self.number(next)).centre();
             let excess = self.excess_at(energy, &at);
-            if excess.is_negative() {
-                return Outward::Bracket(inside, at);
-            }
-            if !excess.is_finite() {
-                if !at.is_finite() || next.abs() > 1e150 {
-                    return Outward::Open;
-                }
-                halvings += 1;
-                if halvings > 200 || step.abs() <= 1e-30 * offset.abs() {
-                    return Outward::End(at.middle());
-                }
+            // A step over a pole, or over what has no value, shows in an enclosure of all between.
+            let between = inside.0.joined(&at);
+            if !excess.is_finite() || !self.excess_at(energy, &between).is_finite() {
                 step *= 0.5;
+                if step.abs() <= 1e-20 * offset.abs() || step.abs() < 1e-200 {
+                    return Outward::End(inside.0.middle());
+                }
                 continue;
             }
-            if excess.is_positive() {
-                inside = at;
+            if excess.is_negative() {
+                return Outward::Bracket(inside.0, at);
             }
+            let now = excess.middle();
+            if now > inside.1 && inside.1 < before.1 {
+                // A top of U between the last places: it may be a barrier.
+                let reach = at.sub(&before.0).middle().abs();
+                if let Some((summit, height)) = self.summit(&inside.0, reach) {
+                    let least = energy.sub(&height);
+                    if least.is_negative() {
+                        return Outward::Bracket(before.0, summit);
+                    }
+                    if !least.is_positive() {
+                        return Outward::Touch(summit);
+                    }
+                }
+            }
+            before = std::mem::replace(&mut inside, (at, now));
             offset = next;
-            if count >= 8 && halvings == 0 {
+            if count >= 8 {
                 step *= 1.25;
             }
         }

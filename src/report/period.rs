@@ -71,7 +71,7 @@ pub fn period_text(
     }
     if let Some(bend) = &found.bend {
         let own = if bend.contains_zero() {
-            "0".to_owned()
+            format!("0, to within {},", one_digit(bend.abs_upper()))
         } else {
             Written::new(bend, DIGITS).text()
         };
@@ -159,7 +159,17 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
         } else {
             bend.mid_f64()
         };
-        let _ = write!(out, ",\n \"frequency_change\": {}", number(own));
+        let bound = if own == 0.0 {
+            bend.abs_upper()
+        } else {
+            bend.mid_f64_error()
+        };
+        let _ = write!(
+            out,
+            ",\n \"frequency_change\": {}, \"frequency_change_error_bound\": {}",
+            number(own),
+            number(one_digit_up(bound))
+        );
     }
 }
 
