@@ -5,6 +5,7 @@
 use crate::diagnostic::Diagnostic;
 use crate::linearize::LinearizeError;
 use crate::model::ModelError;
+use crate::period::PeriodError;
 use crate::syntax::SyntaxError;
 
 /// What went wrong, by stage.
@@ -38,6 +39,9 @@ pub enum Error {
     /// The model has no small oscillations.
     #[error(transparent)]
     Linearize(LinearizeError),
+    /// The motion that is asked for has no period.
+    #[error(transparent)]
+    Period(PeriodError),
 }
 
 fn first_and_more(errors: &[impl ToString]) -> String {
@@ -72,6 +76,12 @@ impl From<LinearizeError> for Error {
     }
 }
 
+impl From<PeriodError> for Error {
+    fn from(error: PeriodError) -> Self {
+        Self::Period(error)
+    }
+}
+
 impl Error {
     /// One message a mistake, in the order of the file; those without a place come last.
     #[must_use]
@@ -80,6 +90,7 @@ impl Error {
             Self::Syntax(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Model(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Linearize(error) => vec![Diagnostic::from(error)],
+            Self::Period(error) => vec![Diagnostic::from(error)],
         };
         all.sort_by_key(|diagnostic| {
             let place = diagnostic.primary.as_ref().map(|label| label.span.start);

@@ -150,5 +150,8 @@ pub use error::Error;
 #[cfg(feature = "engine")]
 pub mod sweep;
 
+#[cfg(feature = "engine")]
+pub mod period;
+
 #[cfg(feature = "cli")]
 pub mod report;

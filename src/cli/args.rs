@@ -33,6 +33,7 @@ What to type:
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
     librate sweep three_pendulums.lag --over k=0..8:17
                                                       frequencies for a range of springs
+    librate period pendulum.lag --amplitude 2         the exact period of one coordinate
     librate explain E0201                             more about a mistake, by its code
     librate fmt three_pendulums.lag                   put the file in canonical layout
 
@@ -64,6 +65,19 @@ Examples:
     librate sweep three_pendulums.lag --over k12=0..8:17
     librate sweep bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
     librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json";
+
+const PERIOD: &str = "\
+The exact period of a model of one coordinate at finite amplitude, by energy conservation; the mass may depend
+on the position. The amplitude is the distance of the upper turning point from the equilibrium, in the unit of the
+coordinate; the energy is E = T + V with V as the model writes it. Beyond the barriers of a potential that is periodic
+in the coordinate the motion is a rotation, and the period the time in which the coordinate advances by that of V.";
+
+const PERIOD_EXAMPLE: &str = "\
+Examples:
+    librate period simple_pendulum.lag --amplitude 'pi/2'
+    librate period simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
+    librate period double_well.lag --energy 3 --json
+    librate period simple_pendulum.lag --over 'amplitude=1/10..3:30' --svg period.svg";
 
 const SENSITIVITY: &str = "\
 d omega / d parameter for every mode and every parameter that has a value: by how much a frequency changes when a
@@ -143,6 +157,9 @@ pub(crate) enum Command {
     /// Frequencies over a range of a parameter, as CSV
     #[command(long_about = SWEEP, after_help = SWEEP_EXAMPLE)]
     Sweep(Sweep),
+    /// The exact period of one coordinate at finite amplitude
+    #[command(long_about = PERIOD, after_help = PERIOD_EXAMPLE)]
+    Period(Period),
     /// How much each frequency changes with each parameter
     #[command(long_about = SENSITIVITY)]
     Sensitivity(Sensitivity),
@@ -205,6 +222,31 @@ pub(crate) struct Sweep {
     #[arg(long, requires = "json")]
     pub(crate) no_vectors: bool,
     /// JSON instead of CSV: an array with the modes at each value
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[group(id = "motion", args = ["amplitude", "energy", "over"], required = true, multiple = false)]
+pub(crate) struct Period {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The upper turning point, as a distance from the equilibrium: `1/2`, `pi - 1e-6`
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    pub(crate) amplitude: Option<String>,
+    /// The energy of the motion, in SI
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub(crate) energy: Option<String>,
+    /// A curve, as CSV: `amplitude=1/10..3:30` or `energy=0.1..5:50`
+    #[arg(long, value_name = "NAME=a..b:count")]
+    pub(crate) over: Option<String>,
+    /// With --over: draw the curve into a file
+    #[arg(long, value_name = "FILE", requires = "over")]
+    pub(crate) svg: Option<PathBuf>,
+    /// Significant digits of the period, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
 }

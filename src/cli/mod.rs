@@ -5,6 +5,7 @@ mod draw;
 mod fmt;
 mod input;
 mod messages;
+mod period;
 mod progress;
 
 use std::io::{self, IsTerminal, Write};
@@ -68,6 +69,7 @@ pub(crate) fn run() -> ExitCode {
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
         Command::Sweep(sweep) => sweep_text(sweep),
+        Command::Period(period) => period::text(period),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),

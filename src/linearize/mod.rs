@@ -43,14 +43,16 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
-pub(crate) use assemble::signed_terms;
+pub(crate) use assemble::{evaluate_closed, known_values, signed_terms};
 pub(crate) use condition::Shape;
 pub use derived::derive;
 pub(crate) use derived::{Tied, derive_with_multipliers};
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
+pub(crate) use enclosure::Enclosure;
 pub use entries::Entries;
 pub use equilibrium::{Equilibrium, Origin};
+pub(crate) use equilibrium::short;
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
 pub(crate) use facts::Variable;

@@ -9,6 +9,8 @@ mod frequencies;
 mod json;
 mod latex;
 mod modes;
+mod period;
+mod period_picture;
 mod sensitivity;
 mod sweep;
 mod table;
@@ -17,6 +19,8 @@ pub use derive::derive_text;
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
+pub use period::{period_csv, period_curve_json, period_json, period_text};
+pub use period_picture::period_svg;
 pub use sensitivity::{modes_json_with_sigma, sensitivity_json, sensitivity_text};
 pub use sweep::{sweep_csv, sweep_json};
 
