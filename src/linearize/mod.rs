@@ -41,7 +41,7 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
-pub(crate) use assemble::signed_terms;
+pub(crate) use assemble::{known_values, signed_terms};
 pub(crate) use condition::Shape;
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
