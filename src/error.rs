@@ -3,6 +3,7 @@
 //! Each stage has its own error; this one only collects them, so that a whole trip can use `?`.
 
 use crate::diagnostic::Diagnostic;
+use crate::floquet::FloquetError;
 use crate::linearize::LinearizeError;
 use crate::model::ModelError;
 use crate::period::PeriodError;
@@ -42,6 +43,9 @@ pub enum Error {
     /// The motion that is asked for has no period.
     #[error(transparent)]
     Period(PeriodError),
+    /// The model has no Floquet multipliers, or none were found.
+    #[error(transparent)]
+    Floquet(FloquetError),
 }
 
 fn first_and_more(errors: &[impl ToString]) -> String {
@@ -82,6 +86,15 @@ impl From<PeriodError> for Error {
     }
 }
 
+impl From<FloquetError> for Error {
+    fn from(error: FloquetError) -> Self {
+        match error {
+            FloquetError::Linearize(error) => Self::Linearize(error),
+            error => Self::Floquet(error),
+        }
+    }
+}
+
 impl Error {
     /// One message a mistake, in the order of the file; those without a place come last.
     #[must_use]
@@ -91,6 +104,7 @@ impl Error {
             Self::Model(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Linearize(error) => vec![Diagnostic::from(error)],
             Self::Period(error) => vec![Diagnostic::from(error)],
+            Self::Floquet(error) => vec![Diagnostic::from(error)],
         };
         all.sort_by_key(|diagnostic| {
             let place = diagnostic.primary.as_ref().map(|label| label.span.start);

@@ -115,6 +115,9 @@ pub mod precision;
 pub mod expr;
 
 #[cfg(feature = "engine")]
+pub mod flow;
+
+#[cfg(feature = "engine")]
 pub mod model;
 
 #[cfg(feature = "engine")]
@@ -140,6 +143,9 @@ pub mod derive;
 
 #[cfg(feature = "engine")]
 pub mod expect;
+
+#[cfg(feature = "engine")]
+pub mod floquet;
 
 #[cfg(feature = "engine")]
 mod error;

@@ -84,6 +84,21 @@ d omega / d parameter for every mode and every parameter that has a value: by ho
 parameter does, the equilibrium moving along. Parameters that are defined from others have no entry of their own; what they
 do is counted with those. Where frequencies coincide, the derivatives are those of the modes into which they split.";
 
+const FLOQUET: &str = "\
+Whether a model that is driven periodically is stable: its Floquet multipliers, by which displacements are
+multiplied in a period of the drive, with bounds.
+
+They are those about the equilibrium that the file gives with `equilibrium`, else about the point 0, if no force acts
+there at any time, else about the periodic motion near `guess`, which is searched for. Multipliers on the unit
+circle are found there by symmetry and never by their size; what bounds do not decide is said to be
+undecided. The file states the period with `period`.";
+
+const FLOQUET_EXAMPLE: &str = "\
+Examples:
+    librate floquet child_on_swing.lag
+    librate floquet mathieu.lag --set q=0.5 --digits 15
+    librate floquet mathieu.lag --json";
+
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
 
@@ -163,6 +178,9 @@ pub(crate) enum Command {
     /// How much each frequency changes with each parameter
     #[command(long_about = SENSITIVITY)]
     Sensitivity(Sensitivity),
+    /// Stability of a model that is driven periodically: Floquet multipliers
+    #[command(long_about = FLOQUET, after_help = FLOQUET_EXAMPLE)]
+    Floquet(Floquet),
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
@@ -267,6 +285,18 @@ pub(crate) struct Sensitivity {
 }
 
 #[derive(Debug, Args)]
+pub(crate) struct Floquet {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Significant digits of the multipliers, up to 30
+    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Check {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -319,6 +349,9 @@ pub(crate) struct Fmt {
 /// More digits than this are not certified, and their bounds would leave the range of doubles.
 const MOST_DIGITS: usize = 250;
 
+/// As many digits as a double-double holds.
+const DOUBLE_DOUBLE_DIGITS: usize = 30;
+
 fn positive(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err("a whole number of modes, 1 or more, is needed".to_owned()),
@@ -330,5 +363,14 @@ fn digits(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MOST_DIGITS).contains(&count) => Ok(count),
         Ok(_) | Err(_) => Err(format!("a whole number from 1 to {MOST_DIGITS} is needed")),
+    }
+}
+
+fn few_digits(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=DOUBLE_DOUBLE_DIGITS).contains(&count) => Ok(count),
+        Ok(_) | Err(_) => Err(format!(
+            "a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed"
+        )),
     }
 }

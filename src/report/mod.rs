@@ -5,6 +5,7 @@
 //! functions return text.
 
 mod derive;
+mod floquet;
 mod frequencies;
 mod json;
 mod latex;
@@ -16,6 +17,7 @@ mod sweep;
 mod table;
 
 pub use derive::derive_text;
+pub use floquet::{floquet_json, floquet_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
