@@ -6,6 +6,7 @@ use crate::diagnostic::Diagnostic;
 use crate::floquet::FloquetError;
 use crate::linearize::LinearizeError;
 use crate::model::ModelError;
+use crate::motion::MotionError;
 use crate::period::PeriodError;
 use crate::syntax::SyntaxError;
 
@@ -40,6 +41,9 @@ pub enum Error {
     /// The model has no small oscillations.
     #[error(transparent)]
     Linearize(LinearizeError),
+    /// The motion can't be computed.
+    #[error(transparent)]
+    Motion(MotionError),
     /// The motion that is asked for has no period.
     #[error(transparent)]
     Period(PeriodError),
@@ -80,6 +84,15 @@ impl From<LinearizeError> for Error {
     }
 }
 
+impl From<MotionError> for Error {
+    fn from(error: MotionError) -> Self {
+        match error {
+            MotionError::Linearize(error) => Self::Linearize(error),
+            error => Self::Motion(error),
+        }
+    }
+}
+
 impl From<PeriodError> for Error {
     fn from(error: PeriodError) -> Self {
         Self::Period(error)
@@ -103,6 +116,7 @@ impl Error {
             Self::Syntax(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Model(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Linearize(error) => vec![Diagnostic::from(error)],
+            Self::Motion(error) => vec![Diagnostic::from(error)],
             Self::Period(error) => vec![Diagnostic::from(error)],
             Self::Floquet(error) => vec![Diagnostic::from(error)],
         };

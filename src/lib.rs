@@ -148,6 +148,9 @@ pub mod expect;
 pub mod floquet;
 
 #[cfg(feature = "engine")]
+pub mod motion;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]

@@ -5,10 +5,12 @@ mod draw;
 mod fmt;
 mod input;
 mod messages;
+mod motion;
 mod period;
 mod progress;
 
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
@@ -72,6 +74,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Period(period) => period::text(period),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
+        Command::Motion(motion) => motion::text(motion, format),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
@@ -366,6 +369,15 @@ fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
         settings.add(text).map_err(|error| wrong_setting(&error))?;
     }
     Ok(settings)
+}
+
+/// Writes a picture.
+fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(file, text).map_err(|error| Failure::Other {
+        message: format!("can't write {}: {error}", file.display()),
+        help: None,
+        status: FAULT,
+    })
 }
 
 fn wrong_setting(error: &model::ModelError) -> Failure {

@@ -1,7 +1,5 @@
 //! `librate period`.
 
-use std::path::Path;
-
 use librate::diagnostic::Diagnostic;
 use librate::model::{Constant, ModelError};
 use librate::period::{self, Options, Oscillator, Place, Request};
@@ -11,7 +9,7 @@ use librate::{Error, linearize, report};
 use super::args;
 use super::input::Source;
 use super::progress::Progress;
-use super::{Answer, FAULT, Failure, Loaded, Size, load, style, wrong_request, wrong_setting};
+use super::{Answer, Failure, Loaded, Size, load, style, write_file, wrong_request, wrong_setting};
 
 /// What is asked for.
 enum Wish {
@@ -90,7 +88,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             if let Some(file) = &args.svg {
                 let unit = oscillator.linearized().model().has_units;
                 let picture = report::period_svg(&range, &places, unit);
-                write(file, &picture)?;
+                write_file(file, &picture)?;
             }
             if args.json {
                 report::period_curve_json(&oscillator, &places, &options)
@@ -138,12 +136,4 @@ fn remark(
 fn failed(source: Source, mut warnings: Vec<Diagnostic>, error: &Error) -> Failure {
     warnings.extend(error.diagnostics());
     Failure::Model(source, warnings)
-}
-
-fn write(file: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(file, text).map_err(|error| Failure::Other {
-        message: format!("can't write {}: {error}", file.display()),
-        help: None,
-        status: FAULT,
-    })
 }

@@ -326,6 +326,15 @@ impl Linearized {
         own.is_some_and(|own| !own.bound.is_empty())
     }
 
+    /// The coordinates that the others follow under constraints, by number: all of them where there are none.
+    #[must_use]
+    pub fn free_coordinates(&self) -> Vec<usize> {
+        match &self.constrained {
+            Some(own) => own.tangent.free.clone(),
+            None => (0..self.coordinates()).collect(),
+        }
+    }
+
     /// The number of independent constraints.
     #[must_use]
     pub fn constraints(&self) -> usize {
