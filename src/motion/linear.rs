@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::{Start, Times};
 use crate::linearize::Linearized;
-use crate::precision::Ball;
+use crate::precision::{Ball, Scalar};
 
 /// What the linearized equations make of a start, one row a sample: coordinates and velocities in doubles, SI. `None` where M is singular to
 /// working precision.
@@ -32,24 +32,22 @@ pub fn superposition(
     generator.view_mut((m, m), (m, m)).copy_from(&-velocity);
     let step = times.at(1).mid_f64();
     let propagator = (generator * step).exp();
-    let equilibrium: Vec<f64> = linearized
-        .equilibrium()
-        .values
-        .iter()
-        .map(Ball::mid_f64)
-        .collect();
-    let rates: Vec<f64> = linearized.rates().iter().map(Ball::mid_f64).collect();
+    let rest = &linearized.equilibrium().values;
+    let rates = linearized.rates();
     let free = linearized.free_coordinates();
-    let displaced = |values: &[Ball], from: &[f64]| -> Vec<f64> {
+    // What is small beside its place is told before it is rounded.
+    let displaced = |values: &[Ball], from: &[Ball]| -> Vec<f64> {
         let all: Vec<f64> = values
             .iter()
             .zip(from)
-            .map(|(x, at)| x.mid_f64() - at)
+            .map(|(x, at)| x.sub(at).mid_f64())
             .collect();
         free.iter().filter_map(|at| all.get(*at).copied()).collect()
     };
-    let mut state = displaced(&start.positions, &equilibrium);
+    let mut state = displaced(&start.positions, rest);
     state.extend(displaced(&start.velocities, &rates));
+    let equilibrium: Vec<f64> = rest.iter().map(Ball::mid_f64).collect();
+    let rates: Vec<f64> = rates.iter().map(Ball::mid_f64).collect();
     let mut state = DVector::from_vec(state);
     let mut rows = Vec::with_capacity(times.len());
     for row in 0..times.len() {
