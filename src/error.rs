@@ -3,8 +3,11 @@
 //! Each stage has its own error; this one only collects them, so that a whole trip can use `?`.
 
 use crate::diagnostic::Diagnostic;
+use crate::floquet::FloquetError;
 use crate::linearize::LinearizeError;
 use crate::model::ModelError;
+use crate::motion::MotionError;
+use crate::period::PeriodError;
 use crate::syntax::SyntaxError;
 
 /// What went wrong, by stage.
@@ -38,6 +41,15 @@ pub enum Error {
     /// The model has no small oscillations.
     #[error(transparent)]
     Linearize(LinearizeError),
+    /// The motion can't be computed.
+    #[error(transparent)]
+    Motion(MotionError),
+    /// The motion that is asked for has no period.
+    #[error(transparent)]
+    Period(PeriodError),
+    /// The model has no Floquet multipliers, or none were found.
+    #[error(transparent)]
+    Floquet(FloquetError),
 }
 
 fn first_and_more(errors: &[impl ToString]) -> String {
@@ -72,6 +84,30 @@ impl From<LinearizeError> for Error {
     }
 }
 
+impl From<MotionError> for Error {
+    fn from(error: MotionError) -> Self {
+        match error {
+            MotionError::Linearize(error) => Self::Linearize(error),
+            error => Self::Motion(error),
+        }
+    }
+}
+
+impl From<PeriodError> for Error {
+    fn from(error: PeriodError) -> Self {
+        Self::Period(error)
+    }
+}
+
+impl From<FloquetError> for Error {
+    fn from(error: FloquetError) -> Self {
+        match error {
+            FloquetError::Linearize(error) => Self::Linearize(error),
+            error => Self::Floquet(error),
+        }
+    }
+}
+
 impl Error {
     /// One message a mistake, in the order of the file; those without a place come last.
     #[must_use]
@@ -80,6 +116,9 @@ impl Error {
             Self::Syntax(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Model(errors) => errors.iter().map(Diagnostic::from).collect(),
             Self::Linearize(error) => vec![Diagnostic::from(error)],
+            Self::Motion(error) => vec![Diagnostic::from(error)],
+            Self::Period(error) => vec![Diagnostic::from(error)],
+            Self::Floquet(error) => vec![Diagnostic::from(error)],
         };
         all.sort_by_key(|diagnostic| {
             let place = diagnostic.primary.as_ref().map(|label| label.span.start);

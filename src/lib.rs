@@ -115,6 +115,9 @@ pub mod precision;
 pub mod expr;
 
 #[cfg(feature = "engine")]
+pub mod flow;
+
+#[cfg(feature = "engine")]
 pub mod model;
 
 #[cfg(feature = "engine")]
@@ -142,6 +145,12 @@ pub mod derive;
 pub mod expect;
 
 #[cfg(feature = "engine")]
+pub mod floquet;
+
+#[cfg(feature = "engine")]
+pub mod motion;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]
@@ -149,6 +158,9 @@ pub use error::Error;
 
 #[cfg(feature = "engine")]
 pub mod sweep;
+
+#[cfg(feature = "engine")]
+pub mod period;
 
 #[cfg(feature = "cli")]
 pub mod report;

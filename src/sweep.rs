@@ -6,7 +6,7 @@
 
 use crate::error::Error;
 use crate::linearize::{self, Linearized};
-use crate::model::{self, ModelError, Settings, TableTexts};
+use crate::model::{self, Constant, ModelError, Settings, TableTexts};
 use crate::modes::Options;
 use crate::oscillation::{self, NormalModes};
 use crate::precision::Ball;
@@ -100,7 +100,7 @@ impl Range {
     }
 
     /// The value at a place (from 0), as an exact expression.
-    fn expression(&self, place: usize) -> String {
+    pub(crate) fn expression(&self, place: usize) -> String {
         if place == 0 {
             return self.from.clone();
         }
@@ -122,12 +122,8 @@ impl Range {
 
 /// The number that a constant expression comes to.
 fn constant(text: &str) -> Option<Ball> {
-    let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2")).ok()?;
-    let model = model::elaborate(&file, &TableTexts::new(), &Settings::new()).ok()?;
-    let [parameter] = model.parameters.as_slice() else {
-        return None;
-    };
-    linearize::constant(&model.pool, parameter.value?)
+    let constant = Constant::parse(text).ok()?;
+    linearize::constant(constant.pool(), constant.value())
 }
 
 /// The modes at each place of a range, one after the other as they are asked for.

@@ -3,7 +3,7 @@
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
-//! a study of many sets of parameters. A block `csv NAME` is the file of
+//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -17,17 +17,19 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 use std::path::Path;
 
+use librate::Error;
 use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
 use librate::linearize::{self, linearize};
-use librate::model::{self, Settings, TableTexts, elaborate};
+use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
+use librate::motion::{Start, System, Times};
 use librate::oscillation::{self, normal_modes};
 use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, and one that no text is known to make.
-const WITHOUT_A_MODEL: [&str; 3] = ["E0001", "E0036", "E0310"];
+const WITHOUT_A_MODEL: [&str; 6] = ["E0001", "E0036", "E0310", "E0604", "E0608", "E0609"];
 
 /// Longest line of a page, for terminals.
 const WIDTH: usize = 100;
@@ -131,6 +133,36 @@ fn blocks(page: &str) -> Vec<Block<'_>> {
         .collect()
 }
 
+/// What is wrong with the motion that is asked for, if one is.
+fn asked_motion(
+    model: &Model,
+    start: Option<&str>,
+    mode: Option<&str>,
+    until: Option<&str>,
+) -> Option<Error> {
+    if start.is_none() && mode.is_none() {
+        return None;
+    }
+    let constant = |text: &str| Constant::parse(text).unwrap();
+    let follow = || -> Result<(), Error> {
+        let system = System::new(model)?;
+        let linearized = linearize(model.clone());
+        let start = match mode {
+            Some(mode) => {
+                let linearized = linearized?;
+                let modes = normal_modes(&linearized, &Options::default())?;
+                let mode = mode.parse().unwrap();
+                Start::mode(mode, &constant("1/10"), &linearized, &modes, &system)?
+            }
+            None => Start::parse(start.unwrap(), model, linearized.as_ref().ok(), &system)?,
+        };
+        let times = Times::new(&constant(until.unwrap_or("1")), 3)?;
+        system.motion(&start, &times)?;
+        Ok(())
+    };
+    follow().err()
+}
+
 /// The codes of everything that is told about a model, from reading to its modes.
 ///
 /// Modes that are neither proved to oscillate nor told about are a surprise.
@@ -168,6 +200,14 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     }
     if block.words.contains(&"derive") {
         told.extend(linearize::derive(checked).err().map(|error| error.code()));
+        return told;
+    }
+    let word = |name: &str| block.words.iter().find_map(|word| word.strip_prefix(name));
+    if let Some(error) = asked_motion(&checked, word("start="), word("mode="), word("until=")) {
+        told.extend(error.diagnostics().into_iter().map(code));
+        return told;
+    }
+    if word("start=").is_some() || word("mode=").is_some() {
         return told;
     }
     if block.words.contains(&"study") {

@@ -33,6 +33,7 @@ What to type:
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
     librate sweep three_pendulums.lag --over k=0..8:17
                                                       frequencies for a range of springs
+    librate period pendulum.lag --amplitude 2         the exact period of one coordinate
     librate explain E0201                             more about a mistake, by its code
     librate fmt three_pendulums.lag                   put the file in canonical layout
 
@@ -65,10 +66,38 @@ Examples:
     librate sweep bead_on_hoop.lag --over 'W=sqrt(50)..10:51' --digits 15
     librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json";
 
+const PERIOD: &str = "\
+The exact period of a model of one coordinate at finite amplitude, by energy conservation; the mass may depend
+on the position. The amplitude is the distance of the upper turning point from the equilibrium, in the unit of the
+coordinate; the energy is E = T + V with V as the model writes it. Beyond the barriers of a potential that is periodic
+in the coordinate the motion is a rotation, and the period the time in which the coordinate advances by that of V.";
+
+const PERIOD_EXAMPLE: &str = "\
+Examples:
+    librate period simple_pendulum.lag --amplitude 'pi/2'
+    librate period simple_pendulum.lag --amplitude 'pi - 1e-6' --digits 20
+    librate period double_well.lag --energy 3 --json
+    librate period simple_pendulum.lag --over 'amplitude=1/10..3:30' --svg period.svg";
+
 const SENSITIVITY: &str = "\
 d omega / d parameter for every mode and every parameter that has a value: by how much a frequency changes when a
 parameter does, the equilibrium moving along. Parameters that are defined from others have no entry of their own; what they
 do is counted with those. Where frequencies coincide, the derivatives are those of the modes into which they split.";
+
+const FLOQUET: &str = "\
+Whether a model that is driven periodically is stable: its Floquet multipliers, by which displacements are
+multiplied in a period of the drive, with bounds.
+
+They are those about the equilibrium that the file gives with `equilibrium`, else about the point 0, if no force acts
+there at any time, else about the periodic motion near `guess`, which is searched for. Multipliers on the unit
+circle are found there by symmetry and never by their size; what bounds do not decide is said to be
+undecided. The file states the period with `period`.";
+
+const FLOQUET_EXAMPLE: &str = "\
+Examples:
+    librate floquet child_on_swing.lag
+    librate floquet mathieu.lag --set q=0.5 --digits 15
+    librate floquet mathieu.lag --json";
 
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
@@ -102,6 +131,19 @@ Examples:
     librate derive three_pendulums.lag --expand k12 2
     librate derive chain.lag --set N=4 --json
     librate derive double_pendulum.lag --latex --standalone > page.tex";
+
+const MOTION: &str = "\
+The motion from where it starts, by the equations of motion in full: as CSV with the columns t, the coordinates and
+their velocities. Numbers of --start are in the units of the coordinates; the table is in SI. Constraints, friction and
+driving are followed.
+
+The equations are integrated twice, in numbers of 31 and of 16 digits. How far these differ tells how much the motion magnifies
+errors, and only digits that this leaves are printed: a chaotic motion loses them in the course of time. With --tolerance it is
+one quick run in doubles, printed as they are. What the energy does is told beside the table.";
+const MOTION_EXAMPLE: &str = "\
+Examples:
+    librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --samples 1001
+    librate motion three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 --linear --svg motion.svg";
 
 /// The command line.
 #[derive(Debug, Parser)]
@@ -143,9 +185,18 @@ pub(crate) enum Command {
     /// Frequencies over a range of a parameter, as CSV
     #[command(long_about = SWEEP, after_help = SWEEP_EXAMPLE)]
     Sweep(Sweep),
+    /// The exact period of one coordinate at finite amplitude
+    #[command(long_about = PERIOD, after_help = PERIOD_EXAMPLE)]
+    Period(Period),
     /// How much each frequency changes with each parameter
     #[command(long_about = SENSITIVITY)]
     Sensitivity(Sensitivity),
+    /// Stability of a model that is driven periodically: Floquet multipliers
+    #[command(long_about = FLOQUET, after_help = FLOQUET_EXAMPLE)]
+    Floquet(Floquet),
+    /// Time evolution, as CSV
+    #[command(long_about = MOTION, after_help = MOTION_EXAMPLE)]
+    Motion(Motion),
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
@@ -210,6 +261,31 @@ pub(crate) struct Sweep {
 }
 
 #[derive(Debug, Args)]
+#[group(id = "motion", args = ["amplitude", "energy", "over"], required = true, multiple = false)]
+pub(crate) struct Period {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// The upper turning point, as a distance from the equilibrium: `1/2`, `pi - 1e-6`
+    #[arg(long, value_name = "A", allow_hyphen_values = true)]
+    pub(crate) amplitude: Option<String>,
+    /// The energy of the motion, in SI
+    #[arg(long, value_name = "E", allow_hyphen_values = true)]
+    pub(crate) energy: Option<String>,
+    /// A curve, as CSV: `amplitude=1/10..3:30` or `energy=0.1..5:50`
+    #[arg(long, value_name = "NAME=a..b:count")]
+    pub(crate) over: Option<String>,
+    /// With --over: draw the curve into a file
+    #[arg(long, value_name = "FILE", requires = "over")]
+    pub(crate) svg: Option<PathBuf>,
+    /// Significant digits of the period, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
 pub(crate) struct Sensitivity {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
@@ -222,6 +298,52 @@ pub(crate) struct Sensitivity {
     /// JSON instead of text
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Floquet {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Significant digits of the multipliers, up to 30
+    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[group(id = "beginning", args = ["start", "mode"], required = true, multiple = false)]
+pub(crate) struct Motion {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Where it starts: `phi[1]=0.1, phi[1]'=0`; what is left out rests at the equilibrium
+    #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
+    pub(crate) start: Option<String>,
+    /// Start with a mode, by its number in `modes`
+    #[arg(long, value_name = "NUMBER", value_parser = positive, requires = "amplitude")]
+    pub(crate) mode: Option<usize>,
+    /// With --mode: the displacement of its largest component
+    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "mode")]
+    pub(crate) amplitude: Option<String>,
+    /// The time that the table ends at
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
+    pub(crate) until: String,
+    /// The number of rows, from t = 0 to the end
+    #[arg(long, value_name = "N", default_value = "101", value_parser = positive)]
+    pub(crate) samples: usize,
+    /// Significant digits of the table, up to 30
+    #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
+    pub(crate) digits: usize,
+    /// One quick run in doubles instead, that leaves out so much in each step
+    #[arg(long, value_name = "EPS", value_parser = tolerance)]
+    pub(crate) tolerance: Option<f64>,
+    /// The superposition of modes in columns of its own
+    #[arg(long)]
+    pub(crate) linear: bool,
+    /// Draw the coordinates into a file
+    #[arg(long, value_name = "FILE")]
+    pub(crate) svg: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -277,6 +399,9 @@ pub(crate) struct Fmt {
 /// More digits than this are not certified, and their bounds would leave the range of doubles.
 const MOST_DIGITS: usize = 250;
 
+/// As many digits as a double-double holds.
+const DOUBLE_DOUBLE_DIGITS: usize = 30;
+
 fn positive(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(0) | Err(_) => Err("a whole number of modes, 1 or more, is needed".to_owned()),
@@ -288,5 +413,21 @@ fn digits(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=MOST_DIGITS).contains(&count) => Ok(count),
         Ok(_) | Err(_) => Err(format!("a whole number from 1 to {MOST_DIGITS} is needed")),
+    }
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(value) if (1e-17..=0.1).contains(&value) => Ok(value),
+        Ok(_) | Err(_) => Err("a number from 1e-17 to 0.1 is needed".to_owned()),
+    }
+}
+
+fn few_digits(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(count) if (1..=DOUBLE_DOUBLE_DIGITS).contains(&count) => Ok(count),
+        Ok(_) | Err(_) => Err(format!(
+            "a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed"
+        )),
     }
 }

@@ -5,9 +5,12 @@ mod draw;
 mod fmt;
 mod input;
 mod messages;
+mod motion;
+mod period;
 mod progress;
 
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
@@ -18,7 +21,7 @@ use librate::model::{self, Model, Settings};
 use librate::number::Number;
 use librate::report::{self, Style};
 use librate::sweep::{Place, Range};
-use librate::{Error, explain, linearize, modes, oscillation, sensitivity, sweep, syntax};
+use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, sweep, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use input::Source;
@@ -68,7 +71,10 @@ pub(crate) fn run() -> ExitCode {
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
         Command::Sweep(sweep) => sweep_text(sweep),
+        Command::Period(period) => period::text(period),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
+        Command::Floquet(floquet) => floquet_text(floquet),
+        Command::Motion(motion) => motion::text(motion, format),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
@@ -208,13 +214,33 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
 }
 
 /// What a later stage says, below what was suspicious already.
-fn failed(
-    source: Source,
-    mut warnings: Vec<Diagnostic>,
-    error: linearize::LinearizeError,
-) -> Failure {
-    warnings.extend(Error::from(error).diagnostics());
+fn failed(source: Source, mut warnings: Vec<Diagnostic>, error: impl Into<Error>) -> Failure {
+    warnings.extend(error.into().diagnostics());
     Failure::Model(source, warnings)
+}
+
+fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        warnings,
+    } = load(&args.model, Size::Any)?;
+    let progress = Progress::start("following the motion over a period");
+    let computed = floquet::floquet(&model);
+    drop(progress);
+    let found = match computed {
+        Ok(found) => found,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let text = if args.json {
+        report::floquet_json(&model, &found, args.digits)
+    } else {
+        report::floquet_text(&model, &found, args.digits, &style())
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, warnings)),
+    })
 }
 
 fn check_text(args: &args::Check) -> Result<Answer, Failure> {
@@ -343,6 +369,15 @@ fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
         settings.add(text).map_err(|error| wrong_setting(&error))?;
     }
     Ok(settings)
+}
+
+/// Writes a picture.
+fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
+    std::fs::write(file, text).map_err(|error| Failure::Other {
+        message: format!("can't write {}: {error}", file.display()),
+        help: None,
+        status: FAULT,
+    })
 }
 
 fn wrong_setting(error: &model::ModelError) -> Failure {

@@ -43,6 +43,7 @@ mod modular;
 mod point;
 mod print;
 mod product;
+mod series;
 mod substitute;
 mod sum;
 mod tape;
@@ -61,6 +62,7 @@ pub use modular::{
 };
 pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
+pub use series::Series;
 pub use tape::{Prepared, Tape, UnboundSymbol};
 pub use zero::ZeroVerdict;
 

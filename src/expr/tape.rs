@@ -18,7 +18,7 @@ pub struct UnboundSymbol {
 
 /// One operation; its result goes to the register of its own number.
 #[derive(Clone, Debug)]
-enum Operation {
+pub(super) enum Operation {
     Input(usize),
     Constant(usize),
     Pi,
@@ -40,23 +40,23 @@ enum Operation {
 }
 
 #[derive(Clone, Copy, Debug)]
-enum Weight {
+pub(super) enum Weight {
     One,
     MinusOne,
     Constant(usize),
 }
 
 #[derive(Clone, Copy, Debug)]
-struct Factor {
-    register: usize,
+pub(super) struct Factor {
+    pub(super) register: usize,
     /// Whether to divide by it.
-    divides: bool,
-    exponent: Exponent,
+    pub(super) divides: bool,
+    pub(super) exponent: Exponent,
 }
 
 /// The absolute value of an exponent.
 #[derive(Clone, Copy, Debug)]
-enum Exponent {
+pub(super) enum Exponent {
     One,
     Whole(i32),
     /// So many halves.
@@ -65,11 +65,11 @@ enum Exponent {
 }
 
 #[derive(Debug)]
-struct Code {
-    operations: Vec<Operation>,
+pub(super) struct Code {
+    pub(super) operations: Vec<Operation>,
     /// The first one is 1.
     constants: Vec<Number>,
-    outputs: Vec<usize>,
+    pub(super) outputs: Vec<usize>,
 }
 
 /// Compiled expressions; cheap to clone.
@@ -81,9 +81,9 @@ pub struct Tape {
 /// A [`Tape`] with its constants converted to one type of number.
 #[derive(Clone, Debug)]
 pub struct Prepared<S: Scalar> {
-    code: Arc<Code>,
-    constants: Vec<S>,
-    precision: S::Precision,
+    pub(super) code: Arc<Code>,
+    pub(super) constants: Vec<S>,
+    pub(super) precision: S::Precision,
 }
 
 impl Tape {

@@ -257,7 +257,7 @@ fn split(
 }
 
 /// The values of the parameters that have one.
-pub(super) fn known_values(model: &Model) -> Substitution {
+pub(crate) fn known_values(model: &Model) -> Substitution {
     let mut known = Substitution::default();
     for parameter in &model.parameters {
         if let Some(value) = parameter.value {

@@ -68,6 +68,7 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
             symbol,
             velocity,
             unit: None,
+            factor: None,
         });
         model.guesses.push(None);
         model.equilibria.push(None);

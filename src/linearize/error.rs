@@ -327,7 +327,7 @@ fn described(error: &LinearizeError) -> Diagnostic {
             LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, "")
                 .with_help("`modes` covers all of these"),
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
-                .with_help("the motion about a state that is driven has Floquet multipliers instead; `floquet`, which finds them, is not part of this version"),
+                .with_help("the motion about a state that is driven has Floquet multipliers instead: `librate floquet` finds them"),
             LinearizeError::NoModes { .. } => Diagnostic::global(message),
         LinearizeError::TooLarge { .. } => Diagnostic::global(message)
             .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),

@@ -43,13 +43,15 @@ mod verify;
 mod zero;
 
 pub use assemble::ElementFamily;
-pub(crate) use assemble::signed_terms;
+pub(crate) use assemble::{evaluate_closed, known_values, signed_terms};
 pub(crate) use condition::Shape;
 pub use derived::derive;
 pub(crate) use derived::{Tied, derive_with_multipliers};
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
+pub(crate) use enclosure::Enclosure;
 pub use entries::Entries;
+pub(crate) use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
 pub use factors::Factors;
@@ -322,6 +324,15 @@ impl Linearized {
     pub fn is_constrained(&self) -> bool {
         let own = self.constrained.as_ref();
         own.is_some_and(|own| !own.bound.is_empty())
+    }
+
+    /// The coordinates that the others follow under constraints, by number: all of them where there are none.
+    #[must_use]
+    pub fn free_coordinates(&self) -> Vec<usize> {
+        match &self.constrained {
+            Some(own) => own.tangent.free.clone(),
+            None => (0..self.coordinates()).collect(),
+        }
     }
 
     /// The number of independent constraints.

@@ -111,6 +111,7 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
             symbol,
             velocity,
             unit: None,
+            factor: None,
         });
         own.guesses.push(None);
         // A force on what is held need not vanish here.

@@ -85,6 +85,7 @@ impl Elaborator<'_> {
                 symbol,
                 velocity,
                 unit: None,
+                factor,
             });
         }
         self.world.coordinate_families.push(own);

@@ -7,6 +7,7 @@
 mod codes;
 mod compile;
 mod compile_index;
+mod constant;
 mod coordinates;
 mod dimension;
 mod elaborate;
@@ -33,6 +34,7 @@ mod warning;
 
 use std::collections::HashMap;
 
+pub use constant::Constant;
 pub use dimension::{Dimension, DimensionError, Inferred};
 pub use error::ModelError;
 pub use names::{Coordinate, Parameter, SymbolKind};

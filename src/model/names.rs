@@ -275,6 +275,9 @@ pub struct Coordinate {
     /// Its SI unit as the language writes it, `m`, `rad`, `kg^(1/2)*m`: where the file has units
     /// and they tell.
     pub unit: Option<String>,
+    /// What numbers in the unit that it is declared with are multiplied by to be in SI, an expression without
+    /// symbols; `None` where they are in SI already.
+    pub factor: Option<ExprId>,
 }
 
 /// What a symbol of the pool means to the model.

@@ -73,6 +73,14 @@ impl Scalar for f64 {
         f64::atan2(*self + 0.0, *x)
     }
 
+    fn signum(&self) -> Self {
+        if *self == 0.0 {
+            f64::NAN
+        } else {
+            f64::signum(*self)
+        }
+    }
+
     fn is_finite(&self) -> bool {
         f64::is_finite(*self)
     }
@@ -149,6 +157,16 @@ impl Scalar for Ball {
 
     fn atan2(&self, x: &Self) -> Self {
         Ball::atan2(self, x)
+    }
+
+    fn signum(&self) -> Self {
+        if self.is_positive() {
+            Ball::ONE
+        } else if self.is_negative() {
+            -Ball::ONE
+        } else {
+            Ball::NOT_FINITE
+        }
     }
 
     fn is_finite(&self) -> bool {

@@ -65,6 +65,10 @@ pub trait Scalar: Clone {
     fn apply(&self, function: Function) -> Self;
     /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`.
     fn atan2(&self, x: &Self) -> Self;
+    /// 1 or -1 where the sign is decided, else not a number.
+    fn signum(&self) -> Self {
+        self.apply(Function::Abs).div(self)
+    }
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
     /// Whether the value is zero and known to be exactly that; `false` is always allowed and only

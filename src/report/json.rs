@@ -438,7 +438,7 @@ pub(super) fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-fn array(items: impl Iterator<Item = String>) -> String {
+pub(super) fn array(items: impl Iterator<Item = String>) -> String {
     let mut out = "[".to_owned();
     for (at, item) in items.enumerate() {
         if at > 0 {

@@ -5,18 +5,26 @@
 //! functions return text.
 
 mod derive;
+mod floquet;
 mod frequencies;
 mod json;
 mod latex;
 mod modes;
+mod motion;
+mod period;
+mod period_picture;
 mod sensitivity;
 mod sweep;
 mod table;
 
 pub use derive::derive_text;
+pub use floquet::{floquet_json, floquet_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
+pub use motion::{motion_csv, motion_remark, motion_svg};
+pub use period::{period_csv, period_curve_json, period_json, period_text};
+pub use period_picture::period_svg;
 pub use sensitivity::{modes_json_with_sigma, sensitivity_json, sensitivity_text};
 pub use sweep::{sweep_csv, sweep_json};
 

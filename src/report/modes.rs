@@ -265,6 +265,10 @@ fn table(
     has_units: bool,
     style: &Style,
 ) -> String {
+    if modes.is_empty() {
+        return "nothing is left that moves: there are as many constraints as coordinates\n"
+            .to_owned();
+    }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
         if has_units {

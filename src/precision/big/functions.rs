@@ -540,6 +540,16 @@ impl Scalar for Big {
         Big::atan2(self, x)
     }
 
+    fn signum(&self) -> Self {
+        if self.is_positive() {
+            Big::one(self.bits)
+        } else if self.is_negative() {
+            -&Big::one(self.bits)
+        } else {
+            Big::not_finite(self.bits)
+        }
+    }
+
     fn is_finite(&self) -> bool {
         Big::is_finite(self)
     }

@@ -1,0 +1,347 @@
+//! The equations of motion of a driven model, written out: M(q, t) q'' + h(q, q', t) = 0.
+//!
+//! With p_i = dL/dq_i' they are M_ij = dp_i/dq_j' and h_i = Σ_j dp_i/dq_j q_j' + dp_i/dt - dL/dq_i + dF/dq_i' (Landau
+//! and Lifshitz, Mechanics, §5). Parameters have their exact values, but for those that are left open. Nothing is
+//! evaluated here.
+
+use super::error::FloquetError;
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::flow::Equations;
+use crate::linearize::{LinearizeError, instance, known_values, signed_terms};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+use crate::precision::Function;
+use crate::span::Span;
+
+/// Terms beyond this are not written out.
+const MOST_TERMS: usize = 10_000;
+/// More coordinates than this have expressions that are too large.
+pub(super) const MOST_COORDINATES: usize = 40;
+
+/// A driven model as differential equations.
+pub(super) struct Driven {
+    pub(super) pool: Pool,
+    pub(super) time: Symbol,
+    /// Where the time occurs.
+    pub(super) driven_at: Span,
+    coordinates: Vec<Symbol>,
+    velocities: Vec<Symbol>,
+    /// M, row by row.
+    mass: Vec<Vec<ExprId>>,
+    /// h.
+    load: Vec<ExprId>,
+    /// Whether there is friction.
+    pub(super) damped: bool,
+    /// The period, and where it is given.
+    pub(super) period: (ExprId, Span),
+}
+
+impl Driven {
+    /// Writes the equations out; the parameters with the numbers in `open` stay symbols.
+    ///
+    /// # Errors
+    /// Where the model is not a driven one, or not one that can be written out.
+    pub(super) fn new(model: &Model, open: &[usize]) -> Result<Self, FloquetError> {
+        let driven_at = check(model)?;
+        let Some(given) = model.period else {
+            return Err(FloquetError::NoPeriod {
+                suggestion: suggested_period(model),
+                span: driven_at,
+            });
+        };
+        let mut pool = model.pool.clone();
+        let mut known = known_values(model);
+        for number in open {
+            known.remove(&model.parameters[*number].symbol);
+        }
+        let time = model
+            .symbols
+            .iter()
+            .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+            .ok_or(FloquetError::NoTime { span: None })?;
+        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
+        let lagrangian = written_out(model, &mut pool, signed_terms(model), &known);
+        let friction = model.friction.iter().map(|family| (false, family));
+        let friction = written_out(model, &mut pool, friction, &known);
+        let n = coordinates.len();
+        let mut mass = Vec::new();
+        let mut load = Vec::new();
+        let mut damped = false;
+        for i in 0..n {
+            let momentum = pool.diff(lagrangian, velocities[i]);
+            mass.push(pool.gradient(momentum, &velocities));
+            let mut parts = Vec::new();
+            for j in 0..n {
+                let slope = pool.diff(momentum, coordinates[j]);
+                let velocity = pool.symbol_expr(velocities[j]);
+                parts.push(pool.mul(slope, velocity));
+            }
+            parts.push(pool.diff(momentum, time));
+            let force = pool.diff(lagrangian, coordinates[i]);
+            parts.push(pool.neg(force));
+            let drag = pool.diff(friction, velocities[i]);
+            damped |= pool.is_zero(drag) != ZeroVerdict::Zero;
+            parts.push(drag);
+            load.push(pool.sum(&parts));
+        }
+        let period = pool.substitute_one(given.symbolic, &known);
+        let driven = Self {
+            pool,
+            time,
+            driven_at,
+            coordinates,
+            velocities,
+            mass,
+            load,
+            damped,
+            period: (period, given.span),
+        };
+        driven.check_values(model, open)?;
+        Ok(driven)
+    }
+
+    /// That all parameters have values, but for those left open.
+    fn check_values(&self, model: &Model, open: &[usize]) -> Result<(), FloquetError> {
+        let mut roots = self.load.clone();
+        roots.extend(self.mass.iter().flatten());
+        roots.push(self.period.0);
+        for symbol in self.pool.symbols_of(&roots) {
+            if let Some(SymbolKind::Parameter(number)) = model.symbols.get(&symbol)
+                && !open.contains(number)
+            {
+                let parameter = &model.parameters[*number];
+                return Err(FloquetError::Linearize(LinearizeError::MissingValue {
+                    name: parameter.name.clone(),
+                    span: parameter.span,
+                }));
+            }
+        }
+        Ok(())
+    }
+
+    /// The number of coordinates.
+    pub(super) fn dimension(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// h and M, then, in the order of [`Driven::symbols`].
+    pub(super) fn expressions(&self) -> Vec<ExprId> {
+        let mass = self.mass.iter().flatten();
+        self.load.iter().chain(mass).copied().collect()
+    }
+
+    /// The time, the coordinates, their velocities.
+    pub(super) fn symbols(&self) -> Vec<Symbol> {
+        let time = std::iter::once(&self.time);
+        time.chain(&self.coordinates)
+            .chain(&self.velocities)
+            .copied()
+            .collect()
+    }
+
+    /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
+    /// not known.
+    pub(super) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
+        let map = self.at(point);
+        let forces = self.pool.substitute(&self.load, &map);
+        forces
+            .into_iter()
+            .map(|force| match self.pool.is_zero(force) {
+                ZeroVerdict::Zero => Some(false),
+                ZeroVerdict::NonZero => Some(true),
+                ZeroVerdict::Unknown => None,
+            })
+            .collect()
+    }
+
+    /// The force on a coordinate that rests at a point, as text.
+    pub(super) fn force_text(&mut self, coordinate: usize, point: &[ExprId]) -> Option<String> {
+        let map = self.at(point);
+        let load = self.load.get(coordinate)?;
+        let force = self.pool.substitute_one(*load, &map);
+        let force = self.pool.neg(force);
+        let text = self.pool.display(force);
+        (text.chars().count() <= 80).then_some(text)
+    }
+
+    /// Rest at a point.
+    fn at(&self, point: &[ExprId]) -> Substitution {
+        let zero = self.pool.zero();
+        let places = self.coordinates.iter().copied().zip(point.iter().copied());
+        let rest = self.velocities.iter().map(|velocity| (*velocity, zero));
+        places.chain(rest).collect()
+    }
+
+    /// The linear equations about rest at a point where no force acts: J of (q, q')' = J(t) (q, q'), row by row.
+    ///
+    /// Accelerations vanish there, so that M q'' + (dh/dq') q' + (dh/dq) q = 0.
+    pub(super) fn linear(&mut self, point: &[ExprId]) -> Result<Vec<ExprId>, FloquetError> {
+        let n = self.dimension();
+        let map = self.at(point);
+        let symbols: Vec<Symbol> = self.symbols()[1..].to_vec();
+        let mut right = Vec::new();
+        for load in self.load.clone() {
+            let row = self.pool.gradient(load, &symbols);
+            right.push(self.pool.substitute(&row, &map));
+        }
+        let mass: Vec<Vec<ExprId>> = self
+            .mass
+            .iter()
+            .map(|row| self.pool.substitute(row, &map))
+            .collect::<Vec<_>>();
+        let solved = self.solved(mass, right)?;
+        let mut rows = vec![self.pool.zero(); 2 * n * n];
+        for i in 0..n {
+            rows[2 * n * i + n + i] = self.pool.one();
+        }
+        rows.extend(solved.into_iter().flatten());
+        Ok(rows)
+    }
+
+    /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h).
+    pub(super) fn equations(&mut self) -> Result<Equations, FloquetError> {
+        let right = self.load.iter().map(|load| vec![*load]).collect();
+        let accelerations = self.solved(self.mass.clone(), right)?;
+        let mut rates: Vec<ExprId> = Vec::new();
+        for velocity in self.velocities.clone() {
+            rates.push(self.pool.symbol_expr(velocity));
+        }
+        rates.extend(accelerations.into_iter().flatten());
+        let state: Vec<Symbol> = self.symbols()[1..].to_vec();
+        Equations::compile(&mut self.pool, self.time, &state, &rates).map_err(|_| {
+            FloquetError::NotDefined {
+                span: self.driven_at,
+            }
+        })
+    }
+
+    /// -M⁻¹ times the right sides, by elimination; a positive M needs no exchanges of rows.
+    fn solved(
+        &mut self,
+        mut mass: Vec<Vec<ExprId>>,
+        mut right: Vec<Vec<ExprId>>,
+    ) -> Result<Vec<Vec<ExprId>>, FloquetError> {
+        let n = mass.len();
+        let pool = &mut self.pool;
+        let zero = pool.zero();
+        let subtract = |pool: &mut Pool, from: ExprId, factor: ExprId, other: ExprId| {
+            if other == zero {
+                return from;
+            }
+            let product = pool.mul(factor, other);
+            pool.sub(from, product)
+        };
+        for k in 0..n {
+            for i in k + 1..n {
+                if mass[i][k] == zero {
+                    continue;
+                }
+                let factor = pool.div(mass[i][k], mass[k][k]);
+                for rows in [&mut mass, &mut right] {
+                    let (upper, lower) = rows.split_at_mut(i);
+                    for (entry, other) in lower[0].iter_mut().zip(&upper[k]) {
+                        *entry = subtract(pool, *entry, factor, *other);
+                    }
+                }
+            }
+        }
+        for k in (0..n).rev() {
+            for j in 0..right[k].len() {
+                let mut value = right[k][j];
+                for l in k + 1..n {
+                    if mass[k][l] != zero {
+                        value = subtract(pool, value, mass[k][l], right[l][j]);
+                    }
+                }
+                right[k][j] = pool.div(value, mass[k][k]);
+                if pool.is_undefined(right[k][j]) {
+                    return Err(FloquetError::NotDefined {
+                        span: self.driven_at,
+                    });
+                }
+            }
+        }
+        for row in &mut right {
+            for value in row {
+                *value = pool.neg(*value);
+            }
+        }
+        Ok(right)
+    }
+}
+
+/// Refuses what has no Floquet multipliers here; tells where the time occurs.
+fn check(model: &Model) -> Result<Span, FloquetError> {
+    let Some(span) = model.time_dependent else {
+        let span = model.period.map(|given| given.span);
+        return Err(FloquetError::NoTime { span });
+    };
+    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
+    for (span, what) in [(constraint, "constraints"), (rate, "a steady motion")] {
+        if let Some(span) = span {
+            return Err(FloquetError::Unsupported { what, span });
+        }
+    }
+    let families = signed_terms(model).map(|(_, family)| family);
+    let terms: usize = families.chain(&model.friction).map(|own| own.count).sum();
+    if terms > MOST_TERMS || model.coordinates.len() > MOST_COORDINATES {
+        return Err(FloquetError::TooLarge {
+            coordinates: model.coordinates.len(),
+            terms,
+        });
+    }
+    Ok(span)
+}
+
+/// A sum of families, every instance, with the values that are known.
+fn written_out<'a>(
+    model: &Model,
+    pool: &mut Pool,
+    families: impl Iterator<Item = (bool, &'a TermFamily)>,
+    known: &Substitution,
+) -> ExprId {
+    let mut terms = Vec::new();
+    for (negative, family) in families {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, None);
+            let term = pool.substitute_one(family.body, &map);
+            terms.push(if negative { pool.neg(term) } else { term });
+        }
+    }
+    let sum = pool.sum(&terms);
+    pool.substitute_one(sum, known)
+}
+
+/// `2*pi/W`, where the time occurs in sines and cosines of W t alone.
+fn suggested_period(model: &Model) -> Option<String> {
+    let mut pool = model.pool.clone();
+    let time = model
+        .symbols
+        .iter()
+        .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))?;
+    let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
+    let mut rate = None;
+    for id in pool.reachable(&bodies) {
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
+            continue;
+        };
+        let own = pool.diff(x, time);
+        if pool.as_number(own).is_some_and(Number::is_zero) {
+            continue;
+        }
+        let constant = pool
+            .symbols_of(&[own])
+            .iter()
+            .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_))));
+        if !constant || rate.is_some_and(|other| other != own) {
+            return None;
+        }
+        rate = Some(own);
+    }
+    let turn = pool.pi();
+    let turn = pool.scale(turn, &Number::from(2));
+    let period = pool.div(turn, rate?);
+    Some(pool.display(period))
+}

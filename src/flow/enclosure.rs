@@ -1,0 +1,142 @@
+//! What a type of enclosures has to offer beyond arithmetic.
+
+use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
+
+/// A number known to lie within a radius of a midpoint.
+pub trait Enclosure: Scalar {
+    /// A double, exactly.
+    fn exact(value: f64, precision: Self::Precision) -> Self;
+    /// The midpoint, exactly.
+    fn center(&self) -> Self;
+    /// The midpoint as a double, about.
+    fn middle(&self) -> f64;
+    /// An upper bound of the distance from the midpoint; infinite where the number is none.
+    fn radius(&self) -> f64;
+    /// An upper bound of the absolute value; infinite where the number is none.
+    fn abs_upper(&self) -> f64;
+    /// With a radius larger by so much.
+    fn widened(&self, by: f64) -> Self;
+    /// Whether the number is certainly positive.
+    fn is_above_zero(&self) -> bool;
+    /// Whether the number is zero, exactly.
+    fn is_zero(&self) -> bool;
+    /// As a ball in double-double.
+    fn to_ball(&self) -> Ball;
+    /// About the relative error of one operation.
+    fn rounding(precision: Self::Precision) -> f64;
+}
+
+impl Enclosure for Ball {
+    fn exact(value: f64, (): ()) -> Self {
+        Ball::exact(value)
+    }
+
+    fn center(&self) -> Self {
+        if self.is_finite() {
+            Ball::new(self.mid, 0.0)
+        } else {
+            *self
+        }
+    }
+
+    fn middle(&self) -> f64 {
+        self.mid_f64()
+    }
+
+    fn radius(&self) -> f64 {
+        if self.is_finite() {
+            self.radius
+        } else {
+            f64::INFINITY
+        }
+    }
+
+    fn abs_upper(&self) -> f64 {
+        Ball::abs_upper(self)
+    }
+
+    fn widened(&self, by: f64) -> Self {
+        self.with_added_radius(by)
+    }
+
+    fn is_above_zero(&self) -> bool {
+        self.is_positive()
+    }
+
+    fn is_zero(&self) -> bool {
+        Ball::is_zero(self)
+    }
+
+    fn to_ball(&self) -> Ball {
+        *self
+    }
+
+    fn rounding((): ()) -> f64 {
+        crate::precision::U2
+    }
+}
+
+impl Enclosure for Big {
+    fn exact(value: f64, bits: usize) -> Self {
+        Big::from_f64(value, bits)
+    }
+
+    fn center(&self) -> Self {
+        if self.is_finite() {
+            Big::center(self)
+        } else {
+            self.clone()
+        }
+    }
+
+    fn middle(&self) -> f64 {
+        self.mid_f64()
+    }
+
+    fn radius(&self) -> f64 {
+        Big::radius(self).to_f64()
+    }
+
+    fn abs_upper(&self) -> f64 {
+        Big::abs_upper(self).to_f64()
+    }
+
+    fn widened(&self, by: f64) -> Self {
+        if by >= 0.0 && by.is_finite() {
+            self.clone().with_added_radius(Magnitude::from_f64(by))
+        } else {
+            Big::not_finite(self.bits())
+        }
+    }
+
+    fn is_above_zero(&self) -> bool {
+        self.is_positive()
+    }
+
+    fn is_zero(&self) -> bool {
+        Big::is_zero(self)
+    }
+
+    fn to_ball(&self) -> Ball {
+        Big::to_ball(self)
+    }
+
+    fn rounding(bits: usize) -> f64 {
+        f64::powi(2.0, -i32::try_from(bits.min(1000)).unwrap_or(1000))
+    }
+}
+
+/// x + [0, length] for an upper bound of the length.
+pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision) -> S {
+    let half = (0.5 * length).next_up();
+    x.add(&S::exact(half, precision)).widened(half)
+}
+
+/// An upper bound of e^x - 1 for x >= 0.
+pub(super) fn growth(x: f64) -> f64 {
+    if !(0.0..700.0).contains(&x) {
+        return f64::INFINITY;
+    }
+    let exponential = Ball::from(DoubleDouble::exact(x)).exp();
+    up((exponential - Ball::ONE).upper().max(0.0))
+}

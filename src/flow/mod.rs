@@ -1,0 +1,90 @@
+//! Ordinary differential equations x' = f(t, x), a step at a time: enclosed, and in plain doubles.
+//!
+//! Right sides are tapes; a step sums the Taylor series of the solution ([`crate::expr::Series`]), of any order, and
+//! that of its derivative by the initial point (the variational equations T' = J T, J = df/dx). [`Enclosing`] bounds what is
+//! left out: a box that the solution does not leave during the step, by the theorem of Picard and Lindelöf, a bound
+//! of T there by Gronwall's inequality, and Lagrange's remainder from the series over that box (R. E. Moore, Interval
+//! Analysis (1966), chapter 11; N. S. Nedialkov, K. R. Jackson, G. F. Corliss, Appl. Math. Comput. 105 (1999) 21). [`Plain`] does the
+//! same sums in doubles, with an error that is estimated only.
+//!
+//! It never sees a model, and never says that a bound holds where a box was not shown to hold the solution: such a
+//! step fails.
+
+mod enclosing;
+mod enclosure;
+mod plain;
+
+pub use enclosing::{Enclosing, Step};
+pub use enclosure::Enclosure;
+pub use plain::Plain;
+
+use crate::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};
+
+/// x' = f(t, x) with the derivatives of f, compiled.
+#[derive(Clone, Debug)]
+pub struct Equations {
+    dimension: usize,
+    /// Whether the state itself is followed; otherwise only T, with a J that depends on t alone.
+    moving: bool,
+    /// f where the state is followed, then J row by row.
+    tape: Tape,
+    /// f alone.
+    rates: Tape,
+}
+
+impl Equations {
+    /// From f as expressions in the time and the state, one for each component of the state.
+    ///
+    /// # Errors
+    /// [`UnboundSymbol`] where f contains another symbol.
+    pub fn compile(
+        pool: &mut Pool,
+        time: Symbol,
+        state: &[Symbol],
+        rates: &[ExprId],
+    ) -> Result<Self, UnboundSymbol> {
+        let mut outputs = rates.to_vec();
+        for rate in rates {
+            for symbol in state {
+                outputs.push(pool.diff(*rate, *symbol));
+            }
+        }
+        let inputs: Vec<Symbol> = [time].iter().chain(state).copied().collect();
+        Ok(Self {
+            dimension: state.len(),
+            moving: true,
+            tape: Tape::compile(pool, &outputs, &inputs)?,
+            rates: Tape::compile(pool, rates, &inputs)?,
+        })
+    }
+
+    /// T' = J(t) T alone, for a J given row by row: linear equations, or those about a state that rests.
+    ///
+    /// # Errors
+    /// [`UnboundSymbol`] where J contains another symbol than the time.
+    pub fn linear(
+        pool: &Pool,
+        time: Symbol,
+        dimension: usize,
+        slopes: &[ExprId],
+    ) -> Result<Self, UnboundSymbol> {
+        Ok(Self {
+            dimension,
+            moving: false,
+            tape: Tape::compile(pool, slopes, &[time])?,
+            rates: Tape::compile(pool, &[], &[time])?,
+        })
+    }
+
+    /// The number of components of the state.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Whether the state itself is followed.
+    #[must_use]
+    pub fn is_moving(&self) -> bool {
+        self.moving
+    }
+}

@@ -1,0 +1,75 @@
+//! Exact numbers from the command line.
+
+use super::{ModelError, Settings, TableTexts, elaborate};
+use crate::expr::{ExprId, Pool};
+
+/// A number without symbols, exact: `1/3`, `pi - 1e-6`, `sqrt(2)`.
+#[derive(Clone, Debug)]
+pub struct Constant {
+    text: String,
+    pool: Pool,
+    value: ExprId,
+}
+
+impl Constant {
+    /// Reads a constant expression of the model language.
+    ///
+    /// # Errors
+    /// [`ModelError::BadSetting`] with what is wrong.
+    ///
+    /// ```
+    /// use librate::{linearize, model::Constant};
+    /// let half = Constant::parse("pi/2")?;
+    /// let number = linearize::constant(half.pool(), half.value());
+    /// assert_eq!(number.map(|x| x.mid_f64()), Some(std::f64::consts::FRAC_PI_2));
+    /// assert!(Constant::parse("2*x").is_err() && Constant::parse("1) + (2").is_err());
+    /// # Ok::<(), librate::model::ModelError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, ModelError> {
+        let bad = |reason: String| ModelError::BadSetting {
+            text: text.to_owned(),
+            reason,
+        };
+        // By itself first, so that it is one expression and no further statements.
+        Settings::new()
+            .add(&format!("x = {text}"))
+            .map_err(|error| match error {
+                ModelError::BadSetting { reason, .. } => bad(reason),
+                other => other,
+            })?;
+        let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
+            .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new())
+            .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
+        let value = match model.parameters.as_slice() {
+            [only] => only.value,
+            _ => None,
+        };
+        match value {
+            Some(value) => Ok(Self {
+                text: text.trim().to_owned(),
+                pool: model.pool,
+                value,
+            }),
+            None => Err(bad("it is no constant".to_owned())),
+        }
+    }
+
+    /// As it was written.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// The expression, in the pool of [`Constant::pool`].
+    #[must_use]
+    pub fn value(&self) -> ExprId {
+        self.value
+    }
+
+    /// Where the expression lives.
+    #[must_use]
+    pub fn pool(&self) -> &Pool {
+        &self.pool
+    }
+}

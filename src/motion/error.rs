@@ -1,0 +1,127 @@
+//! Why a motion can't be computed.
+
+use crate::diagnostic::Diagnostic;
+use crate::linearize::LinearizeError;
+
+/// A motion that can't be computed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// An entry of a list of starting values that can't be read.
+    #[error("can't read the start `{text}`: {reason}")]
+    BadStart {
+        /// The entry.
+        text: String,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A starting value for something that is no coordinate.
+    #[error("`{name}` is no coordinate of the model")]
+    NotACoordinate {
+        /// The name.
+        name: String,
+        /// The coordinate that may have been meant.
+        nearest: Option<String>,
+    },
+    /// A mode that the model does not have.
+    #[error("there is no mode {mode}: the model has {count}")]
+    NoSuchMode {
+        /// The number that was asked for.
+        mode: usize,
+        /// How many modes there are.
+        count: usize,
+    },
+    /// An amplitude that is no number.
+    #[error("the amplitude `{text}` is no number")]
+    BadAmplitude {
+        /// As it was given.
+        text: String,
+    },
+    /// An end or a number of rows that is none.
+    #[error("no rows until {until}: {reason}")]
+    BadTimes {
+        /// The end as it was given.
+        until: String,
+        /// The number of rows.
+        samples: usize,
+        /// What is wrong.
+        reason: String,
+    },
+    /// A start off the constraints that nothing can be done about.
+    #[error("the start does not obey the constraints: {reason}")]
+    OffConstraints {
+        /// By how much, or why the rest can't be found.
+        reason: String,
+    },
+    /// The motion ends on its way.
+    #[error("the motion meets a singularity at t = {time}, {place}: {reason}")]
+    Singular {
+        /// When.
+        time: String,
+        /// Where.
+        place: String,
+        /// What is wrong there.
+        reason: String,
+    },
+    /// Too much to write out.
+    #[error("{terms} terms are too many to integrate: at most {most}")]
+    TooLarge {
+        /// How many terms.
+        terms: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// A table that is too large.
+    #[error("a table of {numbers} numbers is too large: at most {most}")]
+    TooManyNumbers {
+        /// How many numbers.
+        numbers: usize,
+        /// The limit.
+        most: usize,
+    },
+    /// A motion of too many steps.
+    #[error("the motion takes too many steps: {steps} lead to t = {reached}")]
+    TooLong {
+        /// How far it was followed.
+        reached: String,
+        /// In how many steps.
+        steps: usize,
+    },
+    /// What keeps the model from having an equilibrium or modes.
+    #[error(transparent)]
+    Linearize(#[from] LinearizeError),
+}
+
+impl From<&MotionError> for Diagnostic {
+    fn from(error: &MotionError) -> Self {
+        let told = Diagnostic::global(error.to_string());
+        let told = match error {
+            MotionError::Linearize(error) => return Diagnostic::from(error),
+            MotionError::BadStart { .. } => told
+                .with_help("write coordinates and velocities with their values: `--start \"phi[1]=0.1, phi[1]'=0\"`"),
+            MotionError::NotACoordinate { nearest, .. } => match nearest {
+                Some(nearest) => told.with_help(format!("did you mean `{nearest}`?")),
+                None => told.with_help("a start names coordinates, and velocities with a prime: `x=1, x'=0`"),
+            },
+            MotionError::NoSuchMode { .. } => told
+                .with_help("modes are counted from 1 in the order that `librate modes` prints"),
+            MotionError::BadAmplitude { .. } => told
+                .with_help("an amplitude is the largest displacement of the mode: `--amplitude 1/10`"),
+            MotionError::BadTimes { .. } => told
+                .with_help("write for example `--until 10 --samples 101`"),
+            MotionError::OffConstraints { .. } => told
+                .with_help("give as many coordinates as are free; what is left out follows from the constraints"),
+            MotionError::Singular { .. } => told.with_help(
+                "a shorter time, another start or other coordinates avoid it",
+            ),
+            MotionError::TooLarge { .. } => {
+                told.with_help("every step takes all of them: a smaller model will do")
+            }
+            MotionError::TooLong { .. } => told.with_help(
+                "ask for a shorter time; the steps follow the fastest oscillation, decay or turn of the model",
+            ),
+            MotionError::TooManyNumbers { .. } => told.with_help("ask for fewer samples"),
+        };
+        told.with_code(error.code())
+    }
+}

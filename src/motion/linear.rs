@@ -1,0 +1,68 @@
+//! The superposition of normal modes beside a motion: the linearized equations, solved exactly.
+//!
+//! With x = (q, q') they are x' = A x, and rows at equal steps follow each other by exp(A h) (for the matrix exponential:
+//! N. J. Higham, SIAM J. Matrix Anal. Appl. 26 (2005) 1179, as nalgebra has it).
+
+use nalgebra::{DMatrix, DVector};
+
+use super::{Start, Times};
+use crate::linearize::Linearized;
+use crate::precision::{Ball, Scalar};
+
+/// What the linearized equations make of a start, one row a sample: coordinates and velocities in doubles, SI. `None` where M is singular to
+/// working precision.
+#[must_use]
+pub fn superposition(
+    linearized: &Linearized,
+    start: &Start,
+    times: &Times,
+) -> Option<Vec<Vec<f64>>> {
+    let m = linearized.dimension();
+    let n = linearized.coordinates();
+    let of = |entries: &[Ball]| DMatrix::from_iterator(m, m, entries.iter().map(Ball::mid_f64));
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    let mass = of(&linearized.mass()).lu();
+    let stiffness = mass.solve(&of(&stiffness))?;
+    let velocity = mass.solve(&of(&velocity))?;
+    let mut generator = DMatrix::zeros(2 * m, 2 * m);
+    generator
+        .view_mut((0, m), (m, m))
+        .copy_from(&DMatrix::identity(m, m));
+    generator.view_mut((m, 0), (m, m)).copy_from(&-stiffness);
+    generator.view_mut((m, m), (m, m)).copy_from(&-velocity);
+    let step = times.at(1).mid_f64();
+    let propagator = (generator * step).exp();
+    let rest = &linearized.equilibrium().values;
+    let rates = linearized.rates();
+    let free = linearized.free_coordinates();
+    // What is small beside its place is told before it is rounded.
+    let displaced = |values: &[Ball], from: &[Ball]| -> Vec<f64> {
+        let all: Vec<f64> = values
+            .iter()
+            .zip(from)
+            .map(|(x, at)| x.sub(at).mid_f64())
+            .collect();
+        free.iter().filter_map(|at| all.get(*at).copied()).collect()
+    };
+    let mut state = displaced(&start.positions, rest);
+    state.extend(displaced(&start.velocities, &rates));
+    let equilibrium: Vec<f64> = rest.iter().map(Ball::mid_f64).collect();
+    let rates: Vec<f64> = rates.iter().map(Ball::mid_f64).collect();
+    let mut state = DVector::from_vec(state);
+    let mut rows = Vec::with_capacity(times.len());
+    for row in 0..times.len() {
+        let t = times.at(row).mid_f64();
+        let (positions, _) = linearized.embed(&state.as_slice()[..m], 0.0);
+        let (velocities, _) = linearized.embed(&state.as_slice()[m..], 0.0);
+        let mut values = Vec::with_capacity(2 * n);
+        for i in 0..n {
+            values.push(equilibrium[i] + rates[i] * t + positions[i]);
+        }
+        for i in 0..n {
+            values.push(rates[i] + velocities[i]);
+        }
+        rows.push(values);
+        state = &propagator * state;
+    }
+    Some(rows)
+}

@@ -1,0 +1,384 @@
+//! Time evolution: the equations of motion in full, from where a motion starts.
+//!
+//! The equations are those that the energies give, with nothing linearized (`equations`); they are integrated by Taylor
+//! series of high order (`step`), because compiled expressions give them cheaply, a step is its own dense output, and the
+//! same code runs in double-double. [`System::motion`] runs in double-double and beside it in doubles: what the two differ by tells
+//! how much the motion magnifies errors, and with that which digits of the better one stand. Where doubles have lost the
+//! motion, a second run in double-double of another order takes their place. That is an estimate, no proof. [`System::quick`]
+//! runs in doubles alone, to a tolerance, and says nothing about digits.
+//!
+//! It never proves a bound, never smooths over a singularity, and never prints.
+
+mod codes;
+mod equations;
+mod error;
+mod linear;
+mod start;
+mod step;
+
+pub use error::MotionError;
+pub use linear::superposition;
+pub use start::Start;
+
+use equations::Equations;
+use step::{Real, Stepper, Trouble};
+
+use crate::model::{Constant, Model};
+use crate::precision::{Ball, Scalar};
+
+/// Order and tolerance of steps in double-double.
+const FINE: (usize, f64) = (36, 1e-33);
+/// The same for the run that checks it.
+const CHECK: (usize, f64) = (30, 1e-30);
+/// The same in doubles.
+const PLAIN: (usize, f64) = (22, 1e-17);
+/// Rounding errors of double-double and doubles, beside each other.
+const FINE_UNIT: f64 = 1e-31;
+const PLAIN_UNIT: f64 = 1.2e-16;
+/// Beyond this doubles have nothing to do with the motion any more.
+const LOST: f64 = 1e-4;
+/// A motion takes at most so many steps.
+const MOST_STEPS: usize = 300_000;
+/// After so many steps it is looked at how many it will take.
+const FIRST_STEPS: usize = 400;
+/// A table has at most so many numbers.
+const MOST_NUMBERS: usize = 50_000_000;
+
+/// When a motion is looked at: rows at equal steps from t = 0.
+#[derive(Clone, Debug)]
+pub struct Times {
+    until: Ball,
+    samples: usize,
+}
+
+impl Times {
+    /// `samples` rows from t = 0 to `until`.
+    ///
+    /// # Errors
+    /// [`MotionError::BadTimes`] for a time that is no positive number, and for no row at all.
+    pub fn new(until: &Constant, samples: usize) -> Result<Self, MotionError> {
+        let bad = |reason: &str| MotionError::BadTimes {
+            until: until.text().to_owned(),
+            samples,
+            reason: reason.to_owned(),
+        };
+        let value = crate::linearize::constant(until.pool(), until.value());
+        let value = value.filter(|value| value.is_positive() && value.is_finite());
+        let Some(value) = value else {
+            return Err(bad("the time that a motion ends at is a positive number"));
+        };
+        if samples == 0 {
+            return Err(bad("a table has at least one row"));
+        }
+        Ok(Self {
+            until: Ball::new(value.mid, 0.0),
+            samples,
+        })
+    }
+
+    /// The time of a row.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
+    pub fn at(&self, row: usize) -> Ball {
+        if self.samples < 2 {
+            return Ball::ZERO;
+        }
+        let (row, rows) = (row as f64, (self.samples - 1) as f64);
+        let time = self.until.mul(&Ball::exact(row)).div(&Ball::exact(rows));
+        Ball::new(time.mid, 0.0)
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples
+    }
+
+    /// Whether there is no row; never so.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+}
+
+/// A motion, row by row.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trajectory {
+    /// The times, in SI.
+    pub times: Vec<Ball>,
+    /// Per row: the coordinates, then their velocities, in SI. The radius is what the value is estimated to be off by; 0
+    /// for a quick run.
+    pub rows: Vec<Vec<Ball>>,
+    /// How far the energy strays from where it started, beside the largest kinetic energy, 0 where that is rounding; `None`
+    /// where it is not conserved.
+    pub energy_drift: Option<f64>,
+    /// How many steps were made.
+    pub steps: usize,
+    /// Whether the radii are estimates of the error.
+    pub estimated: bool,
+}
+
+/// A model as equations of motion.
+#[derive(Clone, Debug)]
+pub struct System {
+    equations: Equations,
+    names: Vec<String>,
+}
+
+/// States at the rows, and how many steps they took.
+struct Run<S> {
+    rows: Vec<Vec<S>>,
+    steps: usize,
+}
+
+impl System {
+    /// Writes the equations of motion out.
+    ///
+    /// # Errors
+    /// Parameters without a value, and models of too many terms.
+    pub fn new(model: &Model) -> Result<Self, MotionError> {
+        let names = model.coordinates.iter().map(|own| own.name.clone());
+        Ok(Self {
+            equations: Equations::new(model)?,
+            names: names.collect(),
+        })
+    }
+
+    /// The motion with its digits: each value with an estimate of its error. Time goes in proportion to the number of steps and to the
+    /// size of the equations.
+    ///
+    /// # Errors
+    /// [`MotionError::Singular`] where the motion ends or M has no inverse.
+    pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
+        self.check_size(times)?;
+        let fine = self.run::<Ball>(start, times, FINE)?;
+        let plain = self.run::<f64>(start, times, PLAIN).ok();
+        let sizes = self.sizes(&fine.rows);
+        let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
+            let own = fine.rows[row].iter().zip(&sizes).enumerate();
+            own.fold(0.0_f64, |most, (at, (value, size))| {
+                let off = value.sub(&other(at)).mid_f64().abs();
+                most.max(if off > 0.0 { off / size } else { 0.0 })
+            })
+        };
+        let mut check: Option<Run<Ball>> = None;
+        let mut magnified = 1.0_f64;
+        let mut seen = 0.0_f64;
+        let mut errors = Vec::with_capacity(fine.rows.len());
+        for row in 0..fine.rows.len() {
+            let off = plain
+                .as_ref()
+                .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
+                .filter(|off| off.is_finite());
+            match off {
+                Some(off) if off < LOST && check.is_none() => {
+                    magnified = magnified.max(off / PLAIN_UNIT);
+                }
+                _ => {
+                    if check.is_none() {
+                        check = Some(self.run::<Ball>(start, times, CHECK)?);
+                    }
+                    if let Some(check) = &check {
+                        // The check leaves out more than what it checks.
+                        seen = seen.max(relative(row, &|at| check.rows[row][at]));
+                    }
+                }
+            }
+            errors.push((magnified * FINE_UNIT).max(seen));
+        }
+        let rows = fine.rows.iter().zip(&errors).enumerate();
+        let rows = rows.map(|(row, (values, error))| {
+            let start = row == 0;
+            let values = values.iter().zip(&sizes);
+            values
+                .map(|(value, size)| Ball::new(value.mid, if start { 0.0 } else { error * size }))
+                .collect()
+        });
+        let rows: Vec<Vec<Ball>> = rows.collect();
+        Ok(Trajectory {
+            energy_drift: self.drift(times, &rows, FINE_UNIT),
+            times: (0..rows.len()).map(|row| times.at(row)).collect(),
+            rows,
+            steps: fine.steps,
+            estimated: true,
+        })
+    }
+
+    /// The motion in doubles, steps of which leave out so much beside the size of each coordinate.
+    ///
+    /// # Errors
+    /// As [`System::motion`].
+    pub fn quick(
+        &self,
+        start: &Start,
+        times: &Times,
+        tolerance: f64,
+    ) -> Result<Trajectory, MotionError> {
+        self.check_size(times)?;
+        let tolerance = tolerance.clamp(1e-17, 0.1);
+        // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
+        let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
+        let order = order.clamp(4.0, 22.0) as usize;
+        let run = self.run::<f64>(start, times, (order, tolerance))?;
+        let rows = run.rows.iter();
+        let rows: Vec<Vec<Ball>> = rows
+            .map(|row| row.iter().map(|x| Ball::exact(*x)).collect())
+            .collect();
+        Ok(Trajectory {
+            energy_drift: self.drift(times, &rows, PLAIN_UNIT),
+            times: (0..rows.len()).map(|row| times.at(row)).collect(),
+            rows,
+            steps: run.steps,
+            estimated: false,
+        })
+    }
+
+    fn check_size(&self, times: &Times) -> Result<(), MotionError> {
+        let numbers = times.samples.saturating_mul(2 * self.names.len() + 1);
+        if numbers <= MOST_NUMBERS {
+            return Ok(());
+        }
+        Err(MotionError::TooManyNumbers {
+            numbers,
+            most: MOST_NUMBERS,
+        })
+    }
+
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
+    fn run<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        (order, tolerance): (usize, f64),
+    ) -> Result<Run<S>, MotionError>
+    where
+        S: FromBall,
+    {
+        let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
+        let mut q: Vec<S> = start.positions.iter().map(S::from_ball).collect();
+        let mut v: Vec<S> = start.velocities.iter().map(S::from_ball).collect();
+        let mut t = S::exact(0.0);
+        let end = S::from_ball(&times.at(times.samples - 1));
+        let mut rows = Vec::with_capacity(times.samples);
+        let mut steps = 0;
+        loop {
+            let length = stepper
+                .expand(&t, &mut q, &mut v)
+                .map_err(|trouble| self.trouble(trouble, &t, &q))?;
+            let left = end.sub(&t);
+            while rows.len() < times.samples {
+                let after = S::from_ball(&times.at(rows.len())).sub(&t).centred();
+                if after.middle() > length {
+                    break;
+                }
+                let (mut row, speed) = stepper.at(&after);
+                row.extend(speed);
+                if !row.iter().all(S::is_finite) {
+                    return Err(self.trouble(Trouble::NotFinite, &t, &q));
+                }
+                rows.push(row);
+            }
+            if rows.len() == times.samples {
+                return Ok(Run { rows, steps });
+            }
+            let h = S::exact(length.min(left.middle()));
+            let next = t.add(&h).centred();
+            // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
+            let share = next.middle() / end.middle();
+            let expected = FIRST_STEPS as f64 / share;
+            if steps >= MOST_STEPS || steps == FIRST_STEPS && expected > 10.0 * MOST_STEPS as f64 {
+                return Err(MotionError::TooLong {
+                    reached: format!("{:.6}", next.middle()),
+                    steps,
+                });
+            }
+            // A step that does not move the time ends in a singularity.
+            if next.sub(&t).middle() <= 1e-15 * t.middle() {
+                return Err(self.trouble(Trouble::NoStep, &t, &q));
+            }
+            (q, v) = stepper.at(&next.sub(&t));
+            t = next;
+            steps += 1;
+        }
+    }
+
+    fn trouble<S: Real>(&self, trouble: Trouble, t: &S, q: &[S]) -> MotionError {
+        let place = self.names.iter().zip(q);
+        let place = place.map(|(name, x)| format!("{name} = {:.6}", x.middle()));
+        let mut place: Vec<String> = place.take(6).collect();
+        if self.names.len() > 6 {
+            place.push("…".to_owned());
+        }
+        MotionError::Singular {
+            time: format!("{:.6}", t.middle()),
+            place: place.join(", "),
+            reason: match trouble {
+                Trouble::Singular => "the mass matrix, with the constraints, has no inverse there",
+                Trouble::NotFinite => "the equations of motion are not defined there",
+                Trouble::NoStep => "the motion can't be continued beyond it",
+            }
+            .to_owned(),
+        }
+    }
+
+    /// The largest size of each coordinate and velocity.
+    fn sizes(&self, rows: &[Vec<Ball>]) -> Vec<f64> {
+        let mut sizes = vec![0.0_f64; 2 * self.names.len()];
+        for row in rows {
+            for (size, value) in sizes.iter_mut().zip(row) {
+                *size = size.max(value.mid_f64().abs());
+            }
+        }
+        for size in &mut sizes {
+            if *size == 0.0 {
+                *size = f64::MIN_POSITIVE;
+            }
+        }
+        sizes
+    }
+
+    fn drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
+        let tape = self.equations.energy.as_ref()?.prepare::<Ball>(());
+        let mut scratch = Vec::new();
+        let (mut least, mut most, mut motion) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        let mut first: Option<Ball> = None;
+        let n = self.names.len();
+        for (at, row) in rows.iter().enumerate() {
+            let mut inputs = vec![times.at(at)];
+            inputs.extend(row.iter().map(|x| Ball::new(x.mid, 0.0)));
+            let energy = tape.evaluate(&inputs, &mut scratch).into_iter().next()?;
+            for speed in &mut inputs[n + 1..] {
+                *speed = Ball::ZERO;
+            }
+            let rest = tape.evaluate(&inputs, &mut scratch).into_iter().next()?;
+            motion = motion.max(energy.sub(&rest).mid_f64().abs());
+            let first = first.get_or_insert(energy);
+            let off = energy.sub(first).mid_f64();
+            (least, most) = (least.min(off), most.max(off));
+        }
+        let stray = most.max(-least);
+        if first.is_some_and(|first| stray <= 16.0 * unit * first.mid_f64().abs()) {
+            return Some(0.0);
+        }
+        (motion > 0.0 && stray.is_finite()).then(|| stray / motion)
+    }
+}
+
+/// Numbers of a run, from enclosures.
+trait FromBall {
+    fn from_ball(value: &Ball) -> Self;
+}
+
+impl FromBall for f64 {
+    fn from_ball(value: &Ball) -> Self {
+        value.mid_f64()
+    }
+}
+
+impl FromBall for Ball {
+    fn from_ball(value: &Ball) -> Self {
+        Ball::new(value.mid, 0.0)
+    }
+}

@@ -1,0 +1,217 @@
+//! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
+
+use super::{Feature, PeriodError};
+use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use crate::linearize::{Linearized, Origin, instance, known_values, signed_terms};
+use crate::model::Model;
+use crate::number::Number;
+
+/// Smaller parts of a period are not looked for.
+const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
+
+/// L = 1/2 M(q) q'^2 + b(q) q' - U(q). The term in b is the derivative of a function of q by the time and moves nothing.
+#[derive(Clone, Debug)]
+pub(super) struct Energies {
+    pub(super) pool: Pool,
+    pub(super) coordinate: Symbol,
+    /// U = V - T0.
+    pub(super) potential: ExprId,
+    pub(super) mass: ExprId,
+}
+
+/// Refuses what has no period by energy conservation in one coordinate.
+pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
+    if model.coordinates.len() != 1 {
+        return Err(PeriodError::NotOneCoordinate {
+            count: model.coordinates.len(),
+            span: model.coordinates.get(1).map(|second| second.span),
+        });
+    }
+    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
+    let features = [
+        (Feature::Time, model.time_dependent),
+        (Feature::Dissipation, model.dissipation),
+        (Feature::Constraint, constraint),
+        (Feature::SteadyMotion, rate),
+    ];
+    for (feature, span) in features {
+        if let Some(span) = span {
+            return Err(PeriodError::Unsupported { feature, span });
+        }
+    }
+    Ok(())
+}
+
+impl Energies {
+    pub(super) fn new(model: &Model) -> Result<Self, PeriodError> {
+        let Some(own) = model.coordinates.first() else {
+            return Err(PeriodError::NotOneCoordinate {
+                count: 0,
+                span: None,
+            });
+        };
+        let mut pool = model.pool.clone();
+        let mut terms = Vec::new();
+        for (negative, family) in signed_terms(model) {
+            for at in 0..family.count {
+                let map = instance(model, &mut pool, family, at, None);
+                let term = pool.substitute_one(family.body, &map);
+                terms.push(if negative { pool.neg(term) } else { term });
+            }
+        }
+        let lagrangian = pool.sum(&terms);
+        let lagrangian = pool.substitute_one(lagrangian, &known_values(model));
+        let velocity = own.velocity;
+        let once = pool.diff(lagrangian, velocity);
+        let mass = pool.diff(once, velocity);
+        let third = pool.diff(mass, velocity);
+        if pool.is_zero(third) != ZeroVerdict::Zero {
+            return Err(PeriodError::NotQuadratic {
+                coordinate: own.name.clone(),
+                span: own.span,
+            });
+        }
+        let zero = pool.zero();
+        let rest: Substitution = [(velocity, zero)].into_iter().collect();
+        let parts = pool.substitute(&[mass, lagrangian], &rest);
+        let [mass, lagrangian] = parts.as_slice() else {
+            return Err(PeriodError::NotQuadratic {
+                coordinate: own.name.clone(),
+                span: own.span,
+            });
+        };
+        let potential = pool.neg(*lagrangian);
+        Ok(Self {
+            mass: *mass,
+            potential,
+            coordinate: own.symbol,
+            pool,
+        })
+    }
+
+    /// U and M as functions of the coordinate; `None` where a parameter is left.
+    pub(super) fn tape(&self) -> Option<Tape> {
+        let roots = [self.potential, self.mass];
+        Tape::compile(&self.pool, &roots, &[self.coordinate]).ok()
+    }
+
+    /// Whether U and M are the same with q0 + x and q0 - x, where the equilibrium q0 is given or 0.
+    pub(super) fn is_even_about(&mut self, linearized: &Linearized) -> bool {
+        let centre = match linearized.equilibrium().origins.first() {
+            Some(Origin::Zero) => self.pool.zero(),
+            Some(Origin::Given) => {
+                let given = linearized.model().equilibria.first().copied().flatten();
+                match given.and_then(|given| given.value) {
+                    Some(value) => value,
+                    None => return false,
+                }
+            }
+            Some(Origin::Found) | None => return false,
+        };
+        let pool = &mut self.pool;
+        let q = pool.symbol_expr(self.coordinate);
+        let mirrored = pool.linear(&[(centre, Number::from(2)), (q, Number::from(-1))]);
+        self.is_unchanged(mirrored)
+    }
+
+    /// Whether U and M stay the same where the coordinate is replaced.
+    fn is_unchanged(&mut self, replacement: ExprId) -> bool {
+        let map: Substitution = [(self.coordinate, replacement)].into_iter().collect();
+        let before = [self.potential, self.mass];
+        let after = self.pool.substitute(&before, &map);
+        before.iter().zip(after).all(|(before, after)| {
+            let difference = self.pool.sub(*before, after);
+            self.pool.is_zero(difference) == ZeroVerdict::Zero
+        })
+    }
+
+    /// The shortest period of U and M in the coordinate that is found, a positive constant: where the coordinate occurs
+    /// in sines, cosines and tangents of arguments a q + b with rational ratios of the a alone.
+    pub(super) fn advance(&mut self) -> Option<ExprId> {
+        let q = self.coordinate;
+        let roots = [self.potential, self.mass];
+        let mut inside: std::collections::HashMap<ExprId, ()> = std::collections::HashMap::new();
+        let mut arguments = Vec::new();
+        for id in self.pool.reachable(&roots) {
+            if let Node::Function(Function::Sin | Function::Cos | Function::Tan, x) =
+                self.pool.node(id)
+            {
+                arguments.push((id, *x));
+            }
+        }
+        let mut rates = Vec::new();
+        for (function, argument) in arguments {
+            if !self.pool.depends_on(argument, &|symbol| symbol == q) {
+                continue;
+            }
+            let rate = self.pool.diff(argument, q);
+            if self.pool.is_constant(rate) {
+                inside.insert(function, ());
+                rates.push(rate);
+            }
+        }
+        let first = *rates.first()?;
+        // Everything that depends on the coordinate does so through these functions.
+        let mut varies: std::collections::HashMap<ExprId, bool> = std::collections::HashMap::new();
+        for id in self.pool.reachable(&roots) {
+            let mut own = self.pool.as_symbol(id) == Some(q);
+            if !inside.contains_key(&id) {
+                let pool = &self.pool;
+                pool.node(id).for_each_child(|child| {
+                    own |= varies.get(&child).copied().unwrap_or(false);
+                });
+            }
+            varies.insert(id, own);
+        }
+        if roots
+            .iter()
+            .any(|root| varies.get(root).copied().unwrap_or(false))
+        {
+            return None;
+        }
+        // All rates are whole multiples of the first one divided by the common denominator, and by no larger part.
+        let mut numerators = 0_u64;
+        let mut denominators = 1_u64;
+        for rate in rates {
+            let ratio = self.pool.div(rate, first);
+            let (n, d) = self.pool.as_number(ratio)?.small_parts()?;
+            let n = n.unsigned_abs().checked_mul(denominators)?;
+            let common = denominators.checked_mul(d)?;
+            numerators = gcd(numerators.checked_mul(d)?, n);
+            denominators = common;
+        }
+        let size = Number::ratio(
+            i64::try_from(denominators).ok()?,
+            i64::try_from(numerators).ok()?,
+        )?;
+        let pool = &mut self.pool;
+        let pi = pool.pi();
+        let turn = pool.div(pi, first);
+        let turn = pool.scale(turn, &size);
+        let turn = pool.scale(turn, &Number::from(2));
+        let mut advance = pool.abs(turn);
+        // A square of a cosine has half the period.
+        for prime in PRIMES {
+            for _ in 0..8 {
+                let part = Number::ratio(1, prime)?;
+                let shorter = self.pool.scale(advance, &part);
+                let q = self.pool.symbol_expr(self.coordinate);
+                let shifted = self.pool.add(q, shorter);
+                if !self.is_unchanged(shifted) {
+                    break;
+                }
+                advance = shorter;
+            }
+        }
+        Some(advance)
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    let (mut a, mut b) = (a, b);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}

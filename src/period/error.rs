@@ -1,0 +1,241 @@
+//! Why a model has no period to speak of.
+
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// What a model may say that the period of one coordinate does not cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Feature {
+    /// The time occurs.
+    Time,
+    /// A `dissipation` function.
+    Dissipation,
+    /// A `constraint`.
+    Constraint,
+    /// `equilibrium NAME' = …`
+    SteadyMotion,
+}
+
+impl Feature {
+    fn words(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Self::Time => (
+                "this model depends on the time explicitly: its energy is not conserved",
+                "contains the time",
+                "a period by energy conservation needs a model without the time",
+            ),
+            Self::Dissipation => (
+                "friction takes energy away: no motion of this model repeats itself",
+                "friction",
+                "the period of the motion without friction is that of the model without this line; `modes` has the damped oscillations",
+            ),
+            Self::Constraint => (
+                "the model has constraints, which periods don't cover",
+                "a constraint",
+                "write the energies with the one coordinate that is left",
+            ),
+            Self::SteadyMotion => (
+                "a steady motion has no period of one coordinate",
+                "turned here",
+                "leave the rate out, or write it into the energies in place of the velocity",
+            ),
+        }
+    }
+}
+
+/// A motion without a period, or a request that no motion answers.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum PeriodError {
+    /// More or fewer coordinates than one.
+    #[error("a period by energy conservation needs one coordinate, and this model has {count}")]
+    NotOneCoordinate {
+        /// How many.
+        count: usize,
+        /// Where the second one is declared.
+        span: Option<Span>,
+    },
+    /// Something that the energy is not conserved with, or that is not covered.
+    #[error("{}", feature.words().0)]
+    Unsupported {
+        /// What.
+        feature: Feature,
+        /// Where.
+        span: Span,
+    },
+    /// A kinetic energy that is no quadratic polynomial in the velocity.
+    #[error("the kinetic energy is not quadratic in the velocity of `{coordinate}`")]
+    NotQuadratic {
+        /// The coordinate.
+        coordinate: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// An amplitude or energy that is no number, or no positive amplitude.
+    #[error("{what} {value} is none: {reason}")]
+    BadRequest {
+        /// `the amplitude` or `the energy`.
+        what: &'static str,
+        /// Its value.
+        value: String,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A barrier between the equilibrium and the turning point that is asked for.
+    #[error("the amplitude {amplitude} is beyond the barrier at {coordinate} = {barrier}")]
+    BeyondBarrier {
+        /// The amplitude.
+        amplitude: String,
+        /// The coordinate.
+        coordinate: String,
+        /// Where the barrier is.
+        barrier: String,
+        /// Its height above the equilibrium.
+        height: String,
+        /// The energy that the amplitude would need, above the equilibrium.
+        energy: String,
+    },
+    /// The motion creeps up to the top of a barrier and never comes back.
+    #[error(
+        "the motion ends at the top of the barrier at {coordinate} = {barrier}: it takes forever to get there"
+    )]
+    AtBarrier {
+        /// The coordinate.
+        coordinate: String,
+        /// Where the barrier is.
+        barrier: String,
+        /// A bound of the difference between the energy and the height of the barrier.
+        margin: String,
+        /// The height of the barrier, as a potential energy.
+        height: String,
+    },
+    /// An energy that no motion about the equilibrium has.
+    #[error("the energy {energy} is not above the potential energy {potential} of the equilibrium")]
+    BelowEquilibrium {
+        /// The energy.
+        energy: String,
+        /// U at the equilibrium.
+        potential: String,
+        /// Whether the equilibrium is a maximum of U.
+        maximum: bool,
+    },
+    /// The equilibrium is a maximum, and the motion does not pass it.
+    #[error(
+        "the equilibrium {coordinate} = {equilibrium} is a maximum of the potential, and no motion turns at this distance from it and comes back"
+    )]
+    Maximum {
+        /// The coordinate.
+        coordinate: String,
+        /// The equilibrium.
+        equilibrium: String,
+    },
+    /// A motion that nothing brings back.
+    #[error("the motion is not periodic: {}", open_words(.coordinate, *.upward, .end.as_deref()))]
+    NotPeriodic {
+        /// The coordinate.
+        coordinate: String,
+        /// Towards which side.
+        upward: bool,
+        /// Where the energies end, if they do.
+        end: Option<String>,
+    },
+    /// Energies that have no expansion somewhere on the way.
+    #[error("the energies are not smooth at {coordinate} = {place}, or too nearly singular there")]
+    NotSmooth {
+        /// The coordinate.
+        coordinate: String,
+        /// The place.
+        place: String,
+    },
+    /// A mass that is negative on the way.
+    #[error("the inertia of `{coordinate}` is negative at {coordinate} = {place}")]
+    NegativeMass {
+        /// The coordinate.
+        coordinate: String,
+        /// The place.
+        place: String,
+        /// Where it is declared.
+        span: Span,
+    },
+    /// Bounds that do not decide, however precise.
+    #[error(
+        "the period could not be certified: at {coordinate} = {place} the energy is too close to the potential"
+    )]
+    Undecided {
+        /// The coordinate.
+        coordinate: String,
+        /// The place.
+        place: String,
+    },
+}
+
+fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
+    match end {
+        Some(end) => {
+            format!("`{coordinate}` reaches {end}, where the energies end, with energy to spare")
+        }
+        None => format!(
+            "nothing turns `{coordinate}` back on its way {}",
+            if upward { "up" } else { "down" }
+        ),
+    }
+}
+
+impl From<&PeriodError> for Diagnostic {
+    fn from(error: &PeriodError) -> Self {
+        described(error).with_code(error.code())
+    }
+}
+
+fn described(error: &PeriodError) -> Diagnostic {
+    let message = error.to_string();
+    match error {
+        PeriodError::NotOneCoordinate { span, .. } => match span {
+            Some(span) => Diagnostic::error(message, *span, "one too many"),
+            None => Diagnostic::global(message),
+        }
+        .with_help("small oscillations of several coordinates are what `modes` is for"),
+        PeriodError::Unsupported { feature, span } => {
+            let (_, label, help) = feature.words();
+            Diagnostic::error(message, *span, label).with_help(help)
+        }
+        PeriodError::NotQuadratic { span, .. } => {
+            Diagnostic::error(message, *span, "this coordinate").with_help(
+                "T is 1/2*M(q)*q'^2, with terms linear in q' and without it at most",
+            )
+        }
+        PeriodError::BadRequest { .. } => Diagnostic::global(message)
+            .with_help("give a positive amplitude, or the energy of the motion: `--amplitude 1/2`, `--energy 3`"),
+        PeriodError::BeyondBarrier { height, energy, .. } => Diagnostic::global(message)
+            .with_help(format!(
+                "above the equilibrium the barrier is {height} high, and the turning point that is asked for lies at {energy}; `--energy` takes an energy above a barrier"
+            )),
+        PeriodError::AtBarrier { margin, height, .. } => {
+            let message = Diagnostic::global(message);
+            if margin == "0" {
+                message.with_help(format!("the energy is the height of the barrier, {height}"))
+            } else {
+                message.with_help(format!(
+                    "the energy is the height of the barrier, {height}, to within {margin}; a period that near to infinity is not computed"
+                ))
+            }
+        }
+        PeriodError::BelowEquilibrium { maximum, .. } => Diagnostic::global(message).with_help(if *maximum {
+            "the equilibrium is a maximum of the potential: give a point in the well that is meant with `guess`"
+        } else {
+            "the energy is E = T + V with V as the model writes it"
+        }),
+        PeriodError::Maximum { .. } => Diagnostic::global(message)
+            .with_help("give a point in the well that is meant with `guess`"),
+        PeriodError::NotPeriodic { .. } => Diagnostic::global(message)
+            .with_help("a lower energy, or a smaller amplitude, stays in the well"),
+        PeriodError::NotSmooth { .. } => Diagnostic::global(message).with_help(
+            "the period is certified where V and T can be differentiated all the way; a corner (abs) or a pole is not passed",
+        ),
+        PeriodError::NegativeMass { span, .. } => Diagnostic::error(message, *span, "declared here")
+            .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+        PeriodError::Undecided { .. } => Diagnostic::global(message)
+            .with_help("is the energy that of a barrier? There the period is infinite"),
+    }
+}

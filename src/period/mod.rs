@@ -1,0 +1,243 @@
+//! The exact period of one coordinate at finite amplitude, by energy conservation.
+//!
+//! With L = 1/2 M(q) q'^2 - U(q) (a term linear in q' moves nothing) the energy E = 1/2 M q'^2 + U is conserved, and
+//! the period is T = ∫ sqrt(2M/(E - U)) dq between the turning points, where E = U. The integral is taken by Taylor
+//! expansions of the compiled energies with bounds of their rests, over enclosures (`panel`): that E - U is
+//! positive between the turning points is proved on the way. Numbers are doubled doubles as long as these do, else as
+//! long as it takes. Beyond all barriers of a potential that is periodic in the coordinate the motion is a rotation, and
+//! its period the time in which the coordinate advances by that of U and M.
+//!
+//! ```
+//! use librate::linearize::linearize;
+//! use librate::model::{self, Constant};
+//! use librate::period::{Options, Oscillator, Request};
+//! use librate::syntax;
+//!
+//! let text = "coord phi  T = 1/2*phi'^2  V = 1 - cos(phi)";
+//! let file = syntax::parse(text)?;
+//! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
+//! let oscillator = Oscillator::new(&linearize(model)?)?;
+//! let request = Request::Amplitude(Constant::parse("pi/2")?);
+//! let found = oscillator.period(&request, &Options::default())?;
+//! // 4 K(sin(pi/4)) = gamma(1/4)²/sqrt(pi)
+//! assert!((found.period.mid_f64() - 7.416298709205487).abs() < 1e-15);
+//! assert!(found.period.radius < 1e-17);
+//! # Ok::<(), librate::Error>(())
+//! ```
+
+mod barrier;
+mod codes;
+mod curve;
+mod energies;
+mod error;
+mod panel;
+mod real;
+mod solve;
+mod turning;
+
+pub use curve::{Place, curve};
+pub use error::{Feature, PeriodError};
+
+use energies::Energies;
+use panel::Field;
+
+use crate::expr::{Pool, Tape};
+use crate::linearize::{Linearized, evaluate_closed};
+use crate::model::{Constant, Model};
+use crate::number::Number;
+use crate::precision::{Ball, Big, Rounding, Scalar, decimal};
+
+/// Which motion is meant.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub enum Request {
+    /// By its turning point above the equilibrium: the distance between the two, in the unit that the coordinate is
+    /// declared with.
+    Amplitude(Constant),
+    /// By its energy E = T + V with V as written, in SI; where T has a part T0 without velocities, E = T2 - T0 + V,
+    /// which is conserved.
+    Energy(Constant),
+}
+
+/// How well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Significant digits of the period that have to be certain, 1 to 250.
+    pub digits: usize,
+}
+
+impl Default for Options {
+    /// Ten digits.
+    fn default() -> Self {
+        Self { digits: 10 }
+    }
+}
+
+impl Options {
+    /// With so many digits (1 to 250).
+    #[must_use]
+    pub fn digits(mut self, digits: usize) -> Self {
+        self.digits = digits.clamp(1, 250);
+        self
+    }
+}
+
+/// What kind of motion.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Motion {
+    /// To and fro between two turning points, the lower one first, in SI.
+    Libration {
+        /// The turning points.
+        turning: [Ball; 2],
+    },
+    /// Round and round.
+    Rotation {
+        /// How far the coordinate goes in one period, in SI.
+        advance: Ball,
+    },
+}
+
+/// A period and what belongs to it.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Period {
+    /// The period.
+    pub period: Ball,
+    /// The period with more digits than a ball has, where they were asked for.
+    pub precise: Option<Big>,
+    /// What kind of motion.
+    pub motion: Motion,
+    /// The energy, as a value of U = V - T0.
+    pub energy: Ball,
+    /// The equilibrium that amplitudes are measured from.
+    pub equilibrium: Ball,
+    /// Whether the equilibrium is known to be there. Where not, its place is an estimate, and a period by
+    /// amplitude is that of the motion about this place.
+    pub proved: bool,
+    /// The period of small oscillations about the equilibrium, 2 pi sqrt(M/K); `None` where K is not positive.
+    pub small: Option<Ball>,
+    /// That with more digits.
+    pub small_precise: Option<Big>,
+    /// The leading change of the frequency: omega = omega_0 (1 + bend A² + …) for small amplitudes A; `None` where
+    /// there are no small oscillations.
+    pub bend: Option<Ball>,
+}
+
+/// A model of one coordinate, ready for periods.
+#[derive(Clone, Debug)]
+pub struct Oscillator {
+    linearized: Linearized,
+    energies: Tape,
+    shape: Tape,
+    even: bool,
+    /// The period of U and M in the coordinate.
+    advance: Option<(Pool, crate::expr::ExprId)>,
+}
+
+/// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
+///
+/// # Errors
+/// More coordinates than one, explicit time, friction, constraints and steady motions.
+pub fn check(model: &Model) -> Result<(), PeriodError> {
+    energies::check(model)
+}
+
+impl Oscillator {
+    /// Takes the energies of a model of one coordinate.
+    ///
+    /// # Errors
+    /// As [`check`], and where T is not quadratic in the velocity.
+    pub fn new(linearized: &Linearized) -> Result<Self, PeriodError> {
+        let model = linearized.model();
+        check(model)?;
+        let mut energies = Energies::new(model)?;
+        // All parameters have values, or there would be no linearization.
+        let tape = energies.tape().ok_or_else(|| PeriodError::NotQuadratic {
+            coordinate: model.coordinates[0].name.clone(),
+            span: model.coordinates[0].span,
+        })?;
+        let even = energies.is_even_about(linearized);
+        let advance = energies.advance();
+        Ok(Self {
+            linearized: linearized.clone(),
+            shape: shape()?,
+            even,
+            advance: advance.map(|advance| (energies.pool, advance)),
+            energies: tape,
+        })
+    }
+
+    /// The linearized model.
+    #[must_use]
+    pub fn linearized(&self) -> &Linearized {
+        &self.linearized
+    }
+
+    /// The name of the coordinate.
+    #[must_use]
+    pub fn coordinate_name(&self) -> &str {
+        &self.coordinate().name
+    }
+
+    fn coordinate(&self) -> &crate::model::Coordinate {
+        &self.linearized.model().coordinates[0]
+    }
+
+    /// The period of a motion.
+    ///
+    /// # Errors
+    /// Where there is no such motion, it is not periodic, or the energies are not smooth on its way.
+    pub fn period(&self, request: &Request, options: &Options) -> Result<Period, PeriodError> {
+        solve::period(self, request, options)
+    }
+
+    /// The number that is asked for, in SI.
+    fn value<S: Scalar>(&self, request: &Request, precision: S::Precision) -> S {
+        let (constant, factor) = match request {
+            Request::Amplitude(constant) => (constant, self.coordinate().factor),
+            Request::Energy(constant) => (constant, None),
+        };
+        let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
+        let factor = factor.and_then(|factor| {
+            evaluate_closed::<S>(&self.linearized.model().pool, factor, precision)
+        });
+        match (value, factor) {
+            (Some(value), Some(factor)) => value.mul(&factor),
+            (Some(value), None) => value,
+            // A constant has no symbols, which is all that an evaluation can fail for.
+            (None, _) => S::pi(precision).mul(&S::from_number(&Number::ZERO, precision)),
+        }
+    }
+
+    /// How far the coordinate goes in a full turn.
+    fn advance<S: Scalar>(&self, precision: S::Precision) -> Option<S> {
+        let (pool, advance) = self.advance.as_ref()?;
+        evaluate_closed::<S>(pool, *advance, precision)
+    }
+
+    fn field<S: real::Real>(&self, precision: S::Precision) -> Field<S> {
+        Field::new(&self.energies, &self.shape, precision)
+    }
+}
+
+/// sqrt(2 M/h) from h and M.
+fn shape() -> Result<Tape, PeriodError> {
+    let mut pool = Pool::new();
+    let (h, m) = (pool.symbol("h"), pool.symbol("M"));
+    let (below, above) = (pool.symbol_expr(h), pool.symbol_expr(m));
+    let quotient = pool.div(above, below);
+    let quotient = pool.scale(quotient, &Number::from(2));
+    let root = pool.sqrt(quotient);
+    Tape::compile(&pool, &[root], &[h, m]).map_err(|_| PeriodError::Undecided {
+        coordinate: String::new(),
+        place: String::new(),
+    })
+}
+
+/// Whether a ball decides so many digits.
+fn decides(value: &Ball, digits: usize) -> bool {
+    let rounding = decimal(value, digits).rounding;
+    rounding == Rounding::Correct || rounding == Rounding::Tie
+}

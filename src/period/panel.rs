@@ -1,0 +1,478 @@
+//! The time along a line of positions: ∫ sqrt(2M/(E - U)) dq by Taylor expansions with bounds.
+//!
+//! Positions are q = start + x·span with x from 0 to 1. Where x = 0 is a turning point, E - U = x h(x) with h the mean of
+//! the slope of E - U between 0 and x, which is positive and smooth; elsewhere h is E - U itself. On a panel of half
+//! width r about c, h, M and g = sqrt(2M/h) are expanded in s = (x - c)/r, and the time is |span| Σ g_k J_k with
+//! J_k = ∫ s^k w(x) dx, w = 1/sqrt(x) where x = 0 is a turning point and 1 elsewhere. The rest is Lagrange's, with the
+//! next coefficient enclosed over the whole panel. A panel whose rest is too large is halved.
+
+use super::real::Real;
+use crate::expr::{Prepared, Series, Tape};
+use crate::precision::{Magnitude, Scalar};
+
+/// So many panels are tried at most, in one integral.
+const MOST_PANELS: usize = 1000;
+
+/// Half widths below this are not tried beside a turning point; elsewhere doubles end earlier.
+const LEAST: f64 = 1e-75;
+
+/// Why a panel is not integrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Refusal {
+    /// E - U is negative in its middle, proved.
+    Forbidden,
+    /// M is negative in its middle, proved.
+    NegativeMass,
+    /// Numbers of this precision do not tell E - U from 0, or too few of its digits.
+    Precision,
+    /// E - U, M or a derivative is not finite, or the rest is too large.
+    Rough,
+}
+
+/// Where an integral ended, and why.
+#[derive(Clone, Debug)]
+pub(super) struct Obstacle<S> {
+    pub(super) refusal: Refusal,
+    /// The position.
+    pub(super) at: S,
+}
+
+/// U and M as functions of the position, and the integrand made of them.
+pub(super) struct Field<S: Real> {
+    values: Prepared<S>,
+    series: Series<S>,
+    shape: Series<S>,
+    precision: S::Precision,
+    scratch: Vec<S>,
+    zero: S,
+}
+
+impl<S: Real> Field<S> {
+    /// `energies` gives U and M from the coordinate, `shape` sqrt(2M/h) from h and M.
+    pub(super) fn new(energies: &Tape, shape: &Tape, precision: S::Precision) -> Self {
+        let values = energies.prepare::<S>(precision);
+        Self {
+            series: values.series(),
+            values,
+            shape: shape.prepare::<S>(precision).series(),
+            precision,
+            scratch: Vec::new(),
+            zero: S::from_double(0.0, precision),
+        }
+    }
+
+    pub(super) fn number(&self, value: f64) -> S {
+        S::from_double(value, self.precision)
+    }
+
+    pub(super) fn pi(&self) -> S {
+        S::pi(self.precision)
+    }
+
+    /// U at a position.
+    pub(super) fn potential(&mut self, at: &S) -> S {
+        let mut both = [self.zero.clone(), self.zero.clone()];
+        self.values
+            .evaluate_into(std::slice::from_ref(at), &mut self.scratch, &mut both);
+        let [potential, _] = both;
+        potential
+    }
+
+    /// The first `count` Taylor coefficients of U and M along at + slope·s.
+    pub(super) fn expand(&mut self, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
+        self.series.clear();
+        let mut potential = Vec::with_capacity(count);
+        let mut mass = Vec::with_capacity(count);
+        for k in 0..count {
+            let input = match k {
+                0 => at,
+                1 => slope,
+                _ => &self.zero,
+            };
+            if let [u, m] = self.series.next(std::slice::from_ref(input)) {
+                potential.push(u.clone());
+                mass.push(m.clone());
+            }
+        }
+        (potential, mass)
+    }
+
+    /// The Taylor coefficients of E - U along at + slope·s, and those of M.
+    fn excess(&mut self, energy: &S, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
+        let (mut excess, mass) = self.expand(at, slope, count);
+        for (k, value) in excess.iter_mut().enumerate() {
+            *value = if k == 0 {
+                energy.sub(value)
+            } else {
+                value.neg()
+            };
+        }
+        (excess, mass)
+    }
+
+    /// E - U at a position and its slope along the coordinate.
+    pub(super) fn excess_and_slope(&mut self, energy: &S, at: &S) -> (S, S) {
+        let one = self.number(1.0);
+        let (excess, _) = self.excess(energy, at, &one, 2);
+        let mut values = excess.into_iter();
+        let mut next = || values.next().unwrap_or_else(|| self.zero.clone());
+        (next(), next())
+    }
+
+    /// The coefficients of g = sqrt(2M/h).
+    fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
+        self.shape.clear();
+        let both = h.iter().zip(mass);
+        both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned())
+            .collect()
+    }
+}
+
+/// The positions that are integrated over, and how well.
+pub(super) struct Path<'a, S: Real> {
+    pub(super) field: &'a mut Field<S>,
+    /// E.
+    pub(super) energy: &'a S,
+    pub(super) start: S,
+    /// The last position less the first.
+    pub(super) span: S,
+    /// Whether E - U is exactly 0 at the start.
+    pub(super) turning: bool,
+    /// Terms of an expansion.
+    pub(super) order: usize,
+    /// The rest that a panel may have, relative to its own time: 2 to the minus this.
+    pub(super) bits: u32,
+}
+
+/// E - U about a place where it is well known.
+struct Known<S> {
+    middle: f64,
+    half: f64,
+    coefficients: Vec<S>,
+}
+
+/// c with |f_j(X) - f_j| <= c_j for the Taylor coefficients f_j at all places X of the panel |s| <= 1, from those in
+/// its middle and a bound of the n-th, n = `middle.len()`, over the panel.
+///
+/// f_j(X) = Σ_(k=j..n-1) C(k,j) f_k X^(k-j) + C(n,j) f_n(Y) X^(n-j) with Y between 0 and X: Taylor's formula for f^(j)/j!.
+/// The sums of binomials are those of Horner's shift by 1 of Σ |f_k| s^k, less each own coefficient.
+fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
+    let mut sizes: Vec<Magnitude> = middle.iter().map(Real::largest).collect();
+    sizes.push(top);
+    let last = middle.len();
+    let mut spread = vec![Magnitude::ZERO; sizes.len()];
+    for from in 0..last {
+        for k in (from..last).rev() {
+            spread[k] = spread[k] + (sizes[k + 1] + spread[k + 1]);
+        }
+    }
+    spread.truncate(last);
+    spread
+}
+
+/// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
+fn over_panel<S: Real>(middle: &[S], top: &S) -> Vec<S> {
+    let spreads = spreads(middle, top.largest());
+    let own = middle.iter().zip(spreads);
+    own.map(|(value, spread)| value.with_error(spread))
+        .chain(std::iter::once(top.clone()))
+        .collect()
+}
+
+impl<S: Real> Path<'_, S> {
+    /// |∫ sqrt(2M/(E - U)) dq| over the path.
+    pub(super) fn time(&mut self) -> Result<S, Obstacle<S>> {
+        if self.turning {
+            // E - U rises from the turning point, or there is none.
+            let slope = self.field.excess_and_slope(self.energy, &self.start).1;
+            let rise = slope.mul(&self.span);
+            let refusal = if rise.is_negative() {
+                Some(Refusal::Forbidden)
+            } else {
+                (!rise.is_positive()).then_some(Refusal::Precision)
+            };
+            if let Some(refusal) = refusal {
+                let at = self.start.clone();
+                return Err(Obstacle { refusal, at });
+            }
+        }
+        let mut total: Option<S> = None;
+        let mut known = None;
+        // The nearest panel to x = 0 is the last one here.
+        let mut waiting = vec![(0.0, 1.0)];
+        for _ in 0..MOST_PANELS {
+            let Some((from, to)) = waiting.pop() else {
+                break;
+            };
+            match self.panel(from, to, known.as_ref()) {
+                Ok((time, here)) => {
+                    total = Some(match total {
+                        None => time,
+                        Some(total) => total.add(&time),
+                    });
+                    known = Some(here);
+                }
+                Err(refusal) => {
+                    let middle = 0.5 * (from + to);
+                    let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
+                    // Halves have to be exact, so that nothing is left out.
+                    let exact = 2.0 * middle - from == to && from < middle && middle < to;
+                    if whole || !exact || to - from < LEAST {
+                        let at = self.position(middle);
+                        return Err(Obstacle { refusal, at });
+                    }
+                    waiting.push((middle, to));
+                    waiting.push((from, middle));
+                }
+            }
+        }
+        match (total, waiting.pop()) {
+            (Some(total), None) => {
+                let total = total.mul(&self.span);
+                Ok(if total.is_negative() {
+                    total.neg()
+                } else {
+                    total
+                })
+            }
+            (_, rest) => {
+                let at = self.position(rest.map_or(0.0, |(from, _)| from));
+                let refusal = Refusal::Rough;
+                Err(Obstacle { refusal, at })
+            }
+        }
+    }
+
+    fn position(&self, x: f64) -> S {
+        let x = self.field.number(x);
+        self.start.add(&self.span.mul(&x))
+    }
+
+    /// The part of one panel, less |span|.
+    fn panel(
+        &mut self,
+        from: f64,
+        to: f64,
+        known: Option<&Known<S>>,
+    ) -> Result<(S, Known<S>), Refusal> {
+        let order = self.order;
+        let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
+        let step = self.span.mul(&self.field.number(half));
+        let at = self.position(middle);
+        let (mut excess, mass) = self.field.excess(self.energy, &at, &step, order);
+        let wanted = Magnitude::power_of_two(-i64::from(self.bits));
+        let doubtful = |value: &S| value.doubt() > wanted * value.least();
+        let mut enclosed = None;
+        if doubtful(&excess[0])
+            && let Ok(over) = self.over(from, to, &step)
+        {
+            let better = self.carried(middle, half, known, &over.0[order]);
+            if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {
+                excess[0] = better;
+            }
+            enclosed = Some(over);
+        }
+        if excess[0].is_negative() {
+            return Err(Refusal::Forbidden);
+        }
+        if mass[0].is_negative() {
+            return Err(Refusal::NegativeMass);
+        }
+        if !excess.iter().chain(&mass).all(Scalar::is_finite) {
+            return Err(Refusal::Rough);
+        }
+        if doubtful(&excess[0]) {
+            return Err(Refusal::Precision);
+        }
+        let h = if self.turning {
+            self.divided(&excess, &self.field.number(middle), half)
+        } else {
+            excess.clone()
+        };
+        let g = self.field.integrand(&h, &mass);
+        let Some(first) = g.first().filter(|first| first.is_positive()) else {
+            return Err(Refusal::Rough);
+        };
+        // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
+        let last = g.iter().rev().take(2).map(Real::largest);
+        let last = last.fold(Magnitude::ZERO, Magnitude::max);
+        if last > wanted.scale(2) * first.largest() {
+            return Err(Refusal::Rough);
+        }
+        let weights = self.weights(from, to);
+        let mut time = self.field.zero.clone();
+        for (value, weight) in g.iter().zip(&weights) {
+            time = time.add(&value.mul(weight));
+        }
+        // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
+        let whole = weights.first().map_or(Magnitude::INFINITE, Real::largest);
+        let enclosed = match enclosed {
+            Some(over) => Ok(over),
+            None => self.over(from, to, &step),
+        };
+        let mut rest = match enclosed {
+            Ok(over) => {
+                let top = if self.turning {
+                    // h_k(X) is a mean of the (k+1)-th coefficients of E - U between 0 and X: h(x) = ∫ D'(t x) dt over
+                    // 0 < t < 1, so h^(k)(x)/k! = ∫ t^k D^(k+1)(t x)/k! dt, and (k + 1) ∫ t^k dt = 1.
+                    over.0[order + 1].div(&self.field.number(half))
+                } else {
+                    over.0[order].clone()
+                };
+                self.top(&h, &top, &mass, &over.1[order]) * whole
+            }
+            Err(_) => Magnitude::INFINITE,
+        };
+        let enough = |rest: Magnitude| rest <= wanted * time.least();
+        if !enough(rest) && self.turning && from > 0.0 {
+            // All the way from the turning point may be too far for an enclosure.
+            let over = self.beside(from, to, &step)?;
+            let excess = over_panel(&excess, &over.0[order]);
+            let x = self.field.number(from).joined(&self.field.number(to));
+            let top = self.divided(&excess, &x, half).pop();
+            let top = top.unwrap_or_else(|| self.field.zero.clone());
+            rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
+        }
+        if !enough(rest) {
+            return Err(Refusal::Rough);
+        }
+        let known = Known {
+            middle,
+            half,
+            coefficients: excess,
+        };
+        Ok((time.with_error(rest), known))
+    }
+
+    /// A bound of the n-th coefficient of g over the panel, from the first coefficients of h and M in its middle and
+    /// enclosures of their n-th ones.
+    fn top(&mut self, h: &[S], top_h: &S, mass: &[S], top_mass: &S) -> Magnitude {
+        let h = over_panel(h, top_h);
+        let mass = over_panel(mass, top_mass);
+        match self.field.integrand(&h, &mass).pop() {
+            Some(top) if top.is_finite() => top.largest(),
+            Some(_) | None => Magnitude::INFINITE,
+        }
+    }
+
+    /// Enclosures of the coefficients of E - U and M over the panel, for a turning point from there on.
+    fn over(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
+        self.beside(if self.turning { 0.0 } else { from }, to, step)
+    }
+
+    /// Enclosures of the coefficients of E - U and M between two places.
+    fn beside(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
+        let all = self.position(from).joined(&self.position(to));
+        let both = self.field.excess(self.energy, &all, step, self.order + 2);
+        let last = |values: &[S]| values.iter().rev().take(2).all(Scalar::is_finite);
+        if both.0.len() == self.order + 2 && last(&both.0) && last(&both.1) {
+            Ok(both)
+        } else {
+            Err(Refusal::Rough)
+        }
+    }
+
+    /// E - U in the middle of a panel from its expansion about the panel before, or about the turning point, where it
+    /// is 0: near a barrier it is small beside E and U. `top` encloses its n-th coefficient from there to here.
+    fn carried(&mut self, middle: f64, half: f64, known: Option<&Known<S>>, top: &S) -> S {
+        let own;
+        let known = match known {
+            Some(known) => known,
+            None if self.turning => {
+                let step = self.span.mul(&self.field.number(half));
+                let start = self.start.clone();
+                let (mut coefficients, _) =
+                    self.field.excess(self.energy, &start, &step, self.order);
+                coefficients[0] = self.field.zero.clone();
+                let middle = 0.0;
+                own = Known {
+                    middle,
+                    half,
+                    coefficients,
+                };
+                &own
+            }
+            None => return self.field.zero.div(&self.field.zero),
+        };
+        // Middles and half widths are whole multiples of powers of 2; the quotients are rounded as enclosures.
+        let way = self
+            .field
+            .number(middle)
+            .sub(&self.field.number(known.middle));
+        let x = way.div(&self.field.number(known.half));
+        let mut sum = self.field.zero.clone();
+        for value in known.coefficients.iter().rev() {
+            sum = sum.mul(&x).add(value);
+        }
+        let steps = way.div(&self.field.number(half)).largest();
+        let power = u32::try_from(self.order).unwrap_or(u32::MAX);
+        sum.with_error(top.largest() * steps.powi(power))
+    }
+
+    /// (E - U)/x from E - U, with x = c + r s: r h_(k-1) + c h_k = D_k. Over an interval c too, from coefficients over it.
+    fn divided(&self, excess: &[S], c: &S, half: f64) -> Vec<S> {
+        let r = self.field.number(half);
+        let mut h: Vec<S> = Vec::with_capacity(excess.len());
+        for value in excess {
+            let rest = match h.last() {
+                Some(before) => value.sub(&r.mul(before)),
+                None => value.clone(),
+            };
+            h.push(rest.div(c));
+        }
+        h
+    }
+
+    /// J_k = ∫ s^k w(x) dx over the panel.
+    fn weights(&self, from: f64, to: f64) -> Vec<S> {
+        let count = self.order;
+        let number = |value: f64| self.field.number(value);
+        if !self.turning {
+            let width = number(to - from);
+            let even = (0..count).map(|k| {
+                if k % 2 == 0 {
+                    width.div(&number((k + 1) as f64))
+                } else {
+                    self.field.zero.clone()
+                }
+            });
+            return even.collect();
+        }
+        // By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
+        let (left, right) = (number(from).sqrt(), number(to).sqrt());
+        let (sum, difference) = (right.add(&left), right.sub(&left));
+        let ends = |k: usize| if k % 2 == 0 { &difference } else { &sum };
+        let half_odd = |k: usize| number(k as f64 + 0.5);
+        let kappa = number(from + to).div(&number(to - from));
+        let mut weights = vec![self.field.zero.clone(); count];
+        if from == 0.0 {
+            // kappa = 1: errors do not grow.
+            for k in 0..count {
+                let mut rest = ends(k).clone();
+                if k > 0 {
+                    rest = rest.sub(&number(k as f64).mul(&weights[k - 1]));
+                }
+                weights[k] = rest.div(&half_odd(k));
+            }
+            return weights;
+        }
+        // kappa >= 3: downwards, errors shrink by more than half a step each time, and what the far end is taken for
+        // does not matter: |J_k| <= J_0 = 2 (sqrt(to) - sqrt(from)).
+        let more = (f64::from(self.bits) + 32.0) / kappa.middle().max(2.0).log2();
+        let mut above = self.field.zero.with_error(difference.largest().scale(1));
+        for k in (1..count + more as usize).rev() {
+            let rest = ends(k).sub(&half_odd(k).mul(&above));
+            above = rest.div(&number(k as f64).mul(&kappa));
+            if let Some(place) = weights.get_mut(k - 1) {
+                *place = above.clone();
+            }
+        }
+        weights
+    }
+}
+
+/// The nearest whole number of terms for a relative rest of 2^-bits: each term gains about two bits on panels as wide
+/// as half their distance from the next singularity.
+pub(super) fn order_for(bits: u32) -> usize {
+    (bits as usize * 9 / 20).max(16)
+}

@@ -1,0 +1,180 @@
+//! Motions, as CSV and as a picture.
+
+use plotters::prelude::*;
+
+use super::Written;
+use super::json::number;
+use crate::model::Model;
+use crate::motion::Trajectory;
+
+/// More curves than this tell nobody anything.
+const MOST_CURVES: usize = 10;
+
+/// A table with one line a row: `t`, the coordinates, their velocities (`x'`), and with a superposition of modes the same once more,
+/// `linear x` and `linear x'`.
+///
+/// Numbers are in SI, with so many correctly rounded digits as far as the error estimates allow; an empty cell has lost all
+/// of them. Values of quick runs are doubles as they are, and so is the superposition.
+#[must_use]
+pub fn motion_csv(
+    model: &Model,
+    trajectory: &Trajectory,
+    superposition: Option<&[Vec<f64>]>,
+    digits: usize,
+) -> String {
+    let names: Vec<&str> = model
+        .coordinates
+        .iter()
+        .map(|own| own.name.as_str())
+        .collect();
+    let both = |prefix: &str| -> Vec<String> {
+        let positions = names.iter().map(|name| format!("{prefix}{name}"));
+        let velocities = names.iter().map(|name| format!("{prefix}{name}'"));
+        positions.chain(velocities).collect()
+    };
+    let mut header = vec!["t".to_owned()];
+    header.extend(both(""));
+    if superposition.is_some() {
+        header.extend(both("linear "));
+    }
+    // Writing to memory does not fail.
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let _ = table.write_record(&header);
+    for (at, (time, row)) in trajectory.times.iter().zip(&trajectory.rows).enumerate() {
+        let mut cells = vec![number(time.mid_f64())];
+        cells.extend(row.iter().map(|value| {
+            if trajectory.estimated {
+                Written::new(value, digits).digits.unwrap_or_default()
+            } else {
+                number(value.mid_f64())
+            }
+        }));
+        let linear = superposition.and_then(|rows| rows.get(at));
+        cells.extend(linear.into_iter().flatten().map(|value| number(*value)));
+        let _ = table.write_record(&cells);
+    }
+    let bytes = table.into_inner().unwrap_or_default();
+    String::from_utf8(bytes).unwrap_or_default()
+}
+
+/// How a motion was computed, in a line for people: the number of steps, and what the energy does.
+#[must_use]
+pub fn motion_remark(trajectory: &Trajectory) -> String {
+    let steps = trajectory.steps;
+    let plural = if steps == 1 { "" } else { "s" };
+    let mut text = format!("{steps} step{plural}");
+    match trajectory.energy_drift {
+        Some(0.0) => text.push_str("; the energy stays what it is but for rounding"),
+        Some(drift) => text.push_str(&format!(
+            "; the energy strays by at most {drift:.0e} of the largest kinetic energy"
+        )),
+        None => {}
+    }
+    text
+}
+
+const PAPER: RGBColor = RGBColor(252, 252, 250);
+const INK: RGBColor = RGBColor(40, 44, 52);
+const FAINT: RGBColor = RGBColor(222, 222, 218);
+const FONT: &str = "Helvetica, Arial, sans-serif";
+const SIZE: (u32, u32) = (760, 420);
+/// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
+const COLOURS: [RGBColor; MOST_CURVES] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(86, 180, 233),
+    RGBColor(230, 159, 0),
+    RGBColor(120, 94, 60),
+    RGBColor(90, 90, 90),
+    RGBColor(148, 103, 189),
+    RGBColor(23, 60, 90),
+];
+
+/// The coordinates over the time, as an SVG picture: solid, and thin for the superposition of modes. Of many coordinates the first
+/// ten.
+#[must_use]
+pub fn motion_svg(
+    model: &Model,
+    trajectory: &Trajectory,
+    superposition: Option<&[Vec<f64>]>,
+) -> String {
+    let mut svg = String::new();
+    // Drawing into a text does not fail; what could be drawn is there in any case.
+    let _ = draw(&mut svg, model, trajectory, superposition);
+    svg
+}
+
+fn draw(
+    svg: &mut String,
+    model: &Model,
+    trajectory: &Trajectory,
+    superposition: Option<&[Vec<f64>]>,
+) -> Result<(), Box<dyn std::error::Error>> {
+    let shown = model.coordinates.len().min(MOST_CURVES);
+    let times: Vec<f64> = trajectory.times.iter().map(|t| t.mid_f64()).collect();
+    let curve = |at: usize| -> Vec<(f64, f64)> {
+        let values = trajectory.rows.iter().map(|row| row[at].mid_f64());
+        times.iter().copied().zip(values).collect()
+    };
+    let linear = |at: usize| -> Vec<(f64, f64)> {
+        let rows = superposition.unwrap_or_default();
+        times
+            .iter()
+            .copied()
+            .zip(rows.iter().map(|row| row[at]))
+            .collect()
+    };
+    let solid: Vec<_> = (0..shown).map(curve).collect();
+    let thin: Vec<_> = (0..shown).map(linear).collect();
+    let all = solid.iter().flatten().map(|point| point.1);
+    let (mut low, mut high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+        (low.min(x), high.max(x))
+    });
+    if !low.is_finite() || !high.is_finite() {
+        (low, high) = (-1.0, 1.0);
+    }
+    // Room for what differs a little, not for a superposition that has gone far off.
+    let room = (0.08 * (high - low)).max(1e-12 * low.abs().max(high.abs()).max(1e-300));
+    let end = times.last().copied().unwrap_or(0.0).max(1e-300);
+    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
+    area.fill(&PAPER)?;
+    let mut chart = ChartBuilder::on(&area)
+        .margin(16)
+        .x_label_area_size(40)
+        .y_label_area_size(64)
+        .build_cartesian_2d(0.0..end, (low - room)..(high + room))?;
+    chart
+        .configure_mesh()
+        .bold_line_style(FAINT)
+        .light_line_style(TRANSPARENT)
+        .axis_style(INK)
+        .label_style((FONT, 13).into_font().color(&INK))
+        .axis_desc_style((FONT, 14).into_font().color(&INK))
+        .x_desc(if model.has_units { "t in s" } else { "t" })
+        .draw()?;
+    for at in 0..shown {
+        let colour = COLOURS[at];
+        let inside = thin[at]
+            .iter()
+            .copied()
+            .filter(|point| (low - room..high + room).contains(&point.1));
+        chart.draw_series(LineSeries::new(inside, colour.mix(0.45).stroke_width(1)))?;
+        chart
+            .draw_series(LineSeries::new(
+                solid[at].iter().copied(),
+                colour.stroke_width(2),
+            ))?
+            .label(model.coordinates[at].name.clone())
+            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
+    }
+    chart
+        .configure_series_labels()
+        .background_style(PAPER.mix(0.8))
+        .border_style(FAINT)
+        .label_font((FONT, 13).into_font().color(&INK))
+        .draw()?;
+    area.present()?;
+    Ok(())
+}

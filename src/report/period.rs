@@ -1,0 +1,217 @@
+//! Periods of one coordinate, as text, JSON and CSV.
+
+use std::fmt::Write;
+
+use super::json::{null, number, string};
+use super::{Style, Tone, Written, headline};
+use crate::period::{Motion, Options, Oscillator, Period, Place};
+use crate::precision::{Ball, Scalar, one_digit_up};
+use crate::sweep::Range;
+
+/// Digits of the leading change of the frequency.
+const DIGITS: usize = 6;
+
+/// The upper turning point less the equilibrium, for a libration.
+fn amplitude(found: &Period) -> Option<Ball> {
+    match &found.motion {
+        Motion::Libration { turning } => Some(turning[1].sub(&found.equilibrium)),
+        Motion::Rotation { .. } => None,
+    }
+}
+
+/// The period of a motion to read.
+#[must_use]
+pub fn period_text(
+    oscillator: &Oscillator,
+    found: &Period,
+    options: &Options,
+    style: &Style,
+) -> String {
+    let model = oscillator.linearized().model();
+    let name = oscillator.coordinate_name();
+    let digits = options.digits;
+    let short = digits.min(10);
+    let period = Written::finest(&found.period, found.precise.as_ref(), digits);
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1));
+    out.push_str("\n\n");
+    let written = |value: &Ball| Written::new(value, short).text();
+    let mut rows = vec![(
+        "period",
+        format!("{}  ± {}", period.text(), one_digit(period.bound)),
+    )];
+    match &found.motion {
+        Motion::Libration { turning } => {
+            rows.push((
+                "turning points",
+                format!(
+                    "{name} = {} and {}",
+                    written(&turning[0]),
+                    written(&turning[1])
+                ),
+            ));
+        }
+        Motion::Rotation { advance } => {
+            rows.push((
+                "rotation",
+                format!("{name} advances by {} in a period", written(advance)),
+            ));
+        }
+    }
+    rows.push((
+        "equilibrium",
+        format!("{name} = {}", written(&found.equilibrium)),
+    ));
+    rows.push(("energy", written(&found.energy)));
+    match &found.small {
+        Some(small) => {
+            let small = Written::finest(small, found.small_precise.as_ref(), digits);
+            rows.push(("small oscillations", small.text()));
+        }
+        None => rows.push((
+            "small oscillations",
+            "none: the stiffness is not positive at the equilibrium".to_owned(),
+        )),
+    }
+    if let Some(bend) = &found.bend {
+        let own = if bend.contains_zero() {
+            format!("0, to within {},", one_digit(bend.abs_upper()))
+        } else {
+            Written::new(bend, DIGITS).text()
+        };
+        rows.push((
+            "change of frequency",
+            format!("{own} times the amplitude squared, relative, to the leading order"),
+        ));
+    }
+    let width = rows.iter().map(|(title, _)| title.len()).max().unwrap_or(0) + 2;
+    for (title, value) in rows {
+        let _ = writeln!(out, "{title:width$}{value}");
+    }
+    if !found.proved {
+        out.push_str("\nThe equilibrium is not proved: its place is an estimate, and the bound does not cover its error.\n");
+    }
+    out
+}
+
+fn one_digit(bound: f64) -> String {
+    crate::precision::one_digit_up_text(bound)
+}
+
+/// The period of a motion as a JSON object: `period` with `error_bound`, `period_digits` with `digits_error_bound`,
+/// `small_amplitude_period` (`null` where the stiffness is not positive), `motion`, `amplitude` and `turning_points` of a
+/// libration or the `advance` of a rotation, `equilibrium`, `energy`, `frequency_change` (omega = omega_0 (1 +
+/// frequency_change A² + …)).
+#[must_use]
+pub fn period_json(oscillator: &Oscillator, found: &Period, options: &Options) -> String {
+    let mut out = String::from("{");
+    write_period(&mut out, oscillator, found, options);
+    out.push_str("}\n");
+    out
+}
+
+fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, options: &Options) {
+    let model = oscillator.linearized().model();
+    let value = |ball: &Ball| number(ball.mid_f64());
+    let period = Written::finest(&found.period, found.precise.as_ref(), options.digits);
+    let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);
+    let motion = match &found.motion {
+        Motion::Libration { .. } => "libration",
+        Motion::Rotation { .. } => "rotation",
+    };
+    let _ = write!(
+        out,
+        "\"model\": {},\n \"coordinate\": {},\n \"motion\": \"{motion}\",\n \"period\": {},\n \"period_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"small_amplitude_period\": {}",
+        model.name.as_deref().map_or_else(null, string),
+        string(oscillator.coordinate_name()),
+        value(&found.period),
+        digits(&period),
+        number(one_digit_up(found.period.mid_f64_error())),
+        number(period.bound),
+        found.small.as_ref().map_or_else(null, value),
+    );
+    if let Some(small) = &found.small {
+        let written = Written::finest(small, found.small_precise.as_ref(), options.digits);
+        let _ = write!(
+            out,
+            ",\n \"small_amplitude_period_digits\": {}",
+            digits(&written)
+        );
+    }
+    let _ = write!(out, ",\n \"equilibrium\": {}", value(&found.equilibrium));
+    if !found.proved {
+        out.push_str(",\n \"equilibrium_proved\": false");
+    }
+    match &found.motion {
+        Motion::Libration { turning } => {
+            let _ = write!(
+                out,
+                ",\n \"amplitude\": {},\n \"turning_points\": [{}, {}]",
+                amplitude(found).as_ref().map_or_else(null, value),
+                value(&turning[0]),
+                value(&turning[1])
+            );
+        }
+        Motion::Rotation { advance } => {
+            let _ = write!(out, ",\n \"advance\": {}", value(advance));
+        }
+    }
+    let _ = write!(out, ",\n \"energy\": {}", value(&found.energy));
+    if let Some(bend) = &found.bend {
+        let own = if bend.contains_zero() {
+            0.0
+        } else {
+            bend.mid_f64()
+        };
+        let bound = if own == 0.0 {
+            bend.abs_upper()
+        } else {
+            bend.mid_f64_error()
+        };
+        let _ = write!(
+            out,
+            ",\n \"frequency_change\": {}, \"frequency_change_error_bound\": {}",
+            number(own),
+            number(one_digit_up(bound))
+        );
+    }
+}
+
+/// A table with one line a place: the amplitude or energy, `period` and `error_bound`, a bound of the error of the period
+/// as printed. Cells are empty where there is no periodic motion.
+#[must_use]
+pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String {
+    let mut table = csv::Writer::from_writer(Vec::new());
+    // Writing to memory does not fail.
+    let _ = table.write_record([range.name(), "period", "error_bound"]);
+    for place in places {
+        let [period, bound] = match &place.result {
+            Ok(found) => {
+                let written =
+                    Written::finest(&found.period, found.precise.as_ref(), options.digits);
+                let bound = number(written.bound);
+                [written.digits.unwrap_or_default(), bound]
+            }
+            Err(_) => [String::new(), String::new()],
+        };
+        let _ = table.write_record([number(place.value), period, bound]);
+    }
+    String::from_utf8(table.into_inner().unwrap_or_default()).unwrap_or_default()
+}
+
+/// An array with one object a place: the amplitude or energy under its name as it was put in (`given`), then all that
+/// [`period_json`] has; `error` in its place where there is no periodic motion.
+#[must_use]
+pub fn period_curve_json(oscillator: &Oscillator, places: &[Place], options: &Options) -> String {
+    let objects = places.iter().map(|place| {
+        let mut out = format!("{{\"given\": {}, ", number(place.value));
+        match &place.result {
+            Ok(found) => write_period(&mut out, oscillator, found, options),
+            Err(error) => {
+                let _ = write!(out, "\"error\": {}", string(&error.to_string()));
+            }
+        }
+        out.push('}');
+        out
+    });
+    format!("[{}]\n", objects.collect::<Vec<_>>().join(",\n"))
+}
