@@ -156,5 +156,8 @@ pub use error::Error;
 #[cfg(feature = "engine")]
 pub mod sweep;
 
+#[cfg(feature = "engine")]
+pub mod chart;
+
 #[cfg(feature = "cli")]
 pub mod report;

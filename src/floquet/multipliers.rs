@@ -155,7 +155,11 @@ pub(super) fn of_two<S: Enclosure>(
             .collect();
     }
     // A double one, or two beside each other: |z - h| = sqrt |h² - d|.
-    let reach = up(above.abs_upper().sqrt());
+    let reach = if above.is_zero() {
+        0.0
+    } else {
+        up(above.abs_upper().sqrt())
+    };
     let re = trace.to_ball().with_added_radius(reach);
     let im = if above.is_zero() {
         Ball::ZERO
@@ -163,7 +167,11 @@ pub(super) fn of_two<S: Enclosure>(
         Ball::ZERO.with_added_radius(reach)
     };
     let own = Multiplier::new(re, im, Place::Undecided, false);
-    let place = side(&own.modulus);
+    let place = if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() {
+        Place::On
+    } else {
+        side(&own.modulus)
+    };
     let own = Multiplier { place, ..own };
     vec![own.clone(), own]
 }

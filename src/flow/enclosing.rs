@@ -65,7 +65,7 @@ pub struct Enclosing<S: Enclosure> {
 }
 
 impl<S: Enclosure> Enclosing<S> {
-    /// For steps of Taylor's method of the given order.
+    /// For steps of Taylor's method of the given order; equations with open parameters have none.
     #[must_use]
     pub fn new(equations: &Equations, order: usize, precision: S::Precision) -> Self {
         let values = equations.tape.prepare::<S>(precision);
