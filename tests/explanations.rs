@@ -2,7 +2,7 @@
 //! page says.
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
-//! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols. A block `csv NAME` is the file of
+//! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `floquet` for multipliers. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -18,6 +18,7 @@ use std::path::Path;
 
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
+use librate::floquet::floquet;
 use librate::linearize::{self, linearize};
 use librate::model::{self, Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
@@ -166,6 +167,10 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     }
     if block.words.contains(&"derive") {
         told.extend(linearize::derive(checked).err().map(|error| error.code()));
+        return told;
+    }
+    if block.words.contains(&"floquet") {
+        told.extend(floquet(&checked).err().map(|error| error.code()));
         return told;
     }
     let linearized = match linearize(checked) {

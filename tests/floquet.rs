@@ -11,12 +11,14 @@
 mod common;
 
 use common::{load, model_files};
+use librate::chart::Chart;
 use librate::expr::{Pool, Symbol};
 use librate::floquet::{Floquet, FloquetError, Place, floquet};
 use librate::flow::{Enclosing, Enclosure, Equations, Plain};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::number::Number;
 use librate::precision::{Ball, Big, Scalar};
+use librate::sweep::Range;
 use librate::syntax;
 use proptest::prelude::*;
 use serde_json::Value;
@@ -156,6 +158,95 @@ fn borders_of_published_tables() {
         }
     }
     assert_eq!(checked, 11 * 21);
+}
+
+fn chart(text: &str, ranges: [&str; 2]) -> Chart {
+    let file = syntax::parse(text).unwrap();
+    let ranges = ranges.map(|range| Range::parse(range).unwrap());
+    Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges).unwrap()
+}
+
+#[test]
+fn charts_have_the_borders_of_mathieus_equation() {
+    let text = std::fs::read_to_string("tests/reference/driven/mathieu_borders.json").unwrap();
+    let data: Value = serde_json::from_str(&text).unwrap();
+    for row in data["borders"].as_array().unwrap() {
+        let row = row.as_object().unwrap();
+        let q = row["q"].as_str().unwrap();
+        let chart = chart(HILL, ["a=-20..50:8001", &format!("q={q}..{q}:1")]);
+        let mut worker = chart.worker();
+        let rows: Vec<_> = (0..chart.len()[0]).map(|at| worker.row(at)).collect();
+        let mut found = Vec::new();
+        for at in 0..rows.len() {
+            let pair = [at, at + 1].map(|at| rows.get(at).map(Vec::as_slice));
+            found.extend(worker.borders(at, pair).iter().map(|border| border.at[0]));
+        }
+        let orders = row.iter().filter(|(key, _)| *key != "q");
+        let mut known: Vec<f64> = orders
+            .map(|(_, value)| value.as_str().unwrap().parse().unwrap())
+            .collect();
+        known.sort_by(f64::total_cmp);
+        // A tongue between two lines of the grid is not seen; what is seen is where it is.
+        for border in &found {
+            let near = known
+                .iter()
+                .map(|a| (a - border).abs())
+                .fold(f64::INFINITY, f64::min);
+            assert!(
+                near <= 1e-12 * border.abs().max(10.0),
+                "{q}: {border} by {near:e}"
+            );
+        }
+        let wide = |pair: &[f64]| pair[1] - pair[0] > 0.02;
+        let least = known.windows(2).filter(|pair| wide(pair)).count();
+        assert!(
+            found.len() >= least / 2 && !found.is_empty(),
+            "{q}: {}",
+            found.len()
+        );
+    }
+}
+
+#[test]
+fn charts_agree_with_certified_multipliers() {
+    let damped = "param W = 2  param k = 1  param m = 2  param f = W^2/4  coord x, y
+        T = 1/2*(m*x'^2 + y'^2)  V = 1/2*(f + k*cos(W*t))*(x - y)^2 + x^2 + y^2
+        dissipation = 1/50*x'^2  period 2*pi/W";
+    let forced = "param F = 1  param W = 2  coord x
+        T = 1/2*x'^2  V = 1/2*3*x^2 + 1/4*x^4 - F*x*cos(W*t)  dissipation = 1/5*x'^2  period 2*pi/W";
+    let cases = [
+        (HILL, ["a=-1..7:6", "q=-3..4:5"]),
+        (damped, ["W=1..4:5", "k=0..3/2:4"]),
+        (forced, ["F=0..1:3", "W=1/2..3:4"]),
+    ];
+    let mut seen = [0, 0];
+    for (text, ranges) in cases {
+        let chart = chart(text, ranges);
+        let mut worker = chart.worker();
+        let [first, second] = [chart.values(0), chart.values(1)];
+        for (i, a) in first.iter().enumerate() {
+            let row = worker.row(i);
+            for (b, place) in second.iter().zip(row) {
+                let exact = |x: &f64| decimal(&Number::from_f64_exact(*x).unwrap());
+                let names = chart.names();
+                let settings = [
+                    format!("{} = {}", names[0], exact(a)),
+                    format!("{} = {}", names[1], exact(b)),
+                ];
+                let found = floquet(&model(text, &settings)).unwrap();
+                if let Some(stable) = found.stable {
+                    seen[usize::from(stable)] += 1;
+                    assert_eq!(place.stable, Some(stable), "{settings:?}");
+                    let rate = found.growth_rate.unwrap().mid_f64();
+                    assert!(
+                        (place.growth_rate - rate).abs() < 1e-9,
+                        "{settings:?} {rate}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(seen[0] > 10 && seen[1] > 20, "{seen:?}");
 }
 
 #[test]

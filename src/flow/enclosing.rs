@@ -182,9 +182,12 @@ impl<S: Enclosure> Enclosing<S> {
         if !bound.is_finite() {
             return None;
         }
+        let reached = self.reached(&jacobian);
         let mut slopes = self.unit();
         for (at, entry) in slopes.iter_mut().enumerate() {
-            *entry = entry.widened(up(bound * weights[at / n] / weights[at % n]));
+            if reached[at] {
+                *entry = entry.widened(up(bound * weights[at / n] / weights[at % n]));
+            }
         }
         let mut expansion = std::mem::replace(&mut self.tube, Expansion::empty());
         self.expand(&mut expansion, &time, &tube, &slopes, self.order + 1);
@@ -208,6 +211,24 @@ impl<S: Enclosure> Enclosing<S> {
         }
         self.tube = expansion;
         excess.is_finite().then_some(excess.max(1e-30))
+    }
+
+    /// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j. If none does, let R be the
+    /// components that are reached from i: those of the j-th column of T in R obey equations of their own, and begin with 0
+    /// (or R does not hold i itself, whose slope is made of them).
+    fn reached(&self, jacobian: &[S]) -> Vec<bool> {
+        let n = self.dimension;
+        let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
+        for k in 0..n {
+            for i in 0..n {
+                if reached[n * i + k] {
+                    for j in 0..n {
+                        reached[n * i + j] |= reached[n * k + j];
+                    }
+                }
+            }
+        }
+        reached
     }
 
     /// A box that no solution from the state leaves before the end of the step, and J over it.
