@@ -213,9 +213,11 @@ impl<S: Enclosure> Enclosing<S> {
         excess.is_finite().then_some(excess.max(1e-30))
     }
 
-    /// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j. If none does, let R be the
-    /// components that are reached from i: those of the j-th column of T in R obey equations of their own, and begin with 0
-    /// (or R does not hold i itself, whose slope is made of them).
+    /// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
+    ///
+    /// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
+    /// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
+    /// row i too, where T_ij stays what it is at first.
     fn reached(&self, jacobian: &[S]) -> Vec<bool> {
         let n = self.dimension;
         let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
