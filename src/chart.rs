@@ -24,8 +24,9 @@ pub const MOST_PLACES: usize = 100_000_000;
 /// Multipliers this far outside the unit circle count as growth where several are near each other: a double one moves
 /// by the root of what is rounded.
 const COARSE: f64 = 1e-7;
-/// The same where trace and determinant decide.
-const FINE: f64 = 1e-13;
+/// The same where trace and determinant decide: what is rounded on the way over a period. Where multipliers meet at -1
+/// without growing, as they do without a drive, they would else be taken apart by it.
+const FINE: f64 = 2e-14;
 /// Steps of Newton's method to a periodic motion.
 const NEWTON: usize = 40;
 /// Halvings of an interval: 2^-44 is below 1e-13.
@@ -353,7 +354,7 @@ impl Worker<'_> {
             let grows = if self.chart.damped {
                 size > 1.0 + FINE
             } else {
-                half.abs() > 1.0
+                half.abs() > 1.0 + FINE
             };
             return size.is_finite().then_some((size, grows));
         }
