@@ -1,6 +1,6 @@
 //! Models that are driven periodically: Floquet multipliers, with bounds.
 //!
-//! The equations of motion are written out ([`motion`]) and linearised about an equilibrium at which no force acts at any
+//! The equations of motion are written out and linearised about an equilibrium at which no force acts at any
 //! time, or about a periodic motion, which is searched for and proved. Followed over one period ([`crate::flow`]) they give
 //! the monodromy matrix, whose eigenvalues are the multipliers: what each normal solution is multiplied by in a period. (W.
 //! Magnus and S. Winkler, Hill's Equation (1966); V. A. Yakubovich and V. M. Starzhinskii, Linear Differential Equations with
