@@ -162,5 +162,8 @@ pub mod sweep;
 #[cfg(feature = "engine")]
 pub mod period;
 
+#[cfg(feature = "engine")]
+pub mod chart;
+
 #[cfg(feature = "cli")]
 pub mod report;

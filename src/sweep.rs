@@ -99,6 +99,16 @@ impl Range {
         self.count == 0
     }
 
+    /// The setting of the first place.
+    pub(crate) fn first(&self) -> String {
+        format!("{} = {}", self.name, self.from)
+    }
+
+    /// The setting of the end.
+    pub(crate) fn last(&self) -> String {
+        format!("{} = {}", self.name, self.to)
+    }
+
     /// The value at a place (from 0), as an exact expression.
     pub(crate) fn expression(&self, place: usize) -> String {
         if place == 0 {

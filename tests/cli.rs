@@ -154,7 +154,35 @@ fn exit_statuses() {
         (&["modes"], 2),
         (&["modes", PENDULUMS, PENDULUMS], 2),
         (&["fmt"], 2),
-        (&["floquet", PENDULUMS], 2),
+        (&["floquet", PENDULUMS], 1),
+        (&["floquet", "models/mathieu.lag"], 0),
+        (&["floquet", "models/mathieu.lag", "--digits", "31"], 2),
+        (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3"], 2),
+        (
+            &["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "q=0"],
+            2,
+        ),
+        (
+            &[
+                "floquet",
+                "models/mathieu.lag",
+                "--map",
+                "a=0..1:3",
+                "a=0..1:3",
+            ],
+            1,
+        ),
+        (
+            &[
+                "floquet",
+                "models/mathieu.lag",
+                "--map",
+                "a=0..1:3",
+                "b=0..1:3",
+            ],
+            1,
+        ),
+        (&["floquet", PENDULUMS, "--map", "g=1..2:3", "L=1..2:3"], 1),
         (&["help"], 2),
         (&["modes", PENDULUMS, "--latex"], 2),
         (&["modes", PENDULUMS, "--lowest", "0"], 2),
@@ -198,15 +226,64 @@ fn help_teaches() {
     assert_eq!(run.status, 0, "{model}\n{}", run.err);
     assert!(run.out.contains("3.189043744"), "{}", run.out);
     // What comes later is not promised.
-    for later in ["floquet", "period ", "inertia"] {
+    for later in ["period ", "inertia"] {
         assert!(!text.contains(later));
     }
-    for command in ["modes", "check", "derive", "fmt", "sweep", "sensitivity"] {
+    for command in [
+        "modes",
+        "check",
+        "derive",
+        "fmt",
+        "sweep",
+        "sensitivity",
+        "floquet",
+    ] {
         assert!(text.contains(command));
     }
-    for command in ["modes", "check", "derive", "sweep", "sensitivity"] {
+    for command in [
+        "modes",
+        "check",
+        "derive",
+        "sweep",
+        "sensitivity",
+        "floquet",
+    ] {
         assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
     }
+}
+
+#[test]
+fn a_chart_as_table_and_picture() {
+    let [svg, borders] = ["chart.svg", "borders.csv"].map(|name| scratch(name, b""));
+    let run = run(&[
+        "floquet",
+        "models/mathieu.lag",
+        "--map",
+        "a=-1..5:7",
+        "q=0..2:3",
+        "--threads",
+        "3",
+        "--svg",
+        svg.to_str().unwrap(),
+        "--borders",
+        borders.to_str().unwrap(),
+    ]);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    let lines: Vec<&str> = run.out.lines().collect();
+    assert_eq!(lines[0], "a,q,stable,growth_rate");
+    assert_eq!(lines.len(), 1 + 7 * 3);
+    // exp(t) without a drive at a = -1; a = 1, q = 1 is in the first tongue, a = 2, q = 1 beside it.
+    assert!(lines[1].starts_with("-1,0,false,9.99999") || lines[1] == "-1,0,false,1e0");
+    assert!(lines[8].starts_with("1,1,false,4.534535"), "{}", lines[8]);
+    assert_eq!(lines[11], "2,1,true,0e0");
+    let picture = std::fs::read_to_string(svg).unwrap();
+    assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n"));
+    assert!(picture.matches("<rect").count() > 3);
+    let borders = std::fs::read_to_string(borders).unwrap();
+    // a_1(1), from below; a_0(1) and b_1(1) are both between 0 and -1.
+    let a1 = borders.lines().find(|line| line.ends_with(",1")).unwrap();
+    let a1: f64 = a1.split_once(',').unwrap().0.parse().unwrap();
+    assert!((a1 - 1.859_108_072_514_364).abs() < 1e-12, "{a1}");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
-//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion. A block `csv NAME` is the file of
+//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `floquet` for multipliers. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -21,6 +21,7 @@ use librate::Error;
 use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
+use librate::floquet::floquet;
 use librate::linearize::{self, linearize};
 use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
@@ -214,6 +215,10 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         if let Err(StudyError::Linearize { error }) = Study::new(checked, &["k"]) {
             told.push(error.code());
         }
+        return told;
+    }
+    if block.words.contains(&"floquet") {
+        told.extend(floquet(&checked).err().map(|error| error.code()));
         return told;
     }
     let linearized = match linearize(checked) {

@@ -54,8 +54,22 @@ fn files(folder: &str) -> Vec<String> {
 fn modes_and_derivations_of_all_models() {
     let modes = Schema::read("modes");
     let derive = Schema::read("derive");
-    let mut checked = 0;
+    let floquet = Schema::read("floquet");
+    let (mut checked, mut driven) = (0, 0);
     for file in files("models") {
+        let multipliers = run(&["floquet", &file, "--json"]);
+        if multipliers.status == 0 {
+            driven += 1;
+            let value: Value = serde_json::from_str(&multipliers.out).unwrap();
+            floquet.check(&file, &value);
+            let count = value["coordinates"].as_array().unwrap().len();
+            for key in ["multipliers", "moduli", "circle", "exponents"] {
+                assert_eq!(value[key].as_array().unwrap().len(), 2 * count, "{file}");
+            }
+            let mut bad = value;
+            bad["stable"] = "yes".into();
+            assert!(floquet.refuses(&bad));
+        }
         let run_modes = run(&["modes", &file, "--json", "--lowest", "20"]);
         if run_modes.status != 0 {
             continue;
@@ -80,6 +94,7 @@ fn modes_and_derivations_of_all_models() {
         }
     }
     assert!(checked > 40);
+    assert!(driven > 5);
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! What `modes` and `derive` print for every model, beside the model's reference in
+//! What `modes` and `derive`, or `floquet`, print for every model, beside the model's reference in
 //! tests/reference: a change of any printed character shows as a diff. Whether the numbers are
 //! right is checked in tests/models.rs; that the printed digits are those numbers, here.
 #![cfg(feature = "cli")]
@@ -16,10 +16,11 @@ use std::path::Path;
 use common::load;
 use librate::derive::{Parts, derive};
 use librate::diagnostic::Diagnostic;
+use librate::floquet::floquet;
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::report::{Style, derive_text, modes_json, modes_text};
+use librate::report::{Style, derive_text, floquet_text, modes_json, modes_text};
 
 /// Shapes and matrices of more coordinates than this are not worth a snapshot.
 const MOST_WRITTEN_OUT: usize = 12;
@@ -27,6 +28,10 @@ const MOST_WRITTEN_OUT: usize = 12;
 fn printed(path: &Path) -> String {
     let model = load(path);
     let style = Style::default();
+    if model.time_dependent.is_some() {
+        let found = floquet(&model).unwrap();
+        return floquet_text(&model, &found, 10, &style);
+    }
     let linearized = match linearize(model.clone()) {
         Ok(linearized) => linearized,
         Err(error) => {

@@ -97,7 +97,12 @@ const FLOQUET_EXAMPLE: &str = "\
 Examples:
     librate floquet child_on_swing.lag
     librate floquet mathieu.lag --set q=0.5 --digits 15
-    librate floquet mathieu.lag --json";
+    librate floquet mathieu.lag --json
+    librate floquet mathieu.lag --map a=-2..10:400 q=0..10:400 --svg chart.svg > chart.csv
+
+A chart has a line for each place, the second parameter running faster: both parameters, stable (true or false, empty
+where there is no periodic motion), and growth_rate in 1/s. It is computed in plain doubles, on all cores. --borders
+writes the places on the lines of the grid where stable and unstable meet.";
 
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
@@ -304,6 +309,18 @@ pub(crate) struct Sensitivity {
 pub(crate) struct Floquet {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
+    /// A stability chart over two parameters, as CSV: `a=0..10:400 q=0..5:200`
+    #[arg(long, num_args = 2, value_names = ["NAME=a..b:n", "NAME=c..d:m"], conflicts_with = "json")]
+    pub(crate) map: Vec<String>,
+    /// With --map: the chart as a picture
+    #[arg(long, value_name = "FILE", requires = "map")]
+    pub(crate) svg: Option<PathBuf>,
+    /// With --map: the borders between stable and unstable neighbours, as CSV
+    #[arg(long, value_name = "FILE", requires = "map")]
+    pub(crate) borders: Option<PathBuf>,
+    /// Threads of a chart; as many as there are cores if it is not given
+    #[arg(long, value_name = "COUNT", requires = "map", value_parser = positive)]
+    pub(crate) threads: Option<usize>,
     /// Significant digits of the multipliers, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
     pub(crate) digits: usize,
@@ -404,7 +421,7 @@ const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
 fn positive(text: &str) -> Result<usize, String> {
     match text.parse() {
-        Ok(0) | Err(_) => Err("a whole number of modes, 1 or more, is needed".to_owned()),
+        Ok(0) | Err(_) => Err("a whole number, 1 or more, is needed".to_owned()),
         Ok(count) => Ok(count),
     }
 }

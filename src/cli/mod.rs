@@ -1,6 +1,7 @@
 //! From arguments to an exit status: reads files, calls the library, writes.
 
 mod args;
+mod chart;
 mod draw;
 mod fmt;
 mod input;
@@ -220,6 +221,9 @@ fn failed(source: Source, mut warnings: Vec<Diagnostic>, error: impl Into<Error>
 }
 
 fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
+    if let [first, second] = args.map.as_slice() {
+        return chart::run(args, first, second);
+    }
     let Loaded {
         source,
         model,

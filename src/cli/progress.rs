@@ -46,3 +46,39 @@ impl Drop for Progress {
         }
     }
 }
+
+/// Shows how much of countable work is done, on a terminal only, until it is dropped.
+pub(super) struct Counter {
+    bar: Option<ProgressBar>,
+}
+
+impl Counter {
+    /// Begins to count; what takes less than the patience of a reader shows nothing.
+    pub(super) fn start(what: &'static str, count: usize) -> Self {
+        if !io::stderr().is_terminal() {
+            return Self { bar: None };
+        }
+        let bar = ProgressBar::hidden()
+            .with_message(what)
+            .with_elapsed(Duration::ZERO);
+        bar.set_length(u64::try_from(count).unwrap_or(u64::MAX));
+        Self { bar: Some(bar) }
+    }
+
+    /// One more is done.
+    pub(super) fn step(&self) {
+        let Some(bar) = &self.bar else { return };
+        bar.inc(1);
+        if bar.is_hidden() && bar.elapsed() > PATIENCE {
+            bar.set_draw_target(indicatif::ProgressDrawTarget::stderr());
+        }
+    }
+}
+
+impl Drop for Counter {
+    fn drop(&mut self) {
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
+    }
+}

@@ -1,4 +1,4 @@
-//! The codes of driven models: E0401 and following.
+//! The codes of driven models: E0701 and following.
 
 use super::FloquetError;
 
@@ -8,16 +8,16 @@ impl FloquetError {
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
-            Self::NoTime { .. } => "E0401",
-            Self::NoPeriod { .. } => "E0402",
-            Self::NotAPeriod { .. } => "E0403",
-            Self::PeriodNotPositive { .. } => "E0404",
-            Self::EquilibriumMoves { .. } => "E0405",
-            Self::NoPeriodicMotion { .. } => "E0406",
-            Self::Singular { .. } => "E0407",
-            Self::NotDefined { .. } => "E0408",
-            Self::Unsupported { .. } => "E0409",
-            Self::TooLarge { .. } => "E0410",
+            Self::NoTime { .. } => "E0701",
+            Self::NoPeriod { .. } => "E0702",
+            Self::NotAPeriod { .. } => "E0703",
+            Self::PeriodNotPositive { .. } => "E0704",
+            Self::EquilibriumMoves { .. } => "E0705",
+            Self::NoPeriodicMotion { .. } => "E0706",
+            Self::Singular { .. } => "E0707",
+            Self::NotDefined { .. } => "E0708",
+            Self::Unsupported { .. } => "E0709",
+            Self::TooLarge { .. } => "E0710",
             Self::Linearize(error) => error.code(),
         }
     }

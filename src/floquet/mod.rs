@@ -1,6 +1,6 @@
 //! Models that are driven periodically: Floquet multipliers, with bounds.
 //!
-//! The equations of motion are written out ([`motion`]) and linearised about an equilibrium at which no force acts at any
+//! The equations of motion are written out and linearised about an equilibrium at which no force acts at any
 //! time, or about a periodic motion, which is searched for and proved. Followed over one period ([`crate::flow`]) they give
 //! the monodromy matrix, whose eigenvalues are the multipliers: what each normal solution is multiplied by in a period. (W.
 //! Magnus and S. Winkler, Hill's Equation (1966); V. A. Yakubovich and V. M. Starzhinskii, Linear Differential Equations with
@@ -12,7 +12,7 @@
 mod codes;
 mod error;
 mod monodromy;
-mod motion;
+pub(crate) mod motion;
 mod multipliers;
 mod resonance;
 
@@ -84,7 +84,7 @@ pub fn floquet(model: &Model) -> Result<Floquet, FloquetError> {
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
     let n = driven.dimension();
-    let point = point(model, &driven);
+    let point = point(model, &mut driven);
     let numbers: Vec<f64> = point
         .iter()
         .map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64()))
@@ -96,7 +96,7 @@ pub fn floquet(model: &Model) -> Result<Floquet, FloquetError> {
         let not_defined = |_| FloquetError::NotDefined {
             span: driven.driven_at,
         };
-        let equations = Equations::linear(&driven.pool, driven.time, 2 * n, &slopes);
+        let equations = Equations::linear(&driven.pool, driven.time, 2 * n, &[], &slopes);
         (equations.map_err(not_defined)?, None)
     } else {
         let equations = driven.equations()?;
@@ -119,14 +119,7 @@ pub fn floquet(model: &Model) -> Result<Floquet, FloquetError> {
             (place.collect(), trip.monodromy)
         }
     };
-    let mut multipliers = if n == 1 {
-        multipliers::of_two(&monodromy, symplectic, ())
-    } else {
-        multipliers::of_many(&monodromy, 2 * n, symplectic)
-    };
-    if multipliers.is_empty() {
-        multipliers = unknown(&monodromy, 2 * n);
-    }
+    let mut multipliers = by_blocks(&monodromy, 2 * n, symplectic);
     if rests && n == 1 {
         for bits in MORE_BITS {
             if stable(&multipliers).is_some() {
@@ -200,18 +193,22 @@ fn precise(driven: &Driven, bits: usize) -> Option<Big> {
 }
 
 /// Where motions are looked at: as given, as guessed, else 0.
-fn point(model: &Model, driven: &Driven) -> Vec<ExprId> {
+pub(crate) fn point(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
     let given = model.equilibria.iter().zip(&model.guesses);
     given
-        .map(|(equilibrium, guess)| {
-            let value = equilibrium.or(*guess).and_then(|given| given.value);
-            value.unwrap_or(driven.pool.zero())
+        .map(|(equilibrium, guess)| match equilibrium.or(*guess) {
+            Some(given) => driven.with_values(given.symbolic),
+            None => driven.pool.zero(),
         })
         .collect()
 }
 
 /// Whether no force acts on what rests at a point, at any time.
-fn rests(model: &Model, driven: &mut Driven, point: &[ExprId]) -> Result<bool, FloquetError> {
+pub(crate) fn rests(
+    model: &Model,
+    driven: &mut Driven,
+    point: &[ExprId],
+) -> Result<bool, FloquetError> {
     let moved = driven.moved(point);
     let energy = driven.driven_at;
     for (at, moved) in moved.iter().enumerate() {
@@ -280,6 +277,63 @@ fn check_period(driven: &Driven, period: &Ball, point: &[f64]) -> Result<(), Flo
     if compared { Ok(()) } else { Err(undefined) }
 }
 
+/// The multipliers, of each set of coordinates by itself that nothing couples to the others: what coincides in two
+/// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
+/// symplectic matrix is symplectic.
+fn by_blocks(monodromy: &[Ball], size: usize, symplectic: bool) -> Vec<Multiplier> {
+    let n = size / 2;
+    let coupled = |i: usize, j: usize| {
+        [i, i + n].iter().any(|row| {
+            [j, j + n]
+                .iter()
+                .any(|column| !monodromy[size * row + column].is_zero())
+        })
+    };
+    let mut all = Vec::new();
+    let mut done = vec![false; n];
+    for first in 0..n {
+        if done[first] {
+            continue;
+        }
+        done[first] = true;
+        let mut members = vec![first];
+        let mut next = 0;
+        while let Some(own) = members.get(next).copied() {
+            next += 1;
+            for (other, done) in done.iter_mut().enumerate() {
+                if !*done && (coupled(own, other) || coupled(other, own)) {
+                    *done = true;
+                    members.push(other);
+                }
+            }
+        }
+        members.sort_unstable();
+        let rows: Vec<usize> = members
+            .iter()
+            .copied()
+            .chain(members.iter().map(|i| i + n))
+            .collect();
+        let block: Vec<Ball> = rows
+            .iter()
+            .flat_map(|row| {
+                rows.iter()
+                    .map(move |column| monodromy[size * row + column])
+            })
+            .collect();
+        let found = if rows.len() == 2 {
+            multipliers::of_two(&block, symplectic, ())
+        } else {
+            multipliers::of_many(&block, rows.len(), symplectic)
+        };
+        if found.is_empty() {
+            all.extend(unknown(&block, rows.len()));
+        } else {
+            all.extend(found);
+        }
+    }
+    all
+}
+
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
 fn unknown(monodromy: &[Ball], n: usize) -> Vec<Multiplier> {
     let row = |i: usize| {
@@ -305,10 +359,11 @@ fn stable(multipliers: &[Multiplier]) -> Option<bool> {
 }
 
 fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) -> Option<Ball> {
-    stable?;
-    if multipliers.iter().any(|own| own.place == Place::On)
-        && multipliers.iter().all(|own| own.place != Place::Outside)
-    {
+    let any = |place: Place| multipliers.iter().any(|own| own.place == place);
+    if any(Place::Undecided) && stable != Some(false) {
+        return None;
+    }
+    if any(Place::On) && !any(Place::Outside) {
         return Some(Ball::ZERO);
     }
     // The largest lies between the largest lower and the largest upper bound.

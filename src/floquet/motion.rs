@@ -19,11 +19,11 @@ const MOST_TERMS: usize = 10_000;
 pub(super) const MOST_COORDINATES: usize = 40;
 
 /// A driven model as differential equations.
-pub(super) struct Driven {
-    pub(super) pool: Pool,
-    pub(super) time: Symbol,
+pub(crate) struct Driven {
+    pub(crate) pool: Pool,
+    pub(crate) time: Symbol,
     /// Where the time occurs.
-    pub(super) driven_at: Span,
+    pub(crate) driven_at: Span,
     coordinates: Vec<Symbol>,
     velocities: Vec<Symbol>,
     /// M, row by row.
@@ -31,9 +31,13 @@ pub(super) struct Driven {
     /// h.
     load: Vec<ExprId>,
     /// Whether there is friction.
-    pub(super) damped: bool,
+    pub(crate) damped: bool,
+    /// The parameters that stay symbols.
+    pub(crate) open: Vec<Symbol>,
+    /// The values of the others.
+    known: Substitution,
     /// The period, and where it is given.
-    pub(super) period: (ExprId, Span),
+    pub(crate) period: (ExprId, Span),
 }
 
 impl Driven {
@@ -41,7 +45,7 @@ impl Driven {
     ///
     /// # Errors
     /// Where the model is not a driven one, or not one that can be written out.
-    pub(super) fn new(model: &Model, open: &[usize]) -> Result<Self, FloquetError> {
+    pub(crate) fn new(model: &Model, open: &[usize]) -> Result<Self, FloquetError> {
         let driven_at = check(model)?;
         let Some(given) = model.period else {
             return Err(FloquetError::NoPeriod {
@@ -50,10 +54,7 @@ impl Driven {
             });
         };
         let mut pool = model.pool.clone();
-        let mut known = known_values(model);
-        for number in open {
-            known.remove(&model.parameters[*number].symbol);
-        }
+        let known = values(model, &mut pool, open);
         let time = model
             .symbols
             .iter()
@@ -95,6 +96,8 @@ impl Driven {
             mass,
             load,
             damped,
+            open: open.iter().map(|at| model.parameters[*at].symbol).collect(),
+            known,
             period: (period, given.span),
         };
         driven.check_values(model, open)?;
@@ -120,19 +123,24 @@ impl Driven {
         Ok(())
     }
 
+    /// An expression in parameters with their values, but for those left open.
+    pub(crate) fn with_values(&mut self, e: ExprId) -> ExprId {
+        self.pool.substitute_one(e, &self.known)
+    }
+
     /// The number of coordinates.
-    pub(super) fn dimension(&self) -> usize {
+    pub(crate) fn dimension(&self) -> usize {
         self.coordinates.len()
     }
 
     /// h and M, then, in the order of [`Driven::symbols`].
-    pub(super) fn expressions(&self) -> Vec<ExprId> {
+    pub(crate) fn expressions(&self) -> Vec<ExprId> {
         let mass = self.mass.iter().flatten();
         self.load.iter().chain(mass).copied().collect()
     }
 
     /// The time, the coordinates, their velocities.
-    pub(super) fn symbols(&self) -> Vec<Symbol> {
+    pub(crate) fn symbols(&self) -> Vec<Symbol> {
         let time = std::iter::once(&self.time);
         time.chain(&self.coordinates)
             .chain(&self.velocities)
@@ -142,7 +150,7 @@ impl Driven {
 
     /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
     /// not known.
-    pub(super) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
+    pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
         let map = self.at(point);
         let forces = self.pool.substitute(&self.load, &map);
         forces
@@ -156,7 +164,7 @@ impl Driven {
     }
 
     /// The force on a coordinate that rests at a point, as text.
-    pub(super) fn force_text(&mut self, coordinate: usize, point: &[ExprId]) -> Option<String> {
+    pub(crate) fn force_text(&mut self, coordinate: usize, point: &[ExprId]) -> Option<String> {
         let map = self.at(point);
         let load = self.load.get(coordinate)?;
         let force = self.pool.substitute_one(*load, &map);
@@ -176,7 +184,7 @@ impl Driven {
     /// The linear equations about rest at a point where no force acts: J of (q, q')' = J(t) (q, q'), row by row.
     ///
     /// Accelerations vanish there, so that M q'' + (dh/dq') q' + (dh/dq) q = 0.
-    pub(super) fn linear(&mut self, point: &[ExprId]) -> Result<Vec<ExprId>, FloquetError> {
+    pub(crate) fn linear(&mut self, point: &[ExprId]) -> Result<Vec<ExprId>, FloquetError> {
         let n = self.dimension();
         let map = self.at(point);
         let symbols: Vec<Symbol> = self.symbols()[1..].to_vec();
@@ -200,7 +208,7 @@ impl Driven {
     }
 
     /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h).
-    pub(super) fn equations(&mut self) -> Result<Equations, FloquetError> {
+    pub(crate) fn equations(&mut self) -> Result<Equations, FloquetError> {
         let right = self.load.iter().map(|load| vec![*load]).collect();
         let accelerations = self.solved(self.mass.clone(), right)?;
         let mut rates: Vec<ExprId> = Vec::new();
@@ -209,7 +217,7 @@ impl Driven {
         }
         rates.extend(accelerations.into_iter().flatten());
         let state: Vec<Symbol> = self.symbols()[1..].to_vec();
-        Equations::compile(&mut self.pool, self.time, &state, &rates).map_err(|_| {
+        Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates).map_err(|_| {
             FloquetError::NotDefined {
                 span: self.driven_at,
             }
@@ -293,6 +301,30 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
         });
     }
     Ok(span)
+}
+
+/// The values of all parameters but some; one that is defined from those stays an expression in them.
+fn values(model: &Model, pool: &mut Pool, open: &[usize]) -> Substitution {
+    if open.is_empty() {
+        return known_values(model);
+    }
+    let mut known = Substitution::default();
+    for (number, parameter) in model.parameters.iter().enumerate() {
+        if open.contains(&number) {
+            continue;
+        }
+        let own = pool.symbols_of(&[parameter.symbolic]);
+        if own.contains(&parameter.symbol) {
+            if let Some(value) = parameter.value {
+                known.insert(parameter.symbol, value);
+            }
+        } else {
+            // Those it is defined from stand before it.
+            let value = pool.substitute_one(parameter.symbolic, &known);
+            known.insert(parameter.symbol, value);
+        }
+    }
+    known
 }
 
 /// A sum of families, every instance, with the values that are known.

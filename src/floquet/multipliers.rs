@@ -155,7 +155,11 @@ pub(super) fn of_two<S: Enclosure>(
             .collect();
     }
     // A double one, or two beside each other: |z - h| = sqrt |h² - d|.
-    let reach = up(above.abs_upper().sqrt());
+    let reach = if above.is_zero() {
+        0.0
+    } else {
+        up(above.abs_upper().sqrt())
+    };
     let re = trace.to_ball().with_added_radius(reach);
     let im = if above.is_zero() {
         Ball::ZERO
@@ -163,7 +167,11 @@ pub(super) fn of_two<S: Enclosure>(
         Ball::ZERO.with_added_radius(reach)
     };
     let own = Multiplier::new(re, im, Place::Undecided, false);
-    let place = side(&own.modulus);
+    let place = if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() {
+        Place::On
+    } else {
+        side(&own.modulus)
+    };
     let own = Multiplier { place, ..own };
     vec![own.clone(), own]
 }
@@ -280,19 +288,16 @@ impl Disc {
 /// The eigenvalues of a matrix given row by row, each as often as it has discs; `symplectic` as above. Empty where
 /// eigenvectors could not be told apart.
 pub(super) fn of_many(matrix: &[Ball], n: usize, symplectic: bool) -> Vec<Multiplier> {
-    let Some(discs) = discs(matrix, n) else {
+    let Some(covers) = covers(matrix, n) else {
         return Vec::new();
     };
-    let apart = |own: usize, disc: &Disc| {
-        let mut others = discs.iter().enumerate();
-        others.all(|(at, other)| at == own || disc.is_apart(other))
-    };
-    discs
+    covers
         .iter()
-        .enumerate()
-        .map(|(own, disc)| {
-            let real = disc.single && apart(own, &disc.conjugate());
-            let mirrored = || disc.mirrored().is_some_and(|mirror| apart(own, &mirror));
+        .map(|Cover { disc, others }| {
+            // An eigenvalue that is in none of the others is in this one.
+            let own = |image: &Disc| others.iter().all(|other| image.is_apart(other));
+            let real = disc.single && own(&disc.conjugate());
+            let mirrored = || disc.mirrored().is_some_and(|mirror| own(&mirror));
             let re = disc.center.re.with_added_radius(disc.radius);
             let im = if real {
                 Ball::ZERO
@@ -311,7 +316,13 @@ pub(super) fn of_many(matrix: &[Ball], n: usize, symplectic: bool) -> Vec<Multip
         .collect()
 }
 
-fn discs(matrix: &[Ball], n: usize) -> Option<Vec<Disc>> {
+/// Discs that together hold all eigenvalues: one of them, and the others with the scaling that is best for that one.
+struct Cover {
+    disc: Disc,
+    others: Vec<Disc>,
+}
+
+fn covers(matrix: &[Ball], n: usize) -> Option<Vec<Cover>> {
     let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64());
     let eigen = middle.eigen().ok()?;
     let (values, vectors) = (eigen.S(), eigen.U());
@@ -360,19 +371,52 @@ fn discs(matrix: &[Ball], n: usize) -> Option<Vec<Disc>> {
         own.push(up(center.radius() + share * columns[i]));
         centers.push(center.center());
     }
-    let discs: Vec<Disc> = (0..n).map(|i| scaled(i, n, &centers, &own, &off)).collect();
-    let finite = discs.iter().all(|disc| disc.radius.is_finite());
-    finite.then_some(discs)
+    let mut covers: Vec<Cover> = (0..n).map(|i| scaled(i, n, &centers, &own, &off)).collect();
+    let plain: Vec<Disc> = (0..n)
+        .map(|i| Disc {
+            center: centers[i],
+            radius: (0..n)
+                .filter(|j| *j != i)
+                .fold(own[i], |sum, j| up(sum + off(i, j))),
+            single: false,
+        })
+        .collect();
+    for (i, cover) in covers.iter_mut().enumerate() {
+        if !cover.disc.single {
+            cover.disc.radius = reach(i, &plain);
+        }
+    }
+    let finite = covers.iter().all(|cover| cover.disc.radius.is_finite());
+    finite.then_some(covers)
 }
 
-/// Gershgorin's disc of a row that is divided by a number as large as keeps it apart from the others.
+/// The radius of a disc about a center that holds all discs that it is connected with: there are as many eigenvalues in
+/// these as there are discs, but any of them may hold them.
+fn reach(i: usize, discs: &[Disc]) -> f64 {
+    let mut connected = vec![i];
+    let mut next = 0;
+    while let Some(at) = connected.get(next).copied() {
+        next += 1;
+        for other in 0..discs.len() {
+            if !connected.contains(&other) && !discs[at].is_apart(&discs[other]) {
+                connected.push(other);
+            }
+        }
+    }
+    connected.iter().fold(0.0_f64, |most, at| {
+        let distance = discs[*at].center.sub(discs[i].center).size();
+        most.max(up(distance + discs[*at].radius))
+    })
+}
+
+/// Gershgorin's discs, with the row of one of them divided by a number as large as keeps it apart from the others.
 fn scaled(
     i: usize,
     n: usize,
     centers: &[Complex],
     own: &[f64],
     off: &dyn Fn(usize, usize) -> f64,
-) -> Disc {
+) -> Cover {
     let row = |j: usize, without: usize| {
         let others = (0..n).filter(|k| *k != j && *k != without);
         others.fold(0.0, |sum, k| up(sum + off(j, k)))
@@ -387,26 +431,23 @@ fn scaled(
         .fold(0.0_f64, |most, j| most.max(off(j, i)));
     let best = 4.0 * strongest / gap;
     let factor = if best > 0.0 && best < 1.0 { best } else { 1.0 };
-    let disc = Disc {
-        center: centers[i],
-        radius: up(own[i] + factor * row(i, i)),
-        single: false,
-    };
-    let single = (0..n).filter(|j| *j != i).all(|j| {
-        let radius = up(own[j] + row(j, i) + off(j, i) / factor);
-        let other = Disc {
-            center: centers[j],
+    let with = |factor: f64| {
+        let disc = |at: usize, radius: f64| Disc {
+            center: centers[at],
             radius,
             single: false,
         };
-        disc.is_apart(&other)
-    });
-    if single {
-        Disc { single, ..disc }
-    } else {
-        let radius = up(own[i] + row(i, i));
-        Disc { radius, ..disc }
-    }
+        let others = (0..n).filter(|j| *j != i);
+        let others = others.map(|j| disc(j, up(own[j] + row(j, i) + off(j, i) / factor)));
+        Cover {
+            disc: disc(i, up(own[i] + factor * row(i, i))),
+            others: others.collect(),
+        }
+    };
+    let mut cover = with(factor);
+    let disc = cover.disc;
+    cover.disc.single = cover.others.iter().all(|other| disc.is_apart(other));
+    if cover.disc.single { cover } else { with(1.0) }
 }
 
 /// About the inverse of a complex matrix, row by row.

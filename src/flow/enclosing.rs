@@ -65,7 +65,7 @@ pub struct Enclosing<S: Enclosure> {
 }
 
 impl<S: Enclosure> Enclosing<S> {
-    /// For steps of Taylor's method of the given order.
+    /// For steps of Taylor's method of the given order; equations with open parameters have none.
     #[must_use]
     pub fn new(equations: &Equations, order: usize, precision: S::Precision) -> Self {
         let values = equations.tape.prepare::<S>(precision);
@@ -182,9 +182,12 @@ impl<S: Enclosure> Enclosing<S> {
         if !bound.is_finite() {
             return None;
         }
+        let reached = self.reached(&jacobian);
         let mut slopes = self.unit();
         for (at, entry) in slopes.iter_mut().enumerate() {
-            *entry = entry.widened(up(bound * weights[at / n] / weights[at % n]));
+            if reached[at] {
+                *entry = entry.widened(up(bound * weights[at / n] / weights[at % n]));
+            }
         }
         let mut expansion = std::mem::replace(&mut self.tube, Expansion::empty());
         self.expand(&mut expansion, &time, &tube, &slopes, self.order + 1);
@@ -208,6 +211,26 @@ impl<S: Enclosure> Enclosing<S> {
         }
         self.tube = expansion;
         excess.is_finite().then_some(excess.max(1e-30))
+    }
+
+    /// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
+    ///
+    /// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
+    /// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
+    /// row i too, where T_ij stays what it is at first.
+    fn reached(&self, jacobian: &[S]) -> Vec<bool> {
+        let n = self.dimension;
+        let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
+        for k in 0..n {
+            for i in 0..n {
+                if reached[n * i + k] {
+                    for j in 0..n {
+                        reached[n * i + j] |= reached[n * k + j];
+                    }
+                }
+            }
+        }
+        reached
     }
 
     /// A box that no solution from the state leaves before the end of the step, and J over it.

@@ -24,6 +24,8 @@ use crate::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};
 #[derive(Clone, Debug)]
 pub struct Equations {
     dimension: usize,
+    /// How many parameters stay open, for [`Plain::set_parameters`].
+    parameters: usize,
     /// Whether the state itself is followed; otherwise only T, with a J that depends on t alone.
     moving: bool,
     /// f where the state is followed, then J row by row.
@@ -33,7 +35,7 @@ pub struct Equations {
 }
 
 impl Equations {
-    /// From f as expressions in the time and the state, one for each component of the state.
+    /// From f as expressions in the time, the state and parameters, one for each component of the state.
     ///
     /// # Errors
     /// [`UnboundSymbol`] where f contains another symbol.
@@ -41,6 +43,7 @@ impl Equations {
         pool: &mut Pool,
         time: Symbol,
         state: &[Symbol],
+        parameters: &[Symbol],
         rates: &[ExprId],
     ) -> Result<Self, UnboundSymbol> {
         let mut outputs = rates.to_vec();
@@ -49,9 +52,11 @@ impl Equations {
                 outputs.push(pool.diff(*rate, *symbol));
             }
         }
-        let inputs: Vec<Symbol> = [time].iter().chain(state).copied().collect();
+        let inputs = [time].into_iter().chain(state.iter().copied());
+        let inputs: Vec<Symbol> = inputs.chain(parameters.iter().copied()).collect();
         Ok(Self {
             dimension: state.len(),
+            parameters: parameters.len(),
             moving: true,
             tape: Tape::compile(pool, &outputs, &inputs)?,
             rates: Tape::compile(pool, rates, &inputs)?,
@@ -66,13 +71,16 @@ impl Equations {
         pool: &Pool,
         time: Symbol,
         dimension: usize,
+        parameters: &[Symbol],
         slopes: &[ExprId],
     ) -> Result<Self, UnboundSymbol> {
+        let inputs: Vec<Symbol> = [&[time], parameters].concat();
         Ok(Self {
             dimension,
+            parameters: parameters.len(),
             moving: false,
-            tape: Tape::compile(pool, slopes, &[time])?,
-            rates: Tape::compile(pool, &[], &[time])?,
+            tape: Tape::compile(pool, slopes, &inputs)?,
+            rates: Tape::compile(pool, &[], &inputs)?,
         })
     }
 

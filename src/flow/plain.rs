@@ -10,19 +10,30 @@ const TOLERANCE: f64 = 1e-17;
 /// More steps than this are not made.
 const MOST_STEPS: usize = 1_000_000;
 
+/// The coefficients of one component.
+type Row = [f64; ORDER];
+
 /// Steps in plain doubles: results are good to about rounding, and nothing is bounded.
 #[derive(Clone, Debug)]
 pub struct Plain {
     dimension: usize,
     moving: bool,
     series: Series<f64>,
-    state: Vec<Vec<f64>>,
-    jacobian: Vec<Vec<f64>>,
-    slopes: Vec<Vec<f64>>,
+    parameters: Vec<f64>,
+    inputs: Vec<f64>,
+    state: Vec<Row>,
+    jacobian: Vec<Row>,
+    /// The place behind the last coefficient of an entry of J that is not 0.
+    live: Vec<usize>,
+    slopes: Vec<Row>,
+    /// Work space of a step.
+    step: Vec<f64>,
+    next: Vec<f64>,
+    sizes: Vec<f64>,
 }
 
 impl Plain {
-    /// For any number of trips.
+    /// For any number of trips; open parameters are 0 until they are set.
     #[must_use]
     pub fn new(equations: &Equations) -> Self {
         let n = equations.dimension;
@@ -31,14 +42,27 @@ impl Plain {
             dimension: n,
             moving: equations.moving,
             series: equations.tape.prepare::<f64>(()).series(),
-            state: vec![vec![0.0; states]; ORDER],
-            jacobian: vec![vec![0.0; n * n]; ORDER],
-            slopes: vec![vec![0.0; n * n]; ORDER],
+            parameters: vec![0.0; equations.parameters],
+            inputs: Vec::new(),
+            state: vec![[0.0; ORDER]; states],
+            jacobian: vec![[0.0; ORDER]; n * n],
+            live: vec![0; n * n],
+            slopes: vec![[0.0; ORDER]; n * n],
+            step: vec![0.0; n * n],
+            next: vec![0.0; n * n],
+            sizes: vec![0.0; n * n],
+        }
+    }
+
+    /// Values for the open parameters, in their order.
+    pub fn set_parameters(&mut self, values: &[f64]) {
+        for (own, value) in self.parameters.iter_mut().zip(values) {
+            *own = *value;
         }
     }
 
     /// The state at `end` and its derivative by the state at `begin`, row by row, from that at `begin`; `None` where the
-    /// solution does not reach `end`. `visit` sees the time, the state and J at the beginning of each step.
+    /// solution does not reach `end`. `visit` sees the time, the state and J, row by row, at the beginning of each step.
     pub fn travel(
         &mut self,
         begin: f64,
@@ -54,24 +78,27 @@ impl Plain {
         let mut t = begin;
         for _ in 0..MOST_STEPS {
             self.expand(t, &state);
-            visit(t, &state, &self.jacobian[0]);
+            for (size, entry) in self.sizes.iter_mut().zip(&self.jacobian) {
+                *size = entry[0];
+            }
+            visit(t, &state, &self.sizes);
             let longest = self.length()?;
             let last = t + longest >= end - 1e-3 * longest;
             let h = if last { end - t } else { longest };
-            let sum = |orders: &[Vec<f64>], at: usize| {
-                let terms = orders.iter().rev();
-                terms.fold(0.0, |value, order| value * h + order[at])
-            };
-            let step: Vec<f64> = (0..n * n).map(|at| sum(&self.slopes, at)).collect();
-            for (at, x) in state.iter_mut().enumerate() {
-                *x = sum(&self.state, at);
+            let sum = |row: &Row| row.iter().rev().fold(0.0, |value, term| value * h + term);
+            for (value, row) in self.step.iter_mut().zip(&self.slopes) {
+                *value = sum(row);
             }
-            total = (0..n * n)
-                .map(|at| {
-                    let (i, j) = (at / n, at % n);
-                    (0..n).map(|k| step[n * i + k] * total[n * k + j]).sum()
-                })
-                .collect();
+            for (value, row) in state.iter_mut().zip(&self.state) {
+                *value = sum(row);
+            }
+            for i in 0..n {
+                for j in 0..n {
+                    let products = (0..n).map(|k| self.step[n * i + k] * total[n * k + j]);
+                    self.next[n * i + j] = products.sum();
+                }
+            }
+            total.copy_from_slice(&self.next);
             if state.iter().chain(&total).any(|x| !x.is_finite()) {
                 return None;
             }
@@ -85,59 +112,78 @@ impl Plain {
 
     fn expand(&mut self, t: f64, state: &[f64]) {
         let n = self.dimension;
-        let states = if self.moving { n } else { 0 };
+        let states = self.state.len();
         self.series.clear();
-        self.state[0].copy_from_slice(&state[..states]);
-        for (at, x) in self.slopes[0].iter_mut().enumerate() {
-            *x = f64::from(u8::from(at / n == at % n));
+        for (row, x) in self.state.iter_mut().zip(state) {
+            row[0] = *x;
         }
-        let mut inputs = vec![0.0; states + 1];
+        for (at, row) in self.slopes.iter_mut().enumerate() {
+            row[0] = f64::from(u8::from(at / n == at % n));
+        }
+        self.live.fill(0);
         for k in 0..ORDER {
-            inputs[0] = match k {
+            self.inputs.clear();
+            self.inputs.push(match k {
                 0 => t,
                 1 => 1.0,
                 _ => 0.0,
-            };
-            inputs[1..].copy_from_slice(&self.state[k]);
-            let outputs = self.series.next(&inputs);
-            self.jacobian[k].copy_from_slice(&outputs[states..]);
+            });
+            self.inputs.extend(self.state.iter().map(|row| row[k]));
+            let at_start = f64::from(u8::from(k == 0));
+            self.inputs
+                .extend(self.parameters.iter().map(|p| p * at_start));
+            let outputs = self.series.next(&self.inputs);
+            for ((row, live), value) in self
+                .jacobian
+                .iter_mut()
+                .zip(&mut self.live)
+                .zip(&outputs[states..])
+            {
+                row[k] = *value;
+                if *value != 0.0 {
+                    *live = k + 1;
+                }
+            }
             if k + 1 == ORDER {
                 break;
             }
             #[allow(clippy::cast_precision_loss)] // orders are small
             let share = 1.0 / (k + 1) as f64;
-            for (next, f) in self.state[k + 1].iter_mut().zip(outputs) {
-                *next = f * share;
+            for (row, f) in self.state.iter_mut().zip(outputs) {
+                row[k + 1] = f * share;
             }
             for i in 0..n {
                 for j in 0..n {
                     let mut sum = 0.0;
-                    for order in 0..=k {
-                        let row = &self.jacobian[order][n * i..n * (i + 1)];
-                        for (l, entry) in row.iter().enumerate() {
-                            sum += entry * self.slopes[k - order][n * l + j];
-                        }
+                    for l in 0..n {
+                        let orders = self.live[n * i + l].min(k + 1);
+                        let left = &self.jacobian[n * i + l][..orders];
+                        let right = &self.slopes[n * l + j][k + 1 - orders..=k];
+                        let products = left.iter().zip(right.iter().rev());
+                        sum += products.map(|(a, b)| a * b).sum::<f64>();
                     }
-                    self.slopes[k + 1][n * i + j] = sum * share;
+                    self.slopes[n * i + j][k + 1] = sum * share;
                 }
             }
         }
     }
 
     /// A length at which the last two terms are about what is allowed; `None` where there is none.
-    fn length(&self) -> Option<f64> {
+    fn length(&mut self) -> Option<f64> {
         let n = self.dimension;
-        let sizes: Vec<f64> = self.jacobian[0].iter().map(|x| x.abs()).collect();
-        let weights = Self::weights(n, &sizes);
+        for size in &mut self.sizes {
+            *size = size.abs();
+        }
+        let weights = Self::weights(n, &self.sizes);
         let slope = |order: usize| {
-            let entries = self.slopes[order].iter().enumerate();
-            entries.fold(0.0_f64, |most, (at, x)| {
-                most.max(x.abs() * weights[at % n] / weights[at / n])
+            let entries = self.slopes.iter().enumerate();
+            entries.fold(0.0_f64, |most, (at, row)| {
+                most.max(row[order].abs() * weights[at % n] / weights[at / n])
             })
         };
         let place = |order: usize| {
-            let parts = self.state[order].iter().zip(&weights);
-            parts.fold(0.0_f64, |most, (x, w)| most.max(x.abs() / w))
+            let parts = self.state.iter().zip(&weights);
+            parts.fold(0.0_f64, |most, (row, w)| most.max(row[order].abs() / w))
         };
         let mut length = f64::INFINITY;
         for order in [ORDER - 2, ORDER - 1] {

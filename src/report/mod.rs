@@ -4,6 +4,7 @@
 //! ([`crate::precision::decimal`]). Nothing is computed here, and nothing is written anywhere: the
 //! functions return text.
 
+mod chart;
 mod derive;
 mod floquet;
 mod frequencies;
@@ -17,6 +18,7 @@ mod sensitivity;
 mod sweep;
 mod table;
 
+pub use chart::{borders_csv, chart_csv, chart_svg};
 pub use derive::derive_text;
 pub use floquet::{floquet_json, floquet_text};
 pub use json::{derive_json, modes_json};
