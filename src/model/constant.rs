@@ -31,10 +31,12 @@ impl Constant {
             reason,
         };
         // By itself first, so that it is one expression and no further statements.
-        Settings::new().add(&format!("x = {text}")).map_err(|error| match error {
-            ModelError::BadSetting { reason, .. } => bad(reason),
-            other => other,
-        })?;
+        Settings::new()
+            .add(&format!("x = {text}"))
+            .map_err(|error| match error {
+                ModelError::BadSetting { reason, .. } => bad(reason),
+                other => other,
+            })?;
         let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
         let model = elaborate(&file, &TableTexts::new(), &Settings::new())

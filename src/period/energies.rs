@@ -181,7 +181,10 @@ impl Energies {
             numerators = gcd(numerators.checked_mul(d)?, n);
             denominators = common;
         }
-        let size = Number::ratio(i64::try_from(denominators).ok()?, i64::try_from(numerators).ok()?)?;
+        let size = Number::ratio(
+            i64::try_from(denominators).ok()?,
+            i64::try_from(numerators).ok()?,
+        )?;
         let pool = &mut self.pool;
         let pi = pool.pi();
         let turn = pool.div(pi, first);

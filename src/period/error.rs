@@ -159,7 +159,9 @@ pub enum PeriodError {
         span: Span,
     },
     /// Bounds that do not decide, however precise.
-    #[error("the period could not be certified: at {coordinate} = {place} the energy is too close to the potential")]
+    #[error(
+        "the period could not be certified: at {coordinate} = {place} the energy is too close to the potential"
+    )]
     Undecided {
         /// The coordinate.
         coordinate: String,
@@ -170,9 +172,9 @@ pub enum PeriodError {
 
 fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
     match end {
-        Some(end) => format!(
-            "`{coordinate}` reaches {end}, where the energies end, with energy to spare"
-        ),
+        Some(end) => {
+            format!("`{coordinate}` reaches {end}, where the energies end, with energy to spare")
+        }
         None => format!(
             "nothing turns `{coordinate}` back on its way {}",
             if upward { "up" } else { "down" }

@@ -328,10 +328,7 @@ impl<S: Real> Path<'_, S> {
             // All the way from the turning point may be too far for an enclosure.
             let over = self.beside(from, to, &step)?;
             let excess = over_panel(&excess, &over.0[order]);
-            let x = self
-                .field
-                .number(from)
-                .joined(&self.field.number(to));
+            let x = self.field.number(from).joined(&self.field.number(to));
             let top = self.divided(&excess, &x, half).pop();
             let top = top.unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
@@ -366,9 +363,7 @@ impl<S: Real> Path<'_, S> {
     /// Enclosures of the coefficients of E - U and M between two places.
     fn beside(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
         let all = self.position(from).joined(&self.position(to));
-        let both = self
-            .field
-            .excess(self.energy, &all, step, self.order + 2);
+        let both = self.field.excess(self.energy, &all, step, self.order + 2);
         let last = |values: &[S]| values.iter().rev().take(2).all(Scalar::is_finite);
         if both.0.len() == self.order + 2 && last(&both.0) && last(&both.1) {
             Ok(both)
@@ -464,10 +459,7 @@ impl<S: Real> Path<'_, S> {
         // kappa >= 3: downwards, errors shrink by more than half a step each time, and what the far end is taken for
         // does not matter: |J_k| <= J_0 = 2 (sqrt(to) - sqrt(from)).
         let more = (f64::from(self.bits) + 32.0) / kappa.middle().max(2.0).log2();
-        let mut above = self
-            .field
-            .zero
-            .with_error(difference.largest().scale(1));
+        let mut above = self.field.zero.with_error(difference.largest().scale(1));
         for k in (1..count + more as usize).rev() {
             let rest = ends(k).sub(&half_odd(k).mul(&above));
             above = rest.div(&number(k as f64).mul(&kappa));

@@ -103,8 +103,14 @@ pub(super) fn period(
             None => None,
         };
         let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
-        let mut task =
-            Task::<Big>::new(oscillator, request, precision, centre.clone(), bits, fence.as_ref());
+        let mut task = Task::<Big>::new(
+            oscillator,
+            request,
+            precision,
+            centre.clone(),
+            bits,
+            fence.as_ref(),
+        );
         match task.run(request) {
             Ok(found) => {
                 let rounding = found.period.decimal(options.digits).rounding;
@@ -139,17 +145,13 @@ pub(super) fn period(
                     Stop::Precision(at) | Stop::Rough(at) => at.clone(),
                     Stop::Final(_) | Stop::AtRest => centre.clone(),
                 };
-                match judge(oscillator, request, &place, stop)? {
-                    Some(found) => fence = Some(found),
-                    None if precision * 2 > MOST_BITS => {
-                        return Err(PeriodError::Undecided {
-                            coordinate: oscillator.coordinate().name.clone(),
-                            place: short(at.mid_f64()),
-                        });
-                    }
-                    None => precision *= 2,
+                let found = judge(oscillator, request, &place, stop)?;
+                // A barrier that was not known is a way on; else it takes more bits.
+                if found.is_none() || fence.is_some() {
+                    precision *= 2;
                 }
-                if attempts > 12 {
+                fence = fence.or(found);
+                if attempts > 12 || precision > MOST_BITS {
                     return Err(PeriodError::Undecided {
                         coordinate: oscillator.coordinate().name.clone(),
                         place: short(at.mid_f64()),
@@ -274,7 +276,13 @@ fn judge<S: Real>(
         Stop::Rough(at) => (at, true),
         Stop::Final(_) | Stop::AtRest => return Ok(None),
     };
-    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS), rough) {
+    match look(
+        oscillator,
+        request,
+        place,
+        &at.to_big(BITS_OF_BARRIERS),
+        rough,
+    ) {
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
@@ -634,7 +642,10 @@ impl<'a, S: Real> Task<'a, S> {
     /// The error of an amplitude behind a barrier, which is looked for.
     fn blocked(&mut self) -> PeriodError {
         let centre = self.centre.clone();
-        let upper = self.turning.as_ref().map_or_else(|| centre.clone(), |(at, _)| at.clone());
+        let upper = self
+            .turning
+            .as_ref()
+            .map_or_else(|| centre.clone(), |(at, _)| at.clone());
         match self.field.highest(&centre, &upper) {
             Some((summit, height)) => self.beyond_barrier(&summit, &height),
             None => PeriodError::Undecided {
@@ -647,7 +658,10 @@ impl<'a, S: Real> Task<'a, S> {
     fn beyond_barrier(&mut self, summit: &S, height: &S) -> PeriodError {
         let centre = self.centre.clone();
         let bottom = self.field.potential(&centre);
-        let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.middle());
+        let amplitude = self
+            .turning
+            .as_ref()
+            .map_or(f64::NAN, |(_, distance)| distance.middle());
         PeriodError::BeyondBarrier {
             amplitude: short(amplitude),
             coordinate: self.name(),

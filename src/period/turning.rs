@@ -112,8 +112,8 @@ impl<S: Real> Field<S> {
                 return None;
             }
             let newton = at.sub(&excess.centre().div(&slope.centre())).centre();
-            let between = newton.is_finite()
-                && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
+            let between =
+                newton.is_finite() && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
             let now = outside.sub(&inside).middle().abs();
             let moved = newton.sub(&at).middle().abs();
             // Newton from one side leaves the other end where it is: every third step halves unless it has converged.

@@ -57,7 +57,10 @@ pub fn period_text(
             ));
         }
     }
-    rows.push(("equilibrium", format!("{name} = {}", written(&found.equilibrium))));
+    rows.push((
+        "equilibrium",
+        format!("{name} = {}", written(&found.equilibrium)),
+    ));
     rows.push(("energy", written(&found.energy)));
     match &found.small {
         Some(small) => {
@@ -183,7 +186,8 @@ pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String 
     for place in places {
         let [period, bound] = match &place.result {
             Ok(found) => {
-                let written = Written::finest(&found.period, found.precise.as_ref(), options.digits);
+                let written =
+                    Written::finest(&found.period, found.precise.as_ref(), options.digits);
                 let bound = number(written.bound);
                 [written.digits.unwrap_or_default(), bound]
             }
@@ -197,11 +201,7 @@ pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String 
 /// An array with one object a place: the amplitude or energy under its name as it was put in (`given`), then all that
 /// [`period_json`] has; `error` in its place where there is no periodic motion.
 #[must_use]
-pub fn period_curve_json(
-    oscillator: &Oscillator,
-    places: &[Place],
-    options: &Options,
-) -> String {
+pub fn period_curve_json(oscillator: &Oscillator, places: &[Place], options: &Options) -> String {
     let objects = places.iter().map(|place| {
         let mut out = format!("{{\"given\": {}, ", number(place.value));
         match &place.result {
