@@ -219,7 +219,7 @@ fn what_does_not_count() {
 fn units_of_the_coordinate_count() {
     let text = |unit: &str| {
         format!(
-            "param g : m/s^2 = 9.81  param l : cm = 50  coord phi : {unit}  T = 1/2*l^2*phi'^2  V = g*l*(1 - cos(phi))"
+            "param m : kg = 1  param g : m/s^2 = 9.81  param l : cm = 50  coord phi : {unit}  T = 1/2*m*l^2*phi'^2  V = m*g*l*(1 - cos(phi))"
         )
     };
     let degrees = period(&text("deg"), &amplitude("90"), 15);
