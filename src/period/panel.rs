@@ -161,6 +161,10 @@ fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
     sizes.push(top);
     let last = middle.len();
     let mut spread = vec![Magnitude::ZERO; sizes.len()];
+    if sizes.iter().skip(1).all(|size| size.is_zero()) {
+        spread.truncate(last);
+        return spread;
+    }
     for from in 0..last {
         for k in (from..last).rev() {
             spread[k] = spread[k] + (sizes[k + 1] + spread[k + 1]);
@@ -263,8 +267,11 @@ impl<S: Real> Path<'_, S> {
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
         let doubtful = |value: &S| value.doubt() > wanted * value.least();
         let mut enclosed = None;
+        // Carried from the panel before, all between has to be enclosed.
+        let near = known.map_or(from, |known| known.middle.min(from));
+        let near = if self.turning { 0.0 } else { near };
         if doubtful(&excess[0])
-            && let Ok(over) = self.over(from, to, &step)
+            && let Ok(over) = self.beside(near, to, &step)
         {
             let better = self.carried(middle, half, known, &over.0[order]);
             if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {

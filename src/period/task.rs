@@ -5,7 +5,7 @@ use super::real::Real;
 use super::turning::Outward;
 use super::{Oscillator, PeriodError, Request};
 use crate::linearize::short;
-use crate::precision::{Big, Scalar};
+use crate::precision::Big;
 
 /// Turning points that turn out not to be the first ones.
 const MOST_RETRIES: usize = 40;
