@@ -56,10 +56,10 @@ fn known_expansions() {
     let e = pool.symbol_expr(x);
     let line = [0.0, 1.0];
     let inverse = |k: usize| 1.0 / factorial(k);
-    let sign = |k: usize| if k / 2 % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = |k: usize| if (k / 2).is_multiple_of(2) { 1.0 } else { -1.0 };
     type Closed<'a> = (Function, Box<dyn Fn(usize) -> f64 + 'a>);
     let odd = |k: usize| if k % 2 == 1 { 1.0 } else { 0.0 };
-    let even = |k: usize| if k % 2 == 0 { 1.0 } else { 0.0 };
+    let even = |k: usize| if k.is_multiple_of(2) { 1.0 } else { 0.0 };
     let known: [Closed; 6] = [
         (Function::Exp, Box::new(inverse)),
         (

@@ -437,7 +437,7 @@ impl<S: Real> Path<'_, S> {
         if !self.turning {
             let width = number(to - from);
             let even = (0..count).map(|k| {
-                if k % 2 == 0 {
+                if k.is_multiple_of(2) {
                     width.div(&number((k + 1) as f64))
                 } else {
                     self.field.zero.clone()
@@ -448,7 +448,13 @@ impl<S: Real> Path<'_, S> {
         // By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
         let (left, right) = (number(from).sqrt(), number(to).sqrt());
         let (sum, difference) = (right.add(&left), right.sub(&left));
-        let ends = |k: usize| if k % 2 == 0 { &difference } else { &sum };
+        let ends = |k: usize| {
+            if k.is_multiple_of(2) {
+                &difference
+            } else {
+                &sum
+            }
+        };
         let half_odd = |k: usize| number(k as f64 + 0.5);
         let kappa = number(from + to).div(&number(to - from));
         let mut weights = vec![self.field.zero.clone(); count];

@@ -117,7 +117,8 @@ def cases():
         ("pi - 1e-20", pi - mpf("1e-20")),
     ]:
         yield "models/period/pendulum.lag", ["amplitude", text], pendulum(value)
-    for text, value in [("20", 20), ("981/50 + 1e-6", mpf("19.620001")), ("1e6", mpf(10) ** 6)]:
+    for text, value in [("20", 20), ("981/50 + 1e-6", mpf("19.620001")),
+                        ("981/50 + 1e-15", mpf("19.62") + mpf("1e-15")), ("1e6", mpf(10) ** 6)]:
         yield "models/period/pendulum.lag", ["energy", text], rotation(mpf(value))
     for text in ["1e-6", "1", "1000"]:
         yield "models/period/quartic.lag", ["amplitude", text], quartic(mpf(text))
