@@ -95,7 +95,7 @@ fn periods_agree_with_references() {
 #[test]
 fn forty_digits_are_those_of_the_references() {
     for case in references().iter().step_by(3) {
-        let found = period(&text(&case), &asked(case), 36);
+        let found = period(&text(case), &asked(case), 36);
         let want = Number::parse(case["period"].as_str().unwrap()).unwrap();
         let want = Big::from_number(&want, 300).decimal(36);
         let own = found.precise.unwrap().decimal(36);
