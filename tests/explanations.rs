@@ -3,7 +3,8 @@
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
-//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `floquet` for multipliers. A block `csv NAME` is the file of
+//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `amplitude=A` and `energy=E`
+//! for a period, `floquet` for multipliers. A block `csv NAME` is the file of
 //! that name for the models below it.
 #![cfg(feature = "cli")]
 #![allow(
@@ -27,6 +28,7 @@ use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate};
 use librate::modes::{Kind, Options};
 use librate::motion::{Start, System, Times};
 use librate::oscillation::{self, normal_modes};
+use librate::period::{self, Oscillator, Request};
 use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, and one that no text is known to make.
@@ -164,6 +166,19 @@ fn asked_motion(
     follow().err()
 }
 
+/// The motion whose period is asked for instead of modes.
+fn asked_period(block: &Block<'_>) -> Option<Request> {
+    block.words.iter().find_map(|word| {
+        let (name, value) = word.split_once('=')?;
+        let value = Constant::parse(value);
+        match name {
+            "amplitude" => Some(Request::Amplitude(value.unwrap())),
+            "energy" => Some(Request::Energy(value.unwrap())),
+            _ => None,
+        }
+    })
+}
+
 /// The codes of everything that is told about a model, from reading to its modes.
 ///
 /// Modes that are neither proved to oscillate nor told about are a surprise.
@@ -219,6 +234,16 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     }
     if block.words.contains(&"floquet") {
         told.extend(floquet(&checked).err().map(|error| error.code()));
+        return told;
+    }
+    if let Some(request) = asked_period(block) {
+        let found = period::check(&checked).map_err(Error::from).and_then(|()| {
+            let oscillator = Oscillator::new(&linearize(checked)?)?;
+            Ok(oscillator.period(&request, &Default::default())?)
+        });
+        if let Err(error) = found {
+            told.extend(error.diagnostics().into_iter().map(code));
+        }
         return told;
     }
     let linearized = match linearize(checked) {

@@ -116,6 +116,36 @@ fn messages_about_all_mistakes() {
     assert!(checked > 100);
 }
 
+#[test]
+fn periods() {
+    let schema = Schema::read("period");
+    let pendulum = "models/period/pendulum.lag";
+    for request in [
+        &["--amplitude", "2"][..],
+        &["--energy", "20"],
+        &["--over", "amplitude=1..4:4"],
+        &["--over", "energy=10..30:4"],
+    ] {
+        let mut arguments = vec!["period", pendulum, "--json"];
+        arguments.extend(request);
+        let run = run(&arguments);
+        assert_eq!(run.status, 0, "{request:?}: {}", run.err);
+        schema.check(pendulum, &serde_json::from_str(&run.out).unwrap());
+    }
+    let quartic = printed(&[
+        "period",
+        "models/period/quartic.lag",
+        "--amplitude",
+        "1",
+        "--json",
+    ]);
+    let mut value: Value = serde_json::from_str(&quartic).unwrap();
+    assert!(value["small_amplitude_period"].is_null());
+    schema.check("quartic", &value);
+    value["turning_points"] = Value::Null;
+    assert!(schema.refuses(&value));
+}
+
 /// The schemas can fail.
 #[test]
 fn what_is_not_promised_is_refused() {

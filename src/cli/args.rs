@@ -280,7 +280,7 @@ pub(crate) struct Period {
     #[arg(long, value_name = "NAME=a..b:count")]
     pub(crate) over: Option<String>,
     /// With --over: draw the curve into a file
-    #[arg(long, value_name = "FILE", requires = "over")]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["amplitude", "energy"])]
     pub(crate) svg: Option<PathBuf>,
     /// Significant digits of the period, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]

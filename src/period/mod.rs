@@ -32,7 +32,9 @@ mod energies;
 mod error;
 mod panel;
 mod real;
+mod small;
 mod solve;
+mod task;
 mod turning;
 
 pub use curve::{Place, curve};

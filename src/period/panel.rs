@@ -161,6 +161,10 @@ fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
     sizes.push(top);
     let last = middle.len();
     let mut spread = vec![Magnitude::ZERO; sizes.len()];
+    if sizes.iter().skip(1).all(|size| size.is_zero()) {
+        spread.truncate(last);
+        return spread;
+    }
     for from in 0..last {
         for k in (from..last).rev() {
             spread[k] = spread[k] + (sizes[k + 1] + spread[k + 1]);
@@ -263,8 +267,11 @@ impl<S: Real> Path<'_, S> {
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
         let doubtful = |value: &S| value.doubt() > wanted * value.least();
         let mut enclosed = None;
+        // Carried from the panel before, all between has to be enclosed.
+        let near = known.map_or(from, |known| known.middle.min(from));
+        let near = if self.turning { 0.0 } else { near };
         if doubtful(&excess[0])
-            && let Ok(over) = self.over(from, to, &step)
+            && let Ok(over) = self.beside(near, to, &step)
         {
             let better = self.carried(middle, half, known, &over.0[order]);
             if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {
@@ -430,7 +437,7 @@ impl<S: Real> Path<'_, S> {
         if !self.turning {
             let width = number(to - from);
             let even = (0..count).map(|k| {
-                if k % 2 == 0 {
+                if k.is_multiple_of(2) {
                     width.div(&number((k + 1) as f64))
                 } else {
                     self.field.zero.clone()
@@ -441,7 +448,13 @@ impl<S: Real> Path<'_, S> {
         // By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
         let (left, right) = (number(from).sqrt(), number(to).sqrt());
         let (sum, difference) = (right.add(&left), right.sub(&left));
-        let ends = |k: usize| if k % 2 == 0 { &difference } else { &sum };
+        let ends = |k: usize| {
+            if k.is_multiple_of(2) {
+                &difference
+            } else {
+                &sum
+            }
+        };
         let half_odd = |k: usize| number(k as f64 + 0.5);
         let kappa = number(from + to).div(&number(to - from));
         let mut weights = vec![self.field.zero.clone(); count];
