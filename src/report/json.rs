@@ -358,7 +358,7 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
 }
 
 /// An array, one item a line.
-fn lines(items: impl Iterator<Item = String>) -> String {
+pub(super) fn lines(items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.map(|item| format!("\n  {item}")).collect();
     format!("[{}]", items.join(","))
 }
@@ -381,7 +381,7 @@ pub(super) fn string(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-fn array(items: impl Iterator<Item = String>) -> String {
+pub(super) fn array(items: impl Iterator<Item = String>) -> String {
     let mut out = "[".to_owned();
     for (at, item) in items.enumerate() {
         if at > 0 {

@@ -6,6 +6,7 @@
 
 mod derive;
 mod frequencies;
+mod inertia;
 mod json;
 mod latex;
 mod modes;
@@ -14,6 +15,7 @@ mod sweep;
 mod table;
 
 pub use derive::derive_text;
+pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
