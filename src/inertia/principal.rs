@@ -258,26 +258,18 @@ impl Exact<'_> {
         })
     }
 
-    /// The coordinate axis that is a principal axis exactly, the other two being mixed or equal.
-    fn across(&self) -> Option<usize> {
-        let splits = |axis: &usize| {
-            let others = (0..3).filter(|other| other != axis);
-            let mut entries =
-                others.map(|other| (self.symbolic[other][*axis], self.closed[other][*axis]));
-            entries.all(|(symbolic, closed)| self.is_zero(symbolic) || self.is_zero(closed))
-        };
-        let own: Vec<usize> = (0..3).filter(splits).collect();
-        match *own.as_slice() {
-            [only] => Some(only),
-            // Diagonal: the one whose moment is not that of the two others.
-            [_, _, _] => (0..3).find(|axis| {
-                let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
-                let forms = [self.symbolic, self.closed];
-                forms.iter().any(|form| form[i][i] == form[j][j])
-                    && forms.iter().all(|form| form[i][i] != form[*axis][*axis])
-            }),
-            _ => None,
-        }
+    /// The coordinate axis about which the tensor is symmetric: no products of inertia at all, and the moments about the
+    /// other two equal.
+    fn across(&mut self) -> Option<usize> {
+        let forms = [self.symbolic, self.closed];
+        (0..3).find(|axis| {
+            let (i, j) = ((axis + 1) % 3, (axis + 2) % 3);
+            forms.iter().any(|e| {
+                let difference = self.pool.sub(e[i][i], e[j][j]);
+                let conditions = [e[1][0], e[2][0], e[2][1], difference];
+                conditions.into_iter().all(|e| self.is_zero(e))
+            })
+        })
     }
 
     /// Independent vectors of the kernel, without symbols, where the determinant is 0.

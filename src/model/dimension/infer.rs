@@ -28,7 +28,7 @@ pub(in crate::model) struct Dimensions {
 }
 
 impl Dimensions {
-    /// The SI unit of a coordinate or one of its members (from 0), where it is known.
+    /// The SI unit of a coordinate or one of its members (from 0), or of a named expression, where it is known.
     pub(in crate::model) fn unit(&self, name: &str, member: usize) -> Option<String> {
         if self.angles.contains(name) {
             return Some("rad".to_owned());
@@ -435,6 +435,13 @@ impl<'a> Inference<'a> {
     fn finish(mut self) -> Dimensions {
         let mut result = Dimensions::default();
         for statement in &self.file.statements {
+            // Of lists only those whose elements are alike have a unit.
+            if let StatementKind::Let(binding) = &statement.kind
+                && let name = binding.name.text.to_string()
+                && let Some(Quantity::Of(own)) = self.names.get(name.as_str()).cloned()
+            {
+                result.known.insert(name, vec![self.sheet.known(&own)]);
+            }
             let StatementKind::Coord { declarations } = &statement.kind else {
                 continue;
             };
