@@ -30,16 +30,24 @@ fn kind(file: &Path, bytes: &[u8]) -> Kind {
         Some(_) | None => {}
     }
     let start = bytes.trim_ascii_start();
-    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let solid = start
+        .get(..5)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     if solid || bytes.contains(&0) {
         return Kind::Mesh;
     }
     // A model has no line of names and commas without any other sign.
     let text = String::from_utf8_lossy(bytes);
-    let header = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
+    let header = text
+        .lines()
+        .map(|line| line.trim_start_matches('\u{feff}').trim());
     let header = header.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut header = header.take(1).flat_map(|line| line.split(','));
-    let plain = |name: &str| name.trim().chars().all(|c| c.is_alphanumeric() || "_ ()\"".contains(c));
+    let plain = |name: &str| {
+        name.trim()
+            .chars()
+            .all(|c| c.is_alphanumeric() || "_ ()\"".contains(c))
+    };
     let names = header.clone().count();
     if names >= 4 && header.all(plain) {
         Kind::Points
@@ -68,7 +76,11 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         status: USAGE,
     };
     if amount.is_some() && kind != Kind::Mesh {
-        let option = if args.mass.is_some() { "--mass" } else { "--density" };
+        let option = if args.mass.is_some() {
+            "--mass"
+        } else {
+            "--density"
+        };
         return Err(wrong(option, "meshes"));
     }
     if !args.model.settings.is_empty() && kind != Kind::Model {
@@ -79,7 +91,10 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         let body = Mesh::read_stl(&bytes);
         let body = body.and_then(|mesh| mesh.body(&amount.unwrap_or_default(), args.digits));
         drop(progress);
-        let source = Source { name, text: String::new() };
+        let source = Source {
+            name,
+            text: String::new(),
+        };
         return body_answer(args, source, body);
     }
     let text = input::utf8(bytes, u64::MAX).map_err(|reason| Failure::Other {
@@ -128,7 +143,9 @@ fn body_answer(
         }),
         Err(error) => {
             let mut told = Diagnostic::from(&error);
-            told.primary = told.primary.or_else(|| line_label(&source.text, error.line()?));
+            told.primary = told
+                .primary
+                .or_else(|| line_label(&source.text, error.line()?));
             Err(Failure::Model(source, vec![told]))
         }
     }

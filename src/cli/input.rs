@@ -73,7 +73,10 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let name = file.display();
     let read = if is_standard_input(file) {
-        let read = io::stdin().lock().take(MOST_BYTES + 1).read_to_end(&mut bytes);
+        let read = io::stdin()
+            .lock()
+            .take(MOST_BYTES + 1)
+            .read_to_end(&mut bytes);
         read.map_err(|error| in_words(&error))
     } else {
         open(file).and_then(|opened| {
@@ -82,9 +85,10 @@ pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, String> {
         })
     };
     match read {
-        Ok(_) if bytes.len() as u64 > MOST_BYTES => {
-            Err(format!("the file `{name}` is larger than {} GB", MOST_BYTES >> 30))
-        }
+        Ok(_) if bytes.len() as u64 > MOST_BYTES => Err(format!(
+            "the file `{name}` is larger than {} GB",
+            MOST_BYTES >> 30
+        )),
         Ok(_) => Ok(bytes),
         Err(reason) if is_standard_input(file) => {
             Err(format!("can't read standard input: {reason}"))

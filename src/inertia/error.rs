@@ -11,7 +11,9 @@ use crate::span::Span;
 #[non_exhaustive]
 pub enum InertiaError {
     /// No named expression of a model is a constant symmetric matrix of 3 x 3.
-    #[error("there is no constant tensor in this model: no `let` is a symmetric 3 x 3 matrix of parameters and numbers alone")]
+    #[error(
+        "there is no constant tensor in this model: no `let` is a symmetric 3 x 3 matrix of parameters and numbers alone"
+    )]
     NoTensor {
         /// A matrix of 3 x 3 that is none, where it stands, and why.
         nearest: Option<(String, Span, String)>,
@@ -255,7 +257,11 @@ fn described(error: &InertiaError) -> Diagnostic {
         ),
         E::MissingColumn { found, .. } => plain(&format!(
             "its columns are {}; the header of a table of points is `m,x,y,z`, in any order and with others between",
-            found.iter().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+            found
+                .iter()
+                .map(|name| format!("`{name}`"))
+                .collect::<Vec<_>>()
+                .join(", ")
         )),
         E::ColumnTwice { .. } => plain("rename one of them"),
         E::NotANumber { .. } => plain("numbers are written 0.5, -2 or 1e-3"),
@@ -274,7 +280,9 @@ fn described(error: &InertiaError) -> Diagnostic {
             Some(line) => plain(&format!("it begins in line {line}")),
             None => plain("STL files are read, binary and ASCII"),
         },
-        E::NotFinite { .. } => plain("the file is damaged, or a coordinate is beyond single precision"),
+        E::NotFinite { .. } => {
+            plain("the file is damaged, or a coordinate is beyond single precision")
+        }
         E::OpenMesh { .. } => plain(
             "a body has no holes in its surface; vertices are the same only if their coordinates are, to the last bit: fill the holes or merge the vertices in the program that wrote the mesh",
         ),
@@ -285,10 +293,16 @@ fn described(error: &InertiaError) -> Diagnostic {
             "where bodies touch in an edge, or a wall has no thickness, inside and outside are not defined; take them apart by a little",
         ),
         E::InsideOut { vertex, .. } => plain(match vertex {
-            None => "the corners of its triangles are counted clockwise seen from outside; turn all of them over",
-            Some(_) => "only the surface of a cavity is, which lies within that of a body; turn it over",
+            None => {
+                "the corners of its triangles are counted clockwise seen from outside; turn all of them over"
+            }
+            Some(_) => {
+                "only the surface of a cavity is, which lies within that of a body; turn it over"
+            }
         }),
-        E::NoVolume {} => plain("it is flat, or its parts are a body and a cavity of the same size"),
+        E::NoVolume {} => {
+            plain("it is flat, or its parts are a body and a cavity of the same size")
+        }
         E::OutOfRange {} => plain("choose other units"),
         E::BadAmount { what, .. } => plain(&format!("for example --{what} 2700")),
         E::NoMoments { .. } => Diagnostic::global(message),

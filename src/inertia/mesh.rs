@@ -260,7 +260,8 @@ impl Indexed {
             for i in 0..3 {
                 first[i] += &determinant * &sum[i];
                 for j in 0..=i {
-                    let products = &sum[i] * &sum[j] + &a[i] * &a[j] + &b[i] * &b[j] + &c[i] * &c[j];
+                    let products =
+                        &sum[i] * &sum[j] + &a[i] * &a[j] + &b[i] * &b[j] + &c[i] * &c[j];
                     second[i][j] += &determinant * products;
                 }
             }

@@ -129,10 +129,12 @@ fn positive(text: &str, what: &'static str) -> Result<Constant, InertiaError> {
         let value = constant.value();
         value.is_finite() && value.is_positive()
     };
-    constant.filter(fits).ok_or_else(|| InertiaError::BadAmount {
-        what,
-        text: text.to_owned(),
-    })
+    constant
+        .filter(fits)
+        .ok_or_else(|| InertiaError::BadAmount {
+            what,
+            text: text.to_owned(),
+        })
 }
 
 /// The body of a table of points: CSV text with a header that has the columns `m` (or `mass`), `x`, `y` and `z`, among
@@ -227,7 +229,10 @@ fn of_tensor(
         )));
     }
     let valueless = pool.symbols_of(closed.as_flattened());
-    if let Some(parameter) = valueless.iter().find_map(|symbol| parameter(model, *symbol)) {
+    if let Some(parameter) = valueless
+        .iter()
+        .find_map(|symbol| parameter(model, *symbol))
+    {
         return Err(Refused::Error(InertiaError::MissingValue {
             tensor: tensor.name.clone(),
             span: tensor.span,

@@ -15,8 +15,11 @@ const PLACE: [&str; 3] = ["x", "y", "z"];
 
 /// The columns of a table by the names looked for.
 fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> {
-    let mut fitting = (0..table.columns.len())
-        .filter(|at| names.iter().any(|name| table.columns[*at].eq_ignore_ascii_case(name)));
+    let mut fitting = (0..table.columns.len()).filter(|at| {
+        names
+            .iter()
+            .any(|name| table.columns[*at].eq_ignore_ascii_case(name))
+    });
     match (fitting.next(), fitting.next()) {
         (Some(one), None) => Ok(one),
         (Some(one), Some(other)) => Err(InertiaError::ColumnTwice {
@@ -80,7 +83,9 @@ pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
         second: sums.second,
         pool,
         density,
-        made: Made::Points { count: table.rows() },
+        made: Made::Points {
+            count: table.rows(),
+        },
     })
 }
 

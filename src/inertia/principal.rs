@@ -7,9 +7,7 @@
 use std::ops::Range;
 
 use crate::expr::{ExprId, Pool, Tape, ZeroVerdict};
-use crate::modes::{
-    self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum,
-};
+use crate::modes::{self, Kind, ModesError, Options, PreciseProblem, Problem, Source, Spectrum};
 use crate::number::Number;
 use crate::precision::{Ball, Big, Rounding, decimal};
 
@@ -180,8 +178,7 @@ impl Exact<'_> {
         let mut last = None;
         for more in MORE_DIGITS {
             let options = Options::default().digits((digits + more).min(MOST_DIGITS));
-            let spectrum =
-                modes::solve_from(problem, &source, &options).map_err(Failure::Modes)?;
+            let spectrum = modes::solve_from(problem, &source, &options).map_err(Failure::Modes)?;
             let rounded = |mode: &modes::Mode| {
                 let written = match &mode.precise {
                     Some(precise) => precise.omega_squared.decimal(digits),
@@ -293,7 +290,9 @@ impl Exact<'_> {
         if !vanishes(self, |pool, form| vec![determinant(pool, form)]) {
             return Vec::new();
         }
-        if vanishes(self, |pool, form| adjugate(pool, form).as_flattened().to_vec()) {
+        if vanishes(self, |pool, form| {
+            adjugate(pool, form).as_flattened().to_vec()
+        }) {
             let size = |row: &[ExprId; 3]| -> Option<usize> {
                 let values = balls(self.pool, row)?;
                 let certain = |at: &usize| !values[*at].contains_zero();

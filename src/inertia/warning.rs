@@ -40,14 +40,20 @@ impl Warning {
             return None;
         };
         // A matrix that the file says to be something else may have any eigenvalues.
-        if tensor.unit.as_deref().is_some_and(|unit| unit != super::UNIT) {
+        if tensor
+            .unit
+            .as_deref()
+            .is_some_and(|unit| unit != super::UNIT)
+        {
             return None;
         }
         let [a, b, c] = [a, b, c].map(|moment| decimal(&moment.value, 6).text);
         let why = match tensor.principal.impossible? {
             Impossible::Negative => format!("its smallest principal moment is {a}"),
             Impossible::Triangle => {
-                format!("its largest principal moment, {c}, is more than the sum of the others, {a} and {b}")
+                format!(
+                    "its largest principal moment, {c}, is more than the sum of the others, {a} and {b}"
+                )
             }
         };
         Some(Self::ImpossibleTensor {
@@ -64,7 +70,8 @@ impl From<&Warning> for Diagnostic {
         let Warning::ImpossibleTensor {
             span, rotational, ..
         } = warning;
-        let told = Self::warning(warning.to_string(), *span, "this tensor").with_code(warning.code());
+        let told =
+            Self::warning(warning.to_string(), *span, "this tensor").with_code(warning.code());
         let told = match rotational {
             Some(rotational) => told.with_secondary(*rotational, "used as one here"),
             None => told,
@@ -81,11 +88,17 @@ impl From<&Warning> for Diagnostic {
 /// Costs nothing for a model without such an energy.
 #[must_use]
 pub fn warnings(model: &Model) -> Vec<Warning> {
-    if model.tensors.iter().all(|tensor| tensor.rotational.is_none()) {
+    if model
+        .tensors
+        .iter()
+        .all(|tensor| tensor.rotational.is_none())
+    {
         return Vec::new();
     }
     let mut rotating = model.clone();
-    rotating.tensors.retain(|tensor| tensor.rotational.is_some());
+    rotating
+        .tensors
+        .retain(|tensor| tensor.rotational.is_some());
     // Few digits do: what counts are signs.
     let found = of_model(&rotating, 4).unwrap_or_default();
     found.iter().filter_map(Warning::of).collect()

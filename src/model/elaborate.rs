@@ -431,10 +431,7 @@ impl<'a> Elaborator<'a> {
         {
             self.errors.push(ModelError::MissingKinetic {});
         }
-        if purpose == Purpose::Motion
-            && count == 0
-            && self.world.coordinate_families.is_empty()
-        {
+        if purpose == Purpose::Motion && count == 0 && self.world.coordinate_families.is_empty() {
             self.errors.push(ModelError::NoCoordinates {});
         }
         let kinetic = self.energy(energies.kinetic, "T");

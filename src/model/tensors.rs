@@ -4,8 +4,8 @@
 
 use std::collections::HashMap;
 
-use super::elaborate::Elaborator;
 use super::dimension::Dimensions;
+use super::elaborate::Elaborator;
 use super::names::{Family, Key, member_name};
 use super::values::Value;
 use crate::expr::ExprId;
@@ -81,7 +81,9 @@ impl Elaborator<'_> {
 
     fn varying_entry(&self, entries: &[[ExprId; 3]; 3]) -> Option<String> {
         let entries = entries.as_flattened().iter();
-        entries.copied().find_map(|entry| self.varying_symbol(entry))
+        entries
+            .copied()
+            .find_map(|entry| self.varying_symbol(entry))
     }
 }
 
