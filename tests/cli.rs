@@ -212,7 +212,14 @@ fn help_teaches() {
     ] {
         assert!(text.contains(command));
     }
-    for command in ["modes", "check", "derive", "sweep", "sensitivity", "inertia"] {
+    for command in [
+        "modes",
+        "check",
+        "derive",
+        "sweep",
+        "sensitivity",
+        "inertia",
+    ] {
         assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
     }
 }

@@ -469,3 +469,31 @@ fn usage_is_checked() {
         run.err
     );
 }
+
+/// Angles that are singular at the equilibrium, at rest, in a steady motion, with friction and under a constraint.
+#[test]
+fn gimbal_lock_is_told_for_every_kind_of_model() {
+    let turning = "coord a, b, c  let R = rot_z(a)*rot_x(b)*rot_z(c)  let w = angular_velocity(R)
+        let I = inertia_box(1, 1, 2, 3)\n";
+    for rest in [
+        "T = 1/2*dot(w, I*w)  V = a^2 + b^2 + c^2",
+        "T = 1/2*dot(w, inertia_cylinder(1, 1, 2)*w)  V = cos(b)  equilibrium c' = 100",
+        "T = 1/2*dot(w, I*w)  V = a^2 + b^2 + c^2  dissipation = a'^2 + b'^2 + c'^2",
+        "coord x  T = 1/2*dot(w, I*w) + x'^2  V = a^2 + b^2 + c^2 + x^2  constraint x = b",
+    ] {
+        let run = with_input(&["modes", "-"], &format!("{turning}{rest}"));
+        assert_eq!(run.status, 1, "{rest}");
+        assert!(run.err.contains("E0318"), "{rest}: {}", run.err);
+        assert!(
+            run.err.contains("along a - c") && run.err.contains("gimbal lock"),
+            "{}",
+            run.err
+        );
+    }
+    // A coordinate without inertia anywhere is another mistake.
+    let run = with_input(
+        &["modes", "-"],
+        "coord a, b, x  T = a'^2 + x'^2  V = a^2 + b^2 + x^2  constraint x = a",
+    );
+    assert!(run.err.contains("E0306"), "{}", run.err);
+}
