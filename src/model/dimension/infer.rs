@@ -435,12 +435,12 @@ impl<'a> Inference<'a> {
     fn finish(mut self) -> Dimensions {
         let mut result = Dimensions::default();
         for statement in &self.file.statements {
-            // Of lists only those whose elements are alike have a unit.
             if let StatementKind::Let(binding) = &statement.kind
-                && let name = binding.name.text.to_string()
-                && let Some(Quantity::Of(own)) = self.names.get(name.as_str()).cloned()
+                && let Some(quantity) = self.names.get(&*binding.name.text)
             {
-                result.known.insert(name, vec![self.sheet.known(&own)]);
+                let known = self.of_all(quantity);
+                let name = binding.name.text.to_string();
+                result.known.insert(name, vec![known]);
             }
             let StatementKind::Coord { declarations } = &statement.kind else {
                 continue;
@@ -468,6 +468,25 @@ impl<'a> Inference<'a> {
         }
         result.errors = std::mem::take(&mut self.sheet.errors);
         result
+    }
+
+    /// The dimension of all elements, where these are alike; zeros fit any.
+    fn of_all(&self, quantity: &Quantity) -> Option<Dimension> {
+        let mut todo = vec![quantity];
+        let mut found: Option<Dimension> = None;
+        while let Some(next) = todo.pop() {
+            match next {
+                Quantity::Any => {}
+                Quantity::List(parts) => todo.extend(parts),
+                Quantity::Of(own) => {
+                    let own = self.sheet.known(own)?;
+                    if found.get_or_insert_with(|| own.clone()) != &own {
+                        return None;
+                    }
+                }
+            }
+        }
+        found
     }
 
     fn is_angle(&self, unit: UnitRef) -> bool {
