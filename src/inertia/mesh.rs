@@ -251,11 +251,10 @@ impl Indexed {
         let mut second: [[IBig; 3]; 3] = Default::default();
         for (&[a, b, c], surface) in self.triangles.iter().zip(&surface) {
             let [a, b, c] = [a, b, c].map(|vertex| &places[vertex as usize]);
-            let mut determinant = IBig::ZERO;
-            for i in 0..3 {
+            let determinant = (0..3).fold(IBig::ZERO, |sum, i| {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                determinant += &a[i] * (&b[j] * &c[k] - &b[k] * &c[j]);
-            }
+                sum + &a[i] * (&b[j] * &c[k] - &b[k] * &c[j])
+            });
             let sum = [0, 1, 2].map(|i| &a[i] + &b[i] + &c[i]);
             for i in 0..3 {
                 first[i] += &determinant * &sum[i];
