@@ -136,6 +136,9 @@ pub mod oscillation;
 pub mod sensitivity;
 
 #[cfg(feature = "engine")]
+pub mod inertia;
+
+#[cfg(feature = "engine")]
 pub mod batch;
 
 #[cfg(feature = "engine")]

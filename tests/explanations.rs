@@ -4,8 +4,9 @@
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
 //! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `amplitude=A` and `energy=E`
-//! for a period, `floquet` for multipliers. A block `csv NAME` is the file of
-//! that name for the models below it.
+//! for a period, `floquet` for multipliers, `inertia` for its
+//! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
+//! are files for `librate inertia`.
 #![cfg(feature = "cli")]
 #![allow(
     clippy::unwrap_used,
@@ -23,16 +24,20 @@ use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
 use librate::floquet::floquet;
+use librate::inertia::{self, Amount, Mesh};
 use librate::linearize::{self, linearize};
-use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate};
+use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate, elaborate_tensors};
 use librate::modes::{Kind, Options};
 use librate::motion::{Start, System, Times};
 use librate::oscillation::{self, normal_modes};
 use librate::period::{self, Oscillator, Request};
 use librate::syntax::{self, format};
 
-/// Mistakes of files too large for a page, and one that no text is known to make.
-const WITHOUT_A_MODEL: [&str; 6] = ["E0001", "E0036", "E0310", "E0604", "E0608", "E0609"];
+/// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
+/// make.
+const WITHOUT_A_MODEL: [&str; 10] = [
+    "E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609",
+];
 
 /// Longest line of a page, for terminals.
 const WIDTH: usize = 100;
@@ -203,6 +208,11 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         .fold(TableTexts::new(), |tables, (name, text)| {
             tables.with((*name).to_owned(), *text)
         });
+    if block.words.contains(&"inertia") {
+        let model = elaborate_tensors(&file, &tables, &settings).unwrap();
+        let errors = inertia::of_model(&model, 10).err().unwrap_or_default();
+        return errors.iter().map(|error| code(error.into())).collect();
+    }
     let checked = match elaborate(&file, &tables, &settings) {
         Ok(checked) => checked,
         Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
@@ -211,6 +221,8 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         .iter()
         .map(|warning| code(warning.into()))
         .collect();
+    let impossible = inertia::warnings(&checked);
+    told.extend(impossible.iter().map(|warning| code(warning.into())));
     if block.words.contains(&"check") {
         return told;
     }
@@ -300,6 +312,20 @@ fn models_on_the_pages_do_what_the_pages_say() {
                     if format(block.text).unwrap() != block.text {
                         writeln!(surprises, "{code}: `fmt` changes\n{}", block.text).unwrap();
                     }
+                }
+                [kind @ ("points" | "stl"), rest @ ..] => {
+                    let body = match *kind {
+                        "points" => inertia::of_points(block.text, 10),
+                        _ => Mesh::read_stl(block.text.as_bytes())
+                            .and_then(|mesh| mesh.body(&Amount::Unit, 10)),
+                    };
+                    let told = body.err().map(|error| error.code());
+                    let expected = rest.contains(&"wrong").then_some(code);
+                    if told != expected {
+                        writeln!(surprises, "{code}: {told:?} from\n{}", block.text).unwrap();
+                    }
+                    wrong += usize::from(expected.is_some());
+                    right += usize::from(expected.is_none());
                 }
                 ["text"] => {}
                 words => panic!("{code}: a block of {words:?}"),

@@ -107,6 +107,24 @@ writes the places on the lines of the grid where stable and unstable meet.";
 const CHECK: &str = "\
 Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
 
+const INERTIA: &str = "\
+Principal moments and axes of inertia, every printed digit right. FILE is one of three, told apart by
+the end of its name (.lag, .csv, .stl) or else by how it begins:
+
+A model: all tensors it names, that is each `let` which is a symmetric 3 x 3 matrix of parameters and
+numbers alone. T and coordinates may be missing.
+A table of points: CSV with a header that has the columns m (or mass), x, y and z. Mass, centre of mass
+and tensor about the centre of mass, too.
+A mesh: STL, binary or ASCII, a closed surface whose triangles run counterclockwise seen from outside;
+surfaces of cavities the other way round. Volume, too. Coordinates are the single-precision numbers
+of the file, and numbers are in its units.";
+
+const INERTIA_EXAMPLE: &str = "\
+Examples:
+    librate inertia box_on_gimbals.lag --set a=0.5
+    librate inertia molecule.csv --digits 15
+    librate inertia part.stl --density 2700 --json";
+
 const EXPLAIN: &str = "\
 More about a kind of mistake or warning: what is wrong, why it matters, a model with it and one
 without. Without a code, the list of all codes.";
@@ -202,6 +220,9 @@ pub(crate) enum Command {
     /// Time evolution, as CSV
     #[command(long_about = MOTION, after_help = MOTION_EXAMPLE)]
     Motion(Motion),
+    /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
+    #[command(long_about = INERTIA, after_help = INERTIA_EXAMPLE)]
+    Inertia(Inertia),
     /// Check a model file, compute nothing
     #[command(long_about = CHECK)]
     Check(Check),
@@ -323,6 +344,24 @@ pub(crate) struct Floquet {
     pub(crate) threads: Option<usize>,
     /// Significant digits of the multipliers, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Inertia {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Of a mesh: mass per volume; 1 if neither this nor --mass is given
+    #[arg(long, value_name = "RHO", conflicts_with = "mass")]
+    pub(crate) density: Option<String>,
+    /// Of a mesh: the mass of the whole body
+    #[arg(long, value_name = "M")]
+    pub(crate) mass: Option<String>,
+    /// Significant digits, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
     /// JSON instead of text
     #[arg(long)]

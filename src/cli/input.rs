@@ -65,6 +65,38 @@ pub(crate) fn read_tables(file: &Path, model: &syntax::File) -> TableTexts {
     texts
 }
 
+/// The largest file of points or triangles that is read.
+const MOST_BYTES: u64 = 2 << 30;
+
+/// Reads a file of any kind, or standard input for `-`.
+pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let name = file.display();
+    let read = if is_standard_input(file) {
+        let read = io::stdin()
+            .lock()
+            .take(MOST_BYTES + 1)
+            .read_to_end(&mut bytes);
+        read.map_err(|error| in_words(&error))
+    } else {
+        open(file).and_then(|opened| {
+            let read = opened.take(MOST_BYTES + 1).read_to_end(&mut bytes);
+            read.map_err(|error| in_words(&error))
+        })
+    };
+    match read {
+        Ok(_) if bytes.len() as u64 > MOST_BYTES => Err(format!(
+            "the file `{name}` is larger than {} GB",
+            MOST_BYTES >> 30
+        )),
+        Ok(_) => Ok(bytes),
+        Err(reason) if is_standard_input(file) => {
+            Err(format!("can't read standard input: {reason}"))
+        }
+        Err(reason) => Err(format!("can't read the file `{name}`: {reason}")),
+    }
+}
+
 fn read_table(place: &Path) -> Result<String, String> {
     let text = read_text(open(place)?, MOST_TABLE_BYTES + 1)?;
     if text.len() as u64 > MOST_TABLE_BYTES {
@@ -92,6 +124,11 @@ fn read_text(source: impl Read, most: u64) -> Result<String, String> {
         .take(most)
         .read_to_end(&mut bytes)
         .map_err(|error| in_words(&error))?;
+    utf8(bytes, most)
+}
+
+/// The bytes as text; of `most` bytes a character cut in two at the end is dropped.
+pub(crate) fn utf8(bytes: Vec<u8>, most: u64) -> Result<String, String> {
     let length = bytes.len() as u64;
     String::from_utf8(bytes).or_else(|error| {
         let fault = error.utf8_error();

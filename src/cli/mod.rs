@@ -4,6 +4,7 @@ mod args;
 mod chart;
 mod draw;
 mod fmt;
+mod inertia;
 mod input;
 mod messages;
 mod motion;
@@ -76,6 +77,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Motion(motion) => motion::text(motion, format),
+        Command::Inertia(inertia) => inertia::text(inertia),
         Command::Check(check) => check_text(check),
         Command::Derive(derive) => derive_text(derive),
         Command::Explain(explain) => explain_text(explain),
@@ -414,7 +416,10 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
             }
             let model = model::elaborate(&file, &tables, &settings)?;
             let suspicious = model::warnings(&file, &model);
-            Ok((model, suspicious.iter().map(Diagnostic::from).collect()))
+            let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
+            let impossible = librate::inertia::warnings(&model);
+            told.extend(impossible.iter().map(Diagnostic::from));
+            Ok((model, told))
         });
     match checked {
         Ok((model, warnings)) => Ok(Loaded {

@@ -536,10 +536,11 @@ impl Linearized {
             .enumerate()
             .map(shift)
             .collect();
-        let n = self.model.coordinates.len();
+        // Multipliers, which have no inertia, stand behind the coordinates.
+        let (n, all) = (self.coordinates(), self.model.coordinates.len());
         let mass = self.assembly.mass(&at, &self.values);
-        let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + n * j].mid_f64());
-        !self.is_constrained() && nalgebra::Cholesky::new(mass).is_some()
+        let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + all * j].mid_f64());
+        nalgebra::Cholesky::new(mass).is_some()
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -10,7 +10,7 @@ use super::survey::{children, declared_names, structural_names, tables_of_coordi
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::Value;
-use super::{Constraint, Given, Model, ModelError, dimension};
+use super::{Constraint, Given, Model, ModelError, Purpose, dimension};
 use crate::expr::ExprId;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
@@ -19,6 +19,7 @@ pub(super) fn elaborate(
     file: &File,
     tables: &TableTexts,
     settings: &Settings,
+    purpose: Purpose,
 ) -> Result<Model, Vec<ModelError>> {
     let mut elaborator = Elaborator::new(file);
     elaborator.read_settings(settings);
@@ -30,7 +31,7 @@ pub(super) fn elaborate(
         }
     }
     elaborator.check_settings(settings);
-    elaborator.finish()
+    elaborator.finish(purpose)
 }
 
 /// The number of coordinates, from the declarations alone: the parameters and tables that set ranges,
@@ -381,7 +382,7 @@ impl<'a> Elaborator<'a> {
         })
     }
 
-    fn finish(mut self) -> Result<Model, Vec<ModelError>> {
+    fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
         let (mut guesses, mut equilibria, mut rates) =
             (vec![None; count], vec![None; count], vec![None; count]);
@@ -424,10 +425,13 @@ impl<'a> Elaborator<'a> {
         {
             self.errors
                 .push(ModelError::LagrangianBesideEnergies { span, energy });
-        } else if energies.kinetic.is_none() && energies.lagrangian.is_none() {
+        } else if purpose == Purpose::Motion
+            && energies.kinetic.is_none()
+            && energies.lagrangian.is_none()
+        {
             self.errors.push(ModelError::MissingKinetic {});
         }
-        if count == 0 && self.world.coordinate_families.is_empty() {
+        if purpose == Purpose::Motion && count == 0 && self.world.coordinate_families.is_empty() {
             self.errors.push(ModelError::NoCoordinates {});
         }
         let kinetic = self.energy(energies.kinetic, "T");
@@ -453,6 +457,7 @@ impl<'a> Elaborator<'a> {
             &[&kinetic, &potential, &lagrangian, &friction],
             &constraints,
         );
+        let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -476,6 +481,7 @@ impl<'a> Elaborator<'a> {
             constraints,
             period,
             time_dependent,
+            tensors,
             has_units: self.has_units,
             pool: self.world.pool,
         })

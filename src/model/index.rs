@@ -113,9 +113,9 @@ impl World {
         let table = &self.tables[table];
         match table.field(row, column) {
             Some(Cell::Number(number)) => Ok(number),
-            Some(Cell::Text { text, line }) => Err(ModelError::BadTable {
+            Some(Cell::Text(text)) => Err(ModelError::BadTable {
                 path: table.path.clone(),
-                line: *line,
+                line: table.line(usize::try_from(row).unwrap_or(0)),
                 reason: format!(
                     "`{text}` in column `{}` is not a number",
                     table.columns[column]

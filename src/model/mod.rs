@@ -27,6 +27,7 @@ mod run;
 mod settings;
 mod survey;
 mod table;
+mod tensors;
 mod terms;
 mod units;
 mod values;
@@ -40,6 +41,8 @@ pub use error::ModelError;
 pub use names::{Coordinate, Parameter, SymbolKind};
 pub use settings::Settings;
 pub use table::TableTexts;
+pub(crate) use table::{Cell, Table};
+pub use tensors::Tensor;
 pub use terms::{Local, TermFamily};
 pub use warning::{Warning, warnings};
 
@@ -133,6 +136,8 @@ pub struct Model {
     pub period: Option<Given>,
     /// Where the energies depend on the time explicitly.
     pub time_dependent: Option<Span>,
+    /// The named expressions that are matrices of 3 x 3; members of families only from [`elaborate_tensors`].
+    pub tensors: Vec<Tensor>,
     /// Whether the file uses units, so that results are in SI.
     pub has_units: bool,
 }
@@ -146,7 +151,27 @@ pub fn elaborate(
     tables: &TableTexts,
     settings: &Settings,
 ) -> Result<Model, Vec<ModelError>> {
-    elaborate::elaborate(file, tables, settings)
+    elaborate::elaborate(file, tables, settings, Purpose::Motion)
+}
+
+/// Checks a parsed file of which only the tensors are wanted: energies and coordinates may be missing, and
+/// [`Model::tensors`] has the members of families, too.
+///
+/// # Errors
+/// As [`elaborate`].
+pub fn elaborate_tensors(
+    file: &File,
+    tables: &TableTexts,
+    settings: &Settings,
+) -> Result<Model, Vec<ModelError>> {
+    elaborate::elaborate(file, tables, settings, Purpose::Tensors)
+}
+
+/// What a model is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Motion,
+    Tensors,
 }
 
 /// The number of coordinates of a parsed file, from its declarations alone: long before

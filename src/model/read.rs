@@ -203,7 +203,7 @@ impl World {
         ))
     }
 
-    fn let_member(
+    pub(super) fn let_member(
         &mut self,
         family: usize,
         at: Key,

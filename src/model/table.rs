@@ -45,7 +45,7 @@ impl TableTexts {
 #[derive(Clone, Debug)]
 pub(crate) enum Cell {
     Number(Number),
-    Text { text: String, line: u64 },
+    Text(String),
 }
 
 /// A table of exact numbers.
@@ -57,18 +57,25 @@ pub(crate) struct Table {
     pub(crate) path: String,
     /// Row by row.
     cells: Vec<Cell>,
-    rows: usize,
+    /// The lines of the rows, from 1.
+    lines: Vec<u64>,
 }
 
 impl Table {
     pub(crate) fn rows(&self) -> usize {
-        self.rows
+        self.lines.len()
+    }
+
+    /// The line of a row counted from 1.
+    pub(crate) fn line(&self, row: usize) -> u64 {
+        let line = row.checked_sub(1).and_then(|row| self.lines.get(row));
+        line.copied().unwrap_or(1)
     }
 
     /// The field in a row counted from 1.
     pub(crate) fn field(&self, row: i64, column: usize) -> Option<&Cell> {
         let row = usize::try_from(row).ok()?.checked_sub(1)?;
-        if row >= self.rows || column >= self.columns.len() {
+        if row >= self.rows() || column >= self.columns.len() {
             return None;
         }
         self.cells.get(row * self.columns.len() + column)
@@ -82,7 +89,7 @@ impl Table {
             span,
             columns: Vec::new(),
             cells: Vec::new(),
-            rows: 0,
+            lines: Vec::new(),
         }
     }
 
@@ -137,7 +144,7 @@ impl Table {
             }
         }
         let mut cells = Vec::new();
-        let mut rows = 0;
+        let mut lines = Vec::new();
         for record in reader.records() {
             let record = match record {
                 Ok(record) => record,
@@ -146,13 +153,10 @@ impl Table {
             for field in record.iter().take(columns.len()) {
                 cells.push(match parse_field(field) {
                     Some(number) => Cell::Number(number),
-                    None => Cell::Text {
-                        text: field.chars().take(40).collect(),
-                        line: record.position().map_or(0, csv::Position::line),
-                    },
+                    None => Cell::Text(field.chars().take(40).collect()),
                 });
             }
-            rows += 1;
+            lines.push(record.position().map_or(0, csv::Position::line));
         }
         Ok(Self {
             name: name.to_owned(),
@@ -160,7 +164,7 @@ impl Table {
             columns,
             path: path.to_owned(),
             cells,
-            rows,
+            lines,
         })
     }
 }

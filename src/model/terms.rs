@@ -520,7 +520,7 @@ impl Finisher {
                 Some(Leaf::Field { table, row, column }) => {
                     match world.tables[*table].field(*row, *column) {
                         Some(Cell::Number(number)) => world.pool.number(number.clone()),
-                        Some(Cell::Text { .. }) | None => world.pool.zero(),
+                        Some(Cell::Text(_)) | None => world.pool.zero(),
                     }
                 }
                 Some(Leaf::Number(number)) => world.pool.number(number.clone()),

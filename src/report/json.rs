@@ -415,7 +415,7 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
 }
 
 /// An array, one item a line.
-fn lines(items: impl Iterator<Item = String>) -> String {
+pub(super) fn lines(items: impl Iterator<Item = String>) -> String {
     let items: Vec<String> = items.map(|item| format!("\n  {item}")).collect();
     format!("[{}]", items.join(","))
 }

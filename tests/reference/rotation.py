@@ -404,6 +404,27 @@ def clock_pendulum():
 
 
 @exact(LAGRANGIAN, PLAIN)
+def pendulum_from_mesh():
+    m, c1, c3, I22 = map(mpf, ("40.97632726", "0.04999999891", "-0.4000000001", "0.5807056258"))
+    s2 = c1**2 + c3**2
+    L = lambda q, v: (I22 + m * s2) / 2 * v[0] ** 2 - m * g * (c3 * cos(q[0]) - c1 * sin(q[0]))
+    q0 = [-mp.atan(c1 / c3)]
+    return family("phi"), q0, solved(L, squares(m * g * sqrt(s2) / (I22 + m * s2)), q0)
+
+
+@exact(LAGRANGIAN, PLAIN)
+def box_on_torsion_wire():
+    D, m, a, b, c, beta = map(mpf, ("0.02", "1.5", "0.3", "0.2", "0.1", "40"))
+    beta *= pi / 180
+    # The wire's direction in the box's axes, and what lies across it.
+    n = [0, sin(beta), cos(beta)]
+    J = m / 12 * sum(square((a, b, c)) * x * x - (k * x) ** 2 for k, x in zip((a, b, c), n))
+    L = lambda q, v: J / 2 * v[0] ** 2 - D / 2 * q[0] ** 2
+    closed = D / (m / 12 * ((a**2 + c**2) * sin(beta) ** 2 + (a**2 + b**2) * cos(beta) ** 2))
+    return family("phi"), [0], solved(L, squares(closed), [0])
+
+
+@exact(LAGRANGIAN, PLAIN)
 def box_on_gimbals():
     m, a, b, c, h, D1, D2 = map(mpf, ("3", "0.4", "0.3", "0.2", "0.05", "2", "5"))
     I = [m / 12 * (b**2 + c**2) + m * h**2, m / 12 * (a**2 + c**2) + m * h**2, m / 12 * (a**2 + b**2)]

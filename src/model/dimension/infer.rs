@@ -28,7 +28,7 @@ pub(in crate::model) struct Dimensions {
 }
 
 impl Dimensions {
-    /// The SI unit of a coordinate or one of its members (from 0), where it is known.
+    /// The SI unit of a coordinate or one of its members (from 0), or of a named expression, where it is known.
     pub(in crate::model) fn unit(&self, name: &str, member: usize) -> Option<String> {
         if self.angles.contains(name) {
             return Some("rad".to_owned());
@@ -435,6 +435,13 @@ impl<'a> Inference<'a> {
     fn finish(mut self) -> Dimensions {
         let mut result = Dimensions::default();
         for statement in &self.file.statements {
+            if let StatementKind::Let(binding) = &statement.kind
+                && let Some(quantity) = self.names.get(&*binding.name.text)
+            {
+                let known = self.of_all(quantity);
+                let name = binding.name.text.to_string();
+                result.known.insert(name, vec![known]);
+            }
             let StatementKind::Coord { declarations } = &statement.kind else {
                 continue;
             };
@@ -461,6 +468,25 @@ impl<'a> Inference<'a> {
         }
         result.errors = std::mem::take(&mut self.sheet.errors);
         result
+    }
+
+    /// The dimension of all elements, where these are alike; zeros fit any.
+    fn of_all(&self, quantity: &Quantity) -> Option<Dimension> {
+        let mut todo = vec![quantity];
+        let mut found: Option<Dimension> = None;
+        while let Some(next) = todo.pop() {
+            match next {
+                Quantity::Any => {}
+                Quantity::List(parts) => todo.extend(parts),
+                Quantity::Of(own) => {
+                    let own = self.sheet.known(own)?;
+                    if found.get_or_insert_with(|| own.clone()) != &own {
+                        return None;
+                    }
+                }
+            }
+        }
+        found
     }
 
     fn is_angle(&self, unit: UnitRef) -> bool {

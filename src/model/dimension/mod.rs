@@ -15,7 +15,7 @@ mod operations;
 mod solve;
 
 pub use error::{DimensionError, Inferred};
-pub(super) use infer::infer;
+pub(super) use infer::{Dimensions, infer};
 
 use crate::number::Number;
 

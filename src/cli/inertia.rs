@@ -1,0 +1,199 @@
+//! `librate inertia`: tells the three kinds of files apart and hands each to the library.
+
+use std::path::Path;
+
+use librate::diagnostic::{Diagnostic, Label};
+use librate::inertia::{self, Amount, InertiaError, Mesh};
+use librate::span::Span;
+use librate::{Error, model, report, syntax};
+
+use super::args::Inertia;
+use super::input::{self, Source};
+use super::progress::Progress;
+use super::{Answer, FAULT, Failure, USAGE, settings, style};
+
+/// What a file describes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Model,
+    Points,
+    Mesh,
+}
+
+/// By the end of its name, or else by how it begins.
+fn kind(file: &Path, bytes: &[u8]) -> Kind {
+    let ending = file.extension().map(|ending| ending.to_ascii_lowercase());
+    match ending.as_deref().and_then(|ending| ending.to_str()) {
+        Some("lag") => return Kind::Model,
+        Some("csv") => return Kind::Points,
+        Some("stl") => return Kind::Mesh,
+        Some(_) | None => {}
+    }
+    let start = bytes.trim_ascii_start();
+    let solid = start
+        .get(..5)
+        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    if solid || bytes.contains(&0) {
+        return Kind::Mesh;
+    }
+    // A model has no line of names and commas without any other sign.
+    let text = String::from_utf8_lossy(bytes);
+    let header = text
+        .lines()
+        .map(|line| line.trim_start_matches('\u{feff}').trim());
+    let header = header.filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let mut header = header.take(1).flat_map(|line| line.split(','));
+    let plain = |name: &str| {
+        name.trim()
+            .chars()
+            .all(|c| c.is_alphanumeric() || "_ ()\"".contains(c))
+    };
+    let names = header.clone().count();
+    if names >= 4 && header.all(plain) {
+        Kind::Points
+    } else {
+        Kind::Model
+    }
+}
+
+/// The result for a file of any kind.
+pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
+    let amount = amount(args)?;
+    let bytes = input::read_bytes(&args.model.file).map_err(|message| Failure::Other {
+        message,
+        help: None,
+        status: FAULT,
+    })?;
+    let name = if input::is_standard_input(&args.model.file) {
+        "<stdin>".to_owned()
+    } else {
+        args.model.file.display().to_string()
+    };
+    let kind = kind(&args.model.file, &bytes);
+    let wrong = |option: &str, only: &str| Failure::Other {
+        message: format!("{option} is for {only}"),
+        help: None,
+        status: USAGE,
+    };
+    if amount.is_some() && kind != Kind::Mesh {
+        let option = if args.mass.is_some() {
+            "--mass"
+        } else {
+            "--density"
+        };
+        return Err(wrong(option, "meshes"));
+    }
+    if !args.model.settings.is_empty() && kind != Kind::Model {
+        return Err(wrong("--set", "models"));
+    }
+    if kind == Kind::Mesh {
+        let progress = Progress::start("adding up the mesh");
+        let body = Mesh::read_stl(&bytes);
+        let body = body.and_then(|mesh| mesh.body(&amount.unwrap_or_default(), args.digits));
+        drop(progress);
+        let source = Source {
+            name,
+            text: String::new(),
+        };
+        return body_answer(args, source, body);
+    }
+    let text = input::utf8(bytes, u64::MAX).map_err(|reason| Failure::Other {
+        message: format!("can't read the file `{name}`: {reason}"),
+        help: None,
+        status: FAULT,
+    })?;
+    let source = Source { name, text };
+    if kind == Kind::Points {
+        let body = inertia::of_points(&source.text, args.digits);
+        return body_answer(args, source, body);
+    }
+    model_answer(args, source)
+}
+
+/// What `--density` or `--mass` say.
+fn amount(args: &Inertia) -> Result<Option<Amount>, Failure> {
+    let read = match (&args.density, &args.mass) {
+        (Some(text), _) => Amount::density(text),
+        (None, Some(text)) => Amount::mass(text),
+        (None, None) => return Ok(None),
+    };
+    read.map(Some).map_err(|error| {
+        let told = Diagnostic::from(&error);
+        Failure::Other {
+            message: told.message,
+            help: told.help,
+            status: USAGE,
+        }
+    })
+}
+
+fn body_answer(
+    args: &Inertia,
+    source: Source,
+    body: Result<inertia::Body, InertiaError>,
+) -> Result<Answer, Failure> {
+    match body {
+        Ok(body) => Ok(Answer {
+            text: if args.json {
+                report::body_json(&body, args.digits)
+            } else {
+                report::body_text(&source.name, &body, args.digits, &style())
+            },
+            remarks: None,
+        }),
+        Err(error) => {
+            let mut told = Diagnostic::from(&error);
+            told.primary = told
+                .primary
+                .or_else(|| line_label(&source.text, error.line()?));
+            Err(Failure::Model(source, vec![told]))
+        }
+    }
+}
+
+/// The whole of a line, from 1.
+fn line_label(text: &str, number: u64) -> Option<Label> {
+    let mut start = 0;
+    for (at, line) in (1..).zip(text.split_inclusive('\n')) {
+        if at == number {
+            let end = start + line.trim_end().len();
+            let span = Span::new(u32::try_from(start).ok()?, u32::try_from(end).ok()?);
+            return Diagnostic::error("", span, "").primary;
+        }
+        start += line.len();
+    }
+    None
+}
+
+fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
+    let settings = settings(&args.model)?;
+    let checked = syntax::parse(&source.text)
+        .map_err(Error::from)
+        .and_then(|file| {
+            let tables = input::read_tables(&args.model.file, &file);
+            Ok(model::elaborate_tensors(&file, &tables, &settings)?)
+        });
+    let model = match checked {
+        Ok(model) => model,
+        Err(error) => return Err(Failure::Model(source, error.diagnostics())),
+    };
+    match inertia::of_model(&model, args.digits) {
+        Ok(tensors) => {
+            let name = model.name.as_deref();
+            let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
+            let warnings = warnings.map(|warning| Diagnostic::from(&warning)).collect();
+            Ok(Answer {
+                text: if args.json {
+                    report::tensors_json(name, &tensors, args.digits)
+                } else {
+                    report::tensors_text(name, &tensors, args.digits, &style())
+                },
+                remarks: Some((source, warnings)),
+            })
+        }
+        Err(errors) => {
+            let told = errors.iter().map(Diagnostic::from).collect();
+            Err(Failure::Model(source, told))
+        }
+    }
+}

@@ -1,0 +1,175 @@
+//! Named matrices of 3 x 3 that depend on parameters alone: tensors of inertia, as like as not.
+//!
+//! Nothing is computed: whether such a matrix is symmetric, and which moments it has, is asked elsewhere.
+
+use std::collections::HashMap;
+
+use super::dimension::Dimensions;
+use super::elaborate::Elaborator;
+use super::names::{Family, Key, member_name};
+use super::values::Value;
+use crate::expr::ExprId;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File, StatementKind};
+
+/// A named matrix of 3 x 3.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Tensor {
+    /// `I`, `I[2]`.
+    pub name: String,
+    /// Where its name stands in the `let`.
+    pub span: Span,
+    /// The entries by row, in the symbols of parameters; of one that is not constant in other symbols, too.
+    pub entries: [[ExprId; 3]; 3],
+    /// The coordinate, velocity or time that it depends on, if it is no constant.
+    pub varies_with: Option<String>,
+    /// The SI unit of its entries, where the file has units and they tell.
+    pub unit: Option<String>,
+    /// Where it stands as omega . I . omega with omega an angular velocity: `dot(w, I*w)`.
+    pub rotational: Option<Span>,
+}
+
+/// Larger families of named expressions are no families of tensors.
+const MOST_MEMBERS: usize = 10_000;
+
+fn three_by_three(value: &Value) -> Option<[[ExprId; 3]; 3]> {
+    let rows = value.matrix("").ok()?;
+    let rows: Option<Vec<[ExprId; 3]>> = rows
+        .into_iter()
+        .map(|row| <[ExprId; 3]>::try_from(row).ok())
+        .collect();
+    <[[ExprId; 3]; 3]>::try_from(rows?).ok()
+}
+
+impl Elaborator<'_> {
+    /// The matrices among the named expressions without indices and, where `families` are wanted, the members of
+    /// those with: these are written out for it, which the energies may not have needed.
+    pub(super) fn tensors(&mut self, families: bool, dimensions: &Dimensions) -> Vec<Tensor> {
+        let mut found = Vec::new();
+        let mut rotations = None;
+        for number in 0..self.world.lets.len() {
+            let Family { name, span, grid } = self.world.lets[number].family.clone();
+            let mut keys: Vec<Key> = vec![[0; 3]];
+            if grid.rank > 0 {
+                if !families || grid.numbers().count() > MOST_MEMBERS {
+                    continue;
+                }
+                keys = grid.blocks.iter().flat_map(|block| block.keys()).collect();
+                keys.extend(grid.singles.keys());
+                keys.sort_unstable();
+            }
+            for (place, at) in keys.into_iter().enumerate() {
+                // A member that can't be worked out and that no energy uses is not asked for here either.
+                let value = self.world.let_member(number, at, span, None);
+                let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {
+                    break;
+                };
+                let rotations = rotations.get_or_insert_with(|| rotational(self.file));
+                found.push(Tensor {
+                    varies_with: self.varying_entry(&entries),
+                    rotational: rotations.get(name.as_str()).copied(),
+                    unit: dimensions.unit(&name, place),
+                    name: member_name(&name, grid.rank, &at),
+                    span,
+                    entries,
+                });
+            }
+        }
+        found
+    }
+
+    fn varying_entry(&self, entries: &[[ExprId; 3]; 3]) -> Option<String> {
+        let entries = entries.as_flattened().iter();
+        entries
+            .copied()
+            .find_map(|entry| self.varying_symbol(entry))
+    }
+}
+
+/// The names of what stands between an angular velocity and itself: `I` of `dot(w, I*w)` where `w` is an
+/// `angular_velocity(…)` by name. Only that is certain to be an energy of rotation; any other form says nothing.
+fn rotational(file: &File) -> HashMap<&str, Span> {
+    let mut velocities: Vec<&str> = Vec::new();
+    for statement in &file.statements {
+        if let StatementKind::Let(binding) = &statement.kind
+            && let Some(root) = binding.value
+            && let ExprKind::Call { function, .. } = file.expr(root).kind
+            && &*function.text == "angular_velocity"
+        {
+            velocities.push(&binding.name.text);
+        }
+    }
+    let mut found = HashMap::new();
+    if velocities.is_empty() {
+        return found;
+    }
+    for expr in file.expressions.iter() {
+        let ExprKind::Call {
+            function,
+            arguments,
+        } = expr.kind
+        else {
+            continue;
+        };
+        let [left, right] = arguments else { continue };
+        if &*function.text != "dot" {
+            continue;
+        }
+        for (omega, image) in [(left, right), (right, left)] {
+            let ExprKind::Product(factors) = file.expr(*image).kind else {
+                continue;
+            };
+            let [tensor, again] = factors else { continue };
+            let turns = named(file, *omega).filter(|name| velocities.contains(name));
+            if let Some(tensor_name) = named(file, tensor.value())
+                && turns.is_some()
+                && same(file, *omega, again.value())
+                && !again.divided()
+            {
+                found.entry(tensor_name).or_insert(expr.span);
+            }
+        }
+    }
+    found
+}
+
+/// The name of `w` and of `w[i]`.
+fn named(file: &File, at: ExprRef) -> Option<&str> {
+    let bare = match file.expr(at).kind {
+        ExprKind::Index { base, .. } => base,
+        _ => at,
+    };
+    match file.expr(bare).kind {
+        ExprKind::Name(name) => Some(name),
+        _ => None,
+    }
+}
+
+/// Whether two names, with their indices if they have any, are written alike.
+fn same(file: &File, a: ExprRef, b: ExprRef) -> bool {
+    match (file.expr(a).kind, file.expr(b).kind) {
+        (ExprKind::Name(a), ExprKind::Name(b)) => a == b,
+        (
+            ExprKind::Index {
+                base: a,
+                indices: i,
+            },
+            ExprKind::Index {
+                base: b,
+                indices: j,
+            },
+        ) => {
+            let bare = |at: &ExprRef| match file.expr(*at).kind {
+                ExprKind::Name(text) | ExprKind::Number(text) => Some(text),
+                _ => None,
+            };
+            let alike = |(i, j): (&ExprRef, &ExprRef)| bare(i).is_some() && bare(i) == bare(j);
+            named(file, a).is_some()
+                && named(file, a) == named(file, b)
+                && i.len() == j.len()
+                && i.iter().zip(j).all(alike)
+        }
+        _ => false,
+    }
+}
