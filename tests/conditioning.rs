@@ -10,7 +10,7 @@
 
 mod common;
 
-use common::load;
+use common::{load, model};
 use librate::linearize::{LinearizeError, linearize};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::modes::Options;
@@ -124,4 +124,27 @@ fn a_mass_matrix_is_called_singular_only_where_it_is() {
     };
     assert!(proved("1/2*x'^2"));
     assert!(!proved("1/2*(sqrt(2)*x' + y')^2"));
+}
+
+#[test]
+fn shapes_of_a_wide_cluster_are_orthonormal() {
+    // 35 equal oscillators, hardly coupled: one cluster in the digits that are asked for.
+    let model = model(
+        "param N = 35  param m = 6.17  param k = 7.48  param c = 9e-14
+         coord x[1..N]
+         T = sum(a in 1..N, 1/2*m*x[a]'^2)
+         V = sum(a in 1..N, 1/2*k*x[a]^2) + sum(a in 1..N-1, 1/2*c*(x[a+1] - x[a])^2)",
+    );
+    let linearized = linearize(model).unwrap();
+    let modes = normal_modes(&linearized, &Options::default())
+        .unwrap()
+        .modes;
+    for (a, left) in modes.iter().enumerate() {
+        for (b, right) in modes.iter().enumerate() {
+            let parts = left.vector.iter().zip(&right.vector);
+            let product: f64 = 6.17 * parts.map(|(x, y)| x * y).sum::<f64>();
+            let want = f64::from(u8::from(a == b));
+            assert!((product - want).abs() < 1e-13, "{a} {b}: {product:e}");
+        }
+    }
 }

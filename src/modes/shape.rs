@@ -299,12 +299,70 @@ fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
         }
     }
     let inverse = invert(block);
-    let image = product(gram, &inverse, Part::All);
-    let mut l = product(&inverse.transposed(), &image, Part::Lower);
-    let mut transform = inverse;
-    // Gram-Schmidt on the columns by the Cholesky factor of their Gram matrix.
+    let mut transform = inverse.clone();
+    if by_cholesky(&mut transform, gram) > WELL_CONDITIONED {
+        return transform;
+    }
+    // Where pivots of many columns get small one after the other, the square of their condition is beyond double-double.
+    transform = inverse;
+    one_by_one(&mut transform, gram);
+    transform
+}
+
+/// Pivots of a Cholesky factor that differ by less leave twenty digits of double-double.
+const WELL_CONDITIONED: f64 = 1e-6;
+
+/// Gram-Schmidt on the columns of T, one by one and each twice, which leaves them orthonormal to rounding (L. Giraud, J. Langou,
+/// M. Rozložník, J. van den Eshof, Numer. Math. 101 (2005) 87).
+fn one_by_one(transform: &mut Matrix, gram: &Matrix) {
+    let c = transform.columns;
+    let mut columns: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
+    let mut images: Vec<Vec<DoubleDouble>> = Vec::with_capacity(c);
+    let dot = |x: &[DoubleDouble], y: &[DoubleDouble]| {
+        let terms = x.iter().zip(y).map(|(x, y)| *x * *y);
+        terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+    };
+    let image = |x: &[DoubleDouble]| -> Vec<DoubleDouble> {
+        let row = |i: usize| {
+            let terms = x.iter().enumerate().map(|(j, x)| gram.get(i, j) * *x);
+            terms.fold(DoubleDouble::ZERO, |sum, term| sum + term)
+        };
+        (0..c).map(row).collect()
+    };
+    for k in 0..c {
+        let mut own: Vec<DoubleDouble> = (0..c).map(|row| transform.get(row, k)).collect();
+        for _ in 0..2 {
+            for (other, image) in columns.iter().zip(&images) {
+                let part = dot(&own, image);
+                for (x, y) in own.iter_mut().zip(other) {
+                    *x = *x - part * *y;
+                }
+            }
+            let length = dot(&own, &image(&own)).sqrt();
+            for x in &mut own {
+                *x = *x / length;
+            }
+        }
+        for (row, x) in own.iter().enumerate() {
+            transform.set(row, k, *x);
+        }
+        images.push(image(&own));
+        columns.push(own);
+    }
+}
+
+/// Gram-Schmidt on the columns of T by the Cholesky factor of TᵀGT; the least pivot beside the largest.
+fn by_cholesky(transform: &mut Matrix, gram: &Matrix) -> f64 {
+    let c = transform.columns;
+    let image = product(gram, transform, Part::All);
+    let mut l = product(&transform.transposed(), &image, Part::Lower);
+    let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
     for k in 0..c {
         let pivot = l.get(k, k).sqrt();
+        if pivot.hi.is_nan() {
+            return 0.0;
+        }
+        (least, largest) = (least.min(pivot.hi), largest.max(pivot.hi));
         for row in k..c {
             let value = if row == k {
                 pivot
@@ -328,7 +386,7 @@ fn echelon(basis: &Matrix, gram: &Matrix) -> Matrix {
             transform.set(row, k, value / pivot);
         }
     }
-    transform
+    least / largest
 }
 
 /// The first rows in which the columns are independent, by elimination on a copy in doubles.
