@@ -231,21 +231,34 @@ fn digits_of_a_chaotic_motion_run_out() {
 
 #[test]
 fn modes_start_small_motions() {
+    let mut followed = 0;
     for path in model_files() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         let model = load(&path);
         if model.coordinates.len() > 6 || model.time_dependent.is_some() {
             continue;
         }
-        let linearized = linearize(model.clone()).unwrap();
+        // Some have no equilibrium.
+        let Ok(linearized) = linearize(model.clone()) else {
+            continue;
+        };
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
         let system = System::new(&model).unwrap();
-        let amplitude = Constant::parse("1e-7").unwrap();
+        // Small beside what the model is made of: a molecule is not a metre long.
+        let places = linearized.equilibrium().values.iter();
+        let large = places.map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
+        let small = if large > 0.0 && large < 1e-3 {
+            large
+        } else {
+            1.0
+        };
+        let amplitude = Constant::parse(&format!("{:e}", 1e-7 * small)).unwrap();
         for (at, mode) in modes.modes.iter().enumerate() {
             let (omega, growth) = (mode.omega.mid_f64(), mode.growth.mid_f64());
             if omega == 0.0 || growth > 0.0 {
                 continue;
             }
+            followed += 1;
             let from = Start::mode(at + 1, &amplitude, &linearized, &modes, &system).unwrap();
             let period = format!("{:.17e}", std::f64::consts::TAU / omega);
             let found = system.motion(&from, &times(&period, 5)).unwrap();
@@ -281,6 +294,7 @@ fn modes_start_small_motions() {
             }
         }
     }
+    assert!(followed > 80, "{followed}");
 }
 
 #[test]
@@ -309,6 +323,27 @@ fn singularities_are_told() {
     let from = start(&model, "r=0, phi'=1");
     let error = system.motion(&from, &times("3", 4)).unwrap_err();
     assert!(matches!(error, MotionError::Singular { .. }), "{error}");
+}
+
+#[test]
+fn units_of_time_do_not_matter() {
+    // The same oscillator with a period of 1e-14 s and of 1e14 s.
+    for (k, scale) in [("4e28", 1e14), ("4", 1.0), ("4e-28", 1e-14)] {
+        let text = format!("param k = {k}  coord x  T = 1/2*x'^2  V = 1/2*k*x^2*(1 + x^2)");
+        let model = model(&text);
+        let until = format!("{:e}", 3.0 / scale);
+        let found = motion(&model, "x=1/2", &until, 4);
+        let plain = self::model("coord x  T = 1/2*x'^2  V = 2*x^2*(1 + x^2)");
+        let same = motion(&plain, "x=1/2", "3", 4);
+        for (row, same) in found.rows.iter().zip(&same.rows) {
+            assert!((row[0].mid_f64() - same[0].mid_f64()).abs() < 1e-14, "{k}");
+            assert!(
+                (row[1].mid_f64() / scale - same[1].mid_f64()).abs() < 1e-14,
+                "{k}"
+            );
+            assert!(row[0].radius < 1e-20);
+        }
+    }
 }
 
 #[test]

@@ -264,10 +264,10 @@ impl System {
         let mut rows = Vec::with_capacity(times.samples);
         let mut steps = 0;
         loop {
-            let length = stepper
-                .expand(&t, &mut q, &mut v)
-                .map_err(|trouble| self.trouble(trouble, &t, &q))?;
             let left = end.sub(&t);
+            let length = stepper
+                .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
+                .map_err(|trouble| self.trouble(trouble, &t, &q))?;
             while rows.len() < times.samples {
                 let after = S::from_ball(&times.at(rows.len())).sub(&t).centred();
                 if after.middle() > length {

@@ -3,7 +3,8 @@
 //! Coefficients of q and q' follow each other order by order: those of M, h, J and gamma up to the k-th give q''_k from one
 //! linear system, whose matrix is that of order 0 in every order (A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed.
 //! (2008), chapter 13). The length of a step is what the last two terms allow (À. Jorba and M. Zou, Experimental Mathematics 14
-//! (2005) 99). The polynomials are their own dense output.
+//! (2005) 99). The polynomials are their own dense output. Time is counted in a power of two near the length of the step, so that
+//! coefficients of molecules and planets alike are of moderate size.
 
 use super::equations::Equations;
 use crate::expr::{Prepared, Series};
@@ -66,6 +67,9 @@ pub(super) struct Stepper<'a, S: Real> {
     inputs: Vec<S>,
     right: Vec<S>,
     matrix: Option<Matrix<S>>,
+    /// The unit of time of the coefficients, and that of the next step; 0 before the first one.
+    unit: f64,
+    next_unit: f64,
 }
 
 /// Why there is no step.
@@ -103,28 +107,86 @@ impl<'a, S: Real> Stepper<'a, S> {
             inputs: vec![zero.clone(); 1 + 2 * n],
             right: vec![zero; n + c],
             matrix: None,
+            unit: 1.0,
+            next_unit: 0.0,
         }
     }
 
-    /// The coefficients about a state, which is brought back to the constraints first, and a length for the step.
-    pub(super) fn expand(&mut self, t: &S, q: &mut [S], v: &mut [S]) -> Result<f64, Trouble> {
+    /// The coefficients about a state, which is brought back to the constraints first, and a length for the step, of
+    /// which `longest` is needed at most.
+    pub(super) fn expand(
+        &mut self,
+        t: &S,
+        q: &mut [S],
+        v: &mut [S],
+        longest: f64,
+    ) -> Result<f64, Trouble> {
         self.correct(t, q, v)?;
         self.positions[0].clone_from_slice(q);
         self.velocities[0].clone_from_slice(v);
+        if self.next_unit == 0.0 {
+            self.unit = 1.0;
+            self.coefficients(t, FIRST.min(self.order))?;
+            self.next_unit = power_of_two(1.0 / self.rate());
+        }
+        let mut left = MOST_UNITS;
+        loop {
+            self.unit = self.next_unit;
+            left -= 1;
+            let length = match self.coefficients(t, self.order) {
+                Ok(()) => self.length()?,
+                Err(Trouble::NotFinite) if left > 0 => {
+                    self.next_unit = self.unit / FAR_OFF;
+                    continue;
+                }
+                Err(trouble) => return Err(trouble),
+            };
+            let reach = length * self.unit;
+            self.next_unit = power_of_two(reach.min(longest));
+            // Within this no coefficient that matters has got lost below the smallest double.
+            let off = self.next_unit / self.unit;
+            if left == 0 || (1.0 / FAR_OFF..=FAR_OFF).contains(&off) {
+                return Ok(reach);
+            }
+        }
+    }
+
+    /// All coefficients up to an order.
+    fn coefficients(&mut self, t: &S, order: usize) -> Result<(), Trouble> {
         self.series.clear();
-        for k in 0..self.order {
+        let unit = S::exact(self.unit);
+        for k in 0..order {
             self.advance(k, t)?;
             let (done, open) = self.velocities.split_at_mut(k + 1);
             let (_, next) = self.positions.split_at_mut(k + 1);
-            let share = S::exact(count(k + 1));
+            let share = unit.div(&S::exact(count(k + 1)));
             for (i, x) in open[0].iter_mut().enumerate() {
-                *x = self.accelerations[k][i].div(&share);
+                *x = self.accelerations[k][i].mul(&share);
             }
             for (i, x) in next[0].iter_mut().enumerate() {
-                *x = done[k][i].div(&share);
+                *x = done[k][i].mul(&share);
             }
         }
-        self.length()
+        Ok(())
+    }
+
+    /// About how fast the state changes, from the first coefficients in units of 1; 1 where nothing does.
+    fn rate(&self) -> f64 {
+        let mut rate = 0.0_f64;
+        for rows in [&self.positions, &self.velocities] {
+            for later in 1..=FIRST.min(self.order) {
+                for earlier in 0..later {
+                    for (x, y) in rows[earlier].iter().zip(&rows[later]) {
+                        let ratio = y.middle().abs() / x.middle().abs();
+                        let root = ratio.powf(1.0 / count(later - earlier));
+                        if root.is_finite() {
+                            rate = rate.max(root);
+                        }
+                    }
+                }
+            }
+        }
+        if rate > 0.0 { rate } else { 1.0 }
     }
 
     /// q''_k and mu_k.
@@ -132,7 +194,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         let (n, c) = (self.equations.coordinates, self.equations.constraints);
         self.inputs[0] = match k {
             0 => t.clone(),
-            1 => S::exact(1.0),
+            1 => S::exact(self.unit),
             _ => S::exact(0.0),
         };
         self.inputs[1..=n].clone_from_slice(&self.positions[k]);
@@ -258,7 +320,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         Err(Trouble::NoStep)
     }
 
-    /// A length at which the last two terms are what is allowed beside the size of each coordinate.
+    /// A length in units of time at which the last two terms are what is allowed beside the size of each coordinate.
     fn length(&self) -> Result<f64, Trouble> {
         let mut length = f64::INFINITY;
         for (rows, slope) in [(&self.positions, false), (&self.velocities, true)] {
@@ -300,10 +362,11 @@ impl<'a, S: Real> Stepper<'a, S> {
 
     /// Coordinates and velocities at a time after that of the expansion.
     pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
+        let after = after.div(&S::exact(self.unit));
         let sum = |rows: &[Vec<S>], i: usize| {
             let mut value = rows[self.order][i].clone();
             for row in rows[..self.order].iter().rev() {
-                value = value.mul(after).add(&row[i]);
+                value = value.mul(&after).add(&row[i]);
             }
             value.centred()
         };
@@ -312,6 +375,23 @@ impl<'a, S: Real> Stepper<'a, S> {
             (0..n).map(|i| sum(&self.positions, i)).collect(),
             (0..n).map(|i| sum(&self.velocities, i)).collect(),
         )
+    }
+}
+
+/// So many coefficients tell the unit of time to begin with.
+const FIRST: usize = 4;
+/// Attempts at a unit of time.
+const MOST_UNITS: usize = 8;
+/// Steps that are so many units long, or a unit so many steps, have another unit.
+const FAR_OFF: f64 = 1_048_576.0;
+
+/// The nearest one.
+fn power_of_two(value: f64) -> f64 {
+    let power = value.log2().round();
+    if power.is_finite() {
+        power.clamp(-900.0, 900.0).exp2()
+    } else {
+        1.0
     }
 }
 
