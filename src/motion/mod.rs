@@ -252,10 +252,7 @@ impl System {
         start: &Start,
         times: &Times,
         (order, tolerance): (usize, f64),
-    ) -> Result<Run<S>, MotionError>
-    where
-        S: FromBall,
-    {
+    ) -> Result<Run<S>, MotionError> {
         let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
         let mut q: Vec<S> = start.positions.iter().map(S::from_ball).collect();
         let mut v: Vec<S> = start.velocities.iter().map(S::from_ball).collect();
@@ -363,22 +360,5 @@ impl System {
             return Some(0.0);
         }
         (motion > 0.0 && stray.is_finite()).then(|| stray / motion)
-    }
-}
-
-/// Numbers of a run, from enclosures.
-trait FromBall {
-    fn from_ball(value: &Ball) -> Self;
-}
-
-impl FromBall for f64 {
-    fn from_ball(value: &Ball) -> Self {
-        value.mid_f64()
-    }
-}
-
-impl FromBall for Ball {
-    fn from_ball(value: &Ball) -> Self {
-        Ball::new(value.mid, 0.0)
     }
 }

@@ -15,6 +15,8 @@ use crate::precision::{Ball, Scalar};
 pub(super) trait Real: Scalar<Precision = ()> {
     /// A double, exactly.
     fn exact(value: f64) -> Self;
+    /// The middle of an enclosure.
+    fn from_ball(value: &Ball) -> Self;
     /// The nearest double.
     fn middle(&self) -> f64;
     /// Without what is known about errors.
@@ -24,6 +26,10 @@ pub(super) trait Real: Scalar<Precision = ()> {
 impl Real for f64 {
     fn exact(value: f64) -> Self {
         value
+    }
+
+    fn from_ball(value: &Ball) -> Self {
+        value.mid_f64()
     }
 
     fn middle(&self) -> f64 {
@@ -38,6 +44,10 @@ impl Real for f64 {
 impl Real for Ball {
     fn exact(value: f64) -> Self {
         Ball::exact(value)
+    }
+
+    fn from_ball(value: &Ball) -> Self {
+        Ball::new(value.mid, 0.0)
     }
 
     fn middle(&self) -> f64 {
@@ -323,41 +333,47 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// A length in units of time at which the last two terms are what is allowed beside the size of each coordinate.
     fn length(&self) -> Result<f64, Trouble> {
         let mut length = f64::INFINITY;
-        for (rows, slope) in [(&self.positions, false), (&self.velocities, true)] {
-            for i in 0..self.equations.coordinates {
-                let term = |k: usize| rows[k][i].middle().abs();
-                for k in [self.order - 1, self.order] {
-                    let last = term(k);
-                    if last == 0.0 {
-                        continue;
-                    }
-                    // What counts is the largest the coordinate gets on the way; one more round settles that.
-                    let mut own = f64::INFINITY;
-                    let mut size = term(0);
-                    for _ in 0..3 {
-                        own = if size > 0.0 {
-                            (self.tolerance * size / last).powf(1.0 / count(k))
-                        } else {
-                            f64::INFINITY
-                        };
-                        let reach = if own.is_finite() { own } else { length };
-                        if reach.is_finite() {
-                            let most = if slope { 1 } else { 2 };
-                            size = (0..=most)
-                                .map(|j| term(j) * reach.powi(i32::try_from(j).unwrap_or(0)))
-                                .fold(0.0, f64::max);
-                        } else {
-                            size = term(1).max(term(2));
-                        }
-                    }
-                    length = length.min(own);
-                }
-            }
+        for (rows, degree) in [(&self.positions, 2), (&self.velocities, 1)] {
+            let coordinates = 0..self.equations.coordinates;
+            length = coordinates.fold(length, |length, i| {
+                let sizes = |k: usize| rows[k][i].middle().abs();
+                let last = [self.order - 1, self.order].into_iter();
+                last.fold(length, |length, k| {
+                    length.min(self.reach(&sizes, k, degree, length))
+                })
+            });
         }
         if length.is_nan() || length <= 0.0 {
             return Err(Trouble::NoStep);
         }
         Ok(length)
+    }
+
+    /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
+    /// its terms up to a degree tell about. `length` stands for what is not known better.
+    fn reach(&self, sizes: &dyn Fn(usize) -> f64, k: usize, degree: i32, length: f64) -> f64 {
+        let last = sizes(k);
+        let mut own = f64::INFINITY;
+        if last == 0.0 {
+            return own;
+        }
+        let mut size = sizes(0);
+        for _ in 0..3 {
+            own = if size > 0.0 {
+                (self.tolerance * size / last).powf(1.0 / count(k))
+            } else {
+                f64::INFINITY
+            };
+            let reach = own.min(length);
+            size = if reach.is_finite() {
+                (0..=degree).zip(0..).fold(0.0, |most, (power, term)| {
+                    f64::max(most, sizes(term) * reach.powi(power))
+                })
+            } else {
+                sizes(1).max(sizes(2))
+            };
+        }
+        own
     }
 
     /// Coordinates and velocities at a time after that of the expansion.
