@@ -45,7 +45,7 @@ pub(super) fn leaving_out_dependent<T>(
 /// unless the equilibrium has to be searched for.
 ///
 /// # Errors
-/// As [`linearize`].
+/// As [`linearize`](super::linearize).
 pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
     if model.constraints.is_empty() {
         return derive_tied(Tied::free(model));
