@@ -20,7 +20,7 @@ use crate::sweep::Range;
 use crate::syntax::File;
 
 /// More places than this are not charted.
-pub const MOST_PLACES: usize = 100_000_000;
+pub const MOST_PLACES: usize = 10_000_000;
 /// Multipliers this far outside the unit circle count as growth where several are near each other: a double one moves
 /// by the root of what is rounded.
 const COARSE: f64 = 1e-7;
@@ -119,7 +119,7 @@ impl Chart {
             return Err(bad(&ranges[1], "a chart has two different parameters"));
         }
         if ranges[0].len().saturating_mul(ranges[1].len()) > MOST_PLACES {
-            return Err(bad(&ranges[0], "a chart has at most 100000000 places"));
+            return Err(bad(&ranges[0], "a chart has at most 10000000 places"));
         }
         let ends = |place: &dyn Fn(&Range) -> String| {
             let [first, second] = [place(&ranges[0]), place(&ranges[1])];

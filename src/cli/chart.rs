@@ -1,23 +1,25 @@
 //! Stability charts on all cores: rows are dealt out to threads as they come, and put together in order.
 
-use std::fmt::Write;
-use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use librate::chart::{Border, Chart, Place};
+use librate::model::ModelError;
 use librate::sweep::Range;
 use librate::{Error, report, syntax};
 
 use super::args;
 use super::progress::Counter;
-use super::{Answer, FAULT, Failure, input, read, settings, wrong_request};
+use super::{Answer, Failure, input, read, settings, write_file, wrong_request};
+
+fn wrong_map(message: String) -> Failure {
+    let help =
+        "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
+    wrong_request(message, help)
+}
 
 fn range(text: &str) -> Result<Range, Failure> {
-    Range::parse(text).map_err(|error| {
-        let help = "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
-        wrong_request(error.to_string(), help)
-    })
+    Range::parse(text).map_err(|error| wrong_map(error.to_string()))
 }
 
 /// `librate floquet --map`
@@ -32,6 +34,12 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
     let tables = input::read_tables(&args.model.file, &file);
     let chart = match Chart::new(&file, &tables, &settings, ranges) {
         Ok(chart) => chart,
+        Err(Error::Model(errors))
+            if matches!(errors.as_slice(), [ModelError::BadSetting { .. }]) =>
+        {
+            let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
+            return Err(wrong_map(told.join("; ")));
+        }
         Err(error) => return Err(Failure::Model(source, error.diagnostics())),
     };
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
@@ -51,26 +59,14 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
             }
         });
         let text = report::borders_csv(&chart, &borders.concat());
-        write(path, &text)?;
+        write_file(path, &text)?;
     }
     if let Some(path) = &args.svg {
-        write(path, &report::chart_svg(&chart, &rows))?;
+        write_file(path, &report::chart_svg(&chart, &rows))?;
     }
     Ok(Answer {
         text: report::chart_csv(&chart, &rows),
         remarks: Some((source, Vec::new())),
-    })
-}
-
-fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(path, text).map_err(|error| {
-        let mut message = String::new();
-        let _ = write!(message, "can't write {}: {error}", path.display());
-        Failure::Other {
-            message,
-            help: None,
-            status: FAULT,
-        }
     })
 }
 
