@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::linearize::{Splitter, Variable, elements, instance, signed_terms};
-use crate::model::{Model, SymbolKind, TermFamily};
+use crate::model::{Model, TermFamily};
 use crate::number::Number;
 
 /// The Lagrangian of a model, sorted by powers of the velocities.
@@ -51,10 +51,7 @@ impl Variables {
             .enumerate()
             .map(|(at, symbol)| (symbol, at))
             .collect();
-        let time = model
-            .symbols
-            .iter()
-            .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol));
+        let time = model.time();
         debug_assert_eq!(count, velocities.len());
         Self {
             coordinates,

@@ -56,7 +56,7 @@ mod ties;
 use std::collections::{BTreeMap, HashMap};
 
 use crate::expr::{ExprId, Pool};
-use crate::linearize::{self, LinearizeError};
+use crate::linearize::{self, LinearizeError, Tied};
 use crate::model::Model;
 use crate::number::Number;
 
@@ -263,6 +263,7 @@ pub struct Energy {
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let mut short = Simplifier::default();
     let (tied, matrices) = linearize::derive_with_multipliers(model);
+    let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut pool, mut linear) = match matrices {
         Ok(matrices) => {
             let linear = Linear {
@@ -283,11 +284,11 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             error @ (LinearizeError::NotAnEquilibrium { .. }
             | LinearizeError::ConstraintBroken { .. }),
         ) => return Err(error),
-        Err(error) => (tied.model.pool.clone(), Err(error)),
+        Err(error) => (with_multipliers.pool.clone(), Err(error)),
     };
     let names = names(model, &pool, &linear);
     let mut symbols = symbols(model, &mut pool);
-    for name in tied.names() {
+    for name in tied.iter().flat_map(Tied::names) {
         let symbol = pool.symbol(&name);
         symbols.insert(name, pool.symbol_expr(symbol));
     }
@@ -304,10 +305,10 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         equations: None,
         energy: None,
         equilibria: None,
-        constraints: Constraints::new(&tied),
+        constraints: tied.as_ref().and_then(Constraints::new),
     };
     if parts.equations || parts.energy || parts.equilibria {
-        derivation.nonlinear(model, &tied.model, parts, &mut short);
+        derivation.nonlinear(model, with_multipliers, parts, &mut short);
     }
     constraints::reduce(&mut derivation, &mut short, &checker, parts);
     Ok(derivation)

@@ -168,7 +168,8 @@ pub(super) fn orbit(
     let Some(inverse) = slopes.try_inverse() else {
         return Err(lost("periodic motions are not isolated here"));
     };
-    let correction = |difference: &[Ball]| -> Vec<Ball> {
+    let correction = |image: &[Ball], center: &[Ball]| -> Vec<Ball> {
+        let difference: Vec<Ball> = image.iter().zip(center).map(|(p, x)| *p - *x).collect();
         (0..n)
             .map(|i| {
                 (0..n).fold(Ball::ZERO, |sum, j| {
@@ -189,13 +190,7 @@ pub(super) fn orbit(
     let mut asked = vec![0.0; n];
     for _ in 0..2 {
         let there = follow(&center, &vec![0.0; n])?;
-        let difference: Vec<Ball> = there
-            .image
-            .iter()
-            .zip(&center)
-            .map(|(p, x)| *p - *x)
-            .collect();
-        let step = correction(&difference);
+        let step = correction(&there.image, &center);
         center = center
             .iter()
             .zip(&step)
@@ -219,13 +214,7 @@ pub(super) fn orbit(
             .map(|(s, a)| size * s.max(1e-3 * largest) + 4.0 * a.min(size * largest))
             .collect();
         let there = follow(&center, &reach)?;
-        let difference: Vec<Ball> = there
-            .image
-            .iter()
-            .zip(&center)
-            .map(|(p, x)| *p - *x)
-            .collect();
-        let step = correction(&difference);
+        let step = correction(&there.image, &center);
         let mut inside = true;
         let mut start = Vec::with_capacity(n);
         for i in 0..n {

@@ -7,8 +7,8 @@
 use super::error::FloquetError;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::flow::Equations;
-use crate::linearize::{LinearizeError, instance, known_values, signed_terms};
-use crate::model::{Model, SymbolKind, TermFamily};
+use crate::linearize::{known_values, missing_value, signed_terms, written_out};
+use crate::model::{Model, SymbolKind};
 use crate::number::Number;
 use crate::precision::Function;
 use crate::span::Span;
@@ -55,11 +55,7 @@ impl Driven {
         };
         let mut pool = model.pool.clone();
         let known = values(model, &mut pool, open);
-        let time = model
-            .symbols
-            .iter()
-            .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
-            .ok_or(FloquetError::NoTime { span: None })?;
+        let time = model.time().ok_or(FloquetError::NoTime { span: None })?;
         let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
         let lagrangian = written_out(model, &mut pool, signed_terms(model), &known);
@@ -113,11 +109,8 @@ impl Driven {
             if let Some(SymbolKind::Parameter(number)) = model.symbols.get(&symbol)
                 && !open.contains(number)
             {
-                let parameter = &model.parameters[*number];
-                return Err(FloquetError::Linearize(LinearizeError::MissingValue {
-                    name: parameter.name.clone(),
-                    span: parameter.span,
-                }));
+                let missing = missing_value(model, *number);
+                return Err(FloquetError::Linearize(missing));
             }
         }
         Ok(())
@@ -327,32 +320,10 @@ fn values(model: &Model, pool: &mut Pool, open: &[usize]) -> Substitution {
     known
 }
 
-/// A sum of families, every instance, with the values that are known.
-fn written_out<'a>(
-    model: &Model,
-    pool: &mut Pool,
-    families: impl Iterator<Item = (bool, &'a TermFamily)>,
-    known: &Substitution,
-) -> ExprId {
-    let mut terms = Vec::new();
-    for (negative, family) in families {
-        for at in 0..family.count {
-            let map = instance(model, pool, family, at, None);
-            let term = pool.substitute_one(family.body, &map);
-            terms.push(if negative { pool.neg(term) } else { term });
-        }
-    }
-    let sum = pool.sum(&terms);
-    pool.substitute_one(sum, known)
-}
-
 /// `2*pi/W`, where the time occurs in sines and cosines of W t alone.
 fn suggested_period(model: &Model) -> Option<String> {
     let mut pool = model.pool.clone();
-    let time = model
-        .symbols
-        .iter()
-        .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))?;
+    let time = model.time()?;
     let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
     let mut rate = None;
     for id in pool.reachable(&bodies) {

@@ -50,7 +50,7 @@ pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
     if model.constraints.is_empty() {
         return derive_tied(Tied::free(model));
     }
-    leaving_out_dependent(&model, |left_out| derive_tied(Tied::new(&model, left_out)))
+    derive_with_multipliers(&model).1
 }
 
 /// A model with multipliers of its constraints for further coordinates.
@@ -65,7 +65,7 @@ pub(crate) struct Tied {
 
 impl Tied {
     /// A model without constraints.
-    pub(crate) fn free(model: Model) -> Self {
+    fn free(model: Model) -> Self {
         Self {
             visible: model.coordinates.len(),
             model,
@@ -75,7 +75,7 @@ impl Tied {
     }
 
     /// A model with some of its constraints left out.
-    pub(crate) fn new(model: &Model, left_out: &[usize]) -> Self {
+    fn new(model: &Model, left_out: &[usize]) -> Self {
         let multiplied = constrained::with_multipliers(model, left_out);
         Self {
             visible: model.coordinates.len(),
@@ -84,9 +84,7 @@ impl Tied {
             dependent: multiplied.dependent,
         }
     }
-}
 
-impl Tied {
     /// What the multipliers are called.
     pub(crate) fn names(&self) -> Vec<String> {
         let multipliers = self.model.coordinates.iter().skip(self.visible);
@@ -95,7 +93,11 @@ impl Tied {
 
     /// What the constraints with a multiplier set to zero.
     pub(crate) fn expressions(&self) -> Vec<ExprId> {
-        multipliers::expressions(&self.model, &self.kept)
+        let constraints = self
+            .kept
+            .iter()
+            .filter_map(|at| self.model.constraints.get(*at));
+        constraints.map(|own| own.expression).collect()
     }
 
     /// The numbers of the constraints without one.
@@ -104,13 +106,12 @@ impl Tied {
     }
 }
 
-/// [`derive`], and the model with its multipliers, on whose expressions the matrices build.
+/// [`derive`], and under constraints the model with its multipliers, on whose expressions the matrices build.
 pub(crate) fn derive_with_multipliers(
     model: &Model,
-) -> (Tied, Result<SymbolicMatrices, LinearizeError>) {
+) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
     if model.constraints.is_empty() {
-        let tied = Tied::free(model.clone());
-        return (tied.clone(), derive_tied(tied));
+        return (None, derive_tied(Tied::free(model.clone())));
     }
     let whole = Tied::new(model, &[]);
     let found = leaving_out_dependent(model, |left_out| {
@@ -121,17 +122,18 @@ pub(crate) fn derive_with_multipliers(
         Ok((tied.clone(), derive_tied(tied)?))
     });
     match found {
-        Ok((tied, matrices)) => (tied, Ok(matrices)),
-        Err(error) => (whole, Err(error)),
+        Ok((tied, matrices)) => (Some(tied), Ok(matrices)),
+        Err(error) => (Some(whole), Err(error)),
     }
 }
 
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
+    let (names, expressions) = (tied.names(), tied.expressions());
     let Tied {
         mut model,
         visible,
-        kept,
         dependent,
+        ..
     } = tied;
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
@@ -140,7 +142,6 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     steady::put_rates_in(&mut model)?;
     let (mut assembly, linear) = assemble::assemble(&mut model);
     let guessed = model.guesses.iter().any(Option::is_some);
-    let expressions = multipliers::expressions(&model, &kept);
     let mut pool = std::mem::take(&mut model.pool);
     let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
     let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
@@ -153,7 +154,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
             .values::<Ball>(&model, ())
             .map_err(|missing| missing_value(&model, missing.0))?;
         let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
-        if !kept.is_empty() || !dependent.is_empty() {
+        if !model.constraints.is_empty() {
             at_equilibrium(
                 &model,
                 &assembly,
@@ -184,10 +185,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         let gradients =
             multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
         matrices.constraints = Some(SymbolicConstraints {
-            names: model.coordinates[visible..]
-                .iter()
-                .map(|own| own.name.clone())
-                .collect(),
+            names,
             expressions,
             multipliers: point[visible..].to_vec(),
             gradients,

@@ -62,7 +62,7 @@ pub(crate) use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
-pub(crate) use symbolic::instance;
+pub(crate) use symbolic::{instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub use zero::ZeroMode;
 
@@ -259,12 +259,11 @@ fn at_equilibrium(
     })
 }
 
-fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
-    let parameter = &model.parameters[parameter];
-    LinearizeError::MissingValue {
-        name: parameter.name.clone(),
-        span: parameter.span,
-    }
+/// That a parameter has no value.
+pub(crate) fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
+    let parameter = model.parameters.get(parameter);
+    let (name, span) = parameter.map_or_else(Default::default, |own| (own.name.clone(), own.span));
+    LinearizeError::MissingValue { name, span }
 }
 
 /// Refuses what is beyond M and K of free coordinates at rest.

@@ -26,12 +26,6 @@ pub struct SymbolicConstraints {
     pub dependent: Vec<usize>,
 }
 
-/// What the constraints with a multiplier set to zero.
-pub(super) fn expressions(model: &Model, kept: &[usize]) -> Vec<ExprId> {
-    let constraints = kept.iter().filter_map(|at| model.constraints.get(*at));
-    constraints.map(|own| own.expression).collect()
-}
-
 /// Multipliers that balance the forces at a point, put in behind its coordinates; `None` where the forces don't
 /// determine them. That they balance the other forces too remains to be seen.
 pub(super) fn put_in(
@@ -41,6 +35,10 @@ pub(super) fn put_in(
     point: &mut [ExprId],
     expressions: &[ExprId],
 ) -> Option<()> {
+    // A model without constraints pays nothing for them.
+    if expressions.is_empty() {
+        return Some(());
+    }
     let visible = point.len() - expressions.len();
     // With multipliers 0: the derivatives of U alone.
     let mut forces: Vec<Vec<ExprId>> = vec![Vec::new(); visible];
@@ -125,8 +123,8 @@ pub(crate) struct Eliminated {
     pub(crate) rows: Vec<Vec<ExprId>>,
 }
 
-/// Gauss-Jordan elimination of the first `wanted` columns, with 1 for each pivot and nothing above and below it. Short pivots first, numbers before all; `is_pivot` says what is different
-/// from 0. `None` where the columns are not shown to be independent.
+/// Gauss-Jordan elimination of the first `wanted` columns, with 1 for each pivot and nothing above and below it. Short
+/// pivots first, numbers before all; `is_pivot` says what is different from 0. `None` where the columns are not shown to be independent.
 pub(crate) fn eliminate(
     pool: &mut Pool,
     mut rows: Vec<Vec<ExprId>>,

@@ -86,6 +86,25 @@ pub(crate) fn instance(
     map
 }
 
+/// The sum of some terms, every instance, with the values that are known; a term that comes with `true` is taken away.
+pub(crate) fn written_out<'a>(
+    model: &Model,
+    pool: &mut Pool,
+    families: impl Iterator<Item = (bool, &'a TermFamily)>,
+    known: &Substitution,
+) -> ExprId {
+    let mut terms = Vec::new();
+    for (negative, family) in families {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, None);
+            let term = pool.substitute_one(family.body, &map);
+            terms.push(if negative { pool.neg(term) } else { term });
+        }
+    }
+    let sum = pool.sum(&terms);
+    pool.substitute_one(sum, known)
+}
+
 /// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
 /// many terms to write out.
 fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {

@@ -418,6 +418,13 @@ impl World {
 }
 
 impl Model {
+    /// The symbol of the time, where the model speaks of it.
+    #[must_use]
+    pub fn time(&self) -> Option<Symbol> {
+        let mut symbols = self.symbols.iter();
+        symbols.find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+    }
+
     /// The first of some names that no parameter and no coordinate has, to name what the model itself does not speak of.
     #[must_use]
     pub fn unused_name(&self, names: &[&str]) -> String {

@@ -8,9 +8,9 @@
 use super::error::MotionError;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use crate::linearize::{
-    LinearizeError, derive_with_multipliers, instance, known_values, signed_terms,
+    derive_with_multipliers, known_values, missing_value, signed_terms, written_out,
 };
-use crate::model::{Model, SymbolKind, TermFamily};
+use crate::model::{Model, SymbolKind};
 use crate::number::Number;
 
 /// Terms beyond this are not written out.
@@ -62,13 +62,12 @@ impl Equations {
         let is_coordinate = |symbol| matches!(kind(symbol), Some(SymbolKind::Coordinate(_)));
         let is_velocity = |symbol| matches!(kind(symbol), Some(SymbolKind::Velocity(_)));
         let number = |symbol| match kind(symbol) {
-            Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at)) => at,
+            Some(
+                SymbolKind::Coordinate(at) | SymbolKind::Velocity(at) | SymbolKind::Parameter(at),
+            ) => at,
             _ => usize::MAX,
         };
-        let time = model
-            .symbols
-            .iter()
-            .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol));
+        let time = model.time();
         let time = time.unwrap_or_else(|| pool.fresh_symbol("t"));
         let speed: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
 
@@ -127,8 +126,10 @@ impl Equations {
         inputs.extend(coordinates.iter().chain(&velocities));
         let outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
         let compile = |pool: &Pool, roots: &[ExprId]| {
-            Tape::compile(pool, roots, &inputs)
-                .map_err(|missing| missing_value(model, missing.symbol))
+            Tape::compile(pool, roots, &inputs).map_err(|missing| {
+                // All that is no input is a parameter.
+                MotionError::Linearize(missing_value(model, number(missing.symbol)))
+            })
         };
         let conserved = model.friction.is_empty() && model.time_dependent.is_none();
         let energy = conserved.then(|| {
@@ -164,36 +165,6 @@ fn constraints(model: &Model, pool: &mut Pool, known: &Substitution) -> Vec<Expr
         return Vec::new();
     }
     let (tied, _) = derive_with_multipliers(model);
-    let dependent = tied.dependent();
-    let kept = model.constraints.iter().enumerate();
-    let kept: Vec<ExprId> = kept
-        .filter(|(number, _)| !dependent.contains(number))
-        .map(|(_, constraint)| constraint.expression)
-        .collect();
+    let kept = tied.map_or_else(Vec::new, |tied| tied.expressions());
     pool.substitute(&kept, known)
-}
-
-/// The sum of terms with the values of the parameters.
-fn written_out<'a>(
-    model: &Model,
-    pool: &mut Pool,
-    families: impl Iterator<Item = (bool, &'a TermFamily)>,
-    known: &Substitution,
-) -> ExprId {
-    let mut parts = Vec::new();
-    for (negative, family) in families {
-        for at in 0..family.count {
-            let map = instance(model, pool, family, at, None);
-            let term = pool.substitute_one(family.body, &map);
-            parts.push(if negative { pool.neg(term) } else { term });
-        }
-    }
-    let sum = pool.sum(&parts);
-    pool.substitute_one(sum, known)
-}
-
-fn missing_value(model: &Model, symbol: Symbol) -> MotionError {
-    let parameter = model.parameters.iter().find(|own| own.symbol == symbol);
-    let (name, span) = parameter.map_or_else(Default::default, |own| (own.name.clone(), own.span));
-    MotionError::Linearize(LinearizeError::MissingValue { name, span })
 }

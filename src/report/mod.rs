@@ -15,6 +15,7 @@ mod modes;
 mod motion;
 mod period;
 mod period_picture;
+mod picture;
 mod sensitivity;
 mod sweep;
 mod table;

@@ -4,6 +4,7 @@ use plotters::prelude::*;
 
 use super::Written;
 use super::json::number;
+use super::picture::{self, Drawing, FAINT, FONT, INK, PAPER};
 use crate::model::Model;
 use crate::motion::Trajectory;
 
@@ -73,10 +74,6 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     text
 }
 
-const PAPER: RGBColor = RGBColor(252, 252, 250);
-const INK: RGBColor = RGBColor(40, 44, 52);
-const FAINT: RGBColor = RGBColor(222, 222, 218);
-const FONT: &str = "Helvetica, Arial, sans-serif";
 const SIZE: (u32, u32) = (760, 420);
 /// Colours that people with any kind of sight tell apart (Okabe and Ito, 2008), and two more.
 const COLOURS: [RGBColor; MOST_CURVES] = [
@@ -100,14 +97,11 @@ pub fn motion_svg(
     trajectory: &Trajectory,
     superposition: Option<&[Vec<f64>]>,
 ) -> String {
-    let mut svg = String::new();
-    // Drawing into a text does not fail; what could be drawn is there in any case.
-    let _ = draw(&mut svg, model, trajectory, superposition);
-    svg
+    picture::svg(SIZE, |area| draw(area, model, trajectory, superposition))
 }
 
 fn draw(
-    svg: &mut String,
+    area: &Drawing<'_>,
     model: &Model,
     trajectory: &Trajectory,
     superposition: Option<&[Vec<f64>]>,
@@ -138,22 +132,8 @@ fn draw(
     // Room for what differs a little, not for a superposition that has gone far off.
     let room = (0.08 * (high - low)).max(1e-12 * low.abs().max(high.abs()).max(1e-300));
     let end = times.last().copied().unwrap_or(0.0).max(1e-300);
-    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    area.fill(&PAPER)?;
-    let mut chart = ChartBuilder::on(&area)
-        .margin(16)
-        .x_label_area_size(40)
-        .y_label_area_size(64)
-        .build_cartesian_2d(0.0..end, (low - room)..(high + room))?;
-    chart
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style((FONT, 13).into_font().color(&INK))
-        .axis_desc_style((FONT, 14).into_font().color(&INK))
-        .x_desc(if model.has_units { "t in s" } else { "t" })
-        .draw()?;
+    let time = if model.has_units { "t in s" } else { "t" };
+    let mut chart = picture::axes(area, 0.0..end, (low - room)..(high + room), (time, None))?;
     for at in 0..shown {
         let colour = COLOURS[at];
         let inside = thin[at]
@@ -175,6 +155,5 @@ fn draw(
         .border_style(FAINT)
         .label_font((FONT, 13).into_font().color(&INK))
         .draw()?;
-    area.present()?;
     Ok(())
 }

@@ -1,15 +1,12 @@
-//! The curve of a period, as SVG. It brings its own light background, so that it can be read on dark pages too.
+//! The curve of a period, as SVG.
 
 use plotters::prelude::*;
 
+use super::picture::{self, Drawing};
 use crate::period::{Motion, Place};
 use crate::sweep::Range;
 
-const PAPER: RGBColor = RGBColor(252, 252, 250);
-const INK: RGBColor = RGBColor(40, 44, 52);
-const FAINT: RGBColor = RGBColor(222, 222, 218);
 const LINE: RGBColor = RGBColor(31, 119, 180);
-const FONT: &str = "Helvetica, Arial, sans-serif";
 const SIZE: (u32, u32) = (640, 400);
 
 /// The period over the amplitude or the energy, as an SVG picture; broken where there is no periodic motion and where
@@ -32,20 +29,15 @@ pub fn period_svg(range: &Range, places: &[Place], has_units: bool) -> String {
             piece.push((place.value, found.period.mid_f64()));
         }
     }
-    let mut svg = String::new();
-    // Drawing into a text does not fail; what could be drawn is there in any case.
-    let _ = draw(&mut svg, range, &pieces, has_units);
-    svg
+    picture::svg(SIZE, |area| draw(area, range, &pieces, has_units))
 }
 
 fn draw(
-    svg: &mut String,
+    area: &Drawing<'_>,
     range: &Range,
     pieces: &[Vec<(f64, f64)>],
     has_units: bool,
 ) -> Result<(), Box<dyn std::error::Error>> {
-    let area = SVGBackend::with_string(svg, SIZE).into_drawing_area();
-    area.fill(&PAPER)?;
     let points = || pieces.iter().flatten();
     let ends = |value: fn(&(f64, f64)) -> f64| {
         let values = points().map(value);
@@ -65,22 +57,13 @@ fn draw(
     let (left, right) = ends(|point| point.0);
     let (low, high) = ends(|point| point.1);
     let room = 0.05 * (high - low);
-    let mut chart = ChartBuilder::on(&area)
-        .margin(16)
-        .x_label_area_size(40)
-        .y_label_area_size(64)
-        .build_cartesian_2d(left..right, (low - room)..(high + room))?;
     let period = if has_units { "period in s" } else { "period" };
-    chart
-        .configure_mesh()
-        .bold_line_style(FAINT)
-        .light_line_style(TRANSPARENT)
-        .axis_style(INK)
-        .label_style((FONT, 13).into_font().color(&INK))
-        .axis_desc_style((FONT, 14).into_font().color(&INK))
-        .x_desc(range.name())
-        .y_desc(period)
-        .draw()?;
+    let mut chart = picture::axes(
+        area,
+        left..right,
+        (low - room)..(high + room),
+        (range.name(), Some(period)),
+    )?;
     for piece in pieces {
         if let [only] = piece.as_slice() {
             chart.draw_series(std::iter::once(Circle::new(*only, 2, LINE.filled())))?;
@@ -88,6 +71,5 @@ fn draw(
             chart.draw_series(LineSeries::new(piece.iter().copied(), LINE.stroke_width(2)))?;
         }
     }
-    area.present()?;
     Ok(())
 }
