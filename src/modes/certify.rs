@@ -32,7 +32,11 @@
 //! |h_ii| |y_i| <= Σ |h_ic| |y_c| + Σ |h_ij| |y_j|, and since the comparison matrix of the rows
 //! outside is a nonsingular M-matrix (its inverse is not negative), |y_i| <= τ_i max_c |y_c|.
 
+use std::borrow::Cow;
+use std::ops::Range;
+
 use super::dense::Plain;
+use super::product::kernel;
 use crate::precision::up;
 
 /// Neighbouring eigenvalues that the bounds do not separate, or a single one.
@@ -42,9 +46,31 @@ pub(super) struct Cluster {
     pub(super) end: usize,
     /// τ by column: how far eigenvectors of the cluster may reach out to other columns.
     pub(super) reach: Vec<f64>,
+    /// About their sum and the square root of the sum of their squares, to 1e-9.
+    pub(super) total: f64,
+    pub(super) length: f64,
 }
 
 impl Cluster {
+    fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
+        let (mut total, mut squares) = ([0.0; LANES], [0.0; LANES]);
+        let (lanes, rest) = reach.as_chunks::<LANES>();
+        for tau in lanes {
+            for l in 0..LANES {
+                total[l] += tau[l];
+                squares[l] += tau[l] * tau[l];
+            }
+        }
+        let sum = |lanes: [f64; LANES], rest: f64| lanes.iter().sum::<f64>() + rest;
+        Self {
+            start: range.start,
+            end: range.end,
+            total: sum(total, rest.iter().sum()),
+            length: sum(squares, rest.iter().map(|tau| tau * tau).sum()).sqrt(),
+            reach,
+        }
+    }
+
     pub(super) fn len(&self) -> usize {
         self.end - self.start
     }
@@ -96,9 +122,15 @@ impl Couplings {
     }
 }
 
-/// What the rows of the pencil contribute to every cluster's bound.
+/// What the rows of the pencil contribute to every cluster's bound. Everything stands by position, padded to whole
+/// lanes as columns of matrices are.
 struct Rows<'a> {
     couplings: &'a Couplings,
+    h: Cow<'a, Plain>,
+    g: Cow<'a, Plain>,
+    size: Vec<f64>,
+    defect: Vec<f64>,
+    least: Vec<f64>,
     /// Scaling in which off-diagonal sums are taken: about |μ|^(-1/2), so that graded problems
     /// are judged grade by grade.
     weight: Vec<f64>,
@@ -116,13 +148,14 @@ fn slack(terms: usize) -> f64 {
 /// Encloses all eigenvalues. `None` if G is not shown to be within 1/2 of the unit matrix: then
 /// neither is M shown to be positive definite.
 pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
-    let rows = Rows::new(couplings)?;
     let m = couplings.order.len();
+    let in_order = couplings.order.iter().enumerate().all(|(at, to)| at == *to);
+    let rows = Rows::new(couplings, in_order)?;
     let mut radii = vec![0.0; m];
     // Accepted clusters below, ranges still to be shown above; a range that fails is joined with
     // the neighbour that it could not be told from.
     let mut clusters: Vec<Cluster> = Vec::with_capacity(m);
-    let mut gaps = vec![0.0; m];
+    let mut gaps = vec![f64::INFINITY; rows.h.stride];
     let mut start = 0;
     let mut end = 1;
     while start < m {
@@ -142,7 +175,7 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
                         above += couplings.steps[position - 1] * factor;
                     }
                 }
-                clusters.push(Cluster { start, end, reach });
+                clusters.push(Cluster::new(start..end, reach));
                 start = end;
                 end = start + 1;
             }
@@ -158,80 +191,80 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
             }
         }
     }
+    if !in_order {
+        for cluster in &mut clusters {
+            let mut by_column = vec![0.0; m];
+            for (&column, tau) in couplings.order.iter().zip(&cluster.reach) {
+                by_column[column] = *tau;
+            }
+            cluster.reach = by_column;
+        }
+    }
     Some(Enclosures { radii, clusters })
 }
 
 impl<'a> Rows<'a> {
-    fn new(couplings: &'a Couplings) -> Option<Self> {
-        let m = couplings.order.len();
+    fn new(couplings: &'a Couplings, in_order: bool) -> Option<Self> {
+        let order = &couplings.order;
+        let m = order.len();
         let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
         if !finite(&couplings.size) || !finite(&couplings.defect) || !finite(&couplings.steps) {
             return None;
         }
-        let largest = couplings.size.iter().fold(0.0_f64, |x, &mu| x.max(mu));
-        let floor = largest * 1e-30 + 1e-290;
-        let weight: Vec<f64> = couplings
-            .size
-            .iter()
-            .map(|mu| 1.0 / (mu + floor).sqrt())
-            .collect();
-        // |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
-        let sizes: Vec<f64> = couplings
-            .size
-            .iter()
-            .zip(&weight)
-            .map(|(s, w)| s * w)
-            .collect();
-        let (mut s_sum, mut g_sum, mut plain) = (vec![0.0; m], vec![0.0; m], vec![0.0; m]);
-        for j in 0..m {
-            let (h, g) = (couplings.h.column(j), couplings.g.column(j));
-            let (w, v) = (weight[j], sizes[j]);
-            for i in 0..m {
-                s_sum[i] += h[i] * w + g[i] * v;
-                g_sum[i] += g[i] * w;
-                plain[i] += g[i];
+        let sorted = |a: &'a Plain| {
+            if in_order {
+                return Cow::Borrowed(a);
             }
-        }
+            let mut by_position = Plain::zeros(m, m);
+            for (position, &column) in order.iter().enumerate() {
+                let from = a.column(column);
+                let to = by_position.column_mut(position).iter_mut();
+                to.zip(order).for_each(|(to, &row)| *to = from[row]);
+            }
+            Cow::Owned(by_position)
+        };
+        let (h, g) = (sorted(&couplings.h), sorted(&couplings.g));
+        let padded = |values: &[f64], rest: f64| {
+            let values = order.iter().map(|&column| values[column]);
+            let rest = std::iter::repeat(rest);
+            values.chain(rest).take(h.stride).collect::<Vec<f64>>()
+        };
+        let size = padded(&couplings.size, 0.0);
+        let defect = padded(&couplings.defect, 0.0);
+        let least = padded(&couplings.least, 1.0);
+        let most = padded(&couplings.most, 1.0);
+        let largest = size.iter().fold(0.0_f64, |x, &mu| x.max(mu));
+        let floor = largest * 1e-30 + 1e-290;
+        let weight: Vec<f64> = size.iter().map(|mu| 1.0 / (mu + floor).sqrt()).collect();
+        let mut sums = Sums {
+            s: vec![0.0; h.stride],
+            g: vec![0.0; h.stride],
+            plain: vec![0.0; h.stride],
+        };
+        run_sums(&h, &g, &size, &weight, &mut sums);
         let factor = 1.0 + slack(2 * m);
         for i in 0..m {
-            s_sum[i] *= factor;
-            g_sum[i] *= factor;
-            let close = couplings.least[i] - plain[i] * factor >= 0.5 && couplings.most[i] <= 1.5;
-            if !close || !s_sum[i].is_finite() {
+            sums.s[i] *= factor;
+            sums.g[i] *= factor;
+            let close = least[i] - sums.plain[i] * factor >= 0.5 && most[i] <= 1.5;
+            if !close || !sums.s[i].is_finite() {
                 return None;
             }
         }
         Some(Self {
             couplings,
+            h,
+            g,
+            size,
+            defect,
+            least,
             weight,
-            s_sum,
-            g_sum,
+            s_sum: sums.s,
+            g_sum: sums.g,
         })
     }
 
-    /// About max_c (|s_cc - μ_c g_cc| + Σ_{c'} |h_cc'| + Σ_i h_ci² / gap_i).
-    fn estimate(&self, start: usize, end: usize, gaps: &[f64]) -> f64 {
-        let Couplings {
-            order, defect, h, ..
-        } = self.couplings;
-        let mut most: f64 = 0.0;
-        for &c in &order[start..end] {
-            let column = h.column(c);
-            let mut sum = defect[c];
-            for positions in [0..start, end..order.len()] {
-                for (&i, gap) in order[positions.clone()].iter().zip(&gaps[positions]) {
-                    sum += column[i] * column[i] / gap;
-                }
-            }
-            for &i in &order[start..end] {
-                sum += column[i];
-            }
-            most = most.max(sum);
-        }
-        most
-    }
-
-    /// The radius r and the reach τ of the positions `start..end`, or the position of a
+    /// The radius r and the reach τ, by position, of the positions `start..end`, or the position of a
     /// row that they cannot be separated from. `gaps` is memory to work in.
     fn enclose(
         &self,
@@ -239,102 +272,230 @@ impl<'a> Rows<'a> {
         end: usize,
         gaps: &mut [f64],
     ) -> Result<(f64, Vec<f64>), usize> {
-        let Couplings {
-            order,
-            steps,
-            size,
-            defect,
-            least,
-            h,
-            g,
-            ..
-        } = self.couplings;
-        let m = order.len();
+        let steps = &self.couplings.steps;
+        let m = self.couplings.order.len();
         let factor = 1.0 + slack(m);
         let width = up(steps[start..end - 1].iter().sum::<f64>() * factor);
-        let sigma = order[start..end]
+        let sigma = self.size[start..end]
             .iter()
-            .fold(0.0_f64, |x, &c| x.max(size[c]));
-        // Gaps between rows outside and the cluster, from below: sums of nonnegative numbers.
+            .fold(0.0_f64, |x, &mu| x.max(mu));
+        // Gaps between rows outside and the cluster, from below: sums of nonnegative numbers. None is between
+        // rows of the cluster, and none where columns are padded.
         let lower = 1.0 - slack(m);
         let mut sum = 0.0;
-        for position in (0..start).rev() {
-            sum += steps[position];
-            gaps[position] = sum * lower;
+        for (gap, step) in gaps[..start].iter_mut().zip(&steps[..start]).rev() {
+            sum += step;
+            *gap = sum * lower;
         }
+        gaps[start..end].fill(f64::INFINITY);
         sum = 0.0;
-        for position in end..m {
-            sum += steps[position - 1];
-            gaps[position] = sum * lower;
+        for (gap, step) in gaps[end..m].iter_mut().zip(&steps[end - 1..]) {
+            sum += step;
+            *gap = sum * lower;
         }
-        let outside = || (0..start).chain(end..m);
-        let mut tau = vec![0.0; m];
+        let mut pass = Pass {
+            rows: self,
+            range: start..end,
+            gaps,
+            factor,
+            sigma,
+            width,
+            radius: 0.0,
+            tau: vec![0.0; self.h.stride],
+            separated: true,
+            needed: 0.0,
+        };
         // Twice what the radius comes to if the columns are hardly coupled: mostly enough at once.
-        let mut radius = 2.0 * self.estimate(start, end, gaps);
-        if !radius.is_finite() {
-            radius = 0.0;
-        }
+        run_estimate(&mut pass);
+        pass.radius = if pass.needed.is_finite() {
+            2.0 * pass.needed
+        } else {
+            0.0
+        };
         for _ in 0..10 {
-            let reach = width + radius;
-            // |s_ic - σ g_ic| <= |s_ic - μ_c g_ic| + |σ - μ_c| |g_ic| for columns c of the cluster.
-            tau.fill(0.0);
-            for &c in &order[start..end] {
-                for ((tau, h), g) in tau.iter_mut().zip(h.column(c)).zip(g.column(c)) {
-                    *tau += h + reach * g;
-                }
-            }
-            let (mut most, mut culprit): (f64, Option<(f64, usize)>) = (0.0, None);
-            for position in outside() {
-                let i = order[position];
-                let distance = gaps[position];
-                let diagonal = (distance - radius) * least[i] * (1.0 - 1e-14) - defect[i];
-                let rest = self.s_sum[i] + (sigma + radius) * self.g_sum[i];
-                let margin = diagonal * self.weight[i] * (1.0 - 1e-14) - rest * factor;
-                if margin > 0.0 {
-                    most = most.max(tau[i] * factor / margin);
-                } else if culprit.is_none_or(|(nearest, _)| distance < nearest) {
-                    culprit = Some((distance, position));
-                }
-            }
-            if let Some((_, position)) = culprit {
-                return Err(position);
-            }
-            let most = up(most);
-            for position in outside() {
-                let i = order[position];
-                let diagonal = (gaps[position] - radius) * least[i] * (1.0 - 1e-14) - defect[i];
-                let rest = (self.s_sum[i] + (sigma + radius) * self.g_sum[i]) * most;
-                tau[i] = up((tau[i] + rest) * factor / (diagonal * (1.0 - 1e-14)));
-            }
-            for &c in &order[start..end] {
-                tau[c] = 0.0;
-            }
-            let mut needed: f64 = 0.0;
-            for &c in &order[start..end] {
-                let (h, g) = (h.column(c), g.column(c));
-                let mut sum = defect[c];
-                for ((tau, h), g) in tau.iter().zip(h).zip(g) {
-                    sum += (h + reach * g) * tau;
-                }
-                for &i in &order[start..end] {
-                    sum += h[i] + reach * g[i];
-                }
-                needed = needed.max(sum * factor / least[c]);
+            run_pass(&mut pass);
+            if !pass.separated {
+                return Err(pass.culprit(m));
             }
             // With a smaller radius every condition is easier: the needed one will do.
-            let needed = if needed == 0.0 {
+            let needed = if pass.needed == 0.0 {
                 0.0
             } else {
-                up(needed * (1.0 + 1e-12))
+                up(pass.needed * (1.0 + 1e-12))
             };
-            if needed <= radius {
-                return Ok((needed, tau));
+            if needed <= pass.radius {
+                pass.tau.truncate(m);
+                return Ok((needed, pass.tau));
             }
-            radius = 2.0 * needed;
+            if !needed.is_finite() {
+                break;
+            }
+            pass.radius = 2.0 * needed;
         }
         // The radius runs away: join the nearest.
-        outside()
+        let Pass { gaps, mut tau, .. } = pass;
+        tau.truncate(m);
+        (0..start)
+            .chain(end..m)
             .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
             .map_or(Ok((f64::INFINITY, tau)), Err)
+    }
+}
+
+struct Sums {
+    s: Vec<f64>,
+    g: Vec<f64>,
+    plain: Vec<f64>,
+}
+
+/// The radius of one cluster tried once.
+struct Pass<'a> {
+    rows: &'a Rows<'a>,
+    range: Range<usize>,
+    gaps: &'a [f64],
+    factor: f64,
+    /// The largest |μ| of the cluster, and how far apart its quotients are.
+    sigma: f64,
+    width: f64,
+    /// The radius that is tried.
+    radius: f64,
+    /// What comes out: τ, whether all rows outside are dominant, and the radius that this takes.
+    tau: Vec<f64>,
+    separated: bool,
+    needed: f64,
+}
+
+const LANES: usize = 4;
+
+kernel!(run_sums, sum_loops, (h: &Plain, g: &Plain, size: &[f64], weight: &[f64], sums: &mut Sums));
+kernel!(run_estimate, estimate_loops, (pass: &mut Pass<'_>));
+kernel!(run_pass, pass_loops, (pass: &mut Pass<'_>));
+
+/// |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
+#[inline(always)]
+fn sum_loops<const FUSED: bool>(
+    h: &Plain,
+    g: &Plain,
+    size: &[f64],
+    weight: &[f64],
+    sums: &mut Sums,
+) {
+    for j in 0..h.columns {
+        let (w, v) = (weight[j], size[j] * weight[j]);
+        let columns = h.padded_column(j).iter().zip(g.padded_column(j));
+        let to = sums.s.iter_mut().zip(&mut sums.g).zip(&mut sums.plain);
+        for (((s, weighed), plain), (h, g)) in to.zip(columns) {
+            *s += h * w + g * v;
+            *weighed += g * w;
+            *plain += g;
+        }
+    }
+}
+
+/// About max_c (|s_cc - μ_c g_cc| + Σ_{c'} |h_cc'| + Σ_i h_ci² / gap_i).
+#[inline(always)]
+fn estimate_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
+    let rows = pass.rows;
+    let gaps = pass.gaps.as_chunks::<LANES>().0;
+    let mut most: f64 = 0.0;
+    for c in pass.range.clone() {
+        let column = rows.h.padded_column(c);
+        let mut sums = [0.0; LANES];
+        for (h, gap) in column.as_chunks::<LANES>().0.iter().zip(gaps) {
+            for l in 0..LANES {
+                sums[l] += h[l] * h[l] / gap[l];
+            }
+        }
+        let own: f64 = column[pass.range.clone()].iter().sum();
+        most = most.max(rows.defect[c] + own + sums.iter().sum::<f64>());
+    }
+    pass.needed = most;
+}
+
+#[inline(always)]
+fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
+    let (rows, radius, factor) = (pass.rows, pass.radius, pass.factor);
+    let reach = pass.width + radius;
+    let top = pass.sigma + radius;
+    let chunks = |values: &'_ [f64]| values.len() / LANES;
+    // |s_ic - σ g_ic| <= |s_ic - μ_c g_ic| + |σ - μ_c| |g_ic| for columns c of the cluster.
+    pass.tau.fill(0.0);
+    for c in pass.range.clone() {
+        let columns = rows.h.padded_column(c).iter().zip(rows.g.padded_column(c));
+        for (tau, (h, g)) in pass.tau.iter_mut().zip(columns) {
+            *tau += h + reach * g;
+        }
+    }
+    // Rows of the cluster have an infinite gap, and so an infinite diagonal.
+    let tau = pass.tau.as_chunks_mut::<LANES>().0;
+    let gaps = pass.gaps.as_chunks::<LANES>().0;
+    let least = rows.least.as_chunks::<LANES>().0;
+    let defect = rows.defect.as_chunks::<LANES>().0;
+    let weight = rows.weight.as_chunks::<LANES>().0;
+    let s_sum = rows.s_sum.as_chunks::<LANES>().0;
+    let g_sum = rows.g_sum.as_chunks::<LANES>().0;
+    let (mut most, mut missing) = ([0.0_f64; LANES], [0.0_f64; LANES]);
+    for k in 0..chunks(pass.gaps) {
+        for l in 0..LANES {
+            let diagonal = (gaps[k][l] - radius) * least[k][l] * (1.0 - 1e-14) - defect[k][l];
+            let rest = s_sum[k][l] + top * g_sum[k][l];
+            let margin = diagonal * weight[k][l] * (1.0 - 1e-14) - rest * factor;
+            let ratio = tau[k][l] * factor / margin;
+            // A margin that is no number counts as none.
+            missing[l] += if margin > 0.0 { 0.0 } else { 1.0 };
+            most[l] = if ratio > most[l] { ratio } else { most[l] };
+        }
+    }
+    pass.separated = missing == [0.0; LANES];
+    if !pass.separated {
+        return;
+    }
+    let most = up(most.iter().fold(0.0, |x: f64, y| x.max(*y)));
+    for k in 0..chunks(pass.gaps) {
+        for l in 0..LANES {
+            let diagonal = (gaps[k][l] - radius) * least[k][l] * (1.0 - 1e-14) - defect[k][l];
+            let rest = (s_sum[k][l] + top * g_sum[k][l]) * most;
+            tau[k][l] = up((tau[k][l] + rest) * factor / (diagonal * (1.0 - 1e-14)));
+        }
+    }
+    pass.tau[pass.range.clone()].fill(0.0);
+    let tau = pass.tau.as_chunks::<LANES>().0;
+    let mut needed: f64 = 0.0;
+    for c in pass.range.clone() {
+        let (h, g) = (rows.h.padded_column(c), rows.g.padded_column(c));
+        let mut sums = [0.0; LANES];
+        let columns = h
+            .as_chunks::<LANES>()
+            .0
+            .iter()
+            .zip(g.as_chunks::<LANES>().0);
+        for (tau, (h, g)) in tau.iter().zip(columns) {
+            for l in 0..LANES {
+                sums[l] += (h[l] + reach * g[l]) * tau[l];
+            }
+        }
+        let mut sum = rows.defect[c] + sums.iter().sum::<f64>();
+        for i in pass.range.clone() {
+            sum += h[i] + reach * g[i];
+        }
+        needed = needed.max(sum * factor / rows.least[c]);
+    }
+    pass.needed = needed;
+}
+
+impl Pass<'_> {
+    /// The nearest row that is not dominant.
+    fn culprit(&self, m: usize) -> usize {
+        let (rows, radius) = (self.rows, self.radius);
+        let dominant = |i: usize| {
+            let diagonal = (self.gaps[i] - radius) * rows.least[i] * (1.0 - 1e-14) - rows.defect[i];
+            let rest = rows.s_sum[i] + (self.sigma + radius) * rows.g_sum[i];
+            diagonal * rows.weight[i] * (1.0 - 1e-14) - rest * self.factor > 0.0
+        };
+        let outside = (0..self.range.start).chain(self.range.end..m);
+        outside
+            .filter(|&i| !dominant(i))
+            .min_by(|&p, &q| self.gaps[p].total_cmp(&self.gaps[q]))
+            .unwrap_or(self.range.start)
     }
 }

@@ -16,19 +16,27 @@ use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
 /// Most rounds of refinement; each squares the error, so that more do not help.
 const ROUNDS: usize = 6;
 
-/// From this dimension on most of the work is left to doubles (`quick`): as fast at 60, three times as fast
+/// From this dimension on most of the work is left to doubles (`quick`): 1.4 times as fast at 30, three times as fast
 /// at 228 (benches/modes.rs, `chains`).
-const QUICK: usize = 60;
+const QUICK: usize = 20;
 
-/// Slices of a dense matrix: 84 bits or more, which tell residuals apart from rounding and leave ten
-/// digits of eigenvalues a millionth of the largest, or all of a double-double.
-const SLICES: [usize; 2] = [4, 6];
+/// Slices of a dense matrix of n coordinates: some 70 bits, which tell residuals apart from rounding and leave ten
+/// digits of eigenvalues a millionth of the largest; one slice more where n roundings take too much of that.
+fn slices(n: usize) -> usize {
+    if n < 200 { 1 } else { 2 }
+}
+
+/// Slices that leave all of a double-double.
+const ALL_SLICES: usize = 3;
 
 /// Columns that give so many digits are not what keeps others away.
 const SOME_DIGITS: usize = 10;
 
-/// How accurate shapes have to be.
-const SHAPES: f64 = 1e-12;
+/// How accurate shapes have to be, in length: they have as many digits as frequencies, but doubles hold no more than
+/// these.
+fn shapes(options: &Options) -> f64 {
+    10f64.powi(-(options.digits.min(12) as i32))
+}
 
 /// Certified columns.
 pub(super) struct Solution {
@@ -160,6 +168,7 @@ pub(super) fn climb(
         best: None,
     };
     let (mut x, careful) = first(scaled, &zero.mid)?;
+
     let mut rung = if careful {
         Rung::DoubleDouble
     } else {
@@ -283,7 +292,8 @@ enum Tried {
 /// The rung in doubles: as long as refinement gains something.
 fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
     let quick = Quick::new(scaled, zero);
-    let mut round = quick.round(x.transposed(), SLICES[0]);
+
+    let mut round = quick.round(x.transposed(), slices(scaled.n));
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
         let rung = if number == 0 {
@@ -291,49 +301,56 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
         } else {
             Rung::Refined
         };
+        if !round.is_finite() {
+            return Tried::Improved(round.columns().transposed());
+        }
         // What doubles come to may be known to be too little for the shapes before it is certified.
-        let step = (number == 0 && options.vectors)
-            .then(|| refine::Step::new(&round, round.columns().rows))
-            .filter(|step| step.size() > SHAPES);
-        let step = match step {
-            Some(step) => step,
-            None => {
-                let certificate = certified(&round, options, number);
-                let Some(certificate) = certificate else {
-                    return Tried::Improved(round.columns().transposed());
-                };
-                if satisfied(&certificate, options, number) {
-                    return Tried::Satisfied(Box::new(Solution {
-                        x: round.columns().transposed(),
-                        leak: round.leak().to_vec(),
-                        gram: Gram::Factors(Box::new(round)),
-                        certificate,
-                        precise: Vec::new(),
-                        rung,
-                    }));
-                }
-                let score = score(&certificate, options);
-                if number == ROUNDS || score > before - 4.0 {
-                    return Tried::Improved(round.columns().transposed());
-                }
-                before = score;
-                refine::Step::new(&round, round.columns().rows)
-            }
+        let first = number == 0 && options.vectors;
+        let most = if first {
+            2.0 * shapes(options)
+        } else {
+            f64::INFINITY
         };
+        let certificate = certified(&round, options, number, most);
+
+        if let Some(certificate) = certificate {
+            if satisfied(&certificate, options, number) {
+                return Tried::Satisfied(Box::new(Solution {
+                    x: round.columns().transposed(),
+                    leak: round.leak().to_vec(),
+                    gram: Gram::Factors(Box::new(round)),
+                    certificate,
+                    precise: Vec::new(),
+                    rung,
+                }));
+            }
+            let score = score(&certificate, options);
+            if number == ROUNDS || score > before - 4.0 {
+                return Tried::Improved(round.columns().transposed());
+            }
+            before = score;
+        } else if !first {
+            return Tried::Improved(round.columns().transposed());
+        }
+
+        let step = refine::Step::new(&round, round.columns().rows);
+
         let (xt, change) = refine::refine_rows(&quick, &round, &step);
+
         let few = number == 0 && options.digits <= 12;
         round = match change {
             Some(change) if few => quick.round_after(round, xt, &change),
-            _ => quick.round(xt, SLICES[usize::from(!few)]),
+            None if few => quick.round(xt, slices(scaled.n)),
+            _ => quick.round(xt, ALL_SLICES),
         };
     }
     Tried::Improved(round.columns().transposed())
 }
 
 /// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
-fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
+fn certified(round: &Round, options: &Options, number: usize, most: f64) -> Option<Certificate> {
     let from = |bounds: Bounds| {
-        let couplings = round.couplings(bounds)?;
+        let couplings = round.couplings(bounds, most)?;
         Certificate::new(round.quotients(), couplings)
     };
     (number > 0)
@@ -384,10 +401,11 @@ pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usi
     let wanted = options.lowest.unwrap_or(usize::MAX);
     // Columns that are not separated in doubles may well be in double-double, and whether they are
     // in doubles depends on rounding errors: one round decides alike on every machine.
+    let shapes = shapes(options);
     let separated = |cluster: &Cluster| {
         cluster.start >= wanted
             || if cluster.len() == 1 {
-                shape::rough_error(cluster) < SHAPES
+                shape::rough_error(cluster) < shapes
             } else {
                 round > 0
             }

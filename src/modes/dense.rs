@@ -81,19 +81,10 @@ impl Matrix {
 
     pub(super) fn transposed(&self) -> Self {
         let mut result = Self::zeros(self.columns, self.rows);
-        // In squares that fit the cache.
-        const SIDE: usize = 16;
-        for c0 in (0..self.columns).step_by(SIDE) {
-            for r0 in (0..self.rows).step_by(SIDE) {
-                for column in c0..(c0 + SIDE).min(self.columns) {
-                    for row in r0..(r0 + SIDE).min(self.rows) {
-                        let (to, from) = (row * result.stride + column, column * self.stride + row);
-                        result.hi[to] = self.hi[from];
-                        result.lo[to] = self.lo[from];
-                    }
-                }
-            }
-        }
+        let shape = (self.rows, self.columns);
+        let to = result.stride;
+        transpose(&self.hi, shape, self.stride, &mut result.hi, to);
+        transpose(&self.lo, shape, self.stride, &mut result.lo, to);
         result
     }
 
@@ -182,17 +173,20 @@ impl Plain {
         &self.data[column * self.stride..column * self.stride + self.rows]
     }
 
+    /// A column with the zeros that it is padded with.
+    pub(super) fn padded_column(&self, column: usize) -> &[f64] {
+        &self.data[column * self.stride..(column + 1) * self.stride]
+    }
+
     pub(super) fn column_mut(&mut self, column: usize) -> &mut [f64] {
         &mut self.data[column * self.stride..column * self.stride + self.rows]
     }
 
     pub(super) fn transposed(&self) -> Self {
         let mut result = Self::zeros(self.columns, self.rows);
-        for column in 0..self.columns {
-            for row in 0..self.rows {
-                result.data[row * result.stride + column] = self.data[column * self.stride + row];
-            }
-        }
+        let shape = (self.rows, self.columns);
+        let to = result.stride;
+        transpose(&self.data, shape, self.stride, &mut result.data, to);
         result
     }
 
@@ -211,6 +205,41 @@ impl Plain {
             stride,
             hi: self.data.clone(),
             lo,
+        }
+    }
+}
+
+/// The side of squares that fit the cache.
+const SIDE: usize = 16;
+
+/// Copies the numbers of a matrix, stored column by column, into its transpose.
+fn transpose(
+    from: &[f64],
+    (rows, columns): (usize, usize),
+    stride: usize,
+    to: &mut [f64],
+    to_stride: usize,
+) {
+    for c0 in (0..columns).step_by(SIDE) {
+        for r0 in (0..rows).step_by(SIDE) {
+            for column in c0..(c0 + SIDE).min(columns) {
+                for row in r0..(r0 + SIDE).min(rows) {
+                    to[row * to_stride + column] = from[column * stride + row];
+                }
+            }
+        }
+    }
+}
+
+/// Copies the lower triangle of n by n numbers, stored column by column, into the upper one.
+pub(super) fn mirror(data: &mut [f64], n: usize, stride: usize) {
+    for c0 in (0..n).step_by(SIDE) {
+        for r0 in (c0..n).step_by(SIDE) {
+            for column in c0..(c0 + SIDE).min(n) {
+                for row in r0.max(column + 1)..(r0 + SIDE).min(n) {
+                    data[row * stride + column] = data[column * stride + row];
+                }
+            }
         }
     }
 }

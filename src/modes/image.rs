@@ -83,15 +83,23 @@ impl Image {
 impl<'a> Operator<'a> {
     pub(super) fn new(matrix: &'a Enclosed) -> Self {
         let n = matrix.mid.rows;
+        // The weight of what is not exactly zero is not either.
         let nonzero = |column: usize| {
-            let hi = matrix.mid.column_hi(column).iter();
-            hi.zip(matrix.weight.column(column))
-                .enumerate()
-                .filter(|(_, (x, w))| **x != 0.0 || **w != 0.0)
-                .map(|(row, _)| row)
+            let weights = matrix.weight.column(column).iter();
+            let entries = weights.enumerate().filter(|(_, w)| **w != 0.0);
+            entries.map(|(row, _)| row)
         };
-        let count: usize = (0..n).map(|column| nonzero(column).count()).sum();
-        if count as f64 > SPARSE * (n * n) as f64 + 2.0 * n as f64 {
+        let most = (SPARSE * (n * n) as f64) as usize + 2 * n;
+        let mut places = Vec::new();
+        let mut starts = vec![0];
+        for column in 0..n {
+            places.extend(nonzero(column));
+            starts.push(places.len());
+            if places.len() > most {
+                break;
+            }
+        }
+        if places.len() > most {
             // Sums of up to n² squares in doubles, whose roundings the factor covers, and low parts.
             let norm = |a: &dyn Fn(usize) -> &'a [f64]| -> f64 {
                 let squares = |column| a(column).iter().map(|x| x * x).sum::<f64>();
@@ -105,21 +113,19 @@ impl<'a> Operator<'a> {
                 size: norm(&|column| matrix.mid.column_hi(column)),
             };
         }
-        let mut columns = Columns::default();
-        let most = (0..n).map(|column| nonzero(column).count()).max();
+        let most = starts.windows(2).map(|range| range[1] - range[0]).max();
         let unit = product_bound(most.unwrap_or(0));
-        let mut weights = Vec::with_capacity(count);
-        columns.starts.push(0);
-        for column in 0..n {
-            for row in nonzero(column) {
+        let mut columns = Columns::default();
+        let mut weights = Vec::with_capacity(places.len());
+        for (column, range) in starts.windows(2).enumerate() {
+            for &row in &places[range[0]..range[1]] {
                 let entry = matrix.mid.get(row, column);
-                columns.places.push(row);
                 columns.hi.push(entry.hi);
                 columns.lo.push(entry.lo);
                 weights.push(up(matrix.weight.get(row, column) + unit * entry.hi.abs()));
             }
-            columns.starts.push(columns.places.len());
         }
+        (columns.starts, columns.places) = (starts, places);
         Self {
             matrix,
             columns: Some(columns),
@@ -138,7 +144,7 @@ impl<'a> Operator<'a> {
                 error: self.sparse_error(columns, xt),
             },
             None => {
-                let (value, mut error) = sliced_product(xt, &self.matrix.mid, slices);
+                let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
                 // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius
                 // norm times the length of x.
                 for (error, length) in error.iter_mut().zip(lengths) {
@@ -228,13 +234,14 @@ impl<'a> Operator<'a> {
     }
 }
 
-/// Slices of a matrix, the coarsest first: their sum, row by row or column by column a power of two
-/// times numbers of at most `bits` bits, is the matrix but for 2^-(slices bits) of 2^scale. The last ones
-/// are left out where they are zero.
+/// A matrix cut into slices, the coarsest first, each of which is row by row or column by column a power of two
+/// times integers of at most `bits` bits, and what the last one leaves over, in doubles.
 struct Sliced {
     parts: Vec<Plain>,
     /// Exponents e with |entries of this row (column)| <= 2^e.
     scales: Vec<i32>,
+    /// After each slice, what it leaves over, rounded to doubles; `None` where that is nothing.
+    rests: Vec<Option<Plain>>,
 }
 
 /// XᵀA for Xᵀ (m by n) and a symmetric A, and a bound of each row's error in length.
@@ -242,19 +249,27 @@ struct Sliced {
 /// With slices of β bits, A_p B_q sums n products of integers of at most 2^β times a power of two: exact in
 /// doubles if n 2^2β <= 2^53. All slices but the first hold at most 2^(β-1), being what rounding left, so that products
 /// with the same p + q, whose powers of two are the same, may be summed exactly as long as the sum of their
-/// n 2^2β, halved for each p, q > 1, is at most 2^53. The products with p + q <= P + 1 of P slices are taken. Left out are
-/// those with larger p + q, at most P - 1 with p + q = P + 2 and fewer with each more, and what the last
-/// slices leave over: per entry at most n (P + 2) 2^(-Pβ) 2^(e + f) for scales 2^e of the row and
-/// 2^f of the column, as |A_p| <= 2^(e - (p-1)β). The sum in double-double of the products costs less
-/// than 2 u² of n 2^(e + f) (1 + 2^(1-β)) each.
-fn sliced_product(xt: &Matrix, a: &Matrix, slices: usize) -> (Matrix, Vec<f64>) {
+/// n 2^2β, halved for each p, q > 1, is at most 2^53. The products with p + q <= P + 1 of P slices are taken so. What is
+/// left, with R_q for what the first q slices of A leave over and S for what those of X do,
+///
+/// ```text
+///   XᵀA - Σ_{p+q<=P+1} X_pᵀA_q = Σ_p X_pᵀR_(P+1-p) + SᵀA
+/// ```
+///
+/// is so small that its P + 1 products are taken in doubles, all in one sum: by rows they are off by γ of (P + 1) n terms
+/// times Σ_p ‖x_p‖ ‖R_(P+1-p)‖ + ‖s‖ ‖A‖ (Cauchy, Schwarz; Frobenius norms), and by 2 u of that as R, S and A are
+/// rounded to doubles. Entries of R_q are at most 2^(f - qβ - 1), f being the scale of their column, and those of x_p (s) at
+/// most 2^(e - (p-1)β - 1) (2^(e - Pβ - 1)). The sums in double-double cost 2 u² of their terms each, and no term is larger than
+/// n 2^(e + f) (1 + 2^(1-β)).
+fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (Matrix, Vec<f64>) {
     let (m, n) = (xt.rows, a.columns);
     let bits = (53 - (n as f64).log2().ceil() as i32) / 2;
-    let left = slice(xt, slices, bits, true);
-    let right = slice(a, slices, bits, false);
+    let left = slice(xt, slices, bits, Cut::Rows);
+    let right = slice(a, slices, bits, Cut::Columns);
     let mut value = Matrix::zeros(m, n);
     let mut part = Plain::zeros(m, n);
     let largest = n as f64 * power_of_two(2 * bits);
+    let mut first = true;
     for order in 2..=slices + 1 {
         let mut held = 0.0;
         // From both ends, so that large ones come first.
@@ -271,31 +286,74 @@ fn sliced_product(xt: &Matrix, a: &Matrix, slices: usize) -> (Matrix, Vec<f64>) 
                 continue;
             }
             if held > 0.0 {
-                add_to(&mut value, &part);
+                put_onto(&mut value, &mut part, &mut first);
             }
             multiply_onto(&mut part, Accum::Replace, a.view(), b.view());
             held = size;
         }
         if held > 0.0 {
-            add_to(&mut value, &part);
+            put_onto(&mut value, &mut part, &mut first);
         }
     }
-    let count = (slices * (slices + 1) / 2) as f64;
-    let unit = n as f64
-        * ((slices as f64 + 2.0) * power_of_two(-(slices as i32) * bits) + 3.0 * count * U2);
-    // The length of the columns' scales.
+    let rest = left.rests.last().and_then(Option::as_ref);
+    let last = rest.map(|rest| (rest.view(), a.hi()));
+    let pairs = left.parts.iter().zip(right.rests.iter().rev());
+    let pairs = pairs.filter_map(|(x, rest)| Some((x.view(), rest.as_ref()?.view())));
+    let mut accumulate = Accum::Replace;
+    for (x, a) in pairs.chain(last) {
+        multiply_onto(&mut part, accumulate, x, a);
+        accumulate = Accum::Add;
+    }
+    if matches!(accumulate, Accum::Add) {
+        put_onto(&mut value, &mut part, &mut first);
+    }
+    // The lengths of a row of ones and of the scales of the columns.
     let squares: f64 = right
         .scales
         .iter()
         .map(|&f| power_of_two(f) * power_of_two(f))
         .sum();
     let across = squares.sqrt() * (1.0 + 1e-6);
+    let ones = (n as f64).sqrt() * (1.0 + 1e-6);
+    // Of what q slices leave over, beside 2^scale.
+    let left_over = |q: usize| power_of_two(-(q as i32) * bits - 1);
+    let exact = (slices * (slices + 1) / 2 + 1) as f64;
+    let sums = 3.0 * exact * U2 * n as f64;
+    let unit = gamma((slices + 1) * n) + 2.0 * f64::EPSILON;
     let error = left
         .scales
         .iter()
-        .map(|&e| up(unit * power_of_two(e) * across))
+        .zip(lengths)
+        .map(|(&e, length)| {
+            let entry = power_of_two(e);
+            let mut rest = 0.0;
+            for p in 1..=slices {
+                if right.rests[slices - p].is_some() {
+                    // The first slice of x is no longer than x and what it leaves over.
+                    let own = match p {
+                        1 => length + ones * entry * left_over(1),
+                        _ => ones * entry * left_over(p - 1),
+                    };
+                    rest += own * (ones * across * left_over(slices + 1 - p));
+                }
+            }
+            if left.rests[slices - 1].is_some() {
+                rest += ones * entry * left_over(slices) * (ones * across);
+            }
+            up((unit * rest + sums * entry * across) * (1.0 + 1e-6) + 1e-290)
+        })
         .collect();
     (value, error)
+}
+
+/// Adds a sum of products to the total; the first of them is the total.
+fn put_onto(total: &mut Matrix, part: &mut Plain, first: &mut bool) {
+    if *first {
+        std::mem::swap(&mut total.hi, &mut part.data);
+        *first = false;
+    } else {
+        add_to(total, part);
+    }
 }
 
 /// Takes from double-doubles what is a multiple of the anchors' unit.
@@ -310,14 +368,26 @@ fn cut(to: &mut [f64], (hi, lo): (&mut [f64], &mut [f64]), anchors: &[f64]) {
     }
 }
 
-/// Cuts a matrix into slices, scaled by rows or by columns.
-fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
+/// Whether rows or columns have a scale of their own.
+#[derive(Clone, Copy, PartialEq)]
+enum Cut {
+    Rows,
+    Columns,
+}
+
+/// Cuts a matrix into slices.
+fn slice(a: &Matrix, slices: usize, bits: i32, by: Cut) -> Sliced {
     let (rows, columns) = (a.rows, a.columns);
-    let mut largest = vec![0.0_f64; if by_rows { rows } else { columns }];
+    let mut largest = vec![0.0_f64; if by == Cut::Rows { rows } else { columns }];
     for column in 0..columns {
-        for (row, x) in a.column_hi(column).iter().enumerate() {
-            let at = if by_rows { row } else { column };
-            largest[at] = largest[at].max(x.abs());
+        let entries = a.column_hi(column).iter();
+        match by {
+            Cut::Rows => {
+                for (largest, x) in largest.iter_mut().zip(entries) {
+                    *largest = largest.max(x.abs());
+                }
+            }
+            Cut::Columns => largest[column] = entries.fold(0.0, |most, x| most.max(x.abs())),
         }
     }
     // One more for the low part. Entries below 2^-400 are treated as if there were nothing left.
@@ -326,6 +396,7 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
         .map(|&x| (exponent_of(x) + 1).clamp(-400, 900))
         .collect();
     let mut parts: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
+    let mut rests: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
     // 1.5 · 2^52 times the unit of a slice, for each row or column.
     let anchors: Vec<Vec<f64>> = (1..=slices as i32)
         .map(|number| {
@@ -338,21 +409,26 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by_rows: bool) -> Sliced {
     for column in 0..columns {
         hi.copy_from_slice(a.column_hi(column));
         lo.copy_from_slice(a.column_lo(column));
-        for (part, anchors) in parts.iter_mut().zip(&anchors) {
-            let anchors = if by_rows {
-                anchors.as_slice()
-            } else {
-                same.fill(anchors[column]);
-                same.as_slice()
+        for ((part, rest), anchors) in parts.iter_mut().zip(&mut rests).zip(&anchors) {
+            let anchors = match by {
+                Cut::Rows => anchors.as_slice(),
+                Cut::Columns => {
+                    same.fill(anchors[column]);
+                    same.as_slice()
+                }
             };
             cut(part.column_mut(column), (&mut hi, &mut lo), anchors);
+            rest.column_mut(column).copy_from_slice(&hi);
         }
     }
-    while parts
-        .pop_if(|part| part.data.iter().all(|x| *x == 0.0))
-        .is_some()
-    {}
-    Sliced { parts, scales }
+    let zero = |part: &Plain| part.data.iter().all(|x| *x == 0.0);
+    while parts.pop_if(|part| zero(part)).is_some() {}
+    let some = |rest: Plain| (!zero(&rest)).then_some(rest);
+    Sliced {
+        parts,
+        scales,
+        rests: rests.into_iter().map(some).collect(),
+    }
 }
 
 /// Upper bounds of the lengths of the rows.
@@ -412,9 +488,14 @@ mod tests {
 
     #[test]
     fn sliced_products_keep_their_bound_and_are_not_far_from_it() {
-        for (m, n, slices, grading) in [(3, 30, 4, 0.0), (5, 40, 6, 0.0), (4, 33, 6, 20.0)] {
+        for (m, n, slices, grading) in [
+            (5, 37, 1, 0.0),
+            (3, 30, 2, 0.0),
+            (5, 40, 3, 0.0),
+            (4, 33, 3, 20.0),
+        ] {
             let (xt, a) = (sample(m, n, grading, 3), sample(n, n, grading, 5));
-            let (value, error) = sliced_product(&xt, &a, slices);
+            let (value, error) = sliced_product(&xt, &a, &lengths_of_rows(&xt), slices);
             for (row, bound) in error.iter().enumerate() {
                 let mut squares = RBig::ZERO;
                 for column in 0..n {
@@ -486,7 +567,7 @@ mod tests {
         let operator = Operator::new(&matrix);
         for shift in [1e-14, 1e-9] {
             let xt = sample(m, n, 0.0, 29);
-            let before = operator.image(&xt, &lengths_of_rows(&xt), 6);
+            let before = operator.image(&xt, &lengths_of_rows(&xt), 3);
             let mut change = Plain::zeros(m, n);
             let steps = sample(m, n, 2.0, 31);
             for (to, x) in change.data.iter_mut().zip(&steps.hi) {

@@ -1,7 +1,7 @@
 //! The problem in scaled coordinates, and the pencil (XᵀKX, XᵀMX) with proved error bounds.
 
 use super::certify::Couplings;
-use super::dense::{Matrix, Plain};
+use super::dense::{Matrix, Plain, mirror};
 use super::factored::Factored;
 use super::product::{Part, TERM, bound_product, measured_product, product, product_bound};
 use super::{ModesError, Problem, Which};
@@ -93,18 +93,28 @@ impl Enclosed {
         let mut weight = Plain::zeros(n, n);
         let mut diagonal = true;
         for column in 0..n {
+            let (hi, lo) = mid.column_mut(column);
+            let weights = weight.column_mut(column);
+            let shift_here = shift[column] - power;
             for row in column..n {
                 let entry = entries[column * n + row];
                 if entry.is_zero() {
                     continue;
                 }
-                let entry = entry.scale(shift[row] + shift[column] - power);
-                mid.set(row, column, entry.mid);
-                mid.set(column, row, entry.mid);
-                let bound = up(entry.radius + TERM * entry.mid.hi.abs());
-                weight.set(row, column, bound);
-                weight.set(column, row, bound);
+                let shift = shift[row] + shift_here;
+                let entry = if shift == 0 {
+                    entry
+                } else {
+                    entry.scale(shift)
+                };
+                (hi[row], lo[row]) = (entry.mid.hi, entry.mid.lo);
+                weights[row] = up(entry.radius + TERM * entry.mid.hi.abs());
                 diagonal &= row == column;
+            }
+        }
+        if !diagonal {
+            for part in [&mut mid.hi, &mut mid.lo, &mut weight.data] {
+                mirror(part, n, mid.stride);
             }
         }
         Self {

@@ -36,6 +36,8 @@ macro_rules! kernel {
     };
 }
 
+pub(super) use kernel;
+
 kernel!(run_product, product_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, part: Part));
 kernel!(run_measured, measured_loops, (a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part));
 kernel!(run_sparse, sparse_loops, (a: &Matrix, b: &Columns, c: &mut Matrix));
@@ -211,7 +213,12 @@ fn tile<const FUSED: bool, const MEASURED: bool, const N: usize>(
 
 /// s + t <- s + t + a b, s rounded and t collecting what that leaves over, which is returned.
 #[inline(always)]
-fn add_product<const FUSED: bool>(a: (f64, f64), b: (f64, f64), s: &mut f64, t: &mut f64) -> f64 {
+pub(super) fn add_product<const FUSED: bool>(
+    a: (f64, f64),
+    b: (f64, f64),
+    s: &mut f64,
+    t: &mut f64,
+) -> f64 {
     let p = a.0 * b.0;
     let e = if FUSED {
         a.0.mul_add(b.1, a.1.mul_add(b.0, a.0.mul_add(b.0, -p)))

@@ -12,13 +12,14 @@
 //! doubles, and leaves residuals so small that their lengths bound the couplings: then these need no products
 //! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
 
+use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
 
 use super::certify::Couplings;
 use super::dense::{Matrix, Plain, gamma, multiply};
 use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
-use super::product::{Part, product, residuals};
+use super::product::{Part, kernel, product, residuals};
 use crate::precision::{Ball, DoubleDouble, U2, up};
 
 /// The problem, prepared for several rounds.
@@ -68,7 +69,7 @@ pub(super) enum Bounds {
 }
 
 /// A pair is close where its overlap is not bounded by this from its couplings.
-const CLOSE: f64 = 1e-12;
+const CLOSE: f64 = 1e-9;
 
 impl<'a> Quick<'a> {
     pub(super) fn new(scaled: &'a Scaled, zero: &'a ZeroSpace) -> Self {
@@ -258,20 +259,19 @@ impl Round {
         }
     }
 
+    /// Whether all numbers are in range.
+    pub(super) fn is_finite(&self) -> bool {
+        self.quotient.iter().all(|mu| mu.is_finite())
+    }
+
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
-    /// by at most leak_i leak_j, and S not at all. `None` where a number is out of range, or where lengths do not
-    /// bound enough.
-    pub(super) fn couplings(&self, from: Bounds) -> Option<Couplings> {
+    /// by at most leak_i leak_j, and S not at all. `None` where columns are coupled by more than `most` beside the
+    /// distance of their quotients, or where lengths do not bound enough.
+    pub(super) fn couplings(&self, from: Bounds, most: f64) -> Option<Couplings> {
         let m = self.quotient.len();
-        if !self.quotient.iter().all(|mu| mu.is_finite()) {
-            return None;
-        }
         let (order, steps) = ordered(&self.quotient);
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
-        let (mut h, mut g) = match from {
-            Bounds::Products => self.by_products(),
-            Bounds::Lengths => self.by_lengths()?,
-        };
+        let (mut h, mut g) = self.bounds(from, most)?;
         for (j, &mu) in size.iter().enumerate() {
             let leak = self.leak[j];
             if leak > 0.0 {
@@ -303,62 +303,93 @@ impl Round {
         })
     }
 
-    /// Bounds of |s_ij - μ_j g_ij| and |g_ij| from products.
-    fn by_products(&self) -> (Plain, Plain) {
+    /// Bounds of |h_ij| = |s_ij - μ_j g_ij| from products or from lengths, |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and those of the
+    /// overlaps from them, |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j|. For close pairs both from their own products.
+    fn bounds(&self, from: Bounds, most: f64) -> Option<(Plain, Plain)> {
         let m = self.quotient.len();
-        let (from_h, from_g) = (self.h(), self.g());
-        let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
+        let mut h = match from {
+            Bounds::Products => self.h().clone(),
+            Bounds::Lengths => Plain::zeros(m, m),
+        };
         for j in 0..m {
-            let (h_error, g_error) = (self.h_error[j], self.g_error[j]);
-            let columns = from_h.column(j).iter().zip(from_g.column(j));
-            let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
-            for (((to_h, to_g), (x, y)), length) in to.zip(columns).zip(&self.lengths) {
-                *to_h = up(x.abs() + length * h_error);
-                *to_g = up(y.abs() + length * g_error);
+            let error = self.h_error[j];
+            let beyond = match from {
+                Bounds::Products => error,
+                Bounds::Lengths => up(self.residual_lengths[j] + error),
+            };
+            for (h, length) in h.column_mut(j).iter_mut().zip(&self.lengths) {
+                *h = up(h.abs() + length * beyond);
             }
         }
-        (h, g)
-    }
-
-    /// The same from lengths: |x_iᵀr_j| <= ‖x_i‖ ‖r_j‖, and |g_ij| <= (|h_ij| + |h_ji|) / |μ_i - μ_j| for
-    /// h_ij = s_ij - μ_j g_ij. For close pairs from their own products.
-    fn by_lengths(&self) -> Option<(Plain, Plain)> {
-        let m = self.quotient.len();
-        let (mut h, mut g) = (Plain::zeros(m, m), Plain::zeros(m, m));
-        let beyond: Vec<f64> = (0..m)
-            .map(|j| up(self.residual_lengths[j] + self.h_error[j]))
-            .collect();
+        let mut g = h.transposed();
+        let hi: Vec<f64> = self.quotient.iter().map(|mu| mu.hi).collect();
+        let lo: Vec<f64> = self.quotient.iter().map(|mu| mu.lo).collect();
+        let mut largest = 0.0;
+        run_overlaps((&hi, &lo), &h, &mut g, &mut largest);
+        if largest > most {
+            return None;
+        }
         let mut close = Vec::new();
-        for j in 0..m {
-            let (mu, length, residual) = (self.quotient[j], self.lengths[j], beyond[j]);
-            let to = h.column_mut(j).iter_mut().zip(g.column_mut(j));
-            let others = self.quotient.iter().zip(&self.lengths).zip(&beyond);
-            for ((to_h, to_g), ((other, other_length), other_residual)) in to.zip(others) {
-                // Three roundings, of at most u of what is there, and of u² of the quotients.
-                let apart = ((other.hi - mu.hi) + (other.lo - mu.lo)).abs();
-                let rounded = 4.0 * U2 * (other.hi.abs() + mu.hi.abs());
-                let gap = apart * (1.0 - 4.0 * f64::EPSILON) - rounded;
-                let own = other_length * residual;
-                *to_h = up(own);
-                *to_g = up((own + length * other_residual) / gap);
-            }
-        }
         for j in 0..m {
             let column = g.column(j).iter().enumerate();
             let found = column.filter(|(i, g)| *i != j && !(0.0..=CLOSE).contains(*g));
             close.extend(found.map(|(i, _)| (i, j)));
-            if close.len() > 2 * m {
+            if from == Bounds::Lengths && close.len() > 2 * m {
                 return None;
             }
         }
         for (i, j) in close {
             let length = self.lengths[i];
-            let coupling = self.h_entry(i, j).abs() + length * self.h_error[j];
-            h.set(i, j, up(coupling));
+            if from == Bounds::Lengths {
+                let coupling = self.h_entry(i, j).abs() + length * self.h_error[j];
+                h.set(i, j, up(coupling));
+            }
             let overlap = self.g_entry(i, j).abs() + length * self.g_error[j];
             g.set(i, j, up(overlap));
         }
         Some((h, g))
+    }
+}
+
+kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: &mut Plain, largest: &mut f64));
+
+/// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij, and the largest of them off the diagonal.
+#[inline(always)]
+fn overlap_loops<const FUSED: bool>(
+    (hi, lo): (&[f64], &[f64]),
+    h: &Plain,
+    g: &mut Plain,
+    largest: &mut f64,
+) {
+    let m = hi.len();
+    for j in 0..m {
+        let (mu_hi, mu_lo) = (hi[j], lo[j]);
+        let columns = g.column_mut(j).iter_mut().zip(h.column(j));
+        for ((g, h), (hi, lo)) in columns.zip(hi.iter().zip(lo)) {
+            // Three roundings, of at most u of what is there, and of u² of the quotients.
+            let apart = ((hi - mu_hi) + (lo - mu_lo)).abs();
+            let rounded = 4.0 * U2 * (hi.abs() + mu_hi.abs());
+            let gap = apart * (1.0 - 4.0 * f64::EPSILON) - rounded;
+            *g = up((*g + h) / gap);
+        }
+        g.set(j, j, 0.0);
+        let (lanes, rest) = g.column(j).as_chunks::<4>();
+        let mut most = [*largest; 4];
+        for lane in lanes {
+            for l in 0..4 {
+                // What is negative, or no number, is close without a bound.
+                let size = if lane[l] >= 0.0 {
+                    lane[l]
+                } else {
+                    f64::INFINITY
+                };
+                most[l] = if size > most[l] { size } else { most[l] };
+            }
+        }
+        for x in rest {
+            most[0] = most[0].max(if *x >= 0.0 { *x } else { f64::INFINITY });
+        }
+        *largest = most.iter().fold(0.0, |most: f64, x| most.max(*x));
     }
 }
 
@@ -374,6 +405,10 @@ impl super::refine::Mixed for Round {
 
     fn coupling(&self, i: usize, j: usize) -> f64 {
         self.h().get(i, j)
+    }
+
+    fn couplings(&self, _: usize) -> Cow<'_, Plain> {
+        Cow::Borrowed(self.h())
     }
 
     fn overlap(&self, i: usize, j: usize) -> f64 {

@@ -9,6 +9,8 @@
 //!
 //! The result is approximate, as X itself is: the certificate is computed anew.
 
+use std::borrow::Cow;
+
 use super::dense::{Matrix, Plain, add_to, multiply};
 use super::pencil::{Pencil, ZeroSpace, rayleigh};
 use super::product::{Part, product};
@@ -32,6 +34,16 @@ pub(super) trait Mixed {
     fn quotient(&self, i: usize) -> DoubleDouble;
     /// About s_ij - μ_j g_ij.
     fn coupling(&self, i: usize, j: usize) -> f64;
+    /// The same for all m columns.
+    fn couplings(&self, m: usize) -> Cow<'_, Plain> {
+        let mut all = Plain::zeros(m, m);
+        for j in 0..m {
+            for (i, to) in all.column_mut(j).iter_mut().enumerate() {
+                *to = self.coupling(i, j);
+            }
+        }
+        Cow::Owned(all)
+    }
     /// About g_ij.
     fn overlap(&self, i: usize, j: usize) -> f64;
     /// About g_ii - 1.
@@ -126,39 +138,38 @@ pub(super) struct Step {
 }
 
 impl Step {
-    /// The largest correction of a column, in length, beyond its own length; infinite where columns
-    /// are to be rotated.
-    pub(super) fn size(&self) -> f64 {
-        if !self.rotations.is_empty() {
-            return f64::INFINITY;
-        }
-        let square = |column: usize| -> f64 {
-            let entries = self.correction.column(column).iter().enumerate();
-            entries
-                .filter(|(row, _)| *row != column)
-                .map(|(_, w)| w * w)
-                .sum()
-        };
-        let squares = (0..self.correction.columns).map(square);
-        squares.fold(0.0, f64::max).sqrt()
-    }
-
     pub(super) fn new(mixed: &impl Mixed, m: usize) -> Self {
+        let upper = mixed.couplings(m);
+        let lower = upper.transposed();
+        let quotient: Vec<DoubleDouble> = (0..m).map(|i| mixed.quotient(i)).collect();
         let mut leader: Vec<usize> = (0..m).collect();
         let mut w = Plain::zeros(m, m);
         for j in 0..m {
+            let nu = quotient[j];
+            let to = w.column_mut(j).iter_mut().zip(&quotient);
+            let couplings = upper.column(j).iter().zip(lower.column(j));
+            for ((w, mu), (&own, &other)) in to.zip(couplings) {
+                let gap = (nu.hi - mu.hi) + (nu.lo - mu.lo);
+                let size = mu.hi.abs().max(nu.hi.abs());
+                let coupling = own.abs().max(other.abs());
+                let near = gap.abs() < NEAR * size;
+                let small = if near { TINY } else { SMALL };
+                // Where a correction to first order will do.
+                let separated = coupling > 0.0 && coupling <= small * gap.abs();
+                *w = if separated { own / gap } else { f64::NAN };
+            }
+        }
+        for j in 0..m {
             w.set(j, j, -0.5 * mixed.excess(j));
             for i in 0..j {
-                let pair = Pair::new(mixed, i, j);
-                if pair.is_separated() {
-                    w.set(i, j, pair.upper / pair.gap);
-                    w.set(j, i, -pair.lower / pair.gap);
+                if !w.get(i, j).is_nan() {
                     continue;
                 }
                 let half = -0.5 * mixed.overlap(i, j);
                 w.set(i, j, half);
                 w.set(j, i, half);
-                if pair.coupling > pair.noise {
+                let coupling = upper.get(i, j).abs().max(lower.get(i, j).abs());
+                if coupling > mixed.noise(i, j) {
                     join(&mut leader, i, j);
                 }
             }
@@ -185,44 +196,6 @@ impl Step {
             correction: w,
             rotations,
         }
-    }
-}
-
-/// How two columns are still mixed with one another.
-struct Pair {
-    /// s_ij - μ_j g_ij and s_ij - μ_i g_ij.
-    upper: f64,
-    lower: f64,
-    /// μ_j - μ_i
-    gap: f64,
-    /// The larger of |μ_i| and |μ_j|.
-    size: f64,
-    /// The larger of the two residuals.
-    coupling: f64,
-    /// What the residuals are uncertain by.
-    noise: f64,
-}
-
-impl Pair {
-    fn new(mixed: &impl Mixed, i: usize, j: usize) -> Self {
-        let upper = mixed.coupling(i, j);
-        let lower = mixed.coupling(j, i);
-        let (mu, nu) = (mixed.quotient(i), mixed.quotient(j));
-        Self {
-            upper,
-            lower,
-            gap: (nu - mu).hi,
-            size: mu.hi.abs().max(nu.hi.abs()),
-            coupling: upper.abs().max(lower.abs()),
-            noise: mixed.noise(i, j),
-        }
-    }
-
-    /// Whether a correction to first order will do.
-    fn is_separated(&self) -> bool {
-        let gap = self.gap.abs();
-        let small = if gap < NEAR * self.size { TINY } else { SMALL };
-        self.coupling > 0.0 && self.coupling <= small * gap
     }
 }
 

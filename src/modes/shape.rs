@@ -5,9 +5,9 @@ use super::certify::Cluster;
 use super::dense::{Matrix, Plain};
 use super::image::lengths_of_rows;
 use super::pencil::{Scaled, ZeroSpace};
-use super::product::{Part, bound_product, product, product_bound};
+use super::product::{Part, add_product, bound_product, kernel, product, product_bound};
 use super::{Certificate, Solution};
-use crate::precision::{Ball, DoubleDouble, U2, up};
+use crate::precision::{Ball, DoubleDouble, U2, fast_two_sum, power_of_two, up};
 
 /// A component this near the largest one decides the sign of a vector.
 const NEARLY_LARGEST: f64 = 1.0 - 1e-6;
@@ -44,6 +44,8 @@ pub(super) struct Errors {
     length: Vec<f64>,
     /// Along the zero vectors.
     along: Vec<f64>,
+    /// By row 2^shift, which takes scaled coordinates back to the original ones.
+    factors: Vec<f64>,
 }
 
 impl Errors {
@@ -57,6 +59,7 @@ impl Errors {
     /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
     /// combination vanishes on the cluster.
     pub(super) fn new(
+        problem: &Scaled,
         leak: &[f64],
         certificate: &Certificate,
         x: &Matrix,
@@ -73,7 +76,7 @@ impl Errors {
         for cluster in clusters {
             let c = cluster.len() as f64;
             // √g_ii <= 1.23, as g_ii <= 3/2 is certified.
-            let total: f64 = 1.23 * 1.000_001 * cluster.reach.iter().sum::<f64>();
+            let total = 1.23 * 1.000_001 * cluster.total;
             let factor = if cluster.len() == 1 {
                 1.0
             } else if (2.0 * c).sqrt() * total <= 0.25 {
@@ -81,9 +84,8 @@ impl Errors {
             } else {
                 f64::INFINITY
             };
-            // Sums of squares in doubles, as in `row_lengths`.
-            let squares: f64 = cluster.reach.iter().map(|tau| tau * tau).sum();
-            let size = factor * (squares.sqrt() * (1.0 + 1e-6) + 1e-150);
+            // As in `row_lengths`.
+            let size = factor * (cluster.length * (1.0 + 1e-6) + 1e-150);
             reached.push(if size * longest <= NEGLIGIBLE {
                 Reached::Length(size)
             } else {
@@ -96,7 +98,10 @@ impl Errors {
             } else {
                 up(factor * total)
             });
-            let others: f64 = leak.iter().zip(&cluster.reach).map(|(l, t)| l * t).sum();
+            let others: f64 = match zero.mid.columns {
+                0 => 0.0,
+                _ => leak.iter().zip(&cluster.reach).map(|(l, t)| l * t).sum(),
+            };
             let own = certificate.order[cluster.start..cluster.end]
                 .iter()
                 .fold(0.0_f64, |most, &i| most.max(leak[i]));
@@ -126,6 +131,16 @@ impl Errors {
             zero: along_rows,
             length,
             along,
+            factors: problem.shift.iter().map(|&s| power_of_two(s)).collect(),
+        }
+    }
+
+    /// For a single column: its components are bounded by the first times the second, and what is along
+    /// the zero vectors.
+    fn reached(&self, index: usize) -> (&[f64], f64) {
+        match self.reached[index] {
+            Reached::Column(column) => (self.components.column(column), 1.0),
+            Reached::Length(length) => (&self.rows, length),
         }
     }
 
@@ -161,22 +176,31 @@ pub(super) fn cluster_shapes(
         let norm = g.mid.sqrt();
         let inverse = DoubleDouble::ONE / norm;
         // The exact vector has M-length norm (1 ± η), the roundings of root, quotient and product
-        // included: 4, 16 and 6 u².
+        // included: 4, 16 and 8 u².
         let eta = up(errors.length[index] / norm.hi + g.radius / g.mid.hi + 32.0 * U2);
-        // Of 1/√g and of 1/(1 - η), rounded up.
-        let (scale, rest) = (up(1.0 / norm.hi), up(1.0 / (1.0 - eta)));
-        let mut bound: f64 = 0.0;
-        let mut vector = Vec::with_capacity(n);
-        for row in 0..n {
-            let value = x.get(row, k) * inverse;
-            let error = if eta < 0.5 {
-                (errors.component(row, index) * scale + value.hi.abs() * eta) * rest
+        let (reached, unit) = errors.reached(index);
+        let mut single = Single {
+            column: (x.column_hi(k), x.column_lo(k)),
+            inverse,
+            reached,
+            unit,
+            zero: &errors.zero,
+            along: errors.along[index],
+            exact: errors.length[index] == 0.0 && errors.along[index] == 0.0,
+            // Of 1/√g and of 1/(1 - η), rounded up.
+            scale: up(1.0 / norm.hi),
+            eta,
+            rest: if eta < 0.5 {
+                up(1.0 / (1.0 - eta))
             } else {
                 f64::INFINITY
-            };
-            push(&mut vector, &mut bound, value, error, problem.shift[row]);
-        }
-        return vec![finish(vector, bound)];
+            },
+            factors: &errors.factors,
+            vector: vec![0.0; n],
+            bound: 0.0,
+        };
+        run_single(&mut single);
+        return vec![finish(single.vector, single.bound)];
     }
     // An echelon basis does not depend on the basis that the solver happened to find.
     let basis = x.gather(columns);
@@ -206,6 +230,79 @@ pub(super) fn cluster_shapes(
             finish(vector, bound)
         })
         .collect()
+}
+
+/// A column on its way to a shape.
+struct Single<'a> {
+    column: (&'a [f64], &'a [f64]),
+    /// What it is multiplied by.
+    inverse: DoubleDouble,
+    /// The bounds of its components are `unit` times these and `along` times those, unless it is exact.
+    reached: &'a [f64],
+    unit: f64,
+    zero: &'a [f64],
+    along: f64,
+    exact: bool,
+    /// Upper bounds of 1/√g, of what the length is uncertain by, and of 1/(1 - η).
+    scale: f64,
+    eta: f64,
+    rest: f64,
+    /// Powers of two, back to the original coordinates.
+    factors: &'a [f64],
+    vector: Vec<f64>,
+    bound: f64,
+}
+
+kernel!(run_single, single_loops, (single: &mut Single<'_>));
+
+#[inline(always)]
+fn single_loops<const FUSED: bool>(single: &mut Single<'_>) {
+    const LANES: usize = 4;
+    let n = single.vector.len();
+    let mut vector = std::mem::take(&mut single.vector);
+    let mut bounds = [0.0; LANES];
+    let whole = n - n % LANES;
+    for row in (0..whole).step_by(LANES) {
+        for l in 0..LANES {
+            let (value, error) = single.component::<FUSED>(row + l);
+            vector[row + l] = value;
+            bounds[l] = if error > bounds[l] { error } else { bounds[l] };
+        }
+    }
+    for row in whole..n {
+        let (value, error) = single.component::<FUSED>(row);
+        vector[row] = value;
+        bounds[0] = bounds[0].max(error);
+    }
+    single.vector = vector;
+    single.bound = bounds.iter().fold(0.0, |most: f64, x| most.max(*x));
+}
+
+impl Single<'_> {
+    /// A component, rounded to a double, and the bound of what it is off by.
+    #[inline(always)]
+    fn component<const FUSED: bool>(&self, row: usize) -> (f64, f64) {
+        let (mut s, mut t) = (0.0, 0.0);
+        let inverse = (self.inverse.hi, self.inverse.lo);
+        add_product::<FUSED>(
+            (self.column.0[row], self.column.1[row]),
+            inverse,
+            &mut s,
+            &mut t,
+        );
+        let (value, low) = fast_two_sum(s, t);
+        let bound = up(up(self.unit * self.reached[row]) + self.along * self.zero[row]);
+        let bound = if self.exact { 0.0 } else { bound };
+        let error = (bound * self.scale + value.abs() * self.eta) * self.rest;
+        let error = up((error + low.abs()) * self.factors[row]);
+        // What is no number is no bound.
+        let error = if error <= f64::MAX {
+            error
+        } else {
+            f64::INFINITY
+        };
+        (value * self.factors[row], error)
+    }
 }
 
 /// The zero vectors, M-orthonormal, in the original coordinates.
@@ -269,16 +366,23 @@ fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64,
 
 /// The sign: the first component within 1e-6 of the largest is positive.
 fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
-    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    if vector
-        .iter()
-        .find(|x| x.abs() >= NEARLY_LARGEST * largest)
-        .is_some_and(|x| *x < 0.0)
-    {
-        vector.iter_mut().for_each(|x| *x = -*x);
+    let mut largest = [0.0_f64; 4];
+    let (lanes, rest) = vector.as_chunks::<4>();
+    for x in lanes {
+        for (most, x) in largest.iter_mut().zip(x) {
+            *most = if x.abs() > *most { x.abs() } else { *most };
+        }
     }
+    let all = largest.iter().chain(rest);
+    let largest = all.fold(0.0_f64, |most, x| most.max(x.abs()));
+    let first = vector.iter().find(|x| x.abs() >= NEARLY_LARGEST * largest);
+    let sign = if first.is_some_and(|x| *x < 0.0) {
+        -1.0
+    } else {
+        1.0
+    };
     // No negative zeros.
-    vector.iter_mut().for_each(|x| *x += 0.0);
+    vector.iter_mut().for_each(|x| *x = *x * sign + 0.0);
     Shape {
         vector,
         error_bound,
@@ -470,5 +574,5 @@ fn invert(mut a: Matrix) -> Matrix {
 
 /// A quick upper estimate of the vector errors of a cluster, for deciding whether to refine.
 pub(super) fn rough_error(cluster: &Cluster) -> f64 {
-    cluster.reach.iter().sum::<f64>() * (cluster.len() as f64).sqrt()
+    cluster.total * (cluster.len() as f64).sqrt()
 }

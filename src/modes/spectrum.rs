@@ -51,7 +51,7 @@ pub(super) fn spectrum(
     .into_iter();
     let errors = options
         .vectors
-        .then(|| shape::Errors::new(leak, certificate, x, zero));
+        .then(|| shape::Errors::new(scaled, leak, certificate, x, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {

@@ -101,10 +101,11 @@ pub(super) fn in_doubles(
     stiffness: &Matrix,
     zero: &Matrix,
 ) -> Result<Matrix, Failure> {
-    if mass.rows >= DENSE
-        && let Some(factor) = blocked_factor(mass)
-    {
-        return by_blocks(&factor, stiffness, zero);
+    if mass.rows >= DENSE {
+        let factor = diagonal_factor(mass).or_else(|| blocked_factor(mass));
+        if let Some(factor) = factor {
+            return by_blocks(&factor, stiffness, zero);
+        }
     }
     approximate::<f64>(mass, stiffness, zero)
 }
@@ -150,14 +151,32 @@ fn approximate<R: Real>(
     Ok(x)
 }
 
-/// The factor of a matrix that is not diagonal, by faer; `None` where it is, or where doubles will not
+/// The factor of a diagonal matrix; `None` where it is not, or where doubles will not do.
+fn diagonal_factor(mass: &Matrix) -> Option<Factor<f64>> {
+    let n = mass.rows;
+    let below = |c: usize| mass.column_hi(c)[c + 1..].iter().all(|x| *x == 0.0);
+    let positive = |c: usize| {
+        let pivot = mass.get(c, c).hi;
+        pivot > 0.0 && pivot.is_finite()
+    };
+    if !(0..n).all(|c| positive(c) && below(c)) {
+        return None;
+    }
+    let mut entries = vec![0.0; n * n];
+    for c in 0..n {
+        entries[c * n + c] = mass.get(c, c).hi.sqrt();
+    }
+    Some(Factor {
+        n,
+        diagonal_only: true,
+        entries,
+    })
+}
+
+/// The factor of a matrix that is not diagonal, by faer; `None` where doubles will not
 /// do: then the other way finds out why.
 fn blocked_factor(mass: &Matrix) -> Option<Factor<f64>> {
     let n = mass.rows;
-    let diagonal_only = (0..n).all(|c| mass.column_hi(c)[c + 1..].iter().all(|x| *x == 0.0));
-    if diagonal_only {
-        return None;
-    }
     let mut entries: Vec<f64> = Vec::with_capacity(n * n);
     for column in 0..n {
         entries.extend_from_slice(mass.column_hi(column));
@@ -179,7 +198,7 @@ fn blocked_factor(mass: &Matrix) -> Option<Factor<f64>> {
     });
     clear.then_some(Factor {
         n,
-        diagonal_only,
+        diagonal_only: false,
         entries,
     })
 }
@@ -192,11 +211,26 @@ fn by_blocks(factor: &Factor<f64>, stiffness: &Matrix, zero: &Matrix) -> Result<
     for column in 0..n {
         a.extend_from_slice(stiffness.column_hi(column));
     }
-    let mut block = MatMut::from_column_major_slice_mut(&mut a, n, n);
-    solve_lower_triangular_in_place(l, block.as_mut(), Par::Seq);
-    solve_lower_triangular_in_place(l, block.transpose_mut(), Par::Seq);
+    let inverse: Vec<f64> = (0..n).map(|k| 1.0 / factor.entries[k * n + k]).collect();
+    if factor.diagonal_only {
+        for (column, own) in a.chunks_exact_mut(n).zip(&inverse) {
+            for (x, other) in column.iter_mut().zip(&inverse) {
+                *x *= own * other;
+            }
+        }
+    } else {
+        let mut block = MatMut::from_column_major_slice_mut(&mut a, n, n);
+        solve_lower_triangular_in_place(l, block.as_mut(), Par::Seq);
+        solve_lower_triangular_in_place(l, block.transpose_mut(), Par::Seq);
+    }
     let mut u = deflated_eigenvectors(factor, &mut a, zero).ok_or(Failure::NoConvergence)?;
-    if m > 0 {
+    if factor.diagonal_only {
+        for column in u.chunks_exact_mut(n) {
+            for (x, inverse) in column.iter_mut().zip(&inverse) {
+                *x *= inverse;
+            }
+        }
+    } else if m > 0 {
         let block = MatMut::from_column_major_slice_mut(&mut u, n, m);
         solve_upper_triangular_in_place(l.transpose(), block, Par::Seq);
     }
@@ -331,6 +365,9 @@ impl<R: Real> Factor<R> {
 
     /// One component of Lᵀ z.
     fn transposed_row(&self, row: usize, z: impl Fn(usize) -> f64) -> f64 {
+        if self.diagonal_only {
+            return self.entries[row * self.n + row].double() * z(row);
+        }
         let column = &self.entries[row * self.n..(row + 1) * self.n];
         (row..self.n).map(|k| column[k].double() * z(k)).sum()
     }

@@ -312,7 +312,7 @@ impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
-            let couplings = round.couplings(Bounds::Products)?;
+            let couplings = round.couplings(Bounds::Products, f64::INFINITY)?;
             let m = x.columns;
             // Midpoints beside the diagonal are used without bounds, and nearly 0.
             let (mut mid, mut radius) = (Matrix::zeros(m, m), Plain::zeros(m, m));
