@@ -23,7 +23,7 @@ const QUICK: usize = 20;
 /// Slices of a dense matrix of n coordinates: some 70 bits, which tell residuals apart from rounding and leave ten
 /// digits of eigenvalues a millionth of the largest; one slice more where n roundings take too much of that.
 fn slices(n: usize) -> usize {
-    if n < 200 { 1 } else { 2 }
+    if n < 500 { 1 } else { 2 }
 }
 
 /// Slices that leave all of a double-double.

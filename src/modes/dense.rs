@@ -3,6 +3,8 @@
 //! Stored column by column, high and low parts apart, columns padded with zeros to a multiple of
 //! four rows, so that the compiler can turn the inner loops into vector instructions.
 
+use std::ops::Range;
+
 use faer::linalg::matmul::matmul;
 use faer::{Accum, MatMut, MatRef, Par};
 
@@ -285,6 +287,16 @@ impl<'a> View<'a> {
 
     pub(super) fn transposed(self) -> Self {
         Self(self.0.transpose())
+    }
+
+    /// Some of its columns.
+    pub(super) fn columns(self, range: Range<usize>) -> Self {
+        Self(self.0.subcols(range.start, range.len()))
+    }
+
+    /// Some of its rows.
+    pub(super) fn rows(self, range: Range<usize>) -> Self {
+        Self(self.0.subrows(range.start, range.len()))
     }
 }
 

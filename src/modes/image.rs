@@ -240,7 +240,7 @@ struct Sliced {
     parts: Vec<Plain>,
     /// Exponents e with |entries of this row (column)| <= 2^e.
     scales: Vec<i32>,
-    /// After each slice, what it leaves over, rounded to doubles; `None` where that is nothing.
+    /// What the last slices leave over, rounded to doubles, each after one slice more; `None` where that is nothing.
     rests: Vec<Option<Plain>>,
 }
 
@@ -256,16 +256,16 @@ struct Sliced {
 ///   XᵀA - Σ_{p+q<=P+1} X_pᵀA_q = Σ_p X_pᵀR_(P+1-p) + SᵀA
 /// ```
 ///
-/// is so small that its P + 1 products are taken in doubles, all in one sum: by rows they are off by γ of (P + 1) n terms
-/// times Σ_p ‖x_p‖ ‖R_(P+1-p)‖ + ‖s‖ ‖A‖ (Cauchy, Schwarz; Frobenius norms), and by 2 u of that as R, S and A are
+/// is so small that its P + 1 products are taken in doubles, all in one sum of sums of [`BLOCK`] terms, in which no term
+/// is rounded more often than `roundings`: by rows they are off by γ of so many terms times Σ_p ‖x_p‖ ‖R_(P+1-p)‖ + ‖s‖ ‖A‖ (Cauchy, Schwarz; Frobenius norms), and by 2 u of that as R, S and A are
 /// rounded to doubles. Entries of R_q are at most 2^(f - qβ - 1), f being the scale of their column, and those of x_p (s) at
 /// most 2^(e - (p-1)β - 1) (2^(e - Pβ - 1)). The sums in double-double cost 2 u² of their terms each, and no term is larger than
 /// n 2^(e + f) (1 + 2^(1-β)).
 fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (Matrix, Vec<f64>) {
     let (m, n) = (xt.rows, a.columns);
     let bits = (53 - (n as f64).log2().ceil() as i32) / 2;
-    let left = slice(xt, slices, bits, Cut::Rows);
-    let right = slice(a, slices, bits, Cut::Columns);
+    let left = slice(xt, (slices, 1), bits, Cut::Rows);
+    let right = slice(a, (slices, slices), bits, Cut::Columns);
     let mut value = Matrix::zeros(m, n);
     let mut part = Plain::zeros(m, n);
     let largest = n as f64 * power_of_two(2 * bits);
@@ -299,12 +299,17 @@ fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (M
     let last = rest.map(|rest| (rest.view(), a.hi()));
     let pairs = left.parts.iter().zip(right.rests.iter().rev());
     let pairs = pairs.filter_map(|(x, rest)| Some((x.view(), rest.as_ref()?.view())));
+    let pairs: Vec<_> = pairs.chain(last).collect();
     let mut accumulate = Accum::Replace;
-    for (x, a) in pairs.chain(last) {
-        multiply_onto(&mut part, accumulate, x, a);
-        accumulate = Accum::Add;
+    for start in (0..n).step_by(BLOCK) {
+        let block = start..(start + BLOCK).min(n);
+        for (x, a) in &pairs {
+            let (x, a) = (x.columns(block.clone()), a.rows(block.clone()));
+            multiply_onto(&mut part, accumulate, x, a);
+            accumulate = Accum::Add;
+        }
     }
-    if matches!(accumulate, Accum::Add) {
+    if !pairs.is_empty() {
         put_onto(&mut value, &mut part, &mut first);
     }
     // The lengths of a row of ones and of the scales of the columns.
@@ -317,9 +322,11 @@ fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (M
     let ones = (n as f64).sqrt() * (1.0 + 1e-6);
     // Of what q slices leave over, beside 2^scale.
     let left_over = |q: usize| power_of_two(-(q as i32) * bits - 1);
+    let rest_of_x = rest.is_some();
     let exact = (slices * (slices + 1) / 2 + 1) as f64;
     let sums = 3.0 * exact * U2 * n as f64;
-    let unit = gamma((slices + 1) * n) + 2.0 * f64::EPSILON;
+    let roundings = BLOCK + (slices + 1) * n.div_ceil(BLOCK);
+    let unit = gamma(roundings.min((slices + 1) * n)) + 2.0 * f64::EPSILON;
     let error = left
         .scales
         .iter()
@@ -337,7 +344,7 @@ fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (M
                     rest += own * (ones * across * left_over(slices + 1 - p));
                 }
             }
-            if left.rests[slices - 1].is_some() {
+            if rest_of_x {
                 rest += ones * entry * left_over(slices) * (ones * across);
             }
             up((unit * rest + sums * entry * across) * (1.0 + 1e-6) + 1e-290)
@@ -345,6 +352,10 @@ fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (M
         .collect();
     (value, error)
 }
+
+/// Terms of products in doubles that are summed apart: the bound grows with the number of roundings, and with fewer terms the
+/// products take longer.
+const BLOCK: usize = 128;
 
 /// Adds a sum of products to the total; the first of them is the total.
 fn put_onto(total: &mut Matrix, part: &mut Plain, first: &mut bool) {
@@ -375,8 +386,8 @@ enum Cut {
     Columns,
 }
 
-/// Cuts a matrix into slices.
-fn slice(a: &Matrix, slices: usize, bits: i32, by: Cut) -> Sliced {
+/// Cuts a matrix into slices and keeps so many rests.
+fn slice(a: &Matrix, (slices, kept): (usize, usize), bits: i32, by: Cut) -> Sliced {
     let (rows, columns) = (a.rows, a.columns);
     let mut largest = vec![0.0_f64; if by == Cut::Rows { rows } else { columns }];
     for column in 0..columns {
@@ -396,7 +407,7 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by: Cut) -> Sliced {
         .map(|&x| (exponent_of(x) + 1).clamp(-400, 900))
         .collect();
     let mut parts: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
-    let mut rests: Vec<Plain> = (0..slices).map(|_| Plain::zeros(rows, columns)).collect();
+    let mut rests: Vec<Plain> = (0..kept).map(|_| Plain::zeros(rows, columns)).collect();
     // 1.5 · 2^52 times the unit of a slice, for each row or column.
     let anchors: Vec<Vec<f64>> = (1..=slices as i32)
         .map(|number| {
@@ -409,7 +420,7 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by: Cut) -> Sliced {
     for column in 0..columns {
         hi.copy_from_slice(a.column_hi(column));
         lo.copy_from_slice(a.column_lo(column));
-        for ((part, rest), anchors) in parts.iter_mut().zip(&mut rests).zip(&anchors) {
+        for (number, (part, anchors)) in parts.iter_mut().zip(&anchors).enumerate() {
             let anchors = match by {
                 Cut::Rows => anchors.as_slice(),
                 Cut::Columns => {
@@ -418,7 +429,9 @@ fn slice(a: &Matrix, slices: usize, bits: i32, by: Cut) -> Sliced {
                 }
             };
             cut(part.column_mut(column), (&mut hi, &mut lo), anchors);
-            rest.column_mut(column).copy_from_slice(&hi);
+            if let Some(rest) = rests.get_mut((number + kept).wrapping_sub(slices)) {
+                rest.column_mut(column).copy_from_slice(&hi);
+            }
         }
     }
     let zero = |part: &Plain| part.data.iter().all(|x| *x == 0.0);

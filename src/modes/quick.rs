@@ -270,6 +270,14 @@ impl Round {
     pub(super) fn couplings(&self, from: Bounds, most: f64) -> Option<Couplings> {
         let m = self.quotient.len();
         let (order, steps) = ordered(&self.quotient);
+        // Neighbours mostly tell at once that it is too much.
+        if most.is_finite() {
+            let mut neighbours = order.windows(2).zip(&steps);
+            let apart = |i: usize, j: usize, step: f64| self.h().get(i, j).abs() <= most * step;
+            if !neighbours.all(|(pair, step)| apart(pair[0], pair[1], *step)) {
+                return None;
+            }
+        }
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
         let (mut h, mut g) = self.bounds(from, most)?;
         for (j, &mu) in size.iter().enumerate() {
