@@ -31,7 +31,8 @@ fn text(report: &Report) -> String {
         trips(report),
         method(),
     ];
-    parts.join("\n")
+    let text = parts.join("\n");
+    text.replace("\n\n\n", "\n\n")
 }
 
 /// Seconds, as one writes them.
@@ -179,7 +180,7 @@ fn preparation(report: &Report) -> String {
     if let Some((least, most)) = spent(HEYOKA) {
         let _ = writeln!(
             out,
-            "heyoka is given them by hand and compiles them anew for each tolerance, in {} to {}.",
+            "heyoka is given them by hand and compiles them for a tolerance in {} to {}, the less the more of it was there before.",
             time(least),
             time(most)
         );

@@ -3,7 +3,8 @@
 use super::ball::Ball;
 use super::double::DoubleDouble;
 use super::lane::Lane;
-use super::scalar::{Function, Scalar};
+use super::scalar::{self, Function, Scalar};
+use super::sums;
 use crate::number::Number;
 
 impl Scalar for f64 {
@@ -182,7 +183,7 @@ impl Scalar for DoubleDouble {
 
     #[inline]
     fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
-        super::sums::convolution(left, right)
+        sums::convolution(left, right)
     }
 
     #[inline]
@@ -262,7 +263,7 @@ impl Scalar for Lane {
 
     #[inline]
     fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
-        super::sums::convolution_of_lanes(left, right)
+        sums::convolution_of_lanes(left, right)
     }
 
     /// Whether all eight are.
@@ -364,6 +365,15 @@ impl Scalar for Ball {
         } else {
             Ball::NOT_FINITE
         }
+    }
+
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        if left.len() >= sums::SHORT_FOR_BALLS
+            && let Some(sum) = sums::convolution_of_balls(left, right)
+        {
+            return Some(sum);
+        }
+        scalar::one_by_one(left, right)
     }
 
     #[inline]

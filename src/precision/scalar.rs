@@ -73,13 +73,7 @@ pub trait Scalar: Clone {
     /// type; `None` for n = 0.
     #[inline]
     fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
-        let mut products = left.iter().zip(right.iter().rev());
-        let (first, second) = products.next()?;
-        let mut sum = first.mul(second);
-        for (x, y) in products {
-            sum = sum.add(&x.mul(y));
-        }
-        Some(sum)
+        one_by_one(left, right)
     }
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
@@ -88,4 +82,15 @@ pub trait Scalar: Clone {
     fn is_exact_zero(&self) -> bool {
         false
     }
+}
+
+/// [`Scalar::convolution`], one product after the other.
+pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
+    let mut products = left.iter().zip(right.iter().rev());
+    let (first, second) = products.next()?;
+    let mut sum = first.mul(second);
+    for (x, y) in products {
+        sum = sum.add(&x.mul(y));
+    }
+    Some(sum)
 }
