@@ -4,7 +4,7 @@ use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::case::FAMILIES;
-use super::frame::{Area, FONT, Frame, INK, Result, note, power, svg};
+use super::frame::{Area, FAINT, FONT, Frame, INK, Result, note, power, svg};
 use super::judge::median;
 use super::paths::ASKED;
 use super::run::{DEFAULT, Group, Measured, PATHS, PathInfo, Report, Verdict};

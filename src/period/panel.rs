@@ -17,14 +17,15 @@ const MOST_PANELS: usize = 1000;
 /// Widths below this are not tried beside a turning point; elsewhere doubles end earlier.
 const LEAST: f64 = 1e-75;
 
-/// About so many bits a rest gains where a panel is half as wide. How panels are chosen decides about time alone.
-const BITS_A_HALVING: f64 = 40.0;
+/// About so many bits for each term of an expansion a rest gains where a panel is half as wide. How panels are chosen decides
+/// about time alone.
+const BITS_A_HALVING: f64 = 1.4;
 
-/// About so many bits a rest is larger than the last terms where these are too large.
-const BITS_OF_A_REST: f64 = 18.0;
+/// About so many bits for each term a rest is larger than the last terms where these are too large.
+const BITS_OF_A_REST: f64 = 0.65;
 
-/// So many bits smaller than it may be the rest of the next panel shall be.
-const MARGIN: f64 = 5.0;
+/// So many bits for each term smaller than it may be the rest of the next panel shall be.
+const MARGIN: f64 = 0.18;
 
 /// Why a panel is not integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -250,6 +251,7 @@ impl<S: Real> Path<'_, S> {
         let mut known: Option<Known<S>> = None;
         let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
         let mut before = Refusal::Rough;
+        let terms = self.order as f64;
         for _ in 0..MOST_PANELS {
             let to = self.end(from, width);
             let middle = 0.5 * (from + to);
@@ -280,7 +282,7 @@ impl<S: Real> Path<'_, S> {
                         });
                     }
                     // Where panels have grown they go on growing: mostly it is the distance from a singularity that counts.
-                    let room = ((taken.bits - MARGIN) / BITS_A_HALVING).exp2();
+                    let room = ((taken.bits / terms - MARGIN) / BITS_A_HALVING).exp2();
                     let factor = (room * trend).clamp(0.25, 4.0);
                     trend = factor.clamp(0.7, 1.5);
                     width = (to - from) * factor;
@@ -290,8 +292,9 @@ impl<S: Real> Path<'_, S> {
                 }
                 Err(Refused { refusal, bits }) => {
                     let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
-                    let shorter =
-                        bits.map_or(0.5, |bits| (-(bits + MARGIN) / BITS_A_HALVING).exp2());
+                    let shorter = bits.map_or(0.5, |bits| {
+                        (-(bits / terms + MARGIN) / BITS_A_HALVING).exp2()
+                    });
                     let next = (to - from) * shorter.clamp(0.0625, 0.8);
                     if whole || next < LEAST || next < 4.0 * f64::EPSILON * from {
                         let at = self.position(middle);
@@ -379,7 +382,9 @@ impl<S: Real> Path<'_, S> {
         if last > wanted.scale(2) * first.largest() {
             return Err(Refused {
                 refusal: Refusal::Rough,
-                bits: Some(bits_between(last, wanted * first.largest()) + BITS_OF_A_REST),
+                bits: Some(
+                    bits_between(last, wanted * first.largest()) + BITS_OF_A_REST * order as f64,
+                ),
             });
         }
         let weights = self.weights(from, to);

@@ -93,8 +93,8 @@ fn add_product<const FUSED: bool>(
 /// four and cost 7 u² |h h'|; together with all higher powers of u, and with 2^-1074 for each of two products that may
 /// underflow, which is below u² |h h'|/2^8, less than 8.5 u² P. Rounding q costs u |q| each, and the m additions to the
 /// lower part, the first of which is exact and which stays below Q (1 + m u), cost (m - 1) u Q: together less than m u Q
-/// (1 + m u). The higher parts are added without loss. Where R, Q and the lower parts of all factors are 0 nothing was lost
-/// at all. The product of numbers in the balls is off from that of the middles by at most |a| r' + |a'| r + r r', that is R (1 + u)
+/// (1 + m u). The higher parts are added without loss. Where Q is 0, and in each product one factor is exactly 0 or both have
+/// neither lower part nor radius, nothing was lost at all. The product of numbers in the balls is off from that of the middles by at most |a| r' + |a'| r + r r', that is R (1 + u)
 /// in all. Every bound is a sum of at most 4 n + 16 nonnegative roundings, each of them worth a factor 1 + u, and of 3 n that lose at most
 /// 2^-1074 to underflow.
 pub(super) fn convolution_of_balls(left: &[Ball], right: &[Ball]) -> Option<Ball> {
@@ -130,7 +130,7 @@ struct Sums {
     p: [f64; 4],
     q: [f64; 4],
     r: [f64; 4],
-    /// Of the lower parts of the factors.
+    /// Of the lower parts and radii of the factors, but where one of them is exactly 0.
     rest: [f64; 4],
     /// Whether all factors are in range.
     fine: [bool; 4],
@@ -144,8 +144,10 @@ impl Sums {
         self.p[i] += a * b;
         self.q[i] += q.abs();
         self.r[i] += (a * y.radius + b * x.radius) + x.radius * y.radius;
-        self.rest[i] += x.mid.lo.abs() + y.mid.lo.abs();
-        let in_range = |h: f64| (h == 0.0) | ((h >= LEAST) & (h <= MOST));
+        let nothing = (a == 0.0) & (x.radius == 0.0) | (b == 0.0) & (y.radius == 0.0);
+        let rest = (x.mid.lo.abs() + y.mid.lo.abs()) + (x.radius + y.radius);
+        self.rest[i] += if nothing { 0.0 } else { rest };
+        let in_range = |h: f64| (h == 0.0) | (LEAST..=MOST).contains(&h);
         self.fine[i] &= in_range(a) & in_range(b);
     }
 }
@@ -184,7 +186,7 @@ impl Enclosed<'_> {
         let (n, m) = (self.left.len() as f64, (blocks.len() + 1) as f64);
         let part = |i: usize| {
             let mid = DoubleDouble::new(sums.high[i], sums.low[i]);
-            if sums.r[i] == 0.0 && sums.q[i] == 0.0 && sums.rest[i] == 0.0 {
+            if sums.q[i] == 0.0 && sums.rest[i] == 0.0 {
                 return Ball::new(mid, 0.0);
             }
             let u = 0.5 * f64::EPSILON;
@@ -239,6 +241,15 @@ mod tests {
             convolution_of_balls(&[Ball::ZERO; 5], &whole[..5]),
             Some(Ball::ZERO)
         );
+        // What is 0 exactly stays so beside anything, and radii that get lost in a product do not.
+        let doubtful = vec![Ball::new(DoubleDouble::ONE, 1e-20); 6];
+        assert_eq!(
+            convolution_of_balls(&[Ball::ZERO; 6], &doubtful),
+            Some(Ball::ZERO)
+        );
+        let small = vec![Ball::new(DoubleDouble::exact(1e-140), 1e-200); 6];
+        let smaller = vec![Ball::exact(1e-140); 6];
+        assert!(convolution_of_balls(&small, &smaller).unwrap().radius > 0.0);
         for odd in [Ball::exact(1e-200), Ball::exact(1e200), Ball::NOT_FINITE] {
             let mut row = whole.clone();
             row[3] = odd;
