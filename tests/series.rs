@@ -1,5 +1,5 @@
 //! Taylor coefficients of compiled expressions against closed forms and against derivatives of the expressions.
-
+#![cfg(feature = "engine")]
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
