@@ -1,8 +1,9 @@
 //! Stability charts: whether a driven model is stable, over a grid of two parameters.
 //!
-//! The equations are derived once, with both parameters open, and followed over a period in plain doubles at each place
-//! ([`crate::flow::Plain`]): nothing is parsed or differentiated again. Multipliers have no bounds here; where that counts,
-//! [`crate::floquet::floquet`] is asked. Borders between stable and unstable neighbours are found by bisection.
+//! The equations are derived once, with both parameters open, and followed over a period in plain doubles
+//! ([`crate::flow::Plain`]), at eight places at once: nothing is parsed or differentiated again. Multipliers have no bounds
+//! here; where that counts, [`crate::floquet::floquet`] is asked. Borders between stable and unstable neighbours are found
+//! by bisection.
 //!
 //! It starts no thread and writes nothing: rows are independent of each other, a [`Chart`] is `Sync`, and a [`Worker`]
 //! belongs to one thread.
@@ -13,9 +14,10 @@ use crate::error::Error;
 use crate::expr::{Prepared, Tape};
 use crate::floquet::motion::Driven;
 use crate::floquet::{self, FloquetError};
-use crate::flow::{Equations, Plain};
+use crate::flow::{Doubles, Equations, Plain};
 use crate::linearize;
 use crate::model::{self, Model, ModelError, Settings, TableTexts};
+use crate::precision::{LANES, Lane};
 use crate::sweep::Range;
 use crate::syntax::File;
 
@@ -80,7 +82,8 @@ pub struct Chart {
 #[derive(Clone, Debug)]
 pub struct Worker<'a> {
     chart: &'a Chart,
-    plain: Plain,
+    single: Plain,
+    several: Plain<Lane>,
     scratch: Vec<f64>,
 }
 
@@ -223,7 +226,8 @@ impl Chart {
     pub fn worker(&self) -> Worker<'_> {
         Worker {
             chart: self,
-            plain: Plain::new(&self.equations),
+            single: Plain::new(&self.equations),
+            several: Plain::new(&self.equations),
             scratch: Vec::new(),
         }
     }
@@ -232,16 +236,18 @@ impl Chart {
 impl Worker<'_> {
     /// One row of a chart: the second parameter runs, the first one stays.
     pub fn row(&mut self, first: usize) -> Vec<Place> {
-        (0..self.chart.axes[1].range.len())
-            .map(|second| self.place([first as f64, second as f64]))
-            .collect()
+        let places = 0..self.chart.axes[1].range.len();
+        let places: Vec<[f64; 2]> = places.map(|second| [first as f64, second as f64]).collect();
+        self.places(&places)
     }
 
     /// The borders between neighbours of a row, and between it and the next one, each to 1e-13 of the distance of
     /// neighbours, rounding of the multipliers aside; `rows` are that row and, if there is one, the next.
     pub fn borders(&mut self, first: usize, rows: [Option<&[Place]>; 2]) -> Vec<Border> {
+        let Some(own) = rows[0] else {
+            return Vec::new();
+        };
         let mut found = Vec::new();
-        let Some(own) = rows[0] else { return found };
         for second in 0..own.len() {
             let here = own[second].stable;
             let mut meet = |there: Option<&Place>, step: [f64; 2]| {
@@ -249,32 +255,173 @@ impl Worker<'_> {
                 if let (Some(here), Some(there)) = (here, there)
                     && here != there
                 {
-                    found.push(self.border([first as f64, second as f64], step, here));
+                    found.push(Search {
+                        from: [first as f64, second as f64],
+                        step,
+                        here,
+                        low: 0.0,
+                        high: 1.0,
+                    });
                 }
             };
             meet(own.get(second + 1), [0.0, 1.0]);
             meet(rows[1].and_then(|next| next.get(second)), [1.0, 0.0]);
         }
+        for _ in 0..HALVINGS {
+            let middles: Vec<[f64; 2]> = found.iter().map(Search::middle).collect();
+            for (search, place) in found.iter_mut().zip(self.places(&middles)) {
+                let middle = 0.5 * (search.low + search.high);
+                if place.stable == Some(search.here) {
+                    search.low = middle;
+                } else {
+                    search.high = middle;
+                }
+            }
+        }
+        let borders = found
+            .iter()
+            .map(|search| self.chart.border(search.middle()));
+        borders.collect()
+    }
+
+    /// What the model does at places between the first and the last of both ranges.
+    fn places(&mut self, places: &[[f64; 2]]) -> Vec<Place> {
+        let mut found = Vec::with_capacity(places.len());
+        for group in places.chunks(LANES) {
+            let together = match group {
+                [_] => None,
+                _ => self.together(group),
+            };
+            match together {
+                Some(together) => found.extend(together),
+                None => found.extend(group.iter().map(|place| self.alone(*place))),
+            }
+        }
         found
     }
 
-    fn border(&mut self, from: [f64; 2], step: [f64; 2], here: bool) -> Border {
-        let (mut low, mut high) = (0.0, 1.0);
-        let at = |share: f64| [from[0] + share * step[0], from[1] + share * step[1]];
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if self.place(at(middle)).stable == Some(here) {
-                low = middle;
-            } else {
-                high = middle;
-            }
+    /// The parameters at a place, the period there and where a search for the motion begins; `None` where there is no
+    /// period.
+    fn start(&mut self, place: [f64; 2]) -> Option<([f64; 2], f64, Vec<f64>)> {
+        let axes = &self.chart.axes;
+        let values = [axes[0].value(place[0]), axes[1].value(place[1])];
+        let mut start = self.chart.start.evaluate(&values, &mut self.scratch);
+        if start.is_empty() {
+            return None;
         }
-        let place = at(0.5 * (low + high));
+        let period = start.remove(0);
+        (period > 0.0 && period.is_finite()).then_some((values, period, start))
+    }
+
+    fn alone(&mut self, place: [f64; 2]) -> Place {
+        let found = self.start(place).and_then(|(values, period, point)| {
+            self.single.set_parameters(&values);
+            let point = (self.chart.equations.is_moving()).then_some(point);
+            let slopes = monodromy(&mut self.single, period, point)?;
+            self.chart.judged(&slopes, period)
+        });
+        found.unwrap_or(Place {
+            stable: None,
+            growth_rate: f64::NAN,
+        })
+    }
+
+    /// As many places as there are lanes; `None` where one of them has no periodic motion or is not found beside the
+    /// others.
+    fn together(&mut self, places: &[[f64; 2]]) -> Option<Vec<Place>> {
+        let last = places.len().checked_sub(1)?;
+        let starts: Option<Vec<_>> = places.iter().map(|place| self.start(*place)).collect();
+        let starts = starts?;
+        // Lanes without a place do what the last one does.
+        let lanes = |of: &dyn Fn(usize) -> f64| Lane::each(|lane| of(lane.min(last)));
+        let values = [0, 1].map(|axis| lanes(&|at| starts[at].0[axis]));
+        self.several.set_parameters(&values);
+        let period = lanes(&|at| starts[at].1);
+        let point = self.chart.equations.is_moving().then(|| {
+            let coordinates = 0..starts[0].2.len();
+            coordinates
+                .map(|i| lanes(&|at| starts[at].2[i]))
+                .collect::<Vec<Lane>>()
+        });
+        let slopes = monodromy(&mut self.several, period, point)?;
+        let found = (0..places.len()).map(|at| {
+            let own: Vec<f64> = slopes.iter().map(|slope| slope.one(at)).collect();
+            self.chart.judged(&own, starts[at].1)
+        });
+        found.collect()
+    }
+}
+
+/// A border between two neighbours that is being looked for.
+struct Search {
+    from: [f64; 2],
+    step: [f64; 2],
+    /// Whether it is stable at the first one.
+    here: bool,
+    /// Shares of the step.
+    low: f64,
+    high: f64,
+}
+
+impl Search {
+    fn middle(&self) -> [f64; 2] {
+        let share = 0.5 * (self.low + self.high);
+        [0, 1].map(|axis| self.from[axis] + share * self.step[axis])
+    }
+}
+
+/// The derivative of the state after a period by the initial one: about a state that rests, or about the periodic motion near
+/// a point, which begins without velocity.
+fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, point: Option<Vec<N>>) -> Option<Vec<N>> {
+    let zero = N::each(|_| 0.0);
+    let Some(mut x) = point else {
+        return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1);
+    };
+    let n = 2 * x.len();
+    x.resize(n, zero);
+    for _ in 0..NEWTON {
+        let (end, slopes) = plain.travel(zero, period, &x, |_, _, _| {})?;
+        let mut settled = true;
+        let mut steps = Vec::with_capacity(N::COUNT);
+        for at in 0..N::COUNT {
+            let own = DVector::from_iterator(n, x.iter().map(|x| x.one(at)));
+            let away = DVector::from_iterator(n, end.iter().map(|x| x.one(at))) - &own;
+            let slopes = slopes.iter().map(|slope| slope.one(at));
+            let matrix = DMatrix::from_row_iterator(n, n, slopes) - DMatrix::identity(n, n);
+            let step = matrix.lu().solve(&away)?;
+            settled &= step.norm() <= 1e-12 * (own - &step).norm().max(1e-6);
+            steps.push(step);
+        }
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = x.sub(&N::each(|at| steps[at][i]));
+        }
+        if settled {
+            return Some(plain.travel(zero, period, &x, |_, _, _| {})?.1);
+        }
+    }
+    None
+}
+
+impl Chart {
+    /// What the derivative of the state after a period tells; `None` where it is no number.
+    fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
+        let (size, grows) = self.largest(slopes)?;
+        Some(Place {
+            stable: Some(!grows),
+            growth_rate: if grows || self.damped {
+                size.ln() / period
+            } else {
+                0.0
+            },
+        })
+    }
+
+    fn border(&self, place: [f64; 2]) -> Border {
         let value = |axis: usize| {
-            let range = &self.chart.axes[axis].range;
+            let range = &self.axes[axis].range;
             let ends = (range.value(0), range.value(range.len() - 1));
             match ends {
-                (Some(from), Some(to)) => self.chart.declared(axis, from, to, place[axis]),
+                (Some(from), Some(to)) => self.declared(axis, from, to, place[axis]),
                 _ => f64::NAN,
             }
         };
@@ -283,67 +430,11 @@ impl Worker<'_> {
         }
     }
 
-    /// What the model does at a place between the first and the last of both ranges.
-    fn place(&mut self, place: [f64; 2]) -> Place {
-        let chart = self.chart;
-        let values = [chart.axes[0].value(place[0]), chart.axes[1].value(place[1])];
-        self.plain.set_parameters(&values);
-        let start = chart.start.evaluate(&values, &mut self.scratch);
-        let found = start.split_first().and_then(|(period, point)| {
-            if !(*period > 0.0 && period.is_finite()) {
-                return None;
-            }
-            let slopes = self.monodromy(*period, point)?;
-            Some((*period, self.largest(&slopes)?))
-        });
-        match found {
-            Some((period, (size, grows))) => Place {
-                stable: Some(!grows),
-                growth_rate: if grows || chart.damped {
-                    size.ln() / period
-                } else {
-                    0.0
-                },
-            },
-            None => Place {
-                stable: None,
-                growth_rate: f64::NAN,
-            },
-        }
-    }
-
-    fn monodromy(&mut self, period: f64, point: &[f64]) -> Option<Vec<f64>> {
-        if !self.chart.equations.is_moving() {
-            return Some(self.plain.travel(0.0, period, &[], |_, _, _| {})?.1);
-        }
-        let n = 2 * point.len();
-        let mut x = DVector::from_fn(n, |i, _| point.get(i).copied().unwrap_or(0.0));
-        for _ in 0..NEWTON {
-            let (end, slopes) = self.plain.travel(0.0, period, x.as_slice(), |_, _, _| {})?;
-            let away = DVector::from_vec(end) - &x;
-            let matrix = DMatrix::from_row_slice(n, n, &slopes) - DMatrix::identity(n, n);
-            let step = matrix.lu().solve(&away)?;
-            x -= &step;
-            if step.norm() <= 1e-12 * x.norm().max(1e-6) {
-                return Some(
-                    self.plain
-                        .travel(0.0, period, x.as_slice(), |_, _, _| {})?
-                        .1,
-                );
-            }
-        }
-        None
-    }
-
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.
     fn largest(&self, slopes: &[f64]) -> Option<(f64, bool)> {
         if let [a, b, c, d] = slopes {
             let half = 0.5 * (a + d);
-            let product = if self.chart.damped {
-                a * d - b * c
-            } else {
-                1.0
-            };
+            let product = if self.damped { a * d - b * c } else { 1.0 };
             let square = half * half - product;
             let size = if square > 0.0 {
                 half.abs() + square.sqrt()
@@ -351,14 +442,14 @@ impl Worker<'_> {
                 product.max(0.0).sqrt()
             };
             // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
-            let grows = if self.chart.damped {
+            let grows = if self.damped {
                 size > 1.0 + FINE
             } else {
                 half.abs() > 1.0 + FINE
             };
             return size.is_finite().then_some((size, grows));
         }
-        let n = self.chart.equations.dimension();
+        let n = self.equations.dimension();
         let matrix = DMatrix::from_row_slice(n, n, slopes);
         let schur = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?;
         let values = schur.complex_eigenvalues();

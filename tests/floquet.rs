@@ -259,6 +259,43 @@ fn charts_agree_with_certified_multipliers() {
 }
 
 #[test]
+fn places_do_not_depend_on_those_beside_them() {
+    // A row of eight beside its places one by one, with periods and motions that differ from place to place.
+    let forced = "param F = 1  param W = 2  coord x
+        T = 1/2*x'^2  V = 1/2*3*x^2 + 1/4*x^4 - F*x*cos(W*t)  dissipation = 1/5*x'^2  period 2*pi/W";
+    let meissner = "param W = 2  param k = 1  coord x  T = 1/2*x'^2  V = 1/2*(1 + k*cos(W*t))*x^2
+        period 2*pi/W";
+    for (text, first, [from, to]) in [(forced, "F", [0.5, 4.0]), (meissner, "k", [0.4, 4.0])] {
+        let row = chart(
+            text,
+            [&format!("{first}=1..1:1"), &format!("W={from}..{to}:13")],
+        );
+        let together = row.worker().row(0);
+        for (at, place) in row.values(1).iter().zip(together) {
+            let alone = chart(
+                text,
+                [&format!("{first}=1..1:1"), &format!("W={at}..{at}:1")],
+            );
+            let alone = alone.worker().row(0)[0];
+            assert_eq!(place.stable, alone.stable, "W = {at}");
+            let off = (place.growth_rate - alone.growth_rate).abs();
+            assert!(
+                off < 1e-11 || place.growth_rate.is_nan(),
+                "W = {at}: {off:e}"
+            );
+        }
+    }
+    // One place without a motion beside others that have one.
+    let escaping = chart(
+        "param F = 1  param W = 2  coord x  T = 1/2*x'^2  V = 1/2*x^2 - 1/4*x^4 - F*x*cos(W*t)  period 2*pi/W",
+        ["W=2..2:1", "F=0..3:9"],
+    );
+    let row = escaping.worker().row(0);
+    assert!(row.iter().any(|place| place.stable.is_none()), "{row:?}");
+    assert!(row.iter().any(|place| place.stable.is_some()), "{row:?}");
+}
+
+#[test]
 fn what_lies_on_the_border_is_undecided() {
     // Without a drive: 2 sqrt(a) = W exactly, where both multipliers are -1.
     let both = multipliers_of(

@@ -1,5 +1,5 @@
 //! Taylor coefficients of compiled expressions against closed forms and against derivatives of the expressions.
-
+#![cfg(feature = "engine")]
 #![allow(
     clippy::unwrap_used,
     clippy::panic,
@@ -8,7 +8,7 @@
 
 use librate::expr::{ExprId, Function, Pool, Symbol, Tape};
 use librate::number::Number;
-use librate::precision::{Ball, Big, Scalar};
+use librate::precision::{Ball, Big, DoubleDouble, LANES, Lane, Scalar};
 use proptest::prelude::*;
 
 /// The first coefficients of an expression along a curve with the given coefficients.
@@ -218,6 +218,39 @@ fn operations(pool: &mut Pool, e: ExprId) -> Vec<ExprId> {
     all
 }
 
+#[test]
+fn a_second_curve_begins_anew() {
+    let mut pool = Pool::default();
+    let x = pool.symbol("x");
+    let e = pool.symbol_expr(x);
+    let roots = operations(&mut pool, e);
+    let sine = pool.sin(e);
+    let two = pool.number(Number::from(2));
+    // What depends on no input is worked out once, a number or none.
+    let fixed = pool.sqrt(two);
+    let undefined = pool.undefined();
+    let product = pool.mul(fixed, sine);
+    let roots = [roots.as_slice(), &[fixed, product, undefined]].concat();
+    let tape = Tape::compile(&pool, &roots, &[x]).unwrap();
+    let prepared = tape.prepare::<f64>(());
+    let mut series = prepared.series();
+    for curve in [[0.3, 1.0, -0.2], [0.5, 0.25, 0.0], [0.7, 0.0, 0.0]] {
+        series.clear();
+        let mut fresh = prepared.series();
+        for k in 0..20 {
+            let input = [curve.get(k).copied().unwrap_or(0.0)];
+            let own = series.next(&input).to_vec();
+            for (own, fresh) in own.iter().zip(fresh.next(&input)) {
+                assert!(own == fresh || own.is_nan() && fresh.is_nan());
+            }
+        }
+        for output in 0..roots.len() {
+            assert_eq!(series.live(output), fresh.live(output));
+        }
+        assert_eq!(series.live(roots.len() - 3), 1);
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
@@ -239,6 +272,18 @@ proptest! {
         for root in operations(&mut pool, e) {
             let balls = series(&pool, root, x, &curve.map(Ball::exact), 6, ());
             let plain = doubles(&pool, root, x, &curve, 6);
+            let doubled = series(&pool, root, x, &curve.map(DoubleDouble::exact), 6, ());
+            // Another curve in each lane.
+            let side_by_side = [0, 1, 2].map(|k| Lane(std::array::from_fn(|lane| curve[k] * (1.0 - lane as f64 / 64.0))));
+            let side_by_side = series(&pool, root, x, &side_by_side, 6, ());
+            for lane in 0..LANES {
+                let own = curve.map(|c| c * (1.0 - lane as f64 / 64.0));
+                let own = doubles(&pool, root, x, &own, 6);
+                for (k, (own, all)) in own.iter().zip(&side_by_side).enumerate() {
+                    let size = own.abs().max(1.0);
+                    prop_assert!((own - all.0[lane]).abs() <= 1e-9 * size, "{} {}", pool.display(root), k);
+                }
+            }
             let wide: Vec<Big> = curve.iter().map(|c| Big::from_f64(*c, 200)).collect();
             let wide = series(&pool, root, x, &wide, 6, 200);
             let mut derivative = pool.substitute_one(root, &[(x, path)].into_iter().collect());
@@ -256,6 +301,7 @@ proptest! {
                 let size = exact.abs_upper().max(1.0);
                 prop_assert!((exact - balls[k]).abs_upper() <= 1e-24 * size, "{} {}", text, k);
                 prop_assert!((exact.mid_f64() - plain[k]).abs() <= 1e-9 * size, "{} {}", text, k);
+                prop_assert!((exact - Ball::from(doubled[k])).abs_upper() <= 1e-24 * size, "{} {}", text, k);
                 let difference = (&wide[k] - &Big::from_ball(&exact, 200)).to_ball();
                 prop_assert!(difference.contains_zero() && difference.abs_upper() <= 1e-24 * size);
             }

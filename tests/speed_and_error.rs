@@ -17,6 +17,8 @@ mod cells;
 mod clock;
 #[path = "../examples/speed_and_error/document.rs"]
 mod document;
+#[path = "../examples/speed_and_error/frame.rs"]
+mod frame;
 #[path = "../examples/speed_and_error/judge.rs"]
 mod judge;
 #[path = "../examples/speed_and_error/machine.rs"]
@@ -27,6 +29,8 @@ mod paths;
 mod peers;
 #[path = "../examples/speed_and_error/plots.rs"]
 mod plots;
+#[path = "../examples/speed_and_error/process.rs"]
+mod process;
 #[path = "../examples/campaign/real.rs"]
 mod real;
 #[path = "../examples/campaign/reference.rs"]

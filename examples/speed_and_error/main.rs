@@ -19,11 +19,13 @@ mod case;
 mod cells;
 mod clock;
 mod document;
+mod frame;
 mod judge;
 mod machine;
 mod paths;
 mod peers;
 mod plots;
+mod process;
 #[allow(dead_code, reason = "the campaign uses more of it")]
 #[path = "../campaign/real.rs"]
 mod real;

@@ -4,12 +4,12 @@ use pulp::{Arch, Simd, WithSimd};
 
 use super::bound::{Bounder, Entry};
 use super::compile::Program;
-use super::lane::{LANES, Lane};
 use super::search::Search;
 use super::solutions::{Outcome, Solutions};
 use super::solve::Solver;
 use super::tape::{Registers, run};
 use super::{Bounds, Options};
+use crate::precision::{LANES, Lane};
 
 /// What a study compiles: one program for the equilibrium, M, K and the forces.
 #[derive(Clone, Debug)]

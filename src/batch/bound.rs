@@ -31,9 +31,9 @@
 //! the others, which do no harm while they don't reach λ_k. So separated eigenvalues are bounded by
 //! e_kk + |λ_k| f_kk, in effect; in clusters t = 1.
 
-use super::lane::Lane;
 use super::solve::Solver;
 use super::tape::U;
+use crate::precision::Lane;
 
 /// An entry of the upper triangle that is not zero identically.
 #[derive(Clone, Copy, Debug)]

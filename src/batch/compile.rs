@@ -381,8 +381,8 @@ impl Compiler<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::batch::lane::Lane;
     use crate::batch::tape::{Registers, run};
+    use crate::precision::Lane;
 
     fn evaluated(program: &Program, inputs: &[f64]) -> Vec<(f64, f64)> {
         let mut registers = Registers::new(program);

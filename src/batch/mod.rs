@@ -85,7 +85,6 @@ mod bound;
 mod certified;
 mod compile;
 mod error;
-mod lane;
 mod search;
 mod solutions;
 mod solve;
@@ -94,10 +93,10 @@ mod tape;
 pub use error::StudyError;
 pub use solutions::{BatchMode, Outcome, Solution, Solutions};
 
+use crate::precision::LANES;
 use block::{Compiled, Start, Workspace};
 use bound::Entry;
 use compile::Program;
-use lane::LANES;
 
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Pool, Symbol};

@@ -9,9 +9,9 @@
 
 use super::block::{Compiled, Start, Workspace, finite};
 use super::bound::growth;
-use super::lane::Lane;
 use super::solve::Solver;
 use super::tape::{Registers, U};
+use crate::precision::Lane;
 
 /// Steps before a search is given up.
 const MOST_STEPS: usize = 100;

@@ -12,7 +12,7 @@
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::lane::{LANES, Lane};
+use crate::precision::{LANES, Lane};
 
 /// Up to here the rotations of eight sets together are faster than eight decompositions
 /// (`benches/batch.rs`).

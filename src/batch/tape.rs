@@ -6,8 +6,8 @@
 //! what the operation itself rounds off, at most u|result| with u = 2^-53, is added.
 
 use super::compile::{Operation, Program};
-use super::lane::{LANES, Lane};
 use crate::precision::{Ball, DoubleDouble, Function, Scalar};
+use crate::precision::{LANES, Lane};
 
 /// u, the largest relative error of one rounding to nearest.
 pub(super) const U: f64 = f64::EPSILON / 2.0;

@@ -72,7 +72,7 @@ pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
 use check::Checker;
 use lagrangian::Variables;
 use pair::Pair;
-use simplify::Simplifier;
+pub(crate) use simplify::Simplifier;
 
 /// Which parts of a derivation are wanted; M, K and the equilibrium always are.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -7,68 +7,21 @@
 //! theta f(a) = g(a) theta a, thus k f_k = Σ_(j=1..k) j a_j g_(k-j): only coefficients of g below the k-th.
 //!
 //! Coefficients are kept per operation with the place behind the last one that is not exactly zero, so that constants
-//! and polynomials cost what they are worth. Over enclosures every coefficient is enclosed. Nothing is allocated
-//! after [`Series::clear`] for orders that were reached before (by numbers that do not allocate themselves).
+//! and polynomials cost what they are worth; what depends on no input is worked out once. Over enclosures every
+//! coefficient is enclosed. Nothing is allocated after [`Series::clear`] for orders that were reached before (by numbers
+//! that do not allocate themselves). `lower` takes tapes apart to operations on series, this file runs them.
 
-use std::collections::HashMap;
+mod lower;
+
+use lower::{Lowered, Start, Step};
 
 use super::Function;
-use super::tape::{Exponent, Factor, Operation, Prepared, Weight};
+use super::tape::{Prepared, Weight};
 use crate::number::Number;
 use crate::precision::Scalar;
 
-/// One operation on series; its coefficients go to the row of its own number.
-#[derive(Clone, Debug)]
-enum Step {
-    Input(usize),
-    /// A number, by its place among the constants.
-    Constant(usize),
-    Pi,
-    Undefined,
-    Sum {
-        constant: Option<usize>,
-        terms: Box<[(usize, Weight)]>,
-    },
-    Difference(usize, usize),
-    /// 1 + x.
-    Successor(usize),
-    /// 1 - x.
-    Complement(usize),
-    /// A constant multiple.
-    Multiple {
-        constant: usize,
-        of: usize,
-    },
-    Product(usize, usize),
-    Square(usize),
-    Quotient(usize, usize),
-    Root(usize),
-    Absolute(usize),
-    /// theta x: its k-th coefficient is k x_k.
-    Slope(usize),
-    /// A quotient of a series that begins with 0, even where the divisor begins with 0 and stays there.
-    SlopeQuotient {
-        slope: usize,
-        divisor: usize,
-    },
-    /// f with theta f = ±slope·factor, by its first coefficient; a factor that is left out is 1. The factor may be
-    /// a later operation or this one: only lower coefficients are read.
-    Integral {
-        start: Start,
-        slope: usize,
-        factor: Option<usize>,
-        negative: bool,
-    },
-}
-
-/// The value of a function, from the first coefficients of its arguments.
-#[derive(Clone, Copy, Debug)]
-enum Start {
-    Function(Function, usize),
-    Power { base: usize, exponent: usize },
-    ConstantPower { base: usize, exponent: usize },
-    Angle { y: usize, x: usize },
-}
+/// Coefficients of an operation that there is room for at first.
+const ROOM: usize = 8;
 
 /// Taylor coefficients of a tape's outputs, from those of its inputs.
 ///
@@ -89,6 +42,8 @@ enum Start {
 #[derive(Clone, Debug)]
 pub struct Series<S: Scalar> {
     steps: Vec<Step>,
+    /// The steps that depend on an input: no other has coefficients beyond the first.
+    moving: Vec<usize>,
     outputs: Vec<usize>,
     /// The first one is 1.
     constants: Vec<S>,
@@ -96,12 +51,18 @@ pub struct Series<S: Scalar> {
     pi: S,
     /// 0, 1, 2, … as far as orders went.
     counts: Vec<S>,
-    /// The coefficients of each step so far.
-    rows: Vec<Vec<S>>,
+    /// The coefficients of one step after the other, those of higher order than was reached without meaning.
+    coefficients: Vec<S>,
+    /// How many coefficients of each step there is room for.
+    room: usize,
     /// For each step the place behind its last coefficient that is not exactly zero.
     live: Vec<usize>,
     /// Whether a coefficient of the step is not a number: then no product with it is one, by 0 neither.
     broken: Vec<bool>,
+    /// Whether steps that depend on no input are worked out.
+    settled: bool,
+    /// Whether one of these is not a number.
+    spoilt: bool,
     order: usize,
     out: Vec<S>,
     precision: S::Precision,
@@ -111,284 +72,31 @@ impl<S: Scalar> Prepared<S> {
     /// The tape as a map of power series, ready for the coefficients of order 0.
     #[must_use]
     pub fn series(&self) -> Series<S> {
-        let mut lowering = Lowering::default();
-        for operation in &self.code.operations {
-            lowering.operation(operation);
-        }
-        let count = lowering.steps.len();
+        let Lowered {
+            steps,
+            moving,
+            outputs,
+        } = lower::lower(&self.code);
+        let count = steps.len();
         let zero = S::from_number(&Number::ZERO, self.precision);
         Series {
-            outputs: self
-                .code
-                .outputs
-                .iter()
-                .map(|register| lowering.place[*register])
-                .collect(),
-            steps: lowering.steps,
+            steps,
+            moving,
+            out: vec![zero.clone(); outputs.len()],
+            outputs,
             constants: self.constants.clone(),
             pi: S::pi(self.precision),
             counts: vec![zero.clone()],
-            rows: vec![Vec::new(); count],
+            coefficients: Vec::new(),
+            room: 0,
             live: vec![0; count],
             broken: vec![false; count],
+            settled: false,
+            spoilt: false,
             order: 0,
-            out: vec![zero.clone(); self.code.outputs.len()],
             zero,
             precision: self.precision,
         }
-    }
-}
-
-/// Takes the operations of a tape apart to operations on series.
-#[derive(Default)]
-struct Lowering {
-    steps: Vec<Step>,
-    /// The step with the result of each register.
-    place: Vec<usize>,
-    slopes: HashMap<usize, usize>,
-    /// Sine and cosine of a step, or their hyperbolic kin.
-    pairs: HashMap<(usize, bool), (usize, usize)>,
-}
-
-impl Lowering {
-    fn push(&mut self, step: Step) -> usize {
-        self.steps.push(step);
-        self.steps.len() - 1
-    }
-
-    fn operation(&mut self, operation: &Operation) {
-        let at = |register: &usize| self.place[*register];
-        let step = match operation {
-            Operation::Input(place) => self.push(Step::Input(*place)),
-            Operation::Constant(place) => self.push(Step::Constant(*place)),
-            Operation::Pi => self.push(Step::Pi),
-            Operation::Undefined => self.push(Step::Undefined),
-            Operation::Sum { constant, terms } => {
-                let terms = terms.iter().map(|(term, w)| (at(term), *w)).collect();
-                let constant = *constant;
-                self.push(Step::Sum { constant, terms })
-            }
-            Operation::Product(factors) => self.product(factors),
-            Operation::Power { base, exponent } => {
-                let (base, exponent) = (at(base), at(exponent));
-                self.power(base, exponent)
-            }
-            Operation::Function(function, x) => {
-                let x = at(x);
-                self.function(*function, x)
-            }
-            Operation::Atan2 { y, x } => {
-                let (y, x) = (at(y), at(x));
-                self.angle(y, x)
-            }
-        };
-        self.place.push(step);
-    }
-
-    /// Numerator and denominator apart, as in an evaluation.
-    fn product(&mut self, factors: &[Factor]) -> usize {
-        let mut parts: [Option<usize>; 2] = [None, None];
-        for factor in factors {
-            let base = self.place[factor.register];
-            let value = match factor.exponent {
-                Exponent::One => base,
-                Exponent::Whole(n) => self.whole_power(base, n),
-                Exponent::Halves(n) => {
-                    let root = self.push(Step::Root(base));
-                    self.whole_power(root, n)
-                }
-                Exponent::Constant(exponent) => self.constant_power(base, exponent),
-            };
-            let part = &mut parts[usize::from(factor.divides)];
-            *part = Some(match part.take() {
-                None => value,
-                Some(product) => {
-                    self.steps.push(Step::Product(product, value));
-                    self.steps.len() - 1
-                }
-            });
-        }
-        let [numerator, denominator] = parts;
-        let one = |lowering: &mut Self| lowering.push(Step::Constant(0));
-        match (numerator, denominator) {
-            (Some(n), None) => n,
-            (Some(n), Some(d)) => self.push(Step::Quotient(n, d)),
-            (None, Some(d)) => {
-                let n = one(self);
-                self.push(Step::Quotient(n, d))
-            }
-            (None, None) => one(self),
-        }
-    }
-
-    /// A power by products, so that a base that begins with 0 is as good as any other.
-    fn whole_power(&mut self, base: usize, exponent: i32) -> usize {
-        let exponent = exponent.unsigned_abs();
-        let mut power = None;
-        let mut square = base;
-        let mut left = exponent;
-        while left > 0 {
-            if left & 1 == 1 {
-                power = Some(match power {
-                    None => square,
-                    Some(power) => self.push(Step::Product(power, square)),
-                });
-            }
-            left >>= 1;
-            if left > 0 {
-                square = self.push(Step::Square(square));
-            }
-        }
-        match power {
-            Some(power) => power,
-            None => self.push(Step::Constant(0)),
-        }
-    }
-
-    fn slope(&mut self, x: usize) -> usize {
-        if let Some(known) = self.slopes.get(&x) {
-            return *known;
-        }
-        let slope = self.push(Step::Slope(x));
-        self.slopes.insert(x, slope);
-        slope
-    }
-
-    /// theta (a^c) = c (theta a/a) a^c.
-    fn constant_power(&mut self, base: usize, exponent: usize) -> usize {
-        let slope = self.slope(base);
-        let relative = self.push(Step::SlopeQuotient {
-            slope,
-            divisor: base,
-        });
-        let slope = self.push(Step::Multiple {
-            constant: exponent,
-            of: relative,
-        });
-        let start = Start::ConstantPower { base, exponent };
-        self.own_factor(start, slope)
-    }
-
-    /// theta (a^b) = theta (b ln a) a^b.
-    fn power(&mut self, base: usize, exponent: usize) -> usize {
-        let logarithm = self.function(Function::Ln, base);
-        let product = self.push(Step::Product(exponent, logarithm));
-        let slope = self.slope(product);
-        self.own_factor(Start::Power { base, exponent }, slope)
-    }
-
-    /// f with theta f = slope·f.
-    fn own_factor(&mut self, start: Start, slope: usize) -> usize {
-        let own = self.steps.len();
-        self.push(Step::Integral {
-            start,
-            slope,
-            factor: Some(own),
-            negative: false,
-        })
-    }
-
-    /// The angle has theta f = (x theta y - y theta x)/(x² + y²).
-    fn angle(&mut self, y: usize, x: usize) -> usize {
-        let (rise, run) = (self.slope(y), self.slope(x));
-        let left = self.push(Step::Product(x, rise));
-        let right = self.push(Step::Product(y, run));
-        let turn = self.push(Step::Difference(left, right));
-        let squares = [y, x].map(|side| (self.push(Step::Square(side)), Weight::One));
-        let distance = self.push(Step::Sum {
-            constant: None,
-            terms: Box::new(squares),
-        });
-        let slope = self.push(Step::SlopeQuotient {
-            slope: turn,
-            divisor: distance,
-        });
-        self.push(Step::Integral {
-            start: Start::Angle { y, x },
-            slope,
-            factor: None,
-            negative: false,
-        })
-    }
-
-    fn function(&mut self, function: Function, x: usize) -> usize {
-        match function {
-            Function::Sin => self.pair(x, false).0,
-            Function::Cos => self.pair(x, false).1,
-            Function::Sinh => self.pair(x, true).0,
-            Function::Cosh => self.pair(x, true).1,
-            Function::Tan | Function::Tanh => {
-                // theta tan a = (1 + tan² a) theta a, theta tanh a = (1 - tanh² a) theta a
-                let slope = self.slope(x);
-                let own = self.steps.len();
-                let value = self.push(Step::Integral {
-                    start: Start::Function(function, x),
-                    slope,
-                    factor: Some(own + 2),
-                    negative: false,
-                });
-                let square = self.push(Step::Square(value));
-                self.push(if function == Function::Tan {
-                    Step::Successor(square)
-                } else {
-                    Step::Complement(square)
-                });
-                value
-            }
-            Function::Asin | Function::Acos => {
-                let square = self.push(Step::Square(x));
-                let rest = self.push(Step::Complement(square));
-                let root = self.push(Step::Root(rest));
-                self.relative(function, x, root, function == Function::Acos)
-            }
-            Function::Atan => {
-                let square = self.push(Step::Square(x));
-                let divisor = self.push(Step::Successor(square));
-                self.relative(function, x, divisor, false)
-            }
-            Function::Ln => self.relative(function, x, x, false),
-            Function::Exp => {
-                let slope = self.slope(x);
-                self.own_factor(Start::Function(function, x), slope)
-            }
-            Function::Abs => self.push(Step::Absolute(x)),
-        }
-    }
-
-    /// f with theta f = ±theta x/divisor.
-    fn relative(&mut self, function: Function, x: usize, divisor: usize, negative: bool) -> usize {
-        let slope = self.slope(x);
-        let slope = self.push(Step::SlopeQuotient { slope, divisor });
-        self.push(Step::Integral {
-            start: Start::Function(function, x),
-            slope,
-            factor: None,
-            negative,
-        })
-    }
-
-    fn pair(&mut self, x: usize, hyperbolic: bool) -> (usize, usize) {
-        if let Some(known) = self.pairs.get(&(x, hyperbolic)) {
-            return *known;
-        }
-        let slope = self.slope(x);
-        let first = self.steps.len();
-        let (sine, cosine) = if hyperbolic {
-            (Function::Sinh, Function::Cosh)
-        } else {
-            (Function::Sin, Function::Cos)
-        };
-        for (function, factor, negative) in [(sine, first + 1, false), (cosine, first, !hyperbolic)]
-        {
-            self.push(Step::Integral {
-                start: Start::Function(function, x),
-                slope,
-                factor: Some(factor),
-                negative,
-            });
-        }
-        self.pairs.insert((x, hyperbolic), (first, first + 1));
-        (first, first + 1)
     }
 }
 
@@ -396,11 +104,10 @@ impl<S: Scalar> Series<S> {
     /// Forgets all coefficients: the next ones are those of order 0.
     pub fn clear(&mut self) {
         self.order = 0;
-        for row in &mut self.rows {
-            row.clear();
+        for at in &self.moving {
+            self.live[*at] = 0;
+            self.broken[*at] = false;
         }
-        self.live.fill(0);
-        self.broken.fill(false);
     }
 
     /// The order of the coefficients that come next: how many there are already.
@@ -420,19 +127,66 @@ impl<S: Scalar> Series<S> {
             let count = Number::from(i64::try_from(self.counts.len()).unwrap_or(i64::MAX));
             self.counts.push(S::from_number(&count, self.precision));
         }
-        for at in 0..self.steps.len() {
-            let value = self.coefficient(at, inputs, k);
-            if !value.is_exact_zero() {
-                self.live[at] = k + 1;
-                self.broken[at] |= !value.is_finite();
+        if k >= self.room {
+            self.make_room((2 * self.room).max(ROOM));
+        }
+        if self.settled && !self.spoilt {
+            for place in 0..self.moving.len() {
+                self.advance(self.moving[place], inputs, k);
             }
-            self.rows[at].push(value);
+        } else {
+            for at in 0..self.steps.len() {
+                self.advance(at, inputs, k);
+            }
+            if !self.settled {
+                self.settled = true;
+                let mut moving = self.moving.iter().peekable();
+                for (at, broken) in self.broken.iter().enumerate() {
+                    if moving.next_if_eq(&&at).is_none() {
+                        self.spoilt |= broken;
+                    }
+                }
+            }
         }
         for (place, step) in self.out.iter_mut().zip(&self.outputs) {
-            *place = self.rows[*step][k].clone();
+            *place = self.coefficients[self.room * step + k].clone();
         }
         self.order += 1;
         &self.out
+    }
+
+    /// The place behind the last coefficient of an output that is not exactly zero, so far.
+    #[must_use]
+    pub fn live(&self, output: usize) -> usize {
+        self.outputs.get(output).map_or(0, |step| self.live[*step])
+    }
+
+    fn make_room(&mut self, room: usize) {
+        let mut coefficients = vec![self.zero.clone(); room * self.steps.len()];
+        let old = self.coefficients.chunks_exact_mut(self.room.max(1));
+        for (old, new) in old.zip(coefficients.chunks_exact_mut(room)) {
+            for (old, new) in old.iter_mut().zip(new) {
+                std::mem::swap(old, new);
+            }
+        }
+        self.coefficients = coefficients;
+        self.room = room;
+    }
+
+    #[inline(always)]
+    fn advance(&mut self, at: usize, inputs: &[S], k: usize) {
+        let value = self.coefficient(at, inputs, k);
+        if !value.is_exact_zero() {
+            self.live[at] = k + 1;
+            self.broken[at] |= !value.is_finite();
+        }
+        self.coefficients[self.room * at + k] = value;
+    }
+
+    /// The coefficients of a step.
+    #[inline(always)]
+    fn row(&self, step: usize) -> &[S] {
+        &self.coefficients[self.room * step..self.room * (step + 1)]
     }
 
     /// Whether the series is a constant as far as it goes.
@@ -445,7 +199,7 @@ impl<S: Scalar> Series<S> {
     }
 
     fn coefficient(&self, own: usize, inputs: &[S], k: usize) -> S {
-        let at = |row: usize| &self.rows[row][k];
+        let at = |row: usize| &self.coefficients[self.room * row + k];
         match &self.steps[own] {
             Step::Input(place) => match inputs.get(*place) {
                 Some(value) => value.clone(),
@@ -470,7 +224,7 @@ impl<S: Scalar> Series<S> {
             Step::Root(a) => self.root(*a, own, k),
             Step::Absolute(a) if k == 0 => at(*a).apply(Function::Abs),
             Step::Absolute(a) if self.constant(*a) => self.zero.clone(),
-            Step::Absolute(a) => self.rows[*a][0].signum().mul(at(*a)),
+            Step::Absolute(a) => self.row(*a)[0].signum().mul(at(*a)),
             Step::Slope(a) => {
                 if k == 0 {
                     self.zero.clone()
@@ -509,7 +263,7 @@ impl<S: Scalar> Series<S> {
     }
 
     fn start(&self, start: Start) -> S {
-        let first = |row: usize| &self.rows[row][0];
+        let first = |row: usize| &self.row(row)[0];
         match start {
             Start::Function(function, x) => first(x).apply(function),
             Start::Power { base, exponent } => first(base).pow(first(exponent)),
@@ -527,7 +281,7 @@ impl<S: Scalar> Series<S> {
             if self.live[*row] <= k {
                 continue;
             }
-            let term = &self.rows[*row][k];
+            let term = &self.row(*row)[k];
             sum = Some(match (sum, weight) {
                 (None, Weight::One) => term.clone(),
                 (None, Weight::MinusOne) => term.neg(),
@@ -556,15 +310,9 @@ impl<S: Scalar> Series<S> {
             return None;
         }
         // j from low to high - 1 beside k - j from k - low down to k + 1 - high.
-        let left = self.rows[a].get(low..high)?;
-        let right = self.rows[b].get(k + 1 - high..k + 1 - low)?;
-        let mut products = left.iter().zip(right.iter().rev());
-        let (first, second) = products.next()?;
-        let mut sum = first.mul(second);
-        for (x, y) in products {
-            sum = sum.add(&x.mul(y));
-        }
-        Some(sum)
+        let left = self.row(a).get(low..high)?;
+        let right = self.row(b).get(k + 1 - high..k + 1 - low)?;
+        S::convolution(left, right)
     }
 
     /// Σ_j a_j a_(k-j) over `from` <= j <= k - `from`: each product of two different coefficients once.
@@ -572,18 +320,15 @@ impl<S: Scalar> Series<S> {
         if self.broken[a] {
             return self.not_a_number();
         }
-        let row = &self.rows[a];
+        let row = self.row(a);
         let live = self.live[a];
         let low = from.max((k + 1).saturating_sub(live));
         let half = k.div_ceil(2);
-        let mut sum: Option<S> = None;
-        for j in low..half {
-            let product = row[j].mul(&row[k - j]);
-            sum = Some(match sum {
-                None => product,
-                Some(sum) => sum.add(&product),
-            });
-        }
+        let sum = if low < half {
+            S::convolution(&row[low..half], &row[k + 1 - half..k + 1 - low])
+        } else {
+            None
+        };
         let mut sum = sum.map(|sum| sum.add(&sum));
         if k.is_multiple_of(2) && half >= from && half < live {
             let middle = row[half].powi(2);
@@ -599,16 +344,16 @@ impl<S: Scalar> Series<S> {
     fn quotient(&self, a: usize, b: usize, q: usize, k: usize) -> S {
         let rest = match self.convolution(b, q, k, 1) {
             None if self.live[a] <= k && k > 0 => return self.zero.clone(),
-            None => self.rows[a][k].clone(),
-            Some(known) => self.rows[a][k].sub(&known),
+            None => self.row(a)[k].clone(),
+            Some(known) => self.row(a)[k].sub(&known),
         };
-        rest.div(&self.rows[b][0])
+        rest.div(&self.row(b)[0])
     }
 
     /// s = sqrt a: 2 s_0 s_k = a_k - Σ_(j=1..k-1) s_j s_(k-j), where s is the row that is being filled.
     fn root(&self, a: usize, s: usize, k: usize) -> S {
-        let rest = self.rows[a][k].sub(&self.square(s, k, 1));
-        let first = &self.rows[s][0];
+        let rest = self.row(a)[k].sub(&self.square(s, k, 1));
+        let first = &self.row(s)[0];
         rest.div(&first.add(first))
     }
 }

@@ -1,7 +1,8 @@
 //! Steps whose results hold the solution.
 
+use super::Equations;
 use super::enclosure::{Enclosure, growth, onwards};
-use super::{Equations, Plain};
+use super::plain::weights;
 use crate::expr::{Prepared, Series};
 use crate::number::Number;
 use crate::precision::up;
@@ -398,7 +399,7 @@ impl<S: Enclosure> Enclosing<S> {
     /// diagonal (E. E. Osborne, J. ACM 7 (1960) 338).
     fn weights(&self, jacobian: &[S]) -> Vec<f64> {
         let sizes: Vec<f64> = jacobian.iter().map(|x| x.middle().abs()).collect();
-        Plain::weights(self.dimension, &sizes)
+        weights(self.dimension, &sizes)
     }
 
     /// max_i Σ_j |a_ij| w_j/w_i, from above.

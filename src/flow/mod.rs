@@ -5,7 +5,7 @@
 //! left out: a box that the solution does not leave during the step, by the theorem of Picard and Lindelöf, a bound
 //! of T there by Gronwall's inequality, and Lagrange's remainder from the series over that box (R. E. Moore, Interval
 //! Analysis (1966), chapter 11; N. S. Nedialkov, K. R. Jackson, G. F. Corliss, Appl. Math. Comput. 105 (1999) 21). [`Plain`] does the
-//! same sums in doubles, with an error that is estimated only.
+//! same sums in doubles, with an error that is estimated only, for one set of parameters or for several at once.
 //!
 //! It never sees a model, and never says that a bound holds where a box was not shown to hold the solution: such a
 //! step fails.
@@ -16,7 +16,7 @@ mod plain;
 
 pub use enclosing::{Enclosing, Step};
 pub use enclosure::Enclosure;
-pub use plain::Plain;
+pub use plain::{Doubles, Plain};
 
 use crate::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};
 

@@ -1,7 +1,8 @@
-//! The same steps in plain doubles.
+//! The same steps in plain doubles, for one set of parameters or for eight at once.
 
 use super::Equations;
 use crate::expr::Series;
+use crate::precision::{LANES, Lane, Scalar};
 
 /// The order of the steps: about the best for 16 digits.
 const ORDER: usize = 24;
@@ -11,91 +12,148 @@ const TOLERANCE: f64 = 1e-17;
 const MOST_STEPS: usize = 1_000_000;
 
 /// The coefficients of one component.
-type Row = [f64; ORDER];
+type Row<N> = [N; ORDER];
+
+/// One double, or several side by side that share the lengths of their steps.
+pub trait Doubles: Scalar<Precision = ()> + Copy {
+    /// How many there are.
+    const COUNT: usize;
+    /// Each from its place.
+    fn each(of: impl FnMut(usize) -> f64) -> Self;
+    /// The one at a place below [`Doubles::COUNT`].
+    fn one(&self, place: usize) -> f64;
+    /// The largest absolute value.
+    fn size(&self) -> f64;
+}
+
+impl Doubles for f64 {
+    const COUNT: usize = 1;
+
+    fn each(mut of: impl FnMut(usize) -> f64) -> Self {
+        of(0)
+    }
+
+    fn one(&self, _: usize) -> f64 {
+        *self
+    }
+
+    fn size(&self) -> f64 {
+        self.abs()
+    }
+}
+
+impl Doubles for Lane {
+    const COUNT: usize = LANES;
+
+    fn each(of: impl FnMut(usize) -> f64) -> Self {
+        Self(std::array::from_fn(of))
+    }
+
+    fn one(&self, place: usize) -> f64 {
+        self.0.get(place).copied().unwrap_or(f64::NAN)
+    }
+
+    fn size(&self) -> f64 {
+        self.abs().0.into_iter().fold(0.0, f64::max)
+    }
+}
 
 /// Steps in plain doubles: results are good to about rounding, and nothing is bounded.
 #[derive(Clone, Debug)]
-pub struct Plain {
+pub struct Plain<N: Doubles = f64> {
     dimension: usize,
     moving: bool,
-    series: Series<f64>,
-    parameters: Vec<f64>,
-    inputs: Vec<f64>,
-    state: Vec<Row>,
-    jacobian: Vec<Row>,
+    series: Series<N>,
+    parameters: Vec<N>,
+    inputs: Vec<N>,
+    state: Vec<Row<N>>,
+    jacobian: Vec<Row<N>>,
     /// The place behind the last coefficient of an entry of J that is not 0.
     live: Vec<usize>,
-    slopes: Vec<Row>,
+    slopes: Vec<Row<N>>,
     /// Work space of a step.
-    step: Vec<f64>,
-    next: Vec<f64>,
+    step: Vec<N>,
+    next: Vec<N>,
     sizes: Vec<f64>,
 }
 
-impl Plain {
+impl<N: Doubles> Plain<N> {
     /// For any number of trips; open parameters are 0 until they are set.
     #[must_use]
     pub fn new(equations: &Equations) -> Self {
         let n = equations.dimension;
         let states = if equations.moving { n } else { 0 };
+        let zero = N::each(|_| 0.0);
         Self {
             dimension: n,
             moving: equations.moving,
-            series: equations.tape.prepare::<f64>(()).series(),
-            parameters: vec![0.0; equations.parameters],
+            series: equations.tape.prepare::<N>(()).series(),
+            parameters: vec![zero; equations.parameters],
             inputs: Vec::new(),
-            state: vec![[0.0; ORDER]; states],
-            jacobian: vec![[0.0; ORDER]; n * n],
+            state: vec![[zero; ORDER]; states],
+            jacobian: vec![[zero; ORDER]; n * n],
             live: vec![0; n * n],
-            slopes: vec![[0.0; ORDER]; n * n],
-            step: vec![0.0; n * n],
-            next: vec![0.0; n * n],
+            slopes: vec![[zero; ORDER]; n * n],
+            step: vec![zero; n * n],
+            next: vec![zero; n * n],
             sizes: vec![0.0; n * n],
         }
     }
 
     /// Values for the open parameters, in their order.
-    pub fn set_parameters(&mut self, values: &[f64]) {
+    pub fn set_parameters(&mut self, values: &[N]) {
         for (own, value) in self.parameters.iter_mut().zip(values) {
             *own = *value;
         }
     }
 
     /// The state at `end` and its derivative by the state at `begin`, row by row, from that at `begin`; `None` where the
-    /// solution does not reach `end`. `visit` sees the time, the state and J, row by row, at the beginning of each step.
+    /// solution does not reach `end`, of several where one does not. `visit` sees the time, the state and J, row by row, at
+    /// the beginning of each step.
     pub fn travel(
         &mut self,
-        begin: f64,
-        end: f64,
-        state: &[f64],
-        mut visit: impl FnMut(f64, &[f64], &[f64]),
-    ) -> Option<(Vec<f64>, Vec<f64>)> {
+        begin: N,
+        end: N,
+        state: &[N],
+        mut visit: impl FnMut(N, &[N], &[N]),
+    ) -> Option<(Vec<N>, Vec<N>)> {
         let n = self.dimension;
         let mut state = state.to_vec();
-        let mut total: Vec<f64> = (0..n * n)
-            .map(|at| f64::from(u8::from(at / n == at % n)))
-            .collect();
-        let mut t = begin;
+        let mut total = unit(n);
+        // Several go each at its own pace, in step with the one that has the longest way.
+        let way = end.sub(&begin);
+        let whole = way.size();
+        let pace = if whole > 0.0 {
+            way.div(&N::each(|_| whole))
+        } else {
+            N::each(|_| 1.0)
+        };
+        let mut gone = 0.0;
         for _ in 0..MOST_STEPS {
+            let t = begin.add(&pace.mul(&N::each(|_| gone)));
             self.expand(t, &state);
-            for (size, entry) in self.sizes.iter_mut().zip(&self.jacobian) {
-                *size = entry[0];
+            for (first, entry) in self.next.iter_mut().zip(&self.jacobian) {
+                *first = entry[0];
             }
-            visit(t, &state, &self.sizes);
-            let longest = self.length()?;
-            let last = t + longest >= end - 1e-3 * longest;
-            let h = if last { end - t } else { longest };
-            let sum = |row: &Row| row.iter().rev().fold(0.0, |value, term| value * h + term);
+            visit(t, &state, &self.next);
+            let longest = self.length(&pace)?;
+            let last = gone + longest >= whole - 1e-3 * longest;
+            let length = if last { whole - gone } else { longest };
+            let h = pace.mul(&N::each(|_| length));
+            let sum = |row: &Row<N>| {
+                let terms = row.iter().rev().copied();
+                terms.reduce(|value, term| value.mul(&h).add(&term))
+            };
             for (value, row) in self.step.iter_mut().zip(&self.slopes) {
-                *value = sum(row);
+                *value = sum(row)?;
             }
             for (value, row) in state.iter_mut().zip(&self.state) {
-                *value = sum(row);
+                *value = sum(row)?;
             }
             for i in 0..n {
                 for j in 0..n {
-                    let products = (0..n).map(|k| self.step[n * i + k] * total[n * k + j]);
-                    self.next[n * i + j] = products.sum();
+                    let products = (0..n).map(|k| self.step[n * i + k].mul(&total[n * k + j]));
+                    self.next[n * i + j] = products.reduce(|sum, x| sum.add(&x))?;
                 }
             }
             total.copy_from_slice(&self.next);
@@ -105,33 +163,34 @@ impl Plain {
             if last {
                 return Some((state, total));
             }
-            t += h;
+            gone += length;
         }
         None
     }
 
-    fn expand(&mut self, t: f64, state: &[f64]) {
+    fn expand(&mut self, t: N, state: &[N]) {
         let n = self.dimension;
         let states = self.state.len();
+        let (zero, one) = (N::each(|_| 0.0), N::each(|_| 1.0));
         self.series.clear();
         for (row, x) in self.state.iter_mut().zip(state) {
             row[0] = *x;
         }
-        for (at, row) in self.slopes.iter_mut().enumerate() {
-            row[0] = f64::from(u8::from(at / n == at % n));
+        for (row, value) in self.slopes.iter_mut().zip(unit(n)) {
+            row[0] = value;
         }
         self.live.fill(0);
         for k in 0..ORDER {
             self.inputs.clear();
             self.inputs.push(match k {
                 0 => t,
-                1 => 1.0,
-                _ => 0.0,
+                1 => one,
+                _ => zero,
             });
             self.inputs.extend(self.state.iter().map(|row| row[k]));
-            let at_start = f64::from(u8::from(k == 0));
+            let parameters = self.parameters.iter();
             self.inputs
-                .extend(self.parameters.iter().map(|p| p * at_start));
+                .extend(parameters.map(|p| if k == 0 { *p } else { zero }));
             let outputs = self.series.next(&self.inputs);
             for ((row, live), value) in self
                 .jacobian
@@ -140,7 +199,7 @@ impl Plain {
                 .zip(&outputs[states..])
             {
                 row[k] = *value;
-                if *value != 0.0 {
+                if !value.is_exact_zero() {
                     *live = k + 1;
                 }
             }
@@ -148,81 +207,98 @@ impl Plain {
                 break;
             }
             #[allow(clippy::cast_precision_loss)] // orders are small
-            let share = 1.0 / (k + 1) as f64;
+            let share = N::each(|_| 1.0 / (k + 1) as f64);
             for (row, f) in self.state.iter_mut().zip(outputs) {
-                row[k + 1] = f * share;
+                row[k + 1] = f.mul(&share);
             }
             for i in 0..n {
                 for j in 0..n {
-                    let mut sum = 0.0;
+                    let mut sum = zero;
                     for l in 0..n {
                         let orders = self.live[n * i + l].min(k + 1);
                         let left = &self.jacobian[n * i + l][..orders];
                         let right = &self.slopes[n * l + j][k + 1 - orders..=k];
-                        let products = left.iter().zip(right.iter().rev());
-                        sum += products.map(|(a, b)| a * b).sum::<f64>();
+                        if let Some(part) = N::convolution(left, right) {
+                            sum = sum.add(&part);
+                        }
                     }
-                    self.slopes[n * i + j][k + 1] = sum * share;
+                    self.slopes[n * i + j][k + 1] = sum.mul(&share);
                 }
             }
         }
     }
 
-    /// A length at which the last two terms are about what is allowed; `None` where there is none.
-    fn length(&mut self) -> Option<f64> {
+    /// A length at which the last two terms are about what is allowed, for the one whose pace is 1; `None` where there is
+    /// none.
+    fn length(&mut self, pace: &N) -> Option<f64> {
         let n = self.dimension;
-        for size in &mut self.sizes {
-            *size = size.abs();
+        for (size, entry) in self.sizes.iter_mut().zip(&self.jacobian) {
+            *size = entry[0].size();
         }
-        let weights = Self::weights(n, &self.sizes);
-        let slope = |order: usize| {
-            let entries = self.slopes.iter().enumerate();
-            entries.fold(0.0_f64, |most, (at, row)| {
-                most.max(row[order].abs() * weights[at % n] / weights[at / n])
-            })
-        };
-        let place = |order: usize| {
-            let parts = self.state.iter().zip(&weights);
-            parts.fold(0.0_f64, |most, (row, w)| most.max(row[order].abs() / w))
-        };
+        let weights = weights(n, &self.sizes);
         let mut length = f64::INFINITY;
         for order in [ORDER - 2, ORDER - 1] {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
+            let pace = pace.powi(order as i32);
             #[allow(clippy::cast_precision_loss)] // orders are small
             let root = 1.0 / order as f64;
-            length = length.min((TOLERANCE / slope(order)).powf(root));
-            let size = place(0) + place(1);
-            if self.moving && size > 0.0 {
-                length = length.min((TOLERANCE * size / place(order)).powf(root));
+            let entries = self.slopes.iter().enumerate();
+            let slope = entries.fold(0.0_f64, |most, (at, row)| {
+                let size = row[order].mul(&pace).size();
+                most.max(size * weights[at % n] / weights[at / n])
+            });
+            length = length.min((TOLERANCE / slope).powf(root));
+            if !self.moving {
+                continue;
+            }
+            for place in 0..N::COUNT {
+                let of = |order: usize| {
+                    let parts = self.state.iter().zip(&weights);
+                    parts.fold(0.0_f64, |most, (row, w)| {
+                        most.max(row[order].one(place).abs() / w)
+                    })
+                };
+                let size = of(0) + of(1);
+                if size > 0.0 {
+                    let last = of(order) * pace.one(place);
+                    length = length.min((TOLERANCE * size / last).powf(root));
+                }
             }
         }
         (length > 0.0).then_some(length)
     }
+}
 
-    /// Scales of the components, powers of two, for which |J| has rows and columns of like size.
-    pub(super) fn weights(n: usize, sizes: &[f64]) -> Vec<f64> {
-        let mut weights = vec![1.0_f64; n];
-        for _ in 0..12 {
-            let mut changed = false;
-            for i in 0..n {
-                let (mut row, mut column) = (0.0, 0.0);
-                for j in (0..n).filter(|j| *j != i) {
-                    row += sizes[n * i + j] * weights[j] / weights[i];
-                    column += sizes[n * j + i] * weights[i] / weights[j];
-                }
-                if !(row > 0.0 && column > 0.0 && row < 1e200 && column < 1e200) {
-                    continue;
-                }
-                // Half the logarithm of their ratio, as a power of two.
-                let by = (0.5 * (row / column).log2()).round();
-                if by != 0.0 && (weights[i].log2() + by).abs() < 300.0 {
-                    weights[i] *= by.exp2();
-                    changed = true;
-                }
+/// The unit matrix, row by row.
+fn unit<N: Doubles>(n: usize) -> Vec<N> {
+    let entries = (0..n * n).map(|at| f64::from(u8::from(at / n == at % n)));
+    entries.map(|entry| N::each(|_| entry)).collect()
+}
+
+/// Scales of the components, powers of two, for which |J| has rows and columns of like size.
+pub(super) fn weights(n: usize, sizes: &[f64]) -> Vec<f64> {
+    let mut weights = vec![1.0_f64; n];
+    for _ in 0..12 {
+        let mut changed = false;
+        for i in 0..n {
+            let (mut row, mut column) = (0.0, 0.0);
+            for j in (0..n).filter(|j| *j != i) {
+                row += sizes[n * i + j] * weights[j] / weights[i];
+                column += sizes[n * j + i] * weights[i] / weights[j];
             }
-            if !changed {
-                break;
+            if !(row > 0.0 && column > 0.0 && row < 1e200 && column < 1e200) {
+                continue;
+            }
+            // Half the logarithm of their ratio, as a power of two.
+            let by = (0.5 * (row / column).log2()).round();
+            if by != 0.0 && (weights[i].log2() + by).abs() < 300.0 {
+                weights[i] *= by.exp2();
+                changed = true;
             }
         }
-        weights
+        if !changed {
+            break;
+        }
     }
+    weights
 }

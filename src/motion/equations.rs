@@ -6,6 +6,7 @@
 //! with M q'' + h = Jᵀ mu that determines q'' (E. Hairer, G. Wanner, Solving Ordinary Differential Equations 2, section 7.1).
 
 use super::error::MotionError;
+use crate::derive::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use crate::linearize::{
     derive_with_multipliers, known_values, missing_value, signed_terms, written_out,
@@ -15,6 +16,8 @@ use crate::number::Number;
 
 /// Terms beyond this are not written out.
 const MOST_TERMS: usize = 200_000;
+/// Equations of more parts than this are left as they are.
+const MOST_SHORTENED: usize = 400;
 
 /// The equations as tapes over the time, the coordinates and the velocities.
 #[derive(Clone, Debug)]
@@ -124,7 +127,8 @@ impl Equations {
         });
         let mut inputs = vec![time];
         inputs.extend(coordinates.iter().chain(&velocities));
-        let outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
+        let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
+        shorten(&mut pool, &mut outputs);
         let compile = |pool: &Pool, roots: &[ExprId]| {
             Tape::compile(pool, roots, &inputs).map_err(|missing| {
                 // All that is no input is a parameter.
@@ -148,6 +152,20 @@ impl Equations {
             surface: compile(&pool, &surface)?,
             energy: energy.map(|e| compile(&pool, &[e])).transpose()?,
         })
+    }
+}
+
+/// Brings small equations to their shortest form: what is left of cos a cos b + sin a sin b is computed in every order
+/// of every step. Many coordinates have short equations as they stand, or none that could be found in time.
+fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>) {
+    let before = pool.reachable(equations).len();
+    if before > MOST_SHORTENED {
+        return;
+    }
+    let mut short = Simplifier::default();
+    let shorter: Vec<ExprId> = equations.iter().map(|e| short.simplify(pool, *e)).collect();
+    if pool.reachable(&shorter).len() < before {
+        *equations = shorter;
     }
 }
 

@@ -24,7 +24,7 @@ use equations::Equations;
 use step::{Real, Stepper, Trouble};
 
 use crate::model::{Constant, Model};
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, DoubleDouble, Scalar};
 
 /// Order and tolerance of steps in double-double.
 const FINE: (usize, f64) = (36, 1e-33);
@@ -132,6 +132,17 @@ struct Run<S> {
     steps: usize,
 }
 
+impl<S: Real> Run<S> {
+    fn balls(self) -> Run<Ball> {
+        let rows = self.rows.into_iter();
+        let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
+        Run {
+            rows: rows.collect(),
+            steps: self.steps,
+        }
+    }
+}
+
 impl System {
     /// Writes the equations of motion out.
     ///
@@ -152,8 +163,9 @@ impl System {
     /// [`MotionError::Singular`] where the motion ends or M has no inverse.
     pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
-        let fine = self.run::<Ball>(start, times, FINE)?;
+        let fine = self.run::<DoubleDouble>(start, times, FINE)?;
         let plain = self.run::<f64>(start, times, PLAIN).ok();
+        let fine = fine.balls();
         let sizes = self.sizes(&fine.rows);
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
             let own = fine.rows[row].iter().zip(&sizes).enumerate();
@@ -177,7 +189,7 @@ impl System {
                 }
                 _ => {
                     if check.is_none() {
-                        check = Some(self.run::<Ball>(start, times, CHECK)?);
+                        check = Some(self.run::<DoubleDouble>(start, times, CHECK)?.balls());
                     }
                     if let Some(check) = &check {
                         // The check leaves out more than what it checks.
@@ -221,16 +233,14 @@ impl System {
         let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
         let order = order.clamp(4.0, 22.0) as usize;
+
         let run = self.run::<f64>(start, times, (order, tolerance))?;
-        let rows = run.rows.iter();
-        let rows: Vec<Vec<Ball>> = rows
-            .map(|row| row.iter().map(|x| Ball::exact(*x)).collect())
-            .collect();
+        let Run { rows, steps } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, PLAIN_UNIT),
             times: (0..rows.len()).map(|row| times.at(row)).collect(),
             rows,
-            steps: run.steps,
+            steps,
             estimated: false,
         })
     }
@@ -266,7 +276,7 @@ impl System {
                 .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
                 .map_err(|trouble| self.trouble(trouble, &t, &q))?;
             while rows.len() < times.samples {
-                let after = S::from_ball(&times.at(rows.len())).sub(&t).centred();
+                let after = S::from_ball(&times.at(rows.len())).sub(&t);
                 if after.middle() > length {
                     break;
                 }
@@ -281,7 +291,7 @@ impl System {
                 return Ok(Run { rows, steps });
             }
             let h = S::exact(length.min(left.middle()));
-            let next = t.add(&h).centred();
+            let next = t.add(&h);
             // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
             let share = next.middle() / end.middle();
             let expected = FIRST_STEPS as f64 / share;

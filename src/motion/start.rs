@@ -4,7 +4,6 @@ use nalgebra::{DMatrix, DVector};
 
 use super::System;
 use super::error::MotionError;
-use super::step::Real;
 use crate::diagnostic::nearest;
 use crate::linearize::{self, Linearized, evaluate_closed};
 use crate::model::{Constant, Model, ModelError};
@@ -178,14 +177,14 @@ impl Start {
                     } else {
                         &self.positions
                     };
-                    let slope = value.middle();
-                    sizes[*a] = sizes[*a].max((slope * state[*i].middle()).abs());
+                    let slope = value.mid_f64();
+                    sizes[*a] = sizes[*a].max((slope * state[*i].mid_f64()).abs());
                     if let Some(column) = free.iter().position(|own| own == i) {
                         slopes[(*a, column)] = slope;
                     }
                 }
                 let off = gaps.iter().zip(&sizes).fold(0.0_f64, |most, (gap, size)| {
-                    let gap = gap.middle().abs();
+                    let gap = gap.mid_f64().abs();
                     most.max(if gap > 0.0 {
                         gap / size.max(f64::MIN_POSITIVE)
                     } else {
@@ -200,7 +199,7 @@ impl Start {
                 if free.is_empty() {
                     break;
                 }
-                let right = DVector::from_iterator(c, gaps.iter().map(|gap| -gap.middle()));
+                let right = DVector::from_iterator(c, gaps.iter().map(|gap| -gap.mid_f64()));
                 let step = slopes.svd(true, true).solve(&right, 1e-12);
                 let Ok(step) = step else { break };
                 let state = if velocities {
@@ -209,7 +208,7 @@ impl Start {
                     &mut self.positions
                 };
                 for (at, step) in free.iter().zip(step.iter()) {
-                    state[*at] = state[*at].add(&Ball::exact(*step)).centred();
+                    state[*at] = Ball::from((state[*at] + Ball::exact(*step)).mid);
                 }
                 if !step.iter().all(|x| x.is_finite()) {
                     break;

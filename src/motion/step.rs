@@ -8,19 +8,18 @@
 
 use super::equations::Equations;
 use crate::expr::{Prepared, Series};
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, DoubleDouble, Scalar};
 
-/// Numbers that motions are computed in. Nothing is proved of them: enclosures are cut down to their middle after each
-/// step.
-pub(super) trait Real: Scalar<Precision = ()> {
+/// Numbers that motions are computed in. Nothing is proved of them.
+pub(super) trait Real: Scalar<Precision = ()> + Copy {
     /// A double, exactly.
     fn exact(value: f64) -> Self;
     /// The middle of an enclosure.
     fn from_ball(value: &Ball) -> Self;
     /// The nearest double.
     fn middle(&self) -> f64;
-    /// Without what is known about errors.
-    fn centred(&self) -> Self;
+    /// As an enclosure that knows of no error.
+    fn to_ball(self) -> Ball;
 }
 
 impl Real for f64 {
@@ -36,26 +35,26 @@ impl Real for f64 {
         *self
     }
 
-    fn centred(&self) -> Self {
-        *self
+    fn to_ball(self) -> Ball {
+        Ball::exact(self)
     }
 }
 
-impl Real for Ball {
+impl Real for DoubleDouble {
     fn exact(value: f64) -> Self {
-        Ball::exact(value)
+        DoubleDouble::exact(value)
     }
 
     fn from_ball(value: &Ball) -> Self {
-        Ball::new(value.mid, 0.0)
+        value.mid
     }
 
     fn middle(&self) -> f64 {
-        self.mid_f64()
+        self.hi
     }
 
-    fn centred(&self) -> Self {
-        Ball::new(self.mid, 0.0)
+    fn to_ball(self) -> Ball {
+        Ball::from(self)
     }
 }
 
@@ -67,7 +66,7 @@ pub(super) struct Stepper<'a, S: Real> {
     series: Series<S>,
     surface: Prepared<S>,
     scratch: Vec<S>,
-    /// By order: coordinates, velocities, accelerations, multipliers, M and J.
+    /// The coefficients of each coordinate, velocity, acceleration, multiplier and entry of M and J, in rows.
     positions: Vec<Vec<S>>,
     velocities: Vec<Vec<S>>,
     accelerations: Vec<Vec<S>>,
@@ -100,7 +99,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     pub(super) fn new(equations: &'a Equations, order: usize, tolerance: f64) -> Self {
         let zero = S::exact(0.0);
         let (n, c) = (equations.coordinates, equations.constraints);
-        let rows = |count: usize| vec![vec![zero.clone(); count]; order + 1];
+        let rows = |count: usize| vec![vec![zero; order + 1]; count];
         Self {
             equations,
             order,
@@ -114,7 +113,7 @@ impl<'a, S: Real> Stepper<'a, S> {
             multipliers: rows(c),
             mass: rows(equations.mass.len()),
             gradients: rows(equations.gradients.len()),
-            inputs: vec![zero.clone(); 1 + 2 * n],
+            inputs: vec![zero; 1 + 2 * n],
             right: vec![zero; n + c],
             matrix: None,
             unit: 1.0,
@@ -132,8 +131,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         longest: f64,
     ) -> Result<f64, Trouble> {
         self.correct(t, q, v)?;
-        self.positions[0].clone_from_slice(q);
-        self.velocities[0].clone_from_slice(v);
+        self.begin(q, v);
         if self.next_unit == 0.0 {
             self.unit = 1.0;
             self.coefficients(t, FIRST.min(self.order))?;
@@ -161,20 +159,27 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
     }
 
+    /// Writes the state to order 0.
+    fn begin(&mut self, q: &[S], v: &[S]) {
+        for (rows, values) in [(&mut self.positions, q), (&mut self.velocities, v)] {
+            for (row, value) in rows.iter_mut().zip(values) {
+                row[0] = *value;
+            }
+        }
+    }
+
     /// All coefficients up to an order.
     fn coefficients(&mut self, t: &S, order: usize) -> Result<(), Trouble> {
         self.series.clear();
         let unit = S::exact(self.unit);
         for k in 0..order {
             self.advance(k, t)?;
-            let (done, open) = self.velocities.split_at_mut(k + 1);
-            let (_, next) = self.positions.split_at_mut(k + 1);
             let share = unit.div(&S::exact(count(k + 1)));
-            for (i, x) in open[0].iter_mut().enumerate() {
-                *x = self.accelerations[k][i].mul(&share);
+            for (row, a) in self.velocities.iter_mut().zip(&self.accelerations) {
+                row[k + 1] = a[k].mul(&share);
             }
-            for (i, x) in next[0].iter_mut().enumerate() {
-                *x = done[k][i].mul(&share);
+            for (row, v) in self.positions.iter_mut().zip(&self.velocities) {
+                row[k + 1] = v[k].mul(&share);
             }
         }
         Ok(())
@@ -184,10 +189,10 @@ impl<'a, S: Real> Stepper<'a, S> {
     fn rate(&self) -> f64 {
         let mut rate = 0.0_f64;
         for rows in [&self.positions, &self.velocities] {
-            for later in 1..=FIRST.min(self.order) {
-                for earlier in 0..later {
-                    for (x, y) in rows[earlier].iter().zip(&rows[later]) {
-                        let ratio = y.middle().abs() / x.middle().abs();
+            for row in rows {
+                for later in 1..=FIRST.min(self.order) {
+                    for earlier in 0..later {
+                        let ratio = row[later].middle().abs() / row[earlier].middle().abs();
                         let root = ratio.powf(1.0 / count(later - earlier));
                         if root.is_finite() {
                             rate = rate.max(root);
@@ -201,20 +206,25 @@ impl<'a, S: Real> Stepper<'a, S> {
 
     /// q''_k and mu_k.
     fn advance(&mut self, k: usize, t: &S) -> Result<(), Trouble> {
-        let (n, c) = (self.equations.coordinates, self.equations.constraints);
+        let n = self.equations.coordinates;
         self.inputs[0] = match k {
-            0 => t.clone(),
+            0 => *t,
             1 => S::exact(self.unit),
             _ => S::exact(0.0),
         };
-        self.inputs[1..=n].clone_from_slice(&self.positions[k]);
-        self.inputs[n + 1..].clone_from_slice(&self.velocities[k]);
+        let rows = self.positions.iter().chain(&self.velocities);
+        for (input, row) in self.inputs[1..].iter_mut().zip(rows) {
+            *input = row[k];
+        }
         let out = self.series.next(&self.inputs);
         let (mass, rest) = out.split_at(self.equations.mass.len());
         let (load, rest) = rest.split_at(n);
         let (gradients, bend) = rest.split_at(self.equations.gradients.len());
-        self.mass[k].clone_from_slice(mass);
-        self.gradients[k].clone_from_slice(gradients);
+        for (rows, values) in [(&mut self.mass, mass), (&mut self.gradients, gradients)] {
+            for (row, value) in rows.iter_mut().zip(values) {
+                row[k] = *value;
+            }
+        }
         for (right, left) in self.right.iter_mut().zip(load.iter().chain(bend)) {
             *right = left.neg();
         }
@@ -222,37 +232,64 @@ impl<'a, S: Real> Stepper<'a, S> {
             self.matrix = Some(self.factored()?);
         }
         if !self.equations.constant {
-            for j in 1..=k {
-                let (a, mu) = (&self.accelerations[k - j], &self.multipliers[k - j]);
-                for ((row, column), entry) in self.equations.mass.iter().zip(&self.mass[j]) {
-                    if entry.is_exact_zero() {
-                        continue;
-                    }
-                    self.right[*row] = self.right[*row].sub(&entry.mul(&a[*column]));
-                    if row != column {
-                        self.right[*column] = self.right[*column].sub(&entry.mul(&a[*row]));
-                    }
-                }
-                for ((row, i), entry) in self.equations.gradients.iter().zip(&self.gradients[j]) {
-                    if entry.is_exact_zero() {
-                        continue;
-                    }
-                    self.right[n + row] = self.right[n + row].sub(&entry.mul(&a[*i]));
-                    // The force is Jᵀ mu, on the right side.
-                    self.right[*i] = self.right[*i].add(&entry.mul(&mu[*row]));
-                }
-            }
+            self.move_lower_orders(k);
         }
         let Some(matrix) = &self.matrix else {
             return Err(Trouble::Singular);
         };
-        matrix.solve(&mut self.right);
-        self.accelerations[k].clone_from_slice(&self.right[..n]);
-        self.multipliers[k].clone_from_slice(&self.right[n..n + c]);
+        matrix.solve(&mut self.right, &mut self.scratch);
+        let rows = self.accelerations.iter_mut().chain(&mut self.multipliers);
+        for (row, value) in rows.zip(&self.right) {
+            row[k] = *value;
+        }
         if self.right.iter().all(S::is_finite) {
             Ok(())
         } else {
             Err(Trouble::NotFinite)
+        }
+    }
+
+    /// Takes what is known of the k-th coefficients of M q'' and Jᵀ mu, J q'' to the right: that is all of them but M_0 q''_k
+    /// and its like.
+    fn move_lower_orders(&mut self, k: usize) {
+        let n = self.equations.coordinates;
+        let Self {
+            equations,
+            series,
+            right,
+            accelerations,
+            multipliers,
+            ..
+        } = self;
+        // Σ_(j=1..k) e_j x_(k-j), for an entry that is constant beyond its order 0 in `live`.
+        let known = |entry: &[S], live: usize, x: &[S]| {
+            let end = live.min(k + 1);
+            let entry = entry.get(1..end)?;
+            S::convolution(entry, x.get(k + 1 - end..k)?)
+        };
+        let mass = equations.mass.iter().zip(&self.mass).enumerate();
+        for (at, ((row, column), entry)) in mass {
+            let live = series.live(at);
+            if let Some(part) = known(entry, live, &accelerations[*column]) {
+                right[*row] = right[*row].sub(&part);
+            }
+            if row != column
+                && let Some(part) = known(entry, live, &accelerations[*row])
+            {
+                right[*column] = right[*column].sub(&part);
+            }
+        }
+        let first = equations.mass.len() + n;
+        let gradients = equations.gradients.iter().zip(&self.gradients).enumerate();
+        for (at, ((row, i), entry)) in gradients {
+            let live = series.live(first + at);
+            if let Some(part) = known(entry, live, &accelerations[*i]) {
+                right[n + row] = right[n + row].sub(&part);
+            }
+            // The force is Jᵀ mu, on the right side.
+            if let Some(part) = known(entry, live, &multipliers[*row]) {
+                right[*i] = right[*i].add(&part);
+            }
         }
     }
 
@@ -262,8 +299,8 @@ impl<'a, S: Real> Stepper<'a, S> {
         let diagonal = c == 0 && self.equations.mass.iter().all(|(i, j)| i == j);
         if diagonal {
             let mut entries = vec![S::exact(0.0); n];
-            for ((i, _), value) in self.equations.mass.iter().zip(&self.mass[0]) {
-                entries[*i] = value.clone();
+            for ((i, _), row) in self.equations.mass.iter().zip(&self.mass) {
+                entries[*i] = row[0];
             }
             let fine = entries.iter().all(|x| x.middle() != 0.0 && x.is_finite());
             return if fine {
@@ -274,13 +311,13 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
         let order = n + c;
         let mut rows = vec![S::exact(0.0); order * order];
-        for ((i, j), value) in self.equations.mass.iter().zip(&self.mass[0]) {
-            rows[order * i + j] = value.clone();
-            rows[order * j + i] = value.clone();
+        for ((i, j), row) in self.equations.mass.iter().zip(&self.mass) {
+            rows[order * i + j] = row[0];
+            rows[order * j + i] = row[0];
         }
-        for ((a, i), value) in self.equations.gradients.iter().zip(&self.gradients[0]) {
-            rows[order * i + n + a] = value.neg();
-            rows[order * (n + a) + i] = value.clone();
+        for ((a, i), row) in self.equations.gradients.iter().zip(&self.gradients) {
+            rows[order * i + n + a] = row[0].neg();
+            rows[order * (n + a) + i] = row[0];
         }
         Matrix::factored(rows, order)
     }
@@ -293,8 +330,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         }
         let mut before = f64::INFINITY;
         for _ in 0..MOST_CORRECTIONS {
-            self.positions[0].clone_from_slice(q);
-            self.velocities[0].clone_from_slice(v);
+            self.begin(q, v);
             self.series.clear();
             // Order 0 leaves the factors of the matrix here.
             self.advance(0, t)?;
@@ -306,15 +342,15 @@ impl<'a, S: Real> Stepper<'a, S> {
             for (state, gaps) in [(&mut *q, &gaps[..c]), (&mut *v, &gaps[c..])] {
                 let mut step = vec![S::exact(0.0); n + c];
                 for (a, gap) in gaps.iter().enumerate() {
-                    step[n + a] = gap.neg().centred();
+                    step[n + a] = gap.neg();
                 }
-                matrix.solve(&mut step);
+                matrix.solve(&mut step, &mut self.scratch);
                 let largest = state
                     .iter()
                     .map(|x| x.middle().abs())
                     .fold(1e-300, f64::max);
                 for (x, step) in state.iter_mut().zip(&step) {
-                    *x = x.add(step).centred();
+                    *x = x.add(step);
                     moved = moved.max(step.middle().abs() / largest);
                 }
             }
@@ -336,7 +372,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         for (rows, degree) in [(&self.positions, 2), (&self.velocities, 1)] {
             let coordinates = 0..self.equations.coordinates;
             length = coordinates.fold(length, |length, i| {
-                let sizes = |k: usize| rows[k][i].middle().abs();
+                let sizes = |k: usize| rows[i][k].middle().abs();
                 let last = [self.order - 1, self.order].into_iter();
                 last.fold(length, |length, k| {
                     length.min(self.reach(&sizes, k, degree, length))
@@ -358,6 +394,11 @@ impl<'a, S: Real> Stepper<'a, S> {
             return own;
         }
         let mut size = sizes(0);
+        // Mostly another term is what counts.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // orders are small
+        if length.is_finite() && last * length.powi(k as i32) <= self.tolerance * size {
+            return own;
+        }
         for _ in 0..3 {
             own = if size > 0.0 {
                 (self.tolerance * size / last).powf(1.0 / count(k))
@@ -379,18 +420,12 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// Coordinates and velocities at a time after that of the expansion.
     pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
         let after = after.div(&S::exact(self.unit));
-        let sum = |rows: &[Vec<S>], i: usize| {
-            let mut value = rows[self.order][i].clone();
-            for row in rows[..self.order].iter().rev() {
-                value = value.mul(&after).add(&row[i]);
-            }
-            value.centred()
+        let sum = |row: &Vec<S>| {
+            let terms = row.iter().rev().copied();
+            terms.reduce(|value, lower| value.mul(&after).add(&lower))
         };
-        let n = self.equations.coordinates;
-        (
-            (0..n).map(|i| sum(&self.positions, i)).collect(),
-            (0..n).map(|i| sum(&self.velocities, i)).collect(),
-        )
+        let values = |rows: &[Vec<S>]| rows.iter().filter_map(sum).collect();
+        (values(&self.positions), values(&self.velocities))
     }
 }
 
@@ -475,7 +510,8 @@ impl<S: Real> Matrix<S> {
         })
     }
 
-    fn solve(&self, right: &mut [S]) {
+    /// `x` is memory to work in.
+    fn solve(&self, right: &mut [S], x: &mut Vec<S>) {
         match self {
             Self::Diagonal(entries) => {
                 for (x, entry) in right.iter_mut().zip(entries) {
@@ -487,7 +523,8 @@ impl<S: Real> Matrix<S> {
                 entries,
                 rows,
             } => {
-                let mut x: Vec<S> = rows.iter().map(|row| right[*row].clone()).collect();
+                x.clear();
+                x.extend(rows.iter().map(|row| right[*row]));
                 for i in 0..*order {
                     for j in 0..i {
                         let entry = &entries[order * i + j];
@@ -505,7 +542,7 @@ impl<S: Real> Matrix<S> {
                     }
                     x[i] = x[i].div(&entries[order * i + i]);
                 }
-                right[..*order].clone_from_slice(&x);
+                right[..*order].copy_from_slice(x);
             }
         }
     }

@@ -4,17 +4,28 @@
 //! the slope of E - U between 0 and x, which is positive and smooth; elsewhere h is E - U itself. On a panel of half
 //! width r about c, h, M and g = sqrt(2M/h) are expanded in s = (x - c)/r, and the time is |span| Σ g_k J_k with
 //! J_k = ∫ s^k w(x) dx, w = 1/sqrt(x) where x = 0 is a turning point and 1 elsewhere. The rest is Lagrange's, with the
-//! next coefficient enclosed over the whole panel. A panel whose rest is too large is halved.
+//! next coefficient enclosed over the whole panel. A panel whose rest is too large is made shorter; how small the rest was
+//! tells how long the next one may be.
 
 use super::real::Real;
 use crate::expr::{Prepared, Series, Tape};
-use crate::precision::{Magnitude, Scalar};
+use crate::precision::{Magnitude, Scalar, exponent_of, power_of_two};
 
 /// So many panels are tried at most, in one integral.
 const MOST_PANELS: usize = 1000;
 
-/// Half widths below this are not tried beside a turning point; elsewhere doubles end earlier.
+/// Widths below this are not tried beside a turning point; elsewhere doubles end earlier.
 const LEAST: f64 = 1e-75;
+
+/// About so many bits for each term of an expansion a rest gains where a panel is half as wide. How panels are chosen decides
+/// about time alone.
+const BITS_A_HALVING: f64 = 1.4;
+
+/// About so many bits for each term a rest is larger than the last terms where these are too large.
+const BITS_OF_A_REST: f64 = 0.65;
+
+/// So many bits for each term smaller than it may be the rest of the next panel shall be.
+const MARGIN: f64 = 0.18;
 
 /// Why a panel is not integrated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -144,6 +155,42 @@ pub(super) struct Path<'a, S: Real> {
     pub(super) bits: u32,
 }
 
+/// A panel that is not taken.
+struct Refused {
+    refusal: Refusal,
+    /// By how many bits its rest is too large, where that is known.
+    bits: Option<f64>,
+}
+
+impl From<Refusal> for Refused {
+    fn from(refusal: Refusal) -> Self {
+        Self {
+            refusal,
+            bits: None,
+        }
+    }
+}
+
+/// A panel that is taken.
+struct Taken<S> {
+    /// Its part of the time, less |span|.
+    time: S,
+    known: Known<S>,
+    /// By how many bits its rest is smaller than it may be.
+    bits: f64,
+}
+
+/// log2(a/b), about; infinite where b is 0.
+fn bits_between(a: Magnitude, b: Magnitude) -> f64 {
+    if b.is_zero() {
+        f64::INFINITY
+    } else if a.is_zero() {
+        f64::NEG_INFINITY
+    } else {
+        a.log2() - b.log2()
+    }
+}
+
 /// E - U about a place where it is well known.
 struct Known<S> {
     middle: f64,
@@ -200,50 +247,84 @@ impl<S: Real> Path<'_, S> {
                 return Err(Obstacle { refusal, at });
             }
         }
-        let mut total: Option<S> = None;
-        let mut known = None;
-        // The nearest panel to x = 0 is the last one here.
-        let mut waiting = vec![(0.0, 1.0)];
+        let mut sum: Option<S> = None;
+        let mut known: Option<Known<S>> = None;
+        let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
+        let mut before = Refusal::Rough;
+        let terms = self.order as f64;
         for _ in 0..MOST_PANELS {
-            let Some((from, to)) = waiting.pop() else {
-                break;
-            };
+            let to = self.end(from, width);
+            let middle = 0.5 * (from + to);
+            // Middles and half widths have to be exact, so that nothing is left out.
+            let exact = from < middle
+                && middle < to
+                && middle - from == to - middle
+                && 2.0 * middle - to == from;
+            if !exact {
+                let at = self.position(from);
+                return Err(Obstacle {
+                    refusal: before,
+                    at,
+                });
+            }
             match self.panel(from, to, known.as_ref()) {
-                Ok((time, here)) => {
-                    total = Some(match total {
-                        None => time,
-                        Some(total) => total.add(&time),
-                    });
-                    known = Some(here);
+                Ok(taken) => {
+                    let total = match sum.take() {
+                        None => taken.time,
+                        Some(total) => total.add(&taken.time),
+                    };
+                    if to >= 1.0 {
+                        let total = total.mul(&self.span);
+                        return Ok(if total.is_negative() {
+                            total.neg()
+                        } else {
+                            total
+                        });
+                    }
+                    // Where panels have grown they go on growing: mostly it is the distance from a singularity that counts.
+                    let room = ((taken.bits / terms - MARGIN) / BITS_A_HALVING).exp2();
+                    let factor = (room * trend).clamp(0.25, 4.0);
+                    trend = factor.clamp(0.7, 1.5);
+                    width = (to - from) * factor;
+                    sum = Some(total);
+                    known = Some(taken.known);
+                    from = to;
                 }
-                Err(refusal) => {
-                    let middle = 0.5 * (from + to);
+                Err(Refused { refusal, bits }) => {
                     let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
-                    // Halves have to be exact, so that nothing is left out.
-                    let exact = 2.0 * middle - from == to && from < middle && middle < to;
-                    if whole || !exact || to - from < LEAST {
+                    let shorter = bits.map_or(0.5, |bits| {
+                        (-(bits / terms + MARGIN) / BITS_A_HALVING).exp2()
+                    });
+                    let next = (to - from) * shorter.clamp(0.0625, 0.8);
+                    if whole || next < LEAST || next < 4.0 * f64::EPSILON * from {
                         let at = self.position(middle);
                         return Err(Obstacle { refusal, at });
                     }
-                    waiting.push((middle, to));
-                    waiting.push((from, middle));
+                    (width, trend, before) = (next, 1.0, refusal);
                 }
             }
         }
-        match (total, waiting.pop()) {
-            (Some(total), None) => {
-                let total = total.mul(&self.span);
-                Ok(if total.is_negative() {
-                    total.neg()
-                } else {
-                    total
-                })
-            }
-            (_, rest) => {
-                let at = self.position(rest.map_or(0.0, |(from, _)| from));
-                let refusal = Refusal::Rough;
-                Err(Obstacle { refusal, at })
-            }
+        let at = self.position(from);
+        let refusal = Refusal::Rough;
+        Err(Obstacle { refusal, at })
+    }
+
+    /// The end of a panel of about a width, on a grid so coarse that sums and differences of ends are exact.
+    fn end(&self, from: f64, width: f64) -> f64 {
+        // Weights are computed for panels that are as far from the turning point as they are wide.
+        let width = if self.turning && from > 0.0 {
+            width.min(from)
+        } else {
+            width
+        };
+        let finest = power_of_two(exponent_of(from.max(width)) - 51);
+        let grid = power_of_two(exponent_of(width) - 6).max(finest);
+        let to = ((from + width) / grid).floor() * grid;
+        // A panel that was refused does not get its old end again.
+        if to + 0.125 * width >= 1.0 && (from == 0.0 || !self.turning || from >= 0.5) {
+            1.0
+        } else {
+            to
         }
     }
 
@@ -252,13 +333,8 @@ impl<S: Real> Path<'_, S> {
         self.start.add(&self.span.mul(&x))
     }
 
-    /// The part of one panel, less |span|.
-    fn panel(
-        &mut self,
-        from: f64,
-        to: f64,
-        known: Option<&Known<S>>,
-    ) -> Result<(S, Known<S>), Refusal> {
+    /// The part of one panel.
+    fn panel(&mut self, from: f64, to: f64, known: Option<&Known<S>>) -> Result<Taken<S>, Refused> {
         let order = self.order;
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let step = self.span.mul(&self.field.number(half));
@@ -280,16 +356,16 @@ impl<S: Real> Path<'_, S> {
             enclosed = Some(over);
         }
         if excess[0].is_negative() {
-            return Err(Refusal::Forbidden);
+            return Err(Refusal::Forbidden.into());
         }
         if mass[0].is_negative() {
-            return Err(Refusal::NegativeMass);
+            return Err(Refusal::NegativeMass.into());
         }
         if !excess.iter().chain(&mass).all(Scalar::is_finite) {
-            return Err(Refusal::Rough);
+            return Err(Refusal::Rough.into());
         }
         if doubtful(&excess[0]) {
-            return Err(Refusal::Precision);
+            return Err(Refusal::Precision.into());
         }
         let h = if self.turning {
             self.divided(&excess, &self.field.number(middle), half)
@@ -298,13 +374,18 @@ impl<S: Real> Path<'_, S> {
         };
         let g = self.field.integrand(&h, &mass);
         let Some(first) = g.first().filter(|first| first.is_positive()) else {
-            return Err(Refusal::Rough);
+            return Err(Refusal::Rough.into());
         };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
         let last = g.iter().rev().take(2).map(Real::largest);
         let last = last.fold(Magnitude::ZERO, Magnitude::max);
         if last > wanted.scale(2) * first.largest() {
-            return Err(Refusal::Rough);
+            return Err(Refused {
+                refusal: Refusal::Rough,
+                bits: Some(
+                    bits_between(last, wanted * first.largest()) + BITS_OF_A_REST * order as f64,
+                ),
+            });
         }
         let weights = self.weights(from, to);
         let mut time = self.field.zero.clone();
@@ -340,15 +421,23 @@ impl<S: Real> Path<'_, S> {
             let top = top.unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
+        let bits = bits_between(rest, wanted * time.least());
         if !enough(rest) {
-            return Err(Refusal::Rough);
+            return Err(Refused {
+                refusal: Refusal::Rough,
+                bits: bits.is_finite().then_some(bits),
+            });
         }
         let known = Known {
             middle,
             half,
             coefficients: excess,
         };
-        Ok((time.with_error(rest), known))
+        Ok(Taken {
+            time: time.with_error(rest),
+            known,
+            bits: -bits,
+        })
     }
 
     /// A bound of the n-th coefficient of g over the panel, from the first coefficients of h and M in its middle and

@@ -1,37 +1,46 @@
-//! The number types expressions are evaluated over: doubles and balls.
+//! The number types expressions are evaluated over: doubles, one or eight, double-doubles and balls.
 
 use super::ball::Ball;
 use super::double::DoubleDouble;
-use super::scalar::{Function, Scalar};
+use super::lane::Lane;
+use super::scalar::{self, Function, Scalar};
+use super::sums;
 use crate::number::Number;
 
 impl Scalar for f64 {
     type Precision = ();
 
+    #[inline]
     fn from_number(number: &Number, (): ()) -> Self {
         number.to_double_double().0
     }
 
+    #[inline]
     fn pi((): ()) -> Self {
         std::f64::consts::PI
     }
 
+    #[inline]
     fn add(&self, other: &Self) -> Self {
         self + other
     }
 
+    #[inline]
     fn sub(&self, other: &Self) -> Self {
         self - other
     }
 
+    #[inline]
     fn mul(&self, other: &Self) -> Self {
         self * other
     }
 
+    #[inline]
     fn div(&self, other: &Self) -> Self {
         self / other
     }
 
+    #[inline]
     fn neg(&self) -> Self {
         -self
     }
@@ -40,6 +49,7 @@ impl Scalar for f64 {
         f64::powi(*self, exponent)
     }
 
+    #[inline]
     fn sqrt(&self) -> Self {
         f64::sqrt(*self)
     }
@@ -73,6 +83,7 @@ impl Scalar for f64 {
         f64::atan2(*self + 0.0, *x)
     }
 
+    #[inline]
     fn signum(&self) -> Self {
         if *self == 0.0 {
             f64::NAN
@@ -81,18 +92,197 @@ impl Scalar for f64 {
         }
     }
 
+    /// Four sums side by side: one would wait for each of its additions.
+    #[inline]
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        let (blocks, left) = left.as_chunks::<4>();
+        let (right, mirrored) = right.as_rchunks::<4>();
+        let mut sums = [0.0; 4];
+        for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
+            for i in 0..4 {
+                sums[i] += x[i] * y[3 - i];
+            }
+        }
+        let mut sum = (sums[0] + sums[1]) + (sums[2] + sums[3]);
+        for (x, y) in left.iter().zip(right.iter().rev()) {
+            sum += x * y;
+        }
+        (!(blocks.is_empty() && left.is_empty())).then_some(sum)
+    }
+
+    #[inline]
     fn is_finite(&self) -> bool {
         f64::is_finite(*self)
     }
 
+    #[inline]
     fn is_exact_zero(&self) -> bool {
         *self == 0.0
+    }
+}
+
+/// Nothing is known of errors here: a value is the middle of the enclosure that [`Ball`] computes.
+impl Scalar for DoubleDouble {
+    type Precision = ();
+
+    #[inline]
+    fn from_number(number: &Number, (): ()) -> Self {
+        Ball::from_number(number, ()).mid
+    }
+
+    #[inline]
+    fn pi((): ()) -> Self {
+        Ball::PI.mid
+    }
+
+    #[inline]
+    fn add(&self, other: &Self) -> Self {
+        *self + *other
+    }
+
+    #[inline]
+    fn sub(&self, other: &Self) -> Self {
+        *self - *other
+    }
+
+    #[inline]
+    fn mul(&self, other: &Self) -> Self {
+        *self * *other
+    }
+
+    #[inline]
+    fn div(&self, other: &Self) -> Self {
+        *self / *other
+    }
+
+    #[inline]
+    fn neg(&self) -> Self {
+        -*self
+    }
+
+    fn powi(&self, exponent: i32) -> Self {
+        Ball::from(*self).powi(exponent).mid
+    }
+
+    #[inline]
+    fn sqrt(&self) -> Self {
+        DoubleDouble::sqrt(*self)
+    }
+
+    fn pow(&self, exponent: &Self) -> Self {
+        Ball::from(*self).pow(&Ball::from(*exponent)).mid
+    }
+
+    fn apply(&self, function: Function) -> Self {
+        Ball::from(*self).apply(function).mid
+    }
+
+    fn atan2(&self, x: &Self) -> Self {
+        Ball::from(*self).atan2(&Ball::from(*x)).mid
+    }
+
+    #[inline]
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        sums::convolution(left, right)
+    }
+
+    #[inline]
+    fn is_finite(&self) -> bool {
+        DoubleDouble::is_finite(*self)
+    }
+
+    #[inline]
+    fn is_exact_zero(&self) -> bool {
+        self.hi == 0.0 && self.lo == 0.0
+    }
+}
+
+impl Scalar for Lane {
+    type Precision = ();
+
+    #[inline]
+    fn from_number(number: &Number, (): ()) -> Self {
+        Self::splat(f64::from_number(number, ()))
+    }
+
+    #[inline]
+    fn pi((): ()) -> Self {
+        Self::splat(std::f64::consts::PI)
+    }
+
+    #[inline]
+    fn add(&self, other: &Self) -> Self {
+        *self + *other
+    }
+
+    #[inline]
+    fn sub(&self, other: &Self) -> Self {
+        *self - *other
+    }
+
+    #[inline]
+    fn mul(&self, other: &Self) -> Self {
+        *self * *other
+    }
+
+    #[inline]
+    fn div(&self, other: &Self) -> Self {
+        *self / *other
+    }
+
+    #[inline]
+    fn neg(&self) -> Self {
+        -*self
+    }
+
+    fn powi(&self, exponent: i32) -> Self {
+        self.map(|x| x.powi(exponent))
+    }
+
+    #[inline]
+    fn sqrt(&self) -> Self {
+        Lane::sqrt(*self)
+    }
+
+    fn pow(&self, exponent: &Self) -> Self {
+        self.zip(*exponent, f64::powf)
+    }
+
+    fn apply(&self, function: Function) -> Self {
+        self.map(|x| x.apply(function))
+    }
+
+    fn atan2(&self, x: &Self) -> Self {
+        self.zip(*x, |y, x| Scalar::atan2(&y, &x))
+    }
+
+    #[inline]
+    fn signum(&self) -> Self {
+        self.map(|x| Scalar::signum(&x))
+    }
+
+    #[inline]
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        sums::convolution_of_lanes(left, right)
+    }
+
+    /// Whether all eight are.
+    #[inline]
+    fn is_finite(&self) -> bool {
+        self.0.iter().fold(true, |all, x| all & x.is_finite())
+    }
+
+    /// Whether all eight are.
+    #[inline]
+    fn is_exact_zero(&self) -> bool {
+        !self.any()
     }
 }
 
 impl Scalar for Ball {
     type Precision = ();
 
+    #[inline]
     fn from_number(number: &Number, (): ()) -> Self {
         let (hi, lo, error) = number.to_double_double();
         if hi.is_finite() {
@@ -102,26 +292,32 @@ impl Scalar for Ball {
         }
     }
 
+    #[inline]
     fn pi((): ()) -> Self {
         Ball::PI
     }
 
+    #[inline]
     fn add(&self, other: &Self) -> Self {
         *self + *other
     }
 
+    #[inline]
     fn sub(&self, other: &Self) -> Self {
         *self - *other
     }
 
+    #[inline]
     fn mul(&self, other: &Self) -> Self {
         *self * *other
     }
 
+    #[inline]
     fn div(&self, other: &Self) -> Self {
         *self / *other
     }
 
+    #[inline]
     fn neg(&self) -> Self {
         -*self
     }
@@ -130,6 +326,7 @@ impl Scalar for Ball {
         Ball::powi(self, exponent)
     }
 
+    #[inline]
     fn sqrt(&self) -> Self {
         Ball::sqrt(self)
     }
@@ -159,6 +356,7 @@ impl Scalar for Ball {
         Ball::atan2(self, x)
     }
 
+    #[inline]
     fn signum(&self) -> Self {
         if self.is_positive() {
             Ball::ONE
@@ -169,10 +367,21 @@ impl Scalar for Ball {
         }
     }
 
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        if left.len() >= sums::SHORT_FOR_BALLS
+            && let Some(sum) = sums::convolution_of_balls(left, right)
+        {
+            return Some(sum);
+        }
+        scalar::one_by_one(left, right)
+    }
+
+    #[inline]
     fn is_finite(&self) -> bool {
         Ball::is_finite(self)
     }
 
+    #[inline]
     fn is_exact_zero(&self) -> bool {
         self.is_zero()
     }

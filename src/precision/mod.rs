@@ -17,8 +17,10 @@ mod double;
 mod dual;
 mod elementary;
 mod evaluate;
+mod lane;
 mod magnitude;
 mod scalar;
+mod sums;
 
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
@@ -27,5 +29,6 @@ pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub(crate) use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;
+pub use lane::{LANES, Lane};
 pub use magnitude::Magnitude;
 pub use scalar::{Function, Scalar};

@@ -69,6 +69,12 @@ pub trait Scalar: Clone {
     fn signum(&self) -> Self {
         self.apply(Function::Abs).div(self)
     }
+    /// left_0 right_(n-1) + left_1 right_(n-2) + … + left_(n-1) right_0 for n numbers each, in an order that suits the
+    /// type; `None` for n = 0.
+    #[inline]
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        one_by_one(left, right)
+    }
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
     /// Whether the value is zero and known to be exactly that; `false` is always allowed and only
@@ -76,4 +82,15 @@ pub trait Scalar: Clone {
     fn is_exact_zero(&self) -> bool {
         false
     }
+}
+
+/// [`Scalar::convolution`], one product after the other.
+pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
+    let mut products = left.iter().zip(right.iter().rev());
+    let (first, second) = products.next()?;
+    let mut sum = first.mul(second);
+    for (x, y) in products {
+        sum = sum.add(&x.mul(y));
+    }
+    Some(sum)
 }

@@ -1,30 +1,36 @@
-//! Eight numbers side by side: one of each parameter set of a block.
+//! Eight doubles side by side: one of each parameter set of a block, or of each place of a chart.
 //!
 //! Every operation is a loop over the eight that the compiler turns into vector instructions. None
-//! is fused and none is reordered, so that a set's numbers don't depend on the machine's vectors
-//! (beyond its sine and its like), nor on the sets beside it.
+//! is fused and none is reordered, so that a number doesn't depend on the machine's vectors
+//! (beyond its sine and its like), nor on those beside it.
 
 use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
-/// How many parameter sets are worked on at once.
-pub(super) const LANES: usize = 8;
+/// How many numbers are worked on at once.
+pub const LANES: usize = 8;
 
-/// One number of each set of a block.
+/// Eight doubles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(64))]
-pub(super) struct Lane(pub(super) [f64; LANES]);
+pub struct Lane(pub [f64; LANES]);
 
 impl Lane {
-    pub(super) const ZERO: Self = Self([0.0; LANES]);
-    pub(super) const ONE: Self = Self([1.0; LANES]);
+    /// 0, eight times.
+    pub const ZERO: Self = Self([0.0; LANES]);
+    /// 1, eight times.
+    pub const ONE: Self = Self([1.0; LANES]);
 
+    /// A number, eight times.
     #[inline(always)]
-    pub(super) fn splat(value: f64) -> Self {
+    #[must_use]
+    pub fn splat(value: f64) -> Self {
         Self([value; LANES])
     }
 
+    /// A function of each.
     #[inline(always)]
-    pub(super) fn map(self, f: impl Fn(f64) -> f64) -> Self {
+    #[must_use]
+    pub fn map(self, f: impl Fn(f64) -> f64) -> Self {
         let mut result = self;
         for value in &mut result.0 {
             *value = f(*value);
@@ -32,34 +38,42 @@ impl Lane {
         result
     }
 
+    /// A function of each and its neighbour in the other.
     #[inline(always)]
-    pub(super) fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    #[must_use]
+    pub fn zip(self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
         let mut result = self;
-        for (value, other) in result.0.iter_mut().zip(other.0) {
-            *value = f(*value, other);
+        for i in 0..LANES {
+            result.0[i] = f(self.0[i], other.0[i]);
         }
         result
     }
 
+    /// Absolute values.
     #[inline(always)]
-    pub(super) fn abs(self) -> Self {
+    #[must_use]
+    pub fn abs(self) -> Self {
         self.map(f64::abs)
     }
 
+    /// Square roots.
     #[inline(always)]
-    pub(super) fn sqrt(self) -> Self {
+    #[must_use]
+    pub fn sqrt(self) -> Self {
         self.map(f64::sqrt)
     }
 
     /// The larger number; `other` where either is none.
     #[inline(always)]
-    pub(super) fn max(self, other: Self) -> Self {
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
 
-    /// Per set `self` where `choice` is not 0, else `other`.
+    /// Of each `self` where `choice` is not 0, else `other`.
     #[inline(always)]
-    pub(super) fn choose(self, choice: Self, other: Self) -> Self {
+    #[must_use]
+    pub fn choose(self, choice: Self, other: Self) -> Self {
         let mut result = other;
         for i in 0..LANES {
             result.0[i] = if choice.0[i] != 0.0 {
@@ -73,13 +87,15 @@ impl Lane {
 
     /// 1 where the number is above the other one, else 0.
     #[inline(always)]
-    pub(super) fn above(self, other: Self) -> Self {
+    #[must_use]
+    pub fn above(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { 1.0 } else { 0.0 })
     }
 
     /// Whether any number is not 0.
     #[inline(always)]
-    pub(super) fn any(self) -> bool {
+    #[must_use]
+    pub fn any(self) -> bool {
         self.0
             .iter()
             .fold(false, |any, value| any | (*value != 0.0))

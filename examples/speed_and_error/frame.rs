@@ -1,0 +1,139 @@
+//! Frames of pictures with two logarithmic axes, as SVG. They bring their own light background, so that they can be read on
+//! dark pages too.
+
+use std::error::Error;
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
+use plotters::prelude::*;
+
+pub(crate) type Result<T> = std::result::Result<T, Box<dyn Error>>;
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+pub(crate) const PAPER: RGBColor = RGBColor(252, 252, 250);
+pub(crate) const INK: RGBColor = RGBColor(40, 44, 52);
+pub(crate) const FAINT: RGBColor = RGBColor(222, 222, 218);
+pub(crate) const FONT: &str = "Helvetica, Arial, sans-serif";
+
+/// 10 to a whole power, as one writes it.
+pub(crate) fn power(exponent: f64) -> String {
+    let exponent = exponent.round() as i64;
+    match exponent {
+        0 => return "1".to_owned(),
+        1 => return "10".to_owned(),
+        2 => return "100".to_owned(),
+        _ => {}
+    }
+    let superscript = |c| match c {
+        '-' => '⁻',
+        '1' => '¹',
+        '2' => '²',
+        '3' => '³',
+        '0' | '4'..='9' => char::from_u32(c as u32 - '0' as u32 + 0x2070).unwrap_or(c),
+        other => other,
+    };
+    let text: String = exponent.to_string().chars().map(superscript).collect();
+    format!("10{text}")
+}
+
+/// A range of powers of ten with marks where they are wanted.
+pub(crate) struct Axis {
+    range: (f64, f64),
+    marks: Vec<f64>,
+}
+
+impl Axis {
+    fn new(range: (f64, f64), marks: &[f64]) -> Self {
+        let marks = marks.iter().copied();
+        Self {
+            range,
+            marks: marks.filter(|x| (range.0..=range.1).contains(x)).collect(),
+        }
+    }
+}
+
+impl Ranged for Axis {
+    type FormatOption = DefaultFormatting;
+    type ValueType = f64;
+
+    fn map(&self, value: &f64, limit: (i32, i32)) -> i32 {
+        let share = (value - self.range.0) / (self.range.1 - self.range.0);
+        limit.0 + (share * f64::from(limit.1 - limit.0)).round() as i32
+    }
+
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        if hint.weight().allow_light_points() {
+            Vec::new()
+        } else {
+            self.marks.clone()
+        }
+    }
+
+    fn range(&self) -> std::ops::Range<f64> {
+        self.range.0..self.range.1
+    }
+}
+
+/// A frame with two logarithmic axes, both given as powers of ten.
+pub(crate) struct Frame<'a> {
+    pub(crate) caption: &'a str,
+    pub(crate) x: (f64, f64),
+    pub(crate) y: (f64, f64),
+    pub(crate) x_title: &'a str,
+    pub(crate) y_title: &'a str,
+    pub(crate) x_label: fn(f64) -> String,
+    pub(crate) y_label: fn(f64) -> String,
+    pub(crate) x_marks: &'a [f64],
+    pub(crate) y_marks: &'a [f64],
+}
+
+pub(crate) type Chart<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<Axis, Axis>>;
+
+impl Frame<'_> {
+    pub(crate) fn draw<'a, 'b>(&self, area: &'a Area<'b>) -> Result<Chart<'a, 'b>> {
+        let mut chart = ChartBuilder::on(area)
+            .caption(self.caption, (FONT, 16).into_font().color(&INK))
+            .margin(12)
+            .x_label_area_size(44)
+            .y_label_area_size(66)
+            .build_cartesian_2d(
+                Axis::new(self.x, self.x_marks),
+                Axis::new(self.y, self.y_marks),
+            )?;
+        chart
+            .configure_mesh()
+            .light_line_style(PAPER)
+            .bold_line_style(FAINT)
+            .axis_style(INK)
+            .label_style((FONT, 12).into_font().color(&INK))
+            .axis_desc_style((FONT, 13).into_font().color(&INK))
+            .x_desc(self.x_title)
+            .y_desc(self.y_title)
+            .x_labels(self.x_marks.len())
+            .y_labels(self.y_marks.len())
+            .x_label_formatter(&|x| (self.x_label)(*x))
+            .y_label_formatter(&|y| (self.y_label)(*y))
+            .draw()?;
+        Ok(chart)
+    }
+}
+
+/// An SVG of a size, drawn by a function.
+pub(crate) fn svg(size: (u32, u32), draw: impl FnOnce(&Area<'_>) -> Result<()>) -> Result<String> {
+    let mut text = String::new();
+    {
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        area.fill(&PAPER)?;
+        draw(&area)?;
+        area.present()?;
+    }
+    Ok(text)
+}
+
+pub(crate) fn note(area: &Area<'_>, at: (i32, i32), lines: &[&str]) -> Result<()> {
+    for (row, line) in lines.iter().enumerate() {
+        let style = (FONT, 12).into_font().color(&INK.mix(0.75));
+        area.draw(&Text::new(*line, (at.0, at.1 + 17 * row as i32), style))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,236 @@
+//! `work-precision.md`: every number in it comes from the run that writes it.
+
+use std::error::Error;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use super::machine::{locked, machine, said};
+use super::picture::picture;
+use super::run::{DOP853, FULL, HEYOKA, Line, MODEL, QUICK, Report, Trip, UNTIL};
+
+/// Errors that methods are compared at.
+const LEVELS: [f64; 4] = [1e-4, 1e-6, 1e-8, 1e-10];
+
+/// Writes the document into a folder, and its picture into one beside it.
+///
+/// # Errors
+/// Where a file can't be written.
+pub(crate) fn write(report: &Report, out: &Path) -> Result<(), Box<dyn Error>> {
+    let folder = out.join("work-precision");
+    std::fs::create_dir_all(&folder)?;
+    std::fs::write(folder.join("double-pendulum.svg"), picture(report)?)?;
+    std::fs::write(out.join("work-precision.md"), text(report))?;
+    Ok(())
+}
+
+fn text(report: &Report) -> String {
+    let parts = [
+        introduction(report),
+        levels(report),
+        preparation(report),
+        trips(report),
+        method(),
+    ];
+    let text = parts.join("\n");
+    text.replace("\n\n\n", "\n\n")
+}
+
+/// Seconds, as one writes them.
+fn time(seconds: f64) -> String {
+    match seconds {
+        s if s < 1e-3 => format!("{:.0} µs", s * 1e6),
+        s if s < 1e-2 => format!("{:.1} ms", s * 1e3),
+        s if s < 1.0 => format!("{:.0} ms", s * 1e3),
+        s => format!("{s:.1} s"),
+    }
+}
+
+fn introduction(report: &Report) -> String {
+    let mut out = format!(
+        "# Work against precision of motions\n\nWhat following a motion costs, and how wrong it is at the end. Written by\n\n    \
+         cargo run --release --example work_precision\n\nwhich measures everything anew; no measured number below is typed by hand. \
+         `--python PATH` names the interpreter that has the peers.\n\n\
+         A double pendulum, both masses and lengths 1, from rest at 0.3 and 0.3, for {UNTIL} s:\n\n```\n{MODEL}\n```\n\n\
+         ![CPU time against error](work-precision/double-pendulum.svg)\n\n",
+    );
+    for line in &report.lines {
+        if let (true, Some(remark)) = (line.trips.is_empty(), &line.remark) {
+            let _ = writeln!(out, "Left out in this run: {} ({remark}).\n", line.name);
+        }
+    }
+    out
+}
+
+/// Times at the same error.
+fn levels(report: &Report) -> String {
+    let mut out = String::from(
+        "## At the same error\n\nThe time that an error takes, between the runs on both sides of it on logarithmic scales, and how many times that of \
+         librate to a tolerance it is.\n\n| error at the end |",
+    );
+    let lines: Vec<&Line> = report
+        .lines
+        .iter()
+        .filter(|line| line.name != FULL && !line.trips.is_empty())
+        .collect();
+    for line in &lines {
+        let _ = write!(out, " {} |", line.name);
+    }
+    let _ = writeln!(out, "\n|{}", " --- |".repeat(lines.len() + 1));
+    for level in LEVELS {
+        let _ = write!(out, "| {level:e} |");
+        let own = report.line(QUICK).and_then(|own| own.time_at(level));
+        for line in &lines {
+            let cell = match (line.time_at(level), own) {
+                (None, _) => "–".to_owned(),
+                (Some(seconds), Some(own)) if line.name != QUICK => {
+                    format!("{}, × {}", time(seconds), ratio(seconds / own))
+                }
+                (Some(seconds), _) => time(seconds),
+            };
+            let _ = write!(out, " {cell} |");
+        }
+        out.push('\n');
+    }
+    out.push('\n');
+    let compare = |name: &str| {
+        let (own, other) = (report.line(QUICK)?, report.line(name)?);
+        let ratios = LEVELS
+            .iter()
+            .filter_map(|level| Some(other.time_at(*level)? / own.time_at(*level)?));
+        let all: Vec<f64> = ratios.collect();
+        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = all.iter().copied().fold(0.0, f64::max);
+        (most > 0.0).then_some((least, most))
+    };
+    if let Some((least, most)) = compare(DOP853) {
+        let _ = writeln!(
+            out,
+            "SciPy's DOP853, with the equations written by hand in Python, takes {} to {} times as long as librate.\n",
+            ratio(least),
+            ratio(most)
+        );
+    }
+    if let Some((least, most)) = compare(HEYOKA) {
+        let (verb, from, to) = if most < 1.0 {
+            ("wins: it is", 1.0 / most, 1.0 / least)
+        } else {
+            ("takes", least, most)
+        };
+        let tail = if most < 1.0 {
+            "times as fast as librate"
+        } else {
+            "times as long as librate"
+        };
+        let _ = writeln!(
+            out,
+            "heyoka, which compiles the same Taylor method to machine code for these very equations, {verb} {} to {} {tail}, once it \
+             has compiled.\n",
+            ratio(from),
+            ratio(to)
+        );
+    }
+    if let Some(full) = report.line(FULL).and_then(|line| line.trips.first()) {
+        let _ = writeln!(
+            out,
+            "Without a tolerance librate takes {} and is off by {:.0e}: it runs in double-double, and in doubles beside it to tell which digits \
+             stand. Of the others the best that was reached is {}.\n",
+            time(full.seconds),
+            full.error,
+            best(report)
+        );
+    }
+    out
+}
+
+fn best(report: &Report) -> String {
+    let others = report.lines.iter().filter(|line| !line.trips.is_empty());
+    let others = others.filter(|line| line.name != FULL);
+    let best = others.min_by(|a, b| a.best().total_cmp(&b.best()));
+    best.map_or_else(
+        || "none".to_owned(),
+        |line| format!("{:.0e} ({})", line.best(), line.name),
+    )
+}
+
+fn ratio(value: f64) -> String {
+    match value {
+        v if v < 0.095 => format!("{v:.2}"),
+        v if v < 9.95 => format!("{v:.1}"),
+        v => format!("{v:.0}"),
+    }
+}
+
+/// What comes before the first step.
+fn preparation(report: &Report) -> String {
+    let mut out = String::from("## Before the first step\n\n");
+    let spent = |name: &str| {
+        let trips = report.line(name)?.trips.iter().map(|trip| trip.prepared);
+        let all: Vec<f64> = trips.collect();
+        let least = all.iter().copied().fold(f64::INFINITY, f64::min);
+        let most = all.iter().copied().fold(0.0, f64::max);
+        Some((least, most))
+    };
+    if let Some((own, _)) = spent(QUICK) {
+        let _ = writeln!(
+            out,
+            "librate derives the equations of motion from T and V in {}.",
+            time(own)
+        );
+    }
+    if let Some((least, most)) = spent(HEYOKA) {
+        let _ = writeln!(
+            out,
+            "heyoka is given them by hand and compiles them for a tolerance in {} to {}, the less the more of it was there before.",
+            time(least),
+            time(most)
+        );
+    }
+    out
+}
+
+fn trips(report: &Report) -> String {
+    let mut out = String::from(
+        "\n## All runs\n\n| method | tolerance | CPU time | error at the end |\n| --- | --- | --- | --- |\n",
+    );
+    for line in &report.lines {
+        for Trip {
+            tolerance,
+            seconds,
+            error,
+            ..
+        } in &line.trips
+        {
+            let asked =
+                tolerance.map_or_else(|| "none".to_owned(), |digits| format!("1e-{digits}"));
+            let _ = writeln!(
+                out,
+                "| {} | {asked} | {} | {error:.1e} |",
+                line.name,
+                time(*seconds)
+            );
+        }
+        if let (false, Some(remark)) = (line.trips.is_empty(), &line.remark) {
+            let _ = writeln!(out, "| {} | | no more: {remark} | |", line.name);
+        }
+    }
+    if let Ok(versions) = &report.versions {
+        let known = versions
+            .iter()
+            .filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?)));
+        let known: Vec<String> = known.collect();
+        let _ = writeln!(out, "\nPeers: {}.", known.join(", "));
+    }
+    out
+}
+
+fn method() -> String {
+    format!(
+        "## How it is measured\n\nCPU time of the fastest of several runs, on {}; {}, plotters {}. A tolerance is what each integrator makes of it: librate \
+         leaves out so much of each coordinate in a step, SciPy is given it as rtol and atol, heyoka as tol. The error is that of the worst of the two angles \
+         and their rates at the end, against 40 digits by a Taylor method of order 60 at 60 digits with equations written by hand \
+         (`tests/reference/motion.py`). In doubles 9.81 and 0.3 are rounded before anything is computed.\n",
+        machine(),
+        said("rustc", "--version").unwrap_or_else(|| "rustc".to_owned()),
+        locked("plotters"),
+    )
+}
