@@ -19,6 +19,7 @@ mod elementary;
 mod evaluate;
 mod magnitude;
 mod scalar;
+mod system;
 
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
@@ -29,3 +30,4 @@ pub(crate) use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;
 pub use magnitude::Magnitude;
 pub use scalar::{Function, Scalar};
+pub(crate) use system::System;
