@@ -480,6 +480,7 @@ impl<'a> Elaborator<'a> {
             &constraints,
         );
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
+        let unnamed_tensors = self.unnamed_tensors();
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -504,6 +505,7 @@ impl<'a> Elaborator<'a> {
             period,
             time_dependent,
             tensors,
+            unnamed_tensors,
             has_units: self.has_units,
             pool: self.world.pool,
         })

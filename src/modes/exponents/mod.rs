@@ -289,3 +289,9 @@ pub fn exponents(
 ) -> Result<Exponents, ExponentsError> {
     solve::solve(problem, source, options)
 }
+
+/// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the
+/// length of the whole already.
+pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+    spectrum::joined(parts, options)
+}

@@ -476,8 +476,8 @@ pub(super) fn kind(growth: &Ball, omega: &Ball) -> ExponentKind {
     }
 }
 
-/// Sorted, numbered and judged.
-fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) -> Exponents {
+/// Unstable ones by falling growth, then zeros, then by rising frequency and falling growth.
+fn sort(entries: &mut [Exponent]) {
     let place = |entry: &Exponent| match entry.kind {
         ExponentKind::Unstable => 0,
         ExponentKind::Zero => 1,
@@ -496,6 +496,75 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
             }
         })
     });
+}
+
+/// The exponents of parts that nothing couples, as those of the whole.
+pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+    let mut entries: Vec<Exponent> = Vec::new();
+    let (mut stability, mut rung) = (Stability::Stable, super::Rung::Doubles);
+    // What one part says of the whole, the graver the later.
+    let gravity = |stability: Stability| match stability {
+        Stability::Stable => 0,
+        Stability::Neutral => 1,
+        Stability::Undecided => 2,
+        Stability::Unstable => 3,
+    };
+    for part in parts {
+        if gravity(part.stability) > gravity(stability) {
+            stability = part.stability;
+        }
+        rung = rung.max(part.rung);
+        let numbers = entries.iter().map(|entry| entry.cluster + 1);
+        let next = numbers.max().unwrap_or(0);
+        let known = entries.len();
+        for mut entry in part.entries {
+            entry.cluster += next;
+            // Separate problems may have exponents that are equal.
+            let near = |other: &&Exponent| {
+                (other.omega - entry.omega).contains_zero()
+                    && (other.growth - entry.growth).contains_zero()
+                    && (other.kind == ExponentKind::Zero) == (entry.kind == ExponentKind::Zero)
+            };
+            let twin = entries[..known]
+                .iter()
+                .find(near)
+                .map(|other| other.cluster);
+            let own = entry.cluster;
+            entries.push(entry);
+            if let Some(twin) = twin {
+                let same = entries.iter_mut().filter(|other| other.cluster == own);
+                same.for_each(|other| other.cluster = twin);
+            }
+        }
+    }
+    sort(&mut entries);
+    number(&mut entries);
+    if let Some(wanted) = options.lowest {
+        entries.truncate(wanted);
+    }
+    Exponents {
+        entries,
+        stability,
+        rung,
+    }
+}
+
+/// Clusters counted in the order of their first members.
+fn number(entries: &mut [Exponent]) {
+    let mut numbers: Vec<u32> = Vec::new();
+    for entry in entries {
+        let at = numbers.iter().position(|&n| n == entry.cluster);
+        let at = at.unwrap_or_else(|| {
+            numbers.push(entry.cluster);
+            numbers.len() - 1
+        });
+        entry.cluster = at as u32;
+    }
+}
+
+/// Sorted, numbered and judged.
+fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) -> Exponents {
+    sort(&mut entries);
     let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
     let stability = if some(ExponentKind::Unstable) {
         Stability::Unstable
@@ -516,15 +585,7 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
     } else {
         Stability::Stable
     };
-    let mut numbers: Vec<u32> = Vec::new();
-    for entry in &mut entries {
-        let at = numbers.iter().position(|&n| n == entry.cluster);
-        let at = at.unwrap_or_else(|| {
-            numbers.push(entry.cluster);
-            numbers.len() - 1
-        });
-        entry.cluster = at as u32;
-    }
+    number(&mut entries);
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }
