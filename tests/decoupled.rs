@@ -11,6 +11,7 @@ mod common;
 
 use common::model;
 use librate::linearize::{Linearized, linearize};
+use librate::modes::exponents::Limit;
 use librate::modes::{Kind, Options, Stability};
 use librate::oscillation::{NormalModes, normal_modes, warnings};
 
@@ -75,6 +76,52 @@ fn parts_are_ordered_and_cut_as_one() {
             .enumerate()
             .all(|(at, mode)| mode.cluster as usize == at)
     );
+}
+
+/// c² = 4 m k in numbers that are irrational, beside anything else: -c/2m twice with one vector. One unit off in the
+/// 30th place it is not, and that is decided as well.
+#[test]
+fn irrational_critical_damping_is_recognised() {
+    let energies = "param k = 2  param m = 3/7  coord x, y  T = 1/2*m*x'^2 + 1/2*y'^2
+        V = 1/2*k*x^2 + pi/2*y^2";
+    for other in ["0", "1/9*y'^2"] {
+        let text = format!("{energies}  dissipation = sqrt(k*m)*x'^2 + {other}");
+        for digits in [10, 60] {
+            let (_, found) = solve(&text, &Options::default().digits(digits));
+            assert_eq!(found.stability, Stability::Stable);
+            let want = (2.0_f64 * 7.0 / 3.0).sqrt();
+            let double: Vec<_> = found
+                .modes
+                .iter()
+                .filter(|mode| mode.omega.is_zero())
+                .collect();
+            assert_eq!((found.modes.len(), double.len()), (3, 2));
+            for mode in double {
+                assert_eq!(mode.kind, Kind::Overdamped);
+                assert!((mode.growth.mid_f64() + want).abs() < 1e-15, "{mode:?}");
+                let limit = Limit::Defective {
+                    multiplicity: 2,
+                    vectors: 1,
+                };
+                assert_eq!(mode.limit, Some(limit));
+                assert_eq!(mode.precise.is_some(), digits == 60);
+                assert!((mode.vector[0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+                assert_eq!(mode.vector[1], 0.0);
+            }
+        }
+    }
+    for (sign, kind) in [("+", Kind::Overdamped), ("-", Kind::Damped)] {
+        let text = format!("{energies}  dissipation = sqrt(k*m)*(1 {sign} 1e-30)*x'^2");
+        let (_, found) = solve(&text, &Options::default());
+        assert!(
+            found.modes.iter().any(|mode| mode.kind == kind),
+            "{found:?}"
+        );
+        assert!(
+            found.modes.iter().all(|mode| mode.limit.is_none()),
+            "{found:?}"
+        );
+    }
 }
 
 /// Equal exponents of separate parts are one cluster: omega = 2^(1/4) twice, and each with its own vector.

@@ -193,6 +193,29 @@ fn a_given_equilibrium_moves_as_the_forces_say() {
     }
 }
 
+/// Zero modes that are there whatever the numbers are keep omega = 0: of a body that turns, too.
+#[test]
+fn zero_modes_of_bodies_that_turn_stay() {
+    for text in [
+        include_str!("../models/sleeping_top_fast.lag"),
+        include_str!("../models/gyroscope_in_gimbals.lag"),
+        include_str!("../models/tennis_racket.lag"),
+        include_str!("../models/cyclotron.lag"),
+    ] {
+        let (_, modes, found) = sensitivity(text);
+        let mut zeros = 0;
+        for (mode, row) in modes.modes.iter().zip(&found.omega) {
+            if mode.kind == librate::modes::Kind::Zero {
+                zeros += 1;
+                assert!(row.iter().all(|own| own.unwrap().is_zero()), "{row:?}");
+            } else {
+                assert!(row.iter().all(Option::is_some), "{row:?}");
+            }
+        }
+        assert!(zeros > 0);
+    }
+}
+
 /// Critical damping: the exponent goes as a root.
 #[test]
 fn defective_exponents_have_no_derivative() {

@@ -153,7 +153,7 @@ pub fn sensitivity_text(
     if names.len() <= MOST_COLUMNS && used + width <= style.width + super::table::GAP {
         columns.extend(own);
         out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
-        out.push_str(&remark(sensitivities));
+        out.push_str(&remark(&names, sensitivities, style.width));
         return out;
     }
     out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
@@ -166,20 +166,25 @@ pub fn sensitivity_text(
             .collect();
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));
     }
-    out.push_str(&remark(sensitivities));
+    out.push_str(&remark(&names, sensitivities, style.width));
     out
 }
 
-/// How near to 0 what is written as [`UNDECIDED`] is; nothing where it is not written.
-fn remark(sensitivities: &Sensitivities) -> String {
-    let derivatives = sensitivities.omega.iter().flatten().flatten();
-    let undecided = derivatives.filter(|own| own.contains_zero() && !own.is_zero());
-    let most = undecided.map(Ball::abs_upper).fold(0.0, f64::max);
-    if most == 0.0 {
+/// How near to 0 what is written as [`UNDECIDED`] is, by parameter; nothing where it is not written.
+fn remark(names: &[&str], sensitivities: &Sensitivities, width: usize) -> String {
+    let items: Vec<String> = names
+        .iter()
+        .enumerate()
+        .filter_map(|(at, name)| {
+            let column = sensitivities.omega.iter().filter_map(|row| row[at]);
+            let undecided = column.filter(|own| own.contains_zero() && !own.is_zero());
+            let most = undecided.map(|own| own.abs_upper()).fold(0.0, f64::max);
+            (most > 0.0).then(|| format!("{name} {}", one_digit_up_text(most)))
+        })
+        .collect();
+    if items.is_empty() {
         return String::new();
     }
-    format!(
-        "\n{UNDECIDED}: 0 or near, at most {}\n",
-        one_digit_up_text(most)
-    )
+    let what = format!("{UNDECIDED} is 0 or near, at most");
+    format!("\n{}", listed(&what, &items, width))
 }

@@ -14,8 +14,10 @@ mod bordered;
 mod complex;
 mod split;
 
-use crate::linearize::{Linearized, Slopes, Structure, WithMultipliers, constant};
+use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::linearize::{Linearized, Slopes, Structure, WithMultipliers, ZeroMode, constant};
 use crate::modes::Kind;
+use crate::number::Number;
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::Ball;
 use bordered::Place;
@@ -110,7 +112,8 @@ fn groups(modes: &[NormalMode]) -> Vec<Vec<usize>> {
     let mut groups: Vec<Vec<usize>> = Vec::new();
     let mut known = std::collections::HashMap::new();
     for (at, mode) in modes.iter().enumerate() {
-        let key = (mode.cluster, mode.kind == Kind::Zero);
+        let zero = mode.kind == Kind::Zero;
+        let key = (if zero { 0 } else { mode.cluster }, zero);
         let group = *known.entry(key).or_insert_with(|| {
             groups.push(Vec::new());
             groups.len() - 1
@@ -167,7 +170,7 @@ fn space(
     let count = group.len();
     if first.kind == Kind::Zero {
         let zeros = linearized.zero_modes();
-        if !zeros.iter().all(|zero| zero.holds_everywhere()) {
+        if !stay(linearized, &zeros) {
             return None;
         }
         // Without dissipation 0 has a multiplicity that is even, at least the dimension of the kernel, and never grows by
@@ -248,6 +251,43 @@ fn space(
     })
 }
 
+/// More coordinates than this are not asked for in symbols.
+const MOST_IN_SYMBOLS: usize = 40;
+
+/// Whether zero modes are such whatever the values of the parameters are: by a symmetry that holds identically, or because Kz = 0 does,
+/// with the parameters as symbols.
+fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
+    let others: Vec<&ZeroMode> = zeros
+        .iter()
+        .filter(|zero| !zero.holds_everywhere())
+        .collect();
+    if others.is_empty() {
+        return true;
+    }
+    if linearized.dimension() > MOST_IN_SYMBOLS || linearized.is_constrained() {
+        return false;
+    }
+    let mut own = linearized.symbolic();
+    let pool = &mut own.pool;
+    let zero = |pool: &mut Pool, row: &[ExprId], vector: &[Number]| {
+        let terms: Vec<(ExprId, Number)> =
+            row.iter().copied().zip(vector.iter().cloned()).collect();
+        let image = pool.linear(&terms);
+        pool.is_zero(image) == ZeroVerdict::Zero
+    };
+    others.iter().all(|mode| {
+        let exact = mode.vector.iter().map(|x| {
+            let short = x.is_exact() && x.mid.lo == 0.0;
+            short.then(|| Number::from_f64_exact(x.mid_f64())).flatten()
+        });
+        let Some(vector) = exact.collect::<Option<Vec<Number>>>() else {
+            return false;
+        };
+        let rows = own.stiffness.iter().chain(own.circulatory.iter().flatten());
+        rows.into_iter().all(|row| zero(pool, row, &vector))
+    })
+}
+
 /// YᴴAX, for a matrix column by column.
 fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -> Rows<Enclosed> {
     let mut sums = vec![vec![Enclosed::ZERO; x.len()]; y.len()];
@@ -303,11 +343,11 @@ fn symmetric_form(
             }
         }
     }
-    for p in 0..m {
-        for q in 0..p {
-            sums[q][p] = sums[p][q];
-        }
-    }
+    // The other triangle.
+    (0..m * m)
+        .map(|at| (at / m, at % m))
+        .filter(|(p, q)| q > p)
+        .for_each(|(p, q)| sums[p][q] = sums[q][p]);
     sums
 }
 

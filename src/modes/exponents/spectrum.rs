@@ -260,14 +260,14 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             if facts.gyroscopic && !status.growth_zero && (!paired || status.omega_zero) {
                 real.push(j);
             } else {
-                entries.push(entry(scaled, solution, j, &shapes));
+                entries.push(entry(scaled, solution, j, &shapes, options));
             }
         }
     }
     real.sort_by(|&a, &b| columns.mu[b].re.hi.total_cmp(&columns.mu[a].re.hi));
     real.truncate(real.len().div_ceil(2));
     for j in real {
-        entries.push(entry(scaled, solution, j, &shapes));
+        entries.push(entry(scaled, solution, j, &shapes, options));
     }
     let z = columns.zeros;
     if z > 0 {
@@ -281,7 +281,13 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         let left = columns.together().saturating_sub(facts.least_zeros);
         let left = if gyroscopic { left / 2 } else { left };
         for k in 0..left {
-            let mut open = entry(scaled, solution, columns.together() - 1 - k, &shapes);
+            let mut open = entry(
+                scaled,
+                solution,
+                columns.together() - 1 - k,
+                &shapes,
+                options,
+            );
             open.kind = ExponentKind::Undecided;
             entries.push(open);
         }
@@ -289,7 +295,13 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     finish(entries, solution, options)
 }
 
-fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) -> Exponent {
+fn entry(
+    scaled: &Scaled,
+    solution: &Solution,
+    j: usize,
+    shapes: &Shapes<'_>,
+    options: &Options,
+) -> Exponent {
     let Solution {
         columns,
         certificate,
@@ -316,13 +328,6 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) ->
     if omega.is_negative() {
         omega = -omega;
     }
-    let limit = status.lacking.then_some({
-        if shared > 1 {
-            Limit::Unresolved { count: shared }
-        } else {
-            Limit::Open
-        }
-    });
     let (vector, vector_error_bound) = shapes.of(j);
     let precise = wide.map(|(growth, omega)| {
         let part = |zero: bool, x: &Big| {
@@ -338,6 +343,27 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) ->
             omega: if omega.is_negative() { -&omega } else { omega },
         })
     });
+    // More than the digits was aimed at; what has these lacks nothing.
+    let decided = |x: &Ball, precise: Option<&Big>| {
+        let rounding = match precise {
+            Some(x) if x.contains_zero() => return x.is_zero(),
+            Some(x) => x.decimal(options.digits).rounding,
+            None if x.contains_zero() => return x.is_zero(),
+            None => decimal(&x.abs(), options.digits).rounding,
+        };
+        rounding == Rounding::Correct
+    };
+    let both = || {
+        decided(&growth, precise.as_ref().map(|own| &own.growth))
+            && decided(&omega, precise.as_ref().map(|own| &own.omega))
+    };
+    let limit = if !status.lacking {
+        None
+    } else if shared > 1 {
+        Some(Limit::Unresolved { count: shared })
+    } else {
+        (!both()).then_some(Limit::Open)
+    };
     Exponent {
         kind: kind(&growth, &omega),
         omega_squared: omega_squared(&growth, &omega),
