@@ -177,6 +177,41 @@ fn what_has_a_corner_has_no_derivative() {
     }
 }
 
+/// Forces that vanish at the values as they are begin to act: growth falls by c/2m, a field splits what is equal.
+#[test]
+fn friction_and_rotation_that_begin_count() {
+    let text = "param c = 0  param B = 0  param s = 0  coord x, y, z
+        lagrangian = 1/2*(x'^2 + y'^2) + 3/2*z'^2 + 1/2*B*(x*y' - y*x') - 2*(x^2 + y^2) - 27/2*z^2
+        dissipation = 1/2*c*z'^2 + s*(x'*y - y'*x)";
+    let (_, modes, found) = sensitivity(text);
+    let omegas: Vec<f64> = modes
+        .modes
+        .iter()
+        .map(|mode| mode.omega.mid_f64())
+        .collect();
+    assert_eq!(omegas, [2.0, 2.0, 3.0]);
+    let near = |own: Option<Ball>, want: f64| {
+        let own = own.unwrap();
+        assert!(
+            (own - Ball::exact(want)).contains_zero() && own.radius < 1e-13,
+            "{own:?} {want}"
+        );
+    };
+    // By c: exponent 3i - c/6. By B: 2i ± iB/2. By s, x'' + 4x + s y = 0 and y'' + 4y - s x = 0: exponent² = -4 ± i s.
+    for (mode, omega, growth) in [
+        (0, [0.0, -0.5, 0.0], [0.0, 0.0, 0.25]),
+        (1, [0.0, 0.5, 0.0], [0.0, 0.0, 0.25]),
+        (2, [0.0, 0.0, 0.0], [-1.0 / 6.0, 0.0, 0.0]),
+    ] {
+        for at in 0..3 {
+            near(found.omega[mode][at], omega[at]);
+            let own =
+                found.growth[mode][at].map(|own| if mode < 2 && at == 2 { own.abs() } else { own });
+            near(own, growth[at]);
+        }
+    }
+}
+
 /// x = g/k is given as a number: the equilibrium moves all the same. omega² = k + 3 x²/10, k x + x³/10 = g.
 #[test]
 fn a_given_equilibrium_moves_as_the_forces_say() {

@@ -22,6 +22,10 @@ pub struct Slopes {
     pub velocity: Option<Vec<Ball>>,
     /// dK + dN.
     pub stiffness: Vec<Ball>,
+    /// Whether dC is anything but 0.
+    pub damps: bool,
+    /// Whether dN is anything but 0.
+    pub drags: bool,
 }
 
 /// M, G + C and K + N of all coordinates and, behind them, the multipliers of constraints.
@@ -100,10 +104,17 @@ impl Linearized {
                 .map(slopes)
         };
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
+        let (damping, circulatory) = (part(Matrix::Damping), part(Matrix::Circulatory));
+        let acts = |matrix: &Option<Vec<Ball>>| {
+            let mut entries = matrix.iter().flatten();
+            entries.any(|entry| !entry.is_zero())
+        };
         let found = Slopes {
+            damps: acts(&damping),
+            drags: acts(&circulatory),
             mass: slopes(self.assembly.mass(&at, &values)),
-            velocity: sum(part(Matrix::Gyroscopic), part(Matrix::Damping)),
-            stiffness: sum(Some(stiffness), part(Matrix::Circulatory))?,
+            velocity: sum(part(Matrix::Gyroscopic), damping),
+            stiffness: sum(Some(stiffness), circulatory)?,
         };
         let finite = |matrix: &[Ball]| matrix.iter().all(Ball::is_finite);
         let all = finite(&found.mass) && finite(&found.stiffness);

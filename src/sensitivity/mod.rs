@@ -351,6 +351,52 @@ fn symmetric_form(
     sums
 }
 
+/// How exponents of M and K move where gyroscopic forces or friction begin to act, which vanish at the values as they are.
+fn beginning(
+    order: usize,
+    square: Ball,
+    vectors: &Rows<Ball>,
+    gram: &Rows<Ball>,
+    slopes: &Slopes,
+) -> Option<Vec<Enclosed>> {
+    let real = |re: Ball| Enclosed { re, im: Ball::ZERO };
+    let root = square.abs().sqrt();
+    let exponent = if square.is_positive() {
+        Enclosed {
+            re: Ball::ZERO,
+            im: root,
+        }
+    } else if square.is_negative() {
+        real(root)
+    } else {
+        return None;
+    };
+    let x: Rows<Enclosed> = vectors
+        .iter()
+        .map(|x| x.iter().copied().map(real).collect())
+        .collect();
+    let weighted = |matrix: &[Ball], factor: Enclosed| -> Rows<Enclosed> {
+        let form = form(order, matrix, &x, &x).into_iter();
+        form.map(|row| row.into_iter().map(|entry| entry.mul(factor)).collect())
+            .collect()
+    };
+    // -(λ² dM + λ dD + dS) and 2 λ M.
+    let mut change = weighted(&slopes.stiffness, real(-Ball::ONE));
+    add(&mut change, weighted(&slopes.mass, real(square)));
+    if let Some(velocity) = &slopes.velocity {
+        add(
+            &mut change,
+            weighted(velocity, Enclosed::ZERO.sub(exponent)),
+        );
+    }
+    let double = exponent.scale(1);
+    let slope: Rows<Enclosed> = gram
+        .iter()
+        .map(|row| row.iter().map(|entry| double.times(*entry)).collect())
+        .collect();
+    split::general(&change, &slope)
+}
+
 impl Space {
     fn real(whole: &WithMultipliers, square: Ball, vectors: Rows<Ball>) -> Self {
         let mass = |at: usize| Some(whole.mass[at]).filter(|entry| !entry.is_zero());
@@ -365,6 +411,8 @@ impl Space {
     /// d growth + i d omega of each exponent.
     fn moved(&self, slopes: &Slopes) -> Option<Vec<Enclosed>> {
         match self {
+            // A force that begins to act on them may hold them or drive them away.
+            Self::Zero(..) if slopes.drags => None,
             Self::Zero(count, coupled) => {
                 let stays = match (coupled, &slopes.velocity) {
                     (Some(vectors), Some(velocity)) => {
@@ -394,6 +442,10 @@ impl Space {
                 gram,
             } => {
                 let order = vectors.first()?.len();
+                let acts = |matrix: &Vec<Ball>| matrix.iter().any(|entry| !entry.is_zero());
+                if slopes.drags || slopes.velocity.as_ref().is_some_and(acts) {
+                    return beginning(order, *square, vectors, gram, slopes);
+                }
                 let change = |at: usize| {
                     let (k, m) = (slopes.stiffness[at], slopes.mass[at]);
                     if m.is_zero() {
@@ -453,9 +505,11 @@ impl Space {
                 let mut moved = split::general(&change, slope)?;
                 for moved in &mut moved {
                     match kept {
-                        Kept::Imaginary => moved.re = Ball::ZERO,
+                        Kept::Imaginary if !(slopes.damps || slopes.drags) => {
+                            moved.re = Ball::ZERO;
+                        }
                         Kept::Real => moved.im = Ball::ZERO,
-                        Kept::Nothing => {}
+                        Kept::Imaginary | Kept::Nothing => {}
                     }
                 }
                 Some(moved)
