@@ -22,7 +22,7 @@ const MOST_COLUMNS: usize = 6;
 
 /// The modes as [`super::modes_json`] has them, each with `derivatives`: d omega / d parameter by the name of the parameter,
 /// `null` where there is none, and `derivative_error_bounds` of them; and `growth_derivatives` with their
-/// bounds where some growth is not 0. `omega_sigma` where parameters have uncertainties.
+/// bounds where some growth is not 0, or ceases to be. `omega_sigma` where parameters have uncertainties.
 #[must_use]
 pub fn sensitivity_json(
     linearized: &Linearized,
@@ -32,7 +32,9 @@ pub fn sensitivity_json(
 ) -> String {
     let model = linearized.model();
     let sigmas = sensitivities.omega_sigma(linearized);
-    let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero());
+    let begins = |own: &Ball| !own.contains_zero();
+    let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero())
+        || sensitivities.growth.iter().flatten().flatten().any(begins);
     let object = |derivatives: &[Option<Ball>], part: fn(&Ball) -> f64| {
         let fields: Vec<String> = sensitivities
             .parameters
