@@ -276,6 +276,46 @@ fn other_commands_warn_where_a_tensor_turns() {
     }
 }
 
+/// Wherever a tensor is meant, by name or written in full, through `steiner` and turned: 5 > 1 + 1.
+#[test]
+fn tensors_that_no_body_has_are_told_where_they_are_used() {
+    let bad = "[[1, 0, 0], [0, 1, 0], [0, 0, 5]]";
+    let good = "[[1, 0, 0], [0, 1, 0], [0, 0, 2]]";
+    for (matrix, warned) in [(bad, 1), (good, 0)] {
+        for energy in [
+            format!("let I = {matrix}  T = 1/2*about(I, [0, 0, 1])*a'^2"),
+            format!("let I = {matrix}  T = 1/2*about(steiner(I, 2, [1, 0, 0]), [0, 0, 1])*a'^2"),
+            format!(
+                "let I = rot_x(1)*{matrix}*transpose(rot_x(1))  T = 1/2*about(I, [0, 0, 1])*a'^2"
+            ),
+            format!("T = 1/2*about({matrix}, [0, 0, 1])*a'^2"),
+            format!("T = 1/2*about(p*{matrix}, [0, 0, 1])*a'^2"),
+            format!(
+                "let I = {matrix}  T = 1/2*about(rot_x(p)*I*transpose(rot_x(p)), [0, 0, 1])*a'^2"
+            ),
+            format!("let w = angular_velocity(rot_x(a))  T = 1/2*dot(w, {matrix}*w)"),
+        ] {
+            let model = format!("param p = 3  coord a  {energy} + 0*p*a'^2  V = a^2");
+            let run = with_input(&["modes", "-"], &model);
+            assert_eq!(run.status, 0, "{}", run.err);
+            assert_eq!(
+                run.err.matches("W0201").count(),
+                warned,
+                "{model}: {}",
+                run.err
+            );
+        }
+    }
+    // What depends on an index or on a coordinate is left alone, and so is what lacks a value.
+    for energy in [
+        format!("T = sum(i in 1..2, 1/2*about(i*{bad}, [0, 0, 1])*a'^2)"),
+        format!("T = 1/2*about((2 + sin(a))*{bad}, [0, 0, 1])*a'^2"),
+    ] {
+        let run = with_input(&["modes", "-"], &format!("coord a  {energy}  V = a^2"));
+        assert_eq!((run.status, run.err.as_str()), (0, ""));
+    }
+}
+
 #[test]
 fn what_is_no_tensor_is_told() {
     let error = |text: &str| {

@@ -174,7 +174,7 @@ fn sigmas(
     linearized: &linearize::Linearized,
     modes: &oscillation::NormalModes,
     options: &modes::Options,
-) -> Result<Option<Vec<Option<f64>>>, linearize::LinearizeError> {
+) -> Result<Option<Vec<Option<librate::precision::Ball>>>, linearize::LinearizeError> {
     if !sensitivity::has_uncertainties(linearized) {
         return Ok(None);
     }

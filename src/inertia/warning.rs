@@ -3,7 +3,7 @@
 use super::principal::Impossible;
 use super::{NamedTensor, of_model};
 use crate::diagnostic::Diagnostic;
-use crate::model::Model;
+use crate::model::{Model, Tensor};
 use crate::precision::decimal;
 use crate::span::Span;
 
@@ -12,17 +12,25 @@ use crate::span::Span;
 #[non_exhaustive]
 pub enum Warning {
     /// Moments that break the triangle inequality, or a negative one.
-    #[error("no body has the tensor of inertia `{name}`: {why}")]
+    #[error("no body has {}: {why}", described(.name))]
     ImpossibleTensor {
-        /// The tensor.
+        /// The tensor; empty if it has no name.
         name: String,
         /// Where it stands.
         span: Span,
-        /// Where it is used as omega . I . omega, if anywhere.
+        /// Where it is used as one, if anywhere.
         rotational: Option<Span>,
         /// Which rule its moments break.
         why: String,
     },
+}
+
+fn described(name: &str) -> String {
+    if name.is_empty() {
+        "this tensor of inertia".to_owned()
+    } else {
+        format!("the tensor of inertia `{name}`")
+    }
 }
 
 impl Warning {
@@ -82,24 +90,38 @@ impl From<&Warning> for Diagnostic {
     }
 }
 
-/// Tensors that no body has, among those that a model uses as omega . I . omega with an angular velocity omega: any other
-/// matrix may be something else. Tensors that have no moments, for want of a value or another reason, are left alone.
+/// Tensors that no body has, among those that a model uses as one: as omega . I . omega with an angular velocity omega, in
+/// `about` or in `steiner`. Any other matrix may be something else. Tensors that have no moments, for want of a value or
+/// another reason, are left alone.
 ///
-/// Costs nothing for a model without such an energy.
+/// Costs nothing for a model without any.
 #[must_use]
 pub fn warnings(model: &Model) -> Vec<Warning> {
-    if model
-        .tensors
-        .iter()
-        .all(|tensor| tensor.rotational.is_none())
-    {
+    let used = |tensor: &&Tensor| tensor.rotational.is_some();
+    let named = model.tensors.iter().filter(used);
+    // What is written in full stands behind what it may contain.
+    let mut unnamed: Vec<&Tensor> = model.unnamed_tensors.iter().collect();
+    unnamed.sort_by_key(|tensor| tensor.span.end - tensor.span.start);
+    let tensors: Vec<&Tensor> = named.chain(unnamed).collect();
+    if tensors.is_empty() {
         return Vec::new();
     }
     let mut rotating = model.clone();
-    rotating
-        .tensors
-        .retain(|tensor| tensor.rotational.is_some());
-    // Few digits do: what counts are signs.
-    let found = of_model(&rotating, 4).unwrap_or_default();
-    found.iter().filter_map(Warning::of).collect()
+    let mut found: Vec<Warning> = Vec::new();
+    for tensor in tensors {
+        // `steiner(I, m, d)` is no better than its I, of which it has been told.
+        let told = |Warning::ImpossibleTensor { rotational, .. }: &Warning| {
+            let inner = |used: Span| tensor.span.start <= used.start && used.end <= tensor.span.end;
+            tensor.name.is_empty() && rotational.is_some_and(inner)
+        };
+        if found.iter().any(told) {
+            continue;
+        }
+        // One by one: what can't be told of one says nothing of the others. Few digits do: what counts are signs.
+        rotating.tensors = vec![tensor.clone()];
+        let known = of_model(&rotating, 4).unwrap_or_default();
+        found.extend(known.iter().filter_map(Warning::of));
+    }
+    found.sort_by_key(|Warning::ImpossibleTensor { span, .. }| span.start);
+    found
 }

@@ -126,6 +126,31 @@ impl Search<'_> {
         motions.column_iter().filter_map(rational).collect()
     }
 
+    /// The first constraint whose gradient vanishes where the search ended, or where it began: there it says nothing of
+    /// where to go.
+    pub(super) fn flat_constraint(&self, end: &[Ball], start: &[Ball]) -> Option<LinearizeError> {
+        let order = end.len();
+        let flat = |at: &[Ball]| {
+            let stiffness = self.assembly.stiffness(at, self.values);
+            (self.visible..order).find(|multiplier| {
+                let gradient = &stiffness[order * multiplier..][..self.visible];
+                gradient.iter().all(Ball::contains_zero)
+            })
+        };
+        let (number, ended) = [(end, true), (start, false)]
+            .into_iter()
+            .take(if self.visible < order { 2 } else { 0 })
+            .find_map(|(at, ended)| Some((flat(at)?, ended)))?;
+        let at = if ended { end } else { start };
+        Some(LinearizeError::ConstraintFlat {
+            point: self.describe(&at[..self.visible]),
+            ended,
+            // The potential has the term -lambda c.
+            holds: self.gradient(at)[number].contains_zero(),
+            span: self.model.coordinates[number].span,
+        })
+    }
+
     /// The error that the search ended here.
     pub(super) fn not_found(&self, at: &[Ball]) -> LinearizeError {
         let gradient = self.gradient(at);

@@ -26,6 +26,7 @@ impl LinearizeError {
             Self::FrictionNotSmooth { .. } => "E0316",
             Self::RateNotKept { .. } => "E0317",
             Self::SingularCoordinates { .. } => "E0318",
+            Self::ConstraintFlat { .. } => "E0320",
         }
     }
 }

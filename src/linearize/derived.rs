@@ -27,6 +27,7 @@ pub(super) fn leaving_out_dependent<T>(
         error,
         LinearizeError::ConstraintsSingular { .. }
             | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintFlat { .. }
             | LinearizeError::ConstraintsContradict {
                 difference: None,
                 ..

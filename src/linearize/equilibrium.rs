@@ -341,7 +341,9 @@ impl Search<'_> {
                 }
             }
         }
-        Err(self.not_found(at))
+        Err(self
+            .flat_constraint(at, &start)
+            .unwrap_or_else(|| self.not_found(at)))
     }
 
     /// Newton's way from `at`.

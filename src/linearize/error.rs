@@ -62,6 +62,21 @@ pub enum LinearizeError {
         /// Where the coordinate is declared.
         span: Span,
     },
+    /// A search that began or ended where a constraint says nothing of where to go.
+    #[error(
+        "no equilibrium was found: the gradient of a constraint vanishes at {point}, where the search {}",
+        if *.ended { "ended" } else { "began" }
+    )]
+    ConstraintFlat {
+        /// The point.
+        point: String,
+        /// Whether the search ended there; else it began there.
+        ended: bool,
+        /// Whether the constraint holds there, as nearly as can be told.
+        holds: bool,
+        /// The constraint.
+        span: Span,
+    },
     /// An energy or one of its derivatives that is no number at the point in question.
     #[error("{what} is not defined at {point}")]
     NotFinite {
@@ -278,6 +293,12 @@ fn described(error: &LinearizeError) -> Diagnostic {
                 .with_help(format!(
                     "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
                 )),
+            LinearizeError::ConstraintFlat { span, holds, .. } => Diagnostic::error(message, *span, "this constraint")
+                .with_help(if *holds {
+                    "a constraint that is a square or a product, as (x - y)^2 = 0, doesn't tell which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
+                } else {
+                    "there it holds no motion back, and no force of it leads anywhere: start elsewhere, with `guess`"
+                }),
             LinearizeError::NotFinite { span, cause, what, .. } => {
                 let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
                 let help = cause.as_deref().unwrap_or(

@@ -4,14 +4,12 @@
 //! coordinates: they say how the equilibrium moves, K dq = -dF. Then the matrices by parameter and equilibrium
 //! together.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::Linearized;
 use super::assemble::{Values, evaluate_closed, known_values};
-use super::constrained::solve;
 use super::equilibrium::Origin;
 use super::velocity::{Matrix, sum};
-use crate::precision::{Ball, DoubleDouble, Dual};
+use super::zero::{ZeroMode, zero_modes};
+use crate::precision::{Ball, Dual, System};
 
 /// Derivatives of the matrices by a parameter, dense, column by column, the motion of the equilibrium included.
 /// Under constraints the multipliers count as further coordinates, as in [`Linearized::with_multipliers`].
@@ -24,6 +22,10 @@ pub struct Slopes {
     pub velocity: Option<Vec<Ball>>,
     /// dK + dN.
     pub stiffness: Vec<Ball>,
+    /// Whether dC is anything but 0.
+    pub damps: bool,
+    /// Whether dN is anything but 0.
+    pub drags: bool,
 }
 
 /// M, G + C and K + N of all coordinates and, behind them, the multipliers of constraints.
@@ -102,24 +104,30 @@ impl Linearized {
                 .map(slopes)
         };
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
+        let (damping, circulatory) = (part(Matrix::Damping), part(Matrix::Circulatory));
+        let acts = |matrix: &Option<Vec<Ball>>| {
+            let mut entries = matrix.iter().flatten();
+            entries.any(|entry| !entry.is_zero())
+        };
         let found = Slopes {
+            damps: acts(&damping),
+            drags: acts(&circulatory),
             mass: slopes(self.assembly.mass(&at, &values)),
-            velocity: sum(part(Matrix::Gyroscopic), part(Matrix::Damping)),
-            stiffness: sum(Some(stiffness), part(Matrix::Circulatory))?,
+            velocity: sum(part(Matrix::Gyroscopic), damping),
+            stiffness: sum(Some(stiffness), circulatory)?,
         };
         let finite = |matrix: &[Ball]| matrix.iter().all(Ball::is_finite);
         let all = finite(&found.mass) && finite(&found.stiffness);
         (all && found.velocity.as_deref().is_none_or(finite)).then_some(found)
     }
 
-    /// dq/dp at the equilibrium.
+    /// dq/dp at the equilibrium, enclosed; what is given moves as it is written.
     fn equilibrium_slope(
         &self,
         parameter: usize,
         values: &Values<Dual<Ball>>,
     ) -> Option<Vec<Ball>> {
-        let order = self.model.coordinates.len();
-        let mut slope = vec![Ball::ZERO; order];
+        let mut slope = vec![Ball::ZERO; self.model.coordinates.len()];
         let mut free = Vec::new();
         for (i, slot) in slope.iter_mut().enumerate() {
             match (self.equilibrium.origins[i], self.model.equilibria[i]) {
@@ -129,73 +137,106 @@ impl Linearized {
                 _ => free.push(i),
             }
         }
+        // Multipliers alone, beside coordinates that are given: all forces together tell them.
+        let all: Vec<usize> = (0..slope.len()).collect();
+        let rows = if self.equilibrium.multipliers_given {
+            &all
+        } else {
+            &free
+        };
+        let mut force = self.force_slope(&slope, values)?;
+        let moved = self.balanced(rows, &free, &force)?;
+        for (i, moved) in free.iter().zip(&moved) {
+            slope[*i] = *moved;
+        }
+        if free.len() == all.len() {
+            return Some(slope);
+        }
+        if moved.iter().any(|moved| !moved.is_zero()) {
+            force = self.force_slope(&slope, values)?;
+        }
+        if force.iter().all(Ball::contains_zero) {
+            return Some(slope);
+        }
+        // What is given is an equilibrium at these values of the parameters only: it moves as the forces say.
+        let resting = vec![Ball::ZERO; all.len()];
+        let force = self.force_slope(&resting, values)?;
+        self.balanced(&all, &all, &force)
+    }
+
+    /// The derivatives of the forces by the parameter, for coordinates that move like that.
+    fn force_slope(&self, moving: &[Ball], values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
         let at: Vec<Dual<Ball>> = self
             .equilibrium
             .values
             .iter()
-            .zip(&slope)
+            .zip(moving)
             .map(|(value, slope)| Dual {
                 value: *value,
                 slope: *slope,
             })
             .collect();
-        let force: Vec<Ball> = self
-            .assembly
-            .gradient(&at, values)
-            .into_iter()
-            .map(|force| force.slope)
-            .collect();
-        if !force.iter().all(Ball::is_finite) {
-            return None;
+        let force = self.assembly.gradient(&at, values).into_iter();
+        let force: Vec<Ball> = force.map(|force| force.slope).collect();
+        force.iter().all(Ball::is_finite).then_some(force)
+    }
+
+    /// The displacements x of some coordinates for which Kx is the opposite of the force, in some rows; `None` where there are none
+    /// or that is not shown. Where zero modes leave them open they are those without a part along these, (x, g) with
+    /// Kx + Zg = -force, Zᵀx = 0: for a symmetry z·∂V = 0 holds identically, so that g = 0.
+    fn balanced(&self, rows: &[usize], free: &[usize], force: &[Ball]) -> Option<Vec<Ball>> {
+        let n = free.len();
+        if rows.iter().all(|i| force[*i].is_zero()) {
+            return Some(vec![Ball::ZERO; n]);
         }
-        // Multipliers alone, beside coordinates that are given: all forces together tell them.
-        let rows: Vec<usize> = if self.equilibrium.multipliers_given {
-            (0..order).collect()
-        } else {
-            free.clone()
-        };
-        // Forces of nothing but rounding move nothing.
-        if free.is_empty() || rows.iter().all(|i| force[*i].contains_zero()) {
-            return Some(slope);
+        if n == 0 {
+            return Some(Vec::new());
         }
+        let order = self.model.coordinates.len();
         let whole = self.with_multipliers().stiffness;
         let entry = |i: usize, j: usize| whole[i + order * j];
-        if rows.len() == free.len() {
-            let equations = rows
+        if rows != free {
+            // As many equations as forces: the normal equations have the same solution, if there is one.
+            let dot = |a: &dyn Fn(usize) -> Ball, b: &dyn Fn(usize) -> Ball| {
+                let terms = rows.iter().map(|i| a(*i) * b(*i));
+                terms.fold(Ball::ZERO, |sum, term| sum + term)
+            };
+            let pairs = (0..n * n).map(|at| (free[at / n], free[at % n]));
+            let entries = pairs.map(|(j, k)| dot(&|i| entry(i, j), &|i| entry(i, k)));
+            let system = System::new(n, entries.collect())?;
+            let right = free
                 .iter()
-                .map(|i| {
-                    let mut row: Vec<Ball> = free.iter().map(|j| entry(*i, *j)).collect();
-                    row.push(-force[*i]);
-                    row
-                })
-                .collect();
-            if let Some(found) = solve(equations, ()) {
-                for (i, found) in free.iter().zip(found) {
-                    slope[*i] = found;
-                }
-                return Some(slope);
-            }
+                .map(|j| dot(&|i| entry(i, *j), &|i| -force[i]))
+                .collect::<Vec<Ball>>();
+            return system.solve(&right);
         }
-        // Neutral directions stay where they are.
-        let matrix = DMatrix::from_fn(rows.len(), free.len(), |i, j| {
-            entry(rows[i], free[j]).mid_f64()
-        });
-        let right = DVector::from_fn(rows.len(), |i, _| -force[rows[i]].mid_f64());
-        let scale = matrix.amax();
-        let found = matrix
-            .clone()
-            .svd(true, true)
-            .solve(&right, 1e-11 * scale)
-            .ok()?;
-        let left = (&matrix * &found - &right).amax();
-        // A force that no motion balances: the equilibrium ceases to be.
-        if left > 1e-6 * right.amax() {
+        let entries = (0..n * n).map(|at| entry(free[at / n], free[at % n]));
+        let mut right: Vec<Ball> = free.iter().map(|i| -force[*i]).collect();
+        if let Some(system) = System::new(n, entries.collect()) {
+            return system.solve(&right);
+        }
+        let at = &self.equilibrium.values;
+        let zeros = zero_modes(&self.model, &self.assembly, at, &self.values);
+        // Motions of what is held are none.
+        let held = |i: &usize| !free.contains(i);
+        let stays = |mode: &ZeroMode| (0..order).filter(held).all(|i| mode.vector[i].is_zero());
+        let zeros: Vec<ZeroMode> = zeros.into_iter().filter(stays).collect();
+        if zeros.is_empty() {
             return None;
         }
-        for (i, found) in free.iter().zip(found.iter()) {
-            slope[*i] = Ball::from(DoubleDouble::from(*found));
-        }
-        Some(slope)
+        let size = n + zeros.len();
+        let bordered = (0..size * size).map(|at| match (at / size, at % size) {
+            (i, j) if i < n && j < n => entry(free[i], free[j]),
+            (i, j) if i < n => zeros[j - n].vector[free[i]],
+            (i, j) if j < n => zeros[i - n].vector[free[j]],
+            _ => Ball::ZERO,
+        });
+        let system = System::new(size, bordered.collect())?;
+        right.resize(size, Ball::ZERO);
+        let mut found = system.solve(&right)?;
+        let left = found.split_off(n);
+        // A force that no motion balances: the equilibrium ceases to be.
+        left.iter().all(Ball::contains_zero).then_some(found)
     }
 
     /// The derivative of a given coordinate.

@@ -25,6 +25,11 @@ pub struct ZeroMode<N = Ball> {
 }
 
 impl<N> ZeroMode<N> {
+    /// Whether it is one whatever the values of the parameters are: a symmetry that holds identically.
+    pub(crate) fn holds_everywhere(&self) -> bool {
+        matches!(self.ground, Ground::Symmetry(_))
+    }
+
     /// The same mode with its vector in other coordinates.
     pub(super) fn mapped(self, map: impl FnOnce(&[N]) -> Vec<N>) -> Self {
         Self {

@@ -177,6 +177,10 @@ impl Compiler<'_> {
                             self.fail(error);
                             tasks.push(Task::Emit(Op::Broken, span));
                         }
+                        self.world.rigid |= matches!(
+                            builtin,
+                            Builtin::AngularVelocity | Builtin::Steiner | Builtin::About
+                        );
                         then(tasks, Op::Call(builtin, arguments.len()), arguments);
                     } else {
                         self.unknown_function(function, scope);

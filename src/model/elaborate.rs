@@ -9,7 +9,7 @@ use super::settings::Settings;
 use super::survey::{children, declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
-use super::values::Value;
+use super::values::{Value, sum};
 use super::{Constraint, Given, Model, ModelError, Purpose, dimension};
 use crate::expr::ExprId;
 use crate::span::Span;
@@ -322,7 +322,8 @@ impl<'a> Elaborator<'a> {
         self.file.expr(root).span
     }
 
-    /// What a `constraint` sets to zero, left less right, a member at a time. Members are written out.
+    /// What a `constraint` sets to zero, left less right, a member at a time and of vectors a component at a time. Members
+    /// are written out.
     fn constraint(
         &mut self,
         sides: [ExprRef; 2],
@@ -348,23 +349,44 @@ impl<'a> Elaborator<'a> {
         };
         let mut found = Vec::with_capacity(keys.len());
         for at in keys {
-            let mut values = [None; 2];
+            let mut values = [None, None];
             for (program, value) in programs.iter().zip(&mut values) {
                 let mut slots = at[..members.rank].to_vec();
                 let side = self.world.run_written_out(program, &mut slots);
-                let side = self.note(side)?;
-                *value = Some(self.one_scalar(&side, "this", program.span)?);
+                *value = Some(self.note(side)?);
             }
             let [Some(left), Some(right)] = values else {
                 return None;
             };
-            let expression = self.world.pool.sub(left, right);
-            if let Some(on) = self.moving_symbol(expression) {
-                self.errors
-                    .push(ModelError::ConstraintOnVelocities { on, span });
+            let Ok(difference) = sum(
+                &mut self.world.pool,
+                &[(false, left.clone()), (true, right.clone())],
+            ) else {
+                self.errors.push(ModelError::Shape {
+                    what: format!(
+                        "the sides of a constraint must have the same shape, but are {} and {}",
+                        left.describe(),
+                        right.describe()
+                    ),
+                    span,
+                    help: None,
+                });
                 return None;
+            };
+            let mut components = difference.scalars();
+            // Of vectors in a plane one component may say 0 = 0.
+            let zero = self.world.pool.zero();
+            if components.iter().any(|one| *one != zero) {
+                components.retain(|one| *one != zero);
             }
-            found.push(Constraint { expression, span });
+            for expression in components {
+                if let Some(on) = self.moving_symbol(expression) {
+                    self.errors
+                        .push(ModelError::ConstraintOnVelocities { on, span });
+                    return None;
+                }
+                found.push(Constraint { expression, span });
+            }
         }
         Some(found)
     }
@@ -458,6 +480,7 @@ impl<'a> Elaborator<'a> {
             &constraints,
         );
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
+        let unnamed_tensors = self.unnamed_tensors();
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
@@ -482,6 +505,7 @@ impl<'a> Elaborator<'a> {
             period,
             time_dependent,
             tensors,
+            unnamed_tensors,
             has_units: self.has_units,
             pool: self.world.pool,
         })

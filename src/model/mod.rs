@@ -138,6 +138,8 @@ pub struct Model {
     pub time_dependent: Option<Span>,
     /// The named expressions that are matrices of 3 x 3; members of families only from [`elaborate_tensors`].
     pub tensors: Vec<Tensor>,
+    /// Matrices of numbers and parameters that are written where a tensor of inertia is meant, without a name.
+    pub unnamed_tensors: Vec<Tensor>,
     /// Whether the file uses units, so that results are in SI.
     pub has_units: bool,
 }

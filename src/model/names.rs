@@ -326,6 +326,8 @@ pub(super) struct World {
     pub(super) broken: HashSet<Entity>,
     /// Some expression contains an acceleration.
     pub(super) accelerated: bool,
+    /// Some function was called that takes tensors of inertia, or gives the angular velocity that stands beside one.
+    pub(super) rigid: bool,
     /// Slot symbols, shared by all terms: coordinate, velocity, acceleration of slot k; value k.
     pub(super) coordinate_slots: Vec<[Symbol; 3]>,
     pub(super) value_slots: Vec<Symbol>,

@@ -4,9 +4,11 @@
 
 use std::collections::HashMap;
 
+use super::compile::Scope;
 use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
-use super::names::{Family, Key, member_name};
+use super::names::{Entity, Family, Key, member_name};
+use super::survey::children;
 use super::values::Value;
 use crate::expr::ExprId;
 use crate::span::Span;
@@ -26,7 +28,7 @@ pub struct Tensor {
     pub varies_with: Option<String>,
     /// The SI unit of its entries, where the file has units and they tell.
     pub unit: Option<String>,
-    /// Where it stands as omega . I . omega with omega an angular velocity: `dot(w, I*w)`.
+    /// Where it is meant as one: in `dot(w, I*w)` with an angular velocity `w`, in `about(I, n)` or in `steiner(I, m, d)`.
     pub rotational: Option<Span>,
 }
 
@@ -65,7 +67,7 @@ impl Elaborator<'_> {
                 let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {
                     break;
                 };
-                let rotations = rotations.get_or_insert_with(|| rotational(self.file));
+                let rotations = rotations.get_or_insert_with(|| meant(self.file).0);
                 found.push(Tensor {
                     varies_with: self.varying_entry(&entries),
                     rotational: rotations.get(name.as_str()).copied(),
@@ -79,6 +81,52 @@ impl Elaborator<'_> {
         found
     }
 
+    /// What is written in full where a tensor is meant, and can be worked out where it stands.
+    pub(super) fn unnamed_tensors(&mut self) -> Vec<Tensor> {
+        if !self.world.rigid {
+            return Vec::new();
+        }
+        let mut found = Vec::new();
+        for (at, used) in meant(self.file).1 {
+            if !self.is_constant(at) {
+                continue;
+            }
+            let told = self.errors.len();
+            let program = self.compiler().value(at, &mut Scope::default());
+            let value = self.world.run_written_out(&program, &mut Vec::new());
+            self.errors.truncate(told);
+            let Some(entries) = value.ok().as_ref().and_then(three_by_three) else {
+                continue;
+            };
+            found.push(Tensor {
+                name: String::new(),
+                span: self.file.expr(at).span,
+                varies_with: self.varying_entry(&entries),
+                unit: None,
+                rotational: Some(used),
+                entries,
+            });
+        }
+        found
+    }
+
+    /// Whether an expression is of numbers, parameters and named expressions alone, without an index.
+    fn is_constant(&self, at: ExprRef) -> bool {
+        let mut todo = vec![at];
+        while let Some(at) = todo.pop() {
+            match self.file.expr(at).kind {
+                ExprKind::Name("pi") => {}
+                ExprKind::Name(name) => match self.world.names.get(name) {
+                    Some((Entity::Parameter(_) | Entity::Let(_), _)) => {}
+                    _ => return false,
+                },
+                ExprKind::SumOver { .. } | ExprKind::Field { .. } => return false,
+                _ => children(self.file, at, &mut todo),
+            }
+        }
+        true
+    }
+
     fn varying_entry(&self, entries: &[[ExprId; 3]; 3]) -> Option<String> {
         let entries = entries.as_flattened().iter();
         entries
@@ -87,9 +135,10 @@ impl Elaborator<'_> {
     }
 }
 
-/// The names of what stands between an angular velocity and itself: `I` of `dot(w, I*w)` where `w` is an
-/// `angular_velocity(…)` by name. Only that is certain to be an energy of rotation; any other form says nothing.
-fn rotational(file: &File) -> HashMap<&str, Span> {
+/// What is meant for a tensor of inertia, and where: by name, and what is no name. That is `I` in `about(I, n)`, in
+/// `steiner(I, m, d)`, and in `dot(w, I*w)` where `w` is an `angular_velocity(…)` by name: only that is certain to be an
+/// energy of rotation; any other form says nothing.
+fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
     let mut velocities: Vec<&str> = Vec::new();
     for statement in &file.statements {
         if let StatementKind::Let(binding) = &statement.kind
@@ -100,10 +149,14 @@ fn rotational(file: &File) -> HashMap<&str, Span> {
             velocities.push(&binding.name.text);
         }
     }
-    let mut found = HashMap::new();
-    if velocities.is_empty() {
-        return found;
-    }
+    let mut by_name = HashMap::new();
+    let mut written = Vec::new();
+    let mut add = |tensor: ExprRef, used: Span| match named(file, tensor) {
+        Some(name) => {
+            by_name.entry(name).or_insert(used);
+        }
+        None => written.push((tensor, used)),
+    };
     for expr in file.expressions.iter() {
         let ExprKind::Call {
             function,
@@ -112,26 +165,24 @@ fn rotational(file: &File) -> HashMap<&str, Span> {
         else {
             continue;
         };
-        let [left, right] = arguments else { continue };
-        if &*function.text != "dot" {
-            continue;
-        }
-        for (omega, image) in [(left, right), (right, left)] {
-            let ExprKind::Product(factors) = file.expr(*image).kind else {
-                continue;
-            };
-            let [tensor, again] = factors else { continue };
-            let turns = named(file, *omega).filter(|name| velocities.contains(name));
-            if let Some(tensor_name) = named(file, tensor.value())
-                && turns.is_some()
-                && same(file, *omega, again.value())
-                && !again.divided()
-            {
-                found.entry(tensor_name).or_insert(expr.span);
+        match (&*function.text, arguments) {
+            ("about", [tensor, _]) | ("steiner", [tensor, _, _]) => add(*tensor, expr.span),
+            ("dot", [left, right]) if !velocities.is_empty() => {
+                for (omega, image) in [(left, right), (right, left)] {
+                    let ExprKind::Product(factors) = file.expr(*image).kind else {
+                        continue;
+                    };
+                    let [tensor, again] = factors else { continue };
+                    let turns = named(file, *omega).filter(|name| velocities.contains(name));
+                    if turns.is_some() && same(file, *omega, again.value()) && !again.divided() {
+                        add(tensor.value(), expr.span);
+                    }
+                }
             }
+            _ => {}
         }
     }
-    found
+    (by_name, written)
 }
 
 /// The name of `w` and of `w[i]`.

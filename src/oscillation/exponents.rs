@@ -2,7 +2,7 @@
 
 use faer::c64;
 
-use super::{NormalMode, NormalModes, first_span};
+use super::{NormalMode, NormalModes, first_span, parts};
 use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
 use crate::modes::exponents::{
     Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
@@ -13,9 +13,9 @@ use crate::modes::{Kind, Options, Precise, Stability};
 use crate::precision::Ball;
 
 /// The model as a source of matrices.
-struct Source<'a> {
-    linearized: &'a Linearized,
-    zero_modes: &'a [ZeroMode],
+pub(super) struct Source<'a> {
+    pub(super) linearized: &'a Linearized,
+    pub(super) zero_modes: &'a [ZeroMode],
 }
 
 impl QuadraticSource for Source<'_> {
@@ -69,7 +69,11 @@ pub(super) fn normal_modes(
         },
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
     };
+    let apart = parts::solve(linearized, &problem, &mut zero_modes, options);
     let found = loop {
+        if let Some(found) = apart {
+            break found;
+        }
         let source = Source {
             linearized,
             zero_modes: &zero_modes,

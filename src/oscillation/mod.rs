@@ -5,6 +5,7 @@
 //! itself.
 
 mod exponents;
+mod parts;
 mod symmetry;
 mod warning;
 

@@ -65,6 +65,9 @@ pub enum Warning {
         span: Span,
         /// The coordinate that moves most in such a motion.
         coordinate: String,
+        /// Another one, if it is by moving in turns that the two take energy in: round a loop in the one sense or
+        /// the other.
+        other: Option<String>,
     },
 }
 
@@ -102,15 +105,23 @@ impl From<&Warning> for Diagnostic {
                     .with_code(warning.code())
                     .with_help("nothing is lost without it; if it was meant to hold a motion, it holds another one")
             }
-            Warning::FeedsEnergy { span, coordinate } => Self::warning(
+            Warning::FeedsEnergy {
+                span,
+                coordinate,
+                other,
+            } => Self::warning(
                 warning.to_string(),
                 *span,
-                format!("negative when `{coordinate}` moves"),
+                match other {
+                    Some(other) => format!("when `{coordinate}` and `{other}` go round a loop, in the one sense or the other"),
+                    None => format!("negative when `{coordinate}` moves"),
+                },
             )
             .with_code(warning.code())
-            .with_help(
-                "friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands",
-            ),
+            .with_help(match other {
+                Some(_) => "friction against a medium that turns drives what it drags along; what a motor feeds in is all right as it stands",
+                None => "friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands",
+            }),
             Warning::NotProved { span, coordinate } => Self::warning(
                 warning.to_string(),
                 *span,
@@ -153,7 +164,7 @@ pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
             found.extend(runs_away(linearized, modes));
             found.extend(ill_conditioned(linearized, modes));
         }
-        Structure::Damped => found.extend(feeds_energy(linearized)),
+        Structure::Damped => found.extend(feeds_energy(linearized, modes)),
         _ => {}
     }
     found
@@ -170,9 +181,52 @@ fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
         .collect()
 }
 
-/// A motion with q'ᵀ C q' < 0: an eigenvector of C in doubles is tried in enclosures.
-fn feeds_energy(linearized: &Linearized) -> Option<Warning> {
+/// A motion that takes energy in from friction.
+fn feeds_energy(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
     let span = linearized.model().dissipation?;
+    feeds_moving(linearized, span).or_else(|| {
+        // A medium that drags along and takes out more than it feeds in is friction like any other.
+        let swells =
+            |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();
+        let grows = modes.modes.iter().any(swells);
+        grows.then(|| feeds_round_loops(linearized, span)).flatten()
+    })
+}
+
+/// The forces -N q do the work -∮ qᵀNᵀdq round a loop: 0 for all loops only if N is symmetric, and in the plane of q_i and q_j
+/// the area times N_ij - N_ji, with a sign for each sense.
+fn feeds_round_loops(linearized: &Linearized, span: Span) -> Option<Warning> {
+    let matrix = linearized.circulatory()?;
+    let n = linearized.dimension();
+    // Under constraints the matrix is that of the coordinates that are left.
+    let axis = |i: usize| {
+        let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+        let (whole, _) = linearized.embed(&unit, 0.0);
+        whole.iter().position(|x| *x == 1.0)
+    };
+    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
+    let torque = |&(i, j): &(usize, usize)| matrix[i + n * j] - matrix[j + n * i];
+    let (i, j) = pairs
+        .filter(|pair| !torque(pair).contains_zero())
+        .reduce(|a, b| {
+            let size = |pair| torque(pair).mid_f64().abs();
+            if size(&b) > size(&a) * (1.0 + 1e-6) {
+                b
+            } else {
+                a
+            }
+        })?;
+    let coordinates = &linearized.model().coordinates;
+    let name = |i: usize| Some(coordinates.get(axis(i)?)?.name.clone());
+    Some(Warning::FeedsEnergy {
+        span,
+        coordinate: name(i)?,
+        other: Some(name(j)?),
+    })
+}
+
+/// A motion with q'ᵀ C q' < 0: an eigenvector of C in doubles is tried in enclosures.
+fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
     let damping = linearized.damping()?;
     let direction = super::exponents::falling_direction(&linearized.mass(), &damping)?;
     let (whole, _) = linearized.embed(&direction, 0.0);
@@ -181,6 +235,7 @@ fn feeds_energy(linearized: &Linearized) -> Option<Warning> {
     Some(Warning::FeedsEnergy {
         span,
         coordinate: linearized.model().coordinates.get(most)?.name.clone(),
+        other: None,
     })
 }
 

@@ -21,6 +21,7 @@ mod lane;
 mod magnitude;
 mod scalar;
 mod sums;
+mod system;
 
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
@@ -32,3 +33,4 @@ pub use dual::Dual;
 pub use lane::{LANES, Lane};
 pub use magnitude::Magnitude;
 pub use scalar::{Function, Scalar};
+pub(crate) use system::System;

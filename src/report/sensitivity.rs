@@ -8,18 +8,21 @@ use super::{Style, Tone, Written, headline, listed};
 use crate::linearize::Linearized;
 use crate::modes::Options;
 use crate::oscillation::NormalModes;
-use crate::precision::Ball;
+use crate::precision::{Ball, one_digit_up, one_digit_up_text};
 use crate::sensitivity::Sensitivities;
 
 /// Digits of a derivative in a table.
 const DIGITS: usize = 6;
 
+/// In place of a derivative whose sign is not decided.
+const UNDECIDED: &str = "~0";
+
 /// Beside the frequencies at most so many parameters have columns of their own.
 const MOST_COLUMNS: usize = 6;
 
 /// The modes as [`super::modes_json`] has them, each with `derivatives`: d omega / d parameter by the name of the parameter,
-/// `null` where there is none; and `growth_derivatives` where some growth is not 0. `omega_sigma` where parameters have
-/// uncertainties.
+/// `null` where there is none, and `derivative_error_bounds` of them; and `growth_derivatives` with their
+/// bounds where some growth is not 0, or ceases to be. `omega_sigma` where parameters have uncertainties.
 #[must_use]
 pub fn sensitivity_json(
     linearized: &Linearized,
@@ -29,35 +32,34 @@ pub fn sensitivity_json(
 ) -> String {
     let model = linearized.model();
     let sigmas = sensitivities.omega_sigma(linearized);
-    let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero());
-    let object = |derivatives: &[Option<Ball>]| {
+    let begins = |own: &Ball| !own.contains_zero();
+    let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero())
+        || sensitivities.growth.iter().flatten().flatten().any(begins);
+    let object = |derivatives: &[Option<Ball>], part: fn(&Ball) -> f64| {
         let fields: Vec<String> = sensitivities
             .parameters
             .iter()
             .zip(derivatives)
             .map(|(parameter, derivative)| {
                 let name = string(&model.parameters[*parameter].name);
-                // What can't be told from 0 is none.
-                let value = derivative.map(|own| {
-                    if own.contains_zero() {
-                        0.0
-                    } else {
-                        own.mid_f64()
-                    }
-                });
+                let value = derivative.as_ref().map(part);
                 format!("{name}: {}", value.map_or_else(null, number))
             })
             .collect();
         format!("{{{}}}", fields.join(", "))
     };
+    let both = |more: &mut String, names: [&str; 2], derivatives: &[Option<Ball>]| {
+        for (name, part) in names.into_iter().zip([nearest, bound]) {
+            let _ = write!(more, ", \"{name}\": {}", object(derivatives, part));
+        }
+    };
     modes_with(linearized, modes, options, &|at| {
-        let mut more = format!(", \"derivatives\": {}", object(&sensitivities.omega[at]));
+        let mut more = String::new();
+        let names = ["derivatives", "derivative_error_bounds"];
+        both(&mut more, names, &sensitivities.omega[at]);
         if grows {
-            let _ = write!(
-                more,
-                ", \"growth_derivatives\": {}",
-                object(&sensitivities.growth[at])
-            );
+            let names = ["growth_derivatives", "growth_derivative_error_bounds"];
+            both(&mut more, names, &sensitivities.growth[at]);
         }
         if let Some(sigmas) = &sigmas {
             more.push_str(&sigma_field(sigmas[at]));
@@ -66,9 +68,28 @@ pub fn sensitivity_json(
     })
 }
 
+/// The double for a derivative: 0 for what can't be told from it, so that it is the same everywhere.
+fn nearest(derivative: &Ball) -> f64 {
+    if derivative.contains_zero() {
+        0.0
+    } else {
+        derivative.mid_f64()
+    }
+}
+
+/// A bound of the error of that double.
+fn bound(derivative: &Ball) -> f64 {
+    one_digit_up(if derivative.contains_zero() {
+        derivative.abs_upper()
+    } else {
+        derivative.mid_f64_error()
+    })
+}
+
 /// `omega_sigma` of a mode.
-fn sigma_field(sigma: Option<f64>) -> String {
-    format!(", \"omega_sigma\": {}", sigma.map_or_else(null, number))
+fn sigma_field(sigma: Option<Ball>) -> String {
+    let value = sigma.map(|sigma| sigma.mid_f64());
+    format!(", \"omega_sigma\": {}", value.map_or_else(null, number))
 }
 
 /// The modes as [`super::modes_json`] has them, with the uncertainty of each omega that those of the parameters give.
@@ -76,7 +97,7 @@ fn sigma_field(sigma: Option<f64>) -> String {
 pub fn modes_json_with_sigma(
     linearized: &Linearized,
     modes: &NormalModes,
-    sigmas: &[Option<f64>],
+    sigmas: &[Option<Ball>],
     options: &Options,
 ) -> String {
     modes_with(linearized, modes, options, &|at| {
@@ -99,7 +120,8 @@ pub fn sensitivity_text(
     out.push_str("\n\n");
     let written = |value: Option<Ball>| match value {
         None => "none".to_owned(),
-        Some(value) if value.contains_zero() => "0".to_owned(),
+        Some(value) if value.is_zero() => "0".to_owned(),
+        Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
     let omega = modes.modes.iter().map(|mode| {
@@ -112,9 +134,7 @@ pub fn sensitivity_text(
         Column::numbers("omega", omega.collect()),
     ];
     if let Some(sigmas) = sensitivities.omega_sigma(linearized) {
-        let cells = sigmas
-            .into_iter()
-            .map(|sigma| written(sigma.map(Ball::from)));
+        let cells = sigmas.into_iter().map(written);
         columns.push(Column::numbers("sigma", cells.collect()));
     }
     let names: Vec<&str> = sensitivities
@@ -135,6 +155,7 @@ pub fn sensitivity_text(
     if names.len() <= MOST_COLUMNS && used + width <= style.width + super::table::GAP {
         columns.extend(own);
         out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
+        out.push_str(&remark(&names, sensitivities, style.width));
         return out;
     }
     out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
@@ -147,5 +168,25 @@ pub fn sensitivity_text(
             .collect();
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));
     }
+    out.push_str(&remark(&names, sensitivities, style.width));
     out
+}
+
+/// How near to 0 what is written as [`UNDECIDED`] is, by parameter; nothing where it is not written.
+fn remark(names: &[&str], sensitivities: &Sensitivities, width: usize) -> String {
+    let items: Vec<String> = names
+        .iter()
+        .enumerate()
+        .filter_map(|(at, name)| {
+            let column = sensitivities.omega.iter().filter_map(|row| row[at]);
+            let undecided = column.filter(|own| own.contains_zero() && !own.is_zero());
+            let most = undecided.map(|own| own.abs_upper()).fold(0.0, f64::max);
+            (most > 0.0).then(|| format!("{name} {}", one_digit_up_text(most)))
+        })
+        .collect();
+    if items.is_empty() {
+        return String::new();
+    }
+    let what = format!("{UNDECIDED} is 0 or near, at most");
+    format!("\n{}", listed(&what, &items, width))
 }

@@ -289,3 +289,47 @@ pub fn exponents(
 ) -> Result<Exponents, ExponentsError> {
     solve::solve(problem, source, options)
 }
+
+/// The exponents of m q̈ + c q̇ + k q = 0 with c² = 4 m k, proved, and c not 0: -c/2m twice, with one vector.
+pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -> Exponents {
+    let growth = -(*damping / mass.scale(1));
+    let kind = spectrum::kind(&growth, &Ball::ZERO);
+    let x = Ball::ONE / mass.sqrt();
+    let precise = precise.map(|[mass, damping]| {
+        let growth = -&(&damping / &(&mass + &mass));
+        Box::new(PreciseExponent {
+            omega: Big::zero(growth.bits()),
+            growth,
+        })
+    });
+    let entry = Exponent {
+        kind,
+        growth,
+        omega: Ball::ZERO,
+        omega_squared: Some(-(growth * growth)),
+        precise,
+        vector: vec![c64::new(x.mid_f64(), 0.0)],
+        vector_error_bound: x.mid_f64_error(),
+        cluster: 0,
+        limit: Some(Limit::Defective {
+            multiplicity: 2,
+            vectors: 1,
+        }),
+    };
+    let stability = match kind {
+        ExponentKind::Unstable => Stability::Unstable,
+        ExponentKind::Overdamped => Stability::Stable,
+        _ => Stability::Undecided,
+    };
+    Exponents {
+        entries: vec![entry.clone(), entry],
+        stability,
+        rung: Rung::Refined,
+    }
+}
+
+/// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the
+/// length of the whole already.
+pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+    spectrum::joined(parts, options)
+}

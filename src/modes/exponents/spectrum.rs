@@ -260,14 +260,14 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             if facts.gyroscopic && !status.growth_zero && (!paired || status.omega_zero) {
                 real.push(j);
             } else {
-                entries.push(entry(scaled, solution, j, &shapes));
+                entries.push(entry(scaled, solution, j, &shapes, options));
             }
         }
     }
     real.sort_by(|&a, &b| columns.mu[b].re.hi.total_cmp(&columns.mu[a].re.hi));
     real.truncate(real.len().div_ceil(2));
     for j in real {
-        entries.push(entry(scaled, solution, j, &shapes));
+        entries.push(entry(scaled, solution, j, &shapes, options));
     }
     let z = columns.zeros;
     if z > 0 {
@@ -281,7 +281,13 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         let left = columns.together().saturating_sub(facts.least_zeros);
         let left = if gyroscopic { left / 2 } else { left };
         for k in 0..left {
-            let mut open = entry(scaled, solution, columns.together() - 1 - k, &shapes);
+            let mut open = entry(
+                scaled,
+                solution,
+                columns.together() - 1 - k,
+                &shapes,
+                options,
+            );
             open.kind = ExponentKind::Undecided;
             entries.push(open);
         }
@@ -289,7 +295,13 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     finish(entries, solution, options)
 }
 
-fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) -> Exponent {
+fn entry(
+    scaled: &Scaled,
+    solution: &Solution,
+    j: usize,
+    shapes: &Shapes<'_>,
+    options: &Options,
+) -> Exponent {
     let Solution {
         columns,
         certificate,
@@ -316,13 +328,6 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) ->
     if omega.is_negative() {
         omega = -omega;
     }
-    let limit = status.lacking.then_some({
-        if shared > 1 {
-            Limit::Unresolved { count: shared }
-        } else {
-            Limit::Open
-        }
-    });
     let (vector, vector_error_bound) = shapes.of(j);
     let precise = wide.map(|(growth, omega)| {
         let part = |zero: bool, x: &Big| {
@@ -338,6 +343,27 @@ fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>) ->
             omega: if omega.is_negative() { -&omega } else { omega },
         })
     });
+    // More than the digits was aimed at; what has these lacks nothing.
+    let decided = |x: &Ball, precise: Option<&Big>| {
+        let rounding = match precise {
+            Some(x) if x.contains_zero() => return x.is_zero(),
+            Some(x) => x.decimal(options.digits).rounding,
+            None if x.contains_zero() => return x.is_zero(),
+            None => decimal(&x.abs(), options.digits).rounding,
+        };
+        rounding == Rounding::Correct
+    };
+    let both = || {
+        decided(&growth, precise.as_ref().map(|own| &own.growth))
+            && decided(&omega, precise.as_ref().map(|own| &own.omega))
+    };
+    let limit = if !status.lacking {
+        None
+    } else if shared > 1 {
+        Some(Limit::Unresolved { count: shared })
+    } else {
+        (!both()).then_some(Limit::Open)
+    };
     Exponent {
         kind: kind(&growth, &omega),
         omega_squared: omega_squared(&growth, &omega),
@@ -476,8 +502,8 @@ pub(super) fn kind(growth: &Ball, omega: &Ball) -> ExponentKind {
     }
 }
 
-/// Sorted, numbered and judged.
-fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) -> Exponents {
+/// Unstable ones by falling growth, then zeros, then by rising frequency and falling growth.
+fn sort(entries: &mut [Exponent]) {
     let place = |entry: &Exponent| match entry.kind {
         ExponentKind::Unstable => 0,
         ExponentKind::Zero => 1,
@@ -496,6 +522,75 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
             }
         })
     });
+}
+
+/// The exponents of parts that nothing couples, as those of the whole.
+pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+    let mut entries: Vec<Exponent> = Vec::new();
+    let (mut stability, mut rung) = (Stability::Stable, super::Rung::Doubles);
+    // What one part says of the whole, the graver the later.
+    let gravity = |stability: Stability| match stability {
+        Stability::Stable => 0,
+        Stability::Neutral => 1,
+        Stability::Undecided => 2,
+        Stability::Unstable => 3,
+    };
+    for part in parts {
+        if gravity(part.stability) > gravity(stability) {
+            stability = part.stability;
+        }
+        rung = rung.max(part.rung);
+        let numbers = entries.iter().map(|entry| entry.cluster + 1);
+        let next = numbers.max().unwrap_or(0);
+        let known = entries.len();
+        for mut entry in part.entries {
+            entry.cluster += next;
+            // Separate problems may have exponents that are equal.
+            let near = |other: &&Exponent| {
+                (other.omega - entry.omega).contains_zero()
+                    && (other.growth - entry.growth).contains_zero()
+                    && (other.kind == ExponentKind::Zero) == (entry.kind == ExponentKind::Zero)
+            };
+            let twin = entries[..known]
+                .iter()
+                .find(near)
+                .map(|other| other.cluster);
+            let own = entry.cluster;
+            entries.push(entry);
+            if let Some(twin) = twin {
+                let same = entries.iter_mut().filter(|other| other.cluster == own);
+                same.for_each(|other| other.cluster = twin);
+            }
+        }
+    }
+    sort(&mut entries);
+    number(&mut entries);
+    if let Some(wanted) = options.lowest {
+        entries.truncate(wanted);
+    }
+    Exponents {
+        entries,
+        stability,
+        rung,
+    }
+}
+
+/// Clusters counted in the order of their first members.
+fn number(entries: &mut [Exponent]) {
+    let mut numbers: Vec<u32> = Vec::new();
+    for entry in entries {
+        let at = numbers.iter().position(|&n| n == entry.cluster);
+        let at = at.unwrap_or_else(|| {
+            numbers.push(entry.cluster);
+            numbers.len() - 1
+        });
+        entry.cluster = at as u32;
+    }
+}
+
+/// Sorted, numbered and judged.
+fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) -> Exponents {
+    sort(&mut entries);
     let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
     let stability = if some(ExponentKind::Unstable) {
         Stability::Unstable
@@ -516,15 +611,7 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
     } else {
         Stability::Stable
     };
-    let mut numbers: Vec<u32> = Vec::new();
-    for entry in &mut entries {
-        let at = numbers.iter().position(|&n| n == entry.cluster);
-        let at = at.unwrap_or_else(|| {
-            numbers.push(entry.cluster);
-            numbers.len() - 1
-        });
-        entry.cluster = at as u32;
-    }
+    number(&mut entries);
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }

@@ -1,0 +1,180 @@
+//! Into what equal exponents split: eigenvalues of small pencils of enclosures.
+
+use faer::{Mat, c64};
+use nalgebra::{DMatrix, SymmetricEigen};
+
+use super::complex::{Enclosed, Rows};
+use crate::precision::{Ball, up};
+
+/// Row sums of upper bounds; the largest, rounded up for at most `n` terms each.
+fn largest_row(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
+    let sums = (0..n).map(|i| (0..n).map(|j| entry(i, j)).sum::<f64>());
+    up(sums.fold(0.0, f64::max) * (1.0 + n as f64 * f64::EPSILON))
+}
+
+/// The eigenvalues of A v = mu G v for symmetric A and positive definite G, by rising value; `None` where G is not shown to be
+/// definite.
+///
+/// With Q the eigenvectors of the middle of A, taken as exactly what they are, the pencil QᵀAQ, QᵀGQ has the same
+/// eigenvalues if Q is regular, which QᵀGQ = 1 + F with f = ‖F‖ < 1 shows along with G > 0. Those of QᵀAQ = D + E alone are
+/// those of D within ‖E‖, in order (Weyl), and G^(-1/2) multiplies each by a number between 1/(1 + f) and 1/(1 - f) (Ostrowski; R. A. Horn and C. R.
+/// Johnson, Matrix Analysis, 2nd ed. (2013), theorems 4.3.1 and 4.5.9).
+pub(super) fn symmetric(a: &Rows<Ball>, g: &Rows<Ball>) -> Option<Vec<Ball>> {
+    let m = a.len();
+    let middle = |matrix: &Rows<Ball>| {
+        DMatrix::from_fn(m, m, |i, j| {
+            0.5 * (matrix[i][j].mid_f64() + matrix[j][i].mid_f64())
+        })
+    };
+    // In units in which the middle of G is 1.
+    let factor = middle(g).cholesky()?.l();
+    let inverse = factor.try_inverse()?;
+    let reduced = &inverse * middle(a) * inverse.transpose();
+    let reduced = (&reduced + reduced.transpose()) * 0.5;
+    if !reduced.iter().all(|x| x.is_finite()) {
+        return None;
+    }
+    let basis = inverse.transpose() * SymmetricEigen::new(reduced).eigenvectors;
+    let turned = |matrix: &Rows<Ball>| -> Rows<Ball> {
+        let images: Rows<Ball> = (0..m)
+            .map(|i| {
+                (0..m)
+                    .map(|q| {
+                        let terms = (0..m).map(|j| matrix[i][j] * Ball::from(basis[(j, q)]));
+                        terms.fold(Ball::ZERO, |sum, term| sum + term)
+                    })
+                    .collect()
+            })
+            .collect();
+        (0..m)
+            .map(|p| {
+                (0..m)
+                    .map(|q| {
+                        let terms = (0..m).map(|i| images[i][q] * Ball::from(basis[(i, p)]));
+                        terms.fold(Ball::ZERO, |sum, term| sum + term)
+                    })
+                    .collect()
+            })
+            .collect()
+    };
+    let (a, g) = (turned(a), turned(g));
+    let size = |x: Ball| x.abs_upper();
+    let f = largest_row(m, |i, j| {
+        let unit = if i == j { Ball::ONE } else { Ball::ZERO };
+        size(g[i][j] - unit)
+    });
+    let e = largest_row(m, |i, j| if i == j { 0.0 } else { size(a[i][j]) });
+    if f.is_nan() || f >= 0.5 {
+        return None;
+    }
+    let stretch = Ball::ZERO.with_added_radius(f);
+    let mut values: Vec<Ball> = (0..m).map(|i| a[i][i]).collect();
+    values.sort_by(|x, y| {
+        x.mid
+            .partial_cmp(&y.mid)
+            .unwrap_or(std::cmp::Ordering::Equal)
+    });
+    // Weyl holds for the middles in their order; each is off by its own radius, and the largest of these serves all.
+    let radius = values.iter().fold(0.0_f64, |most, x| most.max(x.radius));
+    let values: Vec<Ball> = values
+        .into_iter()
+        .map(|value| {
+            Ball::from(value.mid).with_added_radius(up(radius + e)) / (Ball::ONE + stretch)
+        })
+        .collect();
+    values.iter().all(Ball::is_finite).then_some(values)
+}
+
+/// The eigenvalues of A v = mu G v, by rising imaginary part, each with a bound; `None` where G is not shown to be regular.
+///
+/// With U the eigenvectors of the middle and Z about (GU)⁻¹, both taken as exactly what they are, ZAU = H and ZGU = 1 + F. Where
+/// f = ‖F‖ < 1 Gershgorin's argument applies to the row in which a vector is largest: |H_ii - mu| <= Σ_{j≠i} |H_ij| + |mu| f, and
+/// |mu| <= ‖H‖/(1 - f). Discs that meet hold together as many eigenvalues as they are, since eigenvalues move continuously as the
+/// rest grows from 0 (Horn and Johnson, theorem 6.1.1); each of these is given the hull of all.
+pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Enclosed>> {
+    let m = a.len();
+    if m == 1 {
+        let value = a[0][0].div(g[0][0]);
+        return value.is_finite().then(|| vec![value]);
+    }
+    type Dense = DMatrix<nalgebra::Complex<f64>>;
+    let middle = |matrix: &Rows<Enclosed>| Dense::from_fn(m, m, |i, j| matrix[i][j].middle());
+    let (middle_a, middle_g) = (middle(a), middle(g));
+    let product = middle_g.clone().try_inverse()? * &middle_a;
+    if !product.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
+        return None;
+    }
+    let product = Mat::from_fn(m, m, |i, j| {
+        c64::new(product[(i, j)].re, product[(i, j)].im)
+    });
+    let eigen = product.eigen().ok()?;
+    let vectors = Dense::from_fn(m, m, |i, j| {
+        let entry = eigen.U()[(i, j)];
+        nalgebra::Complex::new(entry.re, entry.im)
+    });
+    let inverse = (middle_g * &vectors).try_inverse()?;
+    let exact = |matrix: &Dense| -> Rows<Enclosed> {
+        let row = |i: usize| (0..m).map(|j| Enclosed::exact(matrix[(i, j)])).collect();
+        (0..m).map(row).collect()
+    };
+    let (vectors, inverse) = (exact(&vectors), exact(&inverse));
+    let turned = |matrix: &Rows<Enclosed>| times(&inverse, &times(matrix, &vectors));
+    let (h, g) = (turned(a), turned(g));
+    let one = Enclosed {
+        re: Ball::ONE,
+        im: Ball::ZERO,
+    };
+    let f = largest_row(m, |i, j| {
+        let unit = if i == j { one } else { Enclosed::ZERO };
+        g[i][j].sub(unit).size()
+    });
+    if f.is_nan() || f >= 0.5 {
+        return None;
+    }
+    let reach = up(up(largest_row(m, |i, j| h[i][j].size()) / (1.0 - f)) * f);
+    let discs: Vec<Enclosed> = (0..m)
+        .map(|i| {
+            let rest: f64 = (0..m).filter(|j| *j != i).map(|j| h[i][j].size()).sum();
+            let rest = up(rest * (1.0 + m as f64 * f64::EPSILON) + reach);
+            h[i][i].with_added_radius(rest)
+        })
+        .collect();
+    if !discs.iter().all(Enclosed::is_finite) {
+        return None;
+    }
+    Some(joined(discs))
+}
+
+/// What meets is replaced by its hull, until nothing more meets; then by rising imaginary part.
+fn joined(mut discs: Vec<Enclosed>) -> Vec<Enclosed> {
+    let m = discs.len();
+    let mut of: Vec<usize> = (0..m).collect();
+    loop {
+        let meeting = (0..m)
+            .flat_map(|i| (0..i).map(move |j| (i, j)))
+            .find(|&(i, j)| of[i] != of[j] && discs[i].sub(discs[j]).contains_zero());
+        let Some((i, j)) = meeting else { break };
+        let hull = discs[i].hull(&discs[j]);
+        let (one, other) = (of[i], of[j]);
+        for k in 0..m {
+            if of[k] == one || of[k] == other {
+                (of[k], discs[k]) = (other, hull);
+            }
+        }
+    }
+    discs.sort_by(|a, b| {
+        let key = |x: &Enclosed| (x.im.mid_f64(), x.re.mid_f64());
+        let ((a, b), (c, d)) = (key(a), key(b));
+        a.total_cmp(&c).then(b.total_cmp(&d))
+    });
+    discs
+}
+
+fn times(a: &Rows<Enclosed>, b: &Rows<Enclosed>) -> Rows<Enclosed> {
+    let m = b.len();
+    let entry = |row: &Vec<Enclosed>, j: usize| {
+        (0..m).fold(Enclosed::ZERO, |sum, k| sum.add(row[k].mul(b[k][j])))
+    };
+    let row = |row: &Vec<Enclosed>| (0..m).map(|j| entry(row, j)).collect();
+    a.iter().map(row).collect()
+}
