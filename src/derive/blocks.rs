@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse, is_zero};
-use super::roots::{Degree, of_polynomial};
+use super::roots::of_polynomial;
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -192,7 +192,7 @@ pub(super) fn waves(
             let last = pool.mul(k11, k22);
             let last = pool.sub(last, kk);
             let coefficients = [last, first, second].map(|c| short.simplify(pool, c));
-            of_polynomial(pool, short, coefficients.to_vec(), Degree::Two)?
+            of_polynomial(pool, short, &coefficients)?
         }
         _ => return None,
     };

@@ -8,6 +8,7 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
+use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
@@ -339,17 +340,20 @@ impl<'a> Checker<'a> {
         ) else {
             case.frequencies.clear();
             case.series.clear();
+            case.solved.clear();
             case.complete = false;
             return;
         };
         let mut forms: Vec<(Ball, Frequency)> =
             values.into_iter().zip(case.frequencies.drain(..)).collect();
         forms.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
-        // Forms that only look different are one.
+        // Forms that only look different are one, which stands for itself.
+        let mut merged: Vec<ExprId> = Vec::new();
         forms.dedup_by(|(later, form), (value, kept)| {
             let same = later.sub(value).contains_zero()
                 && equal(pool, form.omega_squared, kept.omega_squared);
             if same {
+                merged.extend([form.omega_squared, kept.omega_squared]);
                 kept.multiplicity += form.multiplicity;
                 if kept.symmetry != form.symmetry {
                     kept.symmetry = None;
@@ -363,6 +367,7 @@ impl<'a> Checker<'a> {
             .fold(0.0, f64::max);
         let mut used = vec![false; modes.len()];
         let before = forms.len();
+        let mut failed: Vec<ExprId> = Vec::new();
         forms.retain_mut(|(value, form)| {
             let fits: Vec<usize> = modes
                 .iter()
@@ -377,6 +382,7 @@ impl<'a> Checker<'a> {
                 .collect();
             let narrow = value.is_finite() && value.radius <= WIDEST * scale;
             if !narrow || fits.len() < form.multiplicity {
+                failed.push(form.omega_squared);
                 return false;
             }
             for at in &fits {
@@ -398,6 +404,12 @@ impl<'a> Checker<'a> {
             case.complete = false;
             case.series.clear();
         }
+        let has = |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
+        // Without the names for a page nobody wants to see the rest of them.
+        let gone = case.solved.iter().filter(|solved| has(solved, &failed));
+        let gone: Vec<ExprId> = gone.flat_map(|solved| solved.frequencies.clone()).collect();
+        forms.retain(|(_, form)| !gone.contains(&form.omega_squared));
+        case.solved.retain(|solved| !has(solved, &failed) && !has(solved, &merged));
         case.frequencies = forms.into_iter().map(|(_, form)| form).collect();
     }
 

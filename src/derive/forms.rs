@@ -7,7 +7,8 @@ use super::frequencies::{Block, Series};
 use super::lattice::{Angles, Lattice, lattice};
 use super::normal::{Shape, shapes};
 use super::pair::{Pair, Sparse};
-use super::roots::{Degree, roots};
+use super::cubic::Solved;
+use super::roots::{Request, roots};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Node, Pool};
 use crate::number::Number;
@@ -27,6 +28,10 @@ pub(super) struct Found {
     pub(super) count: usize,
     /// The modes of small parts.
     pub(super) shapes: Vec<Shape>,
+    /// Cubics and quartics.
+    pub(super) solved: Vec<Solved>,
+    /// The highest degree of an equation that is solved on request only.
+    pub(super) on_request: Option<usize>,
 }
 
 impl Found {
@@ -47,7 +52,7 @@ pub(super) fn closed_forms(
     short: &mut Simplifier,
     pair: &Pair,
     symmetry: Option<&Symmetry>,
-    degree: Degree,
+    request: Request<'_>,
     found: &mut Found,
 ) {
     let parts = pair.components(pool);
@@ -57,12 +62,12 @@ pub(super) fn closed_forms(
         if is_free(pool, &own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
-            found.shapes.extend(small_part(pool, short, &own, part));
+            found.shapes.extend(small_part(pool, short, &own, part, request));
         } else if let Some(lattice) = lattice(pool, short, &own) {
             let symmetry = symmetry.filter(|_| parts.len() == 1);
             add_lattice(pool, short, &lattice, symmetry, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
-            found.shapes.extend(small_part(pool, short, &own, part));
+            found.shapes.extend(small_part(pool, short, &own, part, request));
         } else {
             rest.extend(part);
         }
@@ -104,7 +109,7 @@ pub(super) fn closed_forms(
             for part in adapted(&mirrors, &rest) {
                 let block = pair.projected(pool, short, &part.basis);
                 let class = is_class.then(|| part.class.clone());
-                solve_parts(pool, short, &block, &part.basis, class, degree, found);
+                solve_parts(pool, short, &block, &part.basis, class, request, found);
                 if is_class {
                     let (mass, stiffness) = block.dense(pool);
                     found.blocks.push(Block {
@@ -119,7 +124,7 @@ pub(super) fn closed_forms(
         }
     }
     let own = pair.restricted(&rest);
-    solve_parts(pool, short, &own, &units(&rest), None, degree, found);
+    solve_parts(pool, short, &own, &units(&rest), None, request, found);
 }
 
 /// The vectors that move one coordinate each.
@@ -128,11 +133,17 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
 }
 
 /// The modes of a part whose frequencies are known otherwise.
-fn small_part(pool: &mut Pool, short: &mut Simplifier, own: &Pair, part: &[usize]) -> Vec<Shape> {
+fn small_part(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    own: &Pair,
+    part: &[usize],
+    request: Request<'_>,
+) -> Vec<Shape> {
     if part.len() > 2 {
         return Vec::new();
     }
-    let values = roots(pool, short, own, Degree::Two).unwrap_or_default();
+    let values = roots(pool, short, own, request, 0).zeros;
     shapes(pool, short, own, &values, &units(part), None)
 }
 
@@ -148,17 +159,28 @@ fn solve_parts(
     block: &Pair,
     basis: &[Sparse],
     class: Option<String>,
-    degree: Degree,
+    request: Request<'_>,
     found: &mut Found,
 ) {
     for part in block.components(pool) {
         let own = block.restricted(&part);
+        let solution = roots(pool, short, &own, request, found.solved.len());
+        found.on_request = found.on_request.max(solution.unsolved);
         let mut values = Vec::new();
-        for value in roots(pool, short, &own, degree).into_iter().flatten() {
-            let value = opened(pool, short, value);
-            if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
-                found.add(value, 1, class.clone());
-                values.push(value);
+        if let Some(mut solved) = solution.solved {
+            for value in &solution.zeros {
+                found.add(*value, 1, class.clone());
+            }
+            values = solution.zeros;
+            solved.symmetry.clone_from(&class);
+            found.solved.push(solved);
+        } else {
+            for value in solution.zeros {
+                let value = opened(pool, short, value);
+                if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
+                    found.add(value, 1, class.clone());
+                    values.push(value);
+                }
             }
         }
         let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();

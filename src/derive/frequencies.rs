@@ -7,15 +7,15 @@
 
 use super::Linear;
 use super::check::Checker;
+use super::cubic::Solved;
 use super::forms::{Found, closed_forms};
 use super::lattice::Angles;
 use super::normal::{NormalCoordinates, Shape, normal_coordinates};
 use super::pair::Pair;
-use super::roots::Degree;
+use super::roots::Request;
 use super::simplify::Simplifier;
 use super::ties::Ties;
 use crate::expr::{ExprId, Pool};
-use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
@@ -104,6 +104,10 @@ pub struct Case {
     pub series: Vec<Series>,
     /// The closed forms, checked, one for each distinct frequency.
     pub frequencies: Vec<Frequency>,
+    /// Those of blocks of three and four as a page has them.
+    pub solved: Vec<Solved>,
+    /// The highest degree, up to 4, of an equation for frequencies that was not solved because nobody asked for it.
+    pub on_request: Option<usize>,
     /// Whether these are all frequencies.
     pub complete: bool,
     /// The normal coordinates, where all modes have a closed form too, checked as well.
@@ -152,10 +156,10 @@ pub(super) fn frequencies(
     pool: &mut Pool,
     short: &mut Simplifier,
     linear: &Linear,
-    cubic: bool,
+    most: usize,
 ) -> Frequencies {
     let model = checker.model;
-    let degree = if cubic { Degree::Three } else { Degree::Two };
+    let request = Request { most, model };
     let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
     let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
@@ -164,7 +168,7 @@ pub(super) fn frequencies(
     let plain = Symmetry::find(&pattern);
     let order = |symmetry: &Option<Symmetry>| symmetry.as_ref().map_or(1.0, |found| found.order);
     let none = Ties::default();
-    let (mut general, shapes) = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
+    let (mut general, shapes) = case(request, pool, short, &pair, plain.as_ref(), &none);
     checker.check(pool, &pair, &mut general);
     general.normal = normal_coordinates(model, pool, short, checker, &pair, &general, shapes);
 
@@ -192,7 +196,7 @@ pub(super) fn frequencies(
             };
         }
         let (mut found, shapes) =
-            case(model, pool, short, &equal, symmetry.as_ref(), &ties, degree);
+            case(request, pool, short, &equal, symmetry.as_ref(), &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
@@ -264,17 +268,16 @@ pub(super) fn frequencies(
 }
 
 fn case(
-    model: &Model,
+    request: Request<'_>,
     pool: &mut Pool,
     short: &mut Simplifier,
     pair: &Pair,
     symmetry: Option<&Symmetry>,
     ties: &Ties,
-    degree: Degree,
 ) -> (Case, Vec<Shape>) {
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
-        closed_forms(pool, short, pair, symmetry, degree, &mut found);
+        closed_forms(pool, short, pair, symmetry, request, &mut found);
     }
     let frequencies: Vec<Frequency> = found
         .frequencies
@@ -286,7 +289,7 @@ fn case(
         })
         .collect();
     let case = Case {
-        ties: ties.sets(model),
+        ties: ties.sets(request.model),
         symmetry: symmetry.map(|symmetry| Exchange {
             generators: symmetry.generators.clone(),
             kind: symmetry.kind.clone(),
@@ -295,6 +298,8 @@ fn case(
         blocks: found.blocks,
         series: found.series,
         complete: found.count == pair.len(),
+        solved: found.solved,
+        on_request: found.on_request,
         frequencies,
         normal: None,
     };

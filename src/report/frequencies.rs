@@ -3,8 +3,8 @@
 use super::Tone;
 use super::derive::{Sheet, set_apart};
 use crate::derive::{
-    Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
-    NormalCoordinates,
+    Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
+    NormalCoordinates, Solved,
 };
 use crate::expr::ExprId;
 use crate::symmetry::{GroupKind, SignedPermutation};
@@ -278,14 +278,61 @@ fn case_text(
         }
     }
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-        for frequency in &case.frequencies {
+        for frequency in alone(case) {
             out.push_str(&frequency_text(derivation, frequency, style));
+        }
+    }
+    for solved in &case.solved {
+        for (text, remark) in solved_lines(derivation, solved) {
+            for line in style.lines_with(&text, &remark) {
+                out.push_str(&format!("  {line}\n"));
+            }
         }
     }
     if let Some(normal) = &case.normal {
         out.push_str(&normal_text(derivation, frequencies, case, normal, style));
     }
     out
+}
+
+/// The closed forms that are not written down with names of their own.
+pub(super) fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
+    let has_names = |frequency: &&Frequency| {
+        let mut all = case.solved.iter();
+        all.any(|solved| solved.frequencies.contains(&frequency.omega_squared))
+    };
+    let all = case.frequencies.iter();
+    all.filter(move |frequency| !has_names(frequency))
+}
+
+/// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
+pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String)> {
+    let pool = &derivation.pool;
+    let class = solved.symmetry.iter();
+    let class: String = class.map(|class| format!("  ({class})")).collect();
+    let formulas = solved.formulas.iter().map(|formula| {
+        let numbers = formula.numbers.iter().map(|(letter, numbers)| {
+            let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+            format!(", {letter} = {}", numbers.join(", "))
+        });
+        let remark: String = numbers.chain([class.clone()]).collect();
+        let value = pool.display(formula.omega_squared);
+        (format!("omega^2 = {value}"), remark)
+    });
+    formulas
+        .chain(abbreviation_lines(derivation, &solved.abbreviations))
+        .collect()
+}
+
+/// The equations that are solved on request, in words.
+pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
+    match frequencies.best().on_request? {
+        3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down"),
+        4 => Some(
+            "the frequencies of blocks of four are zeros of quartics: --quartic writes them down",
+        ),
+        _ => None,
+    }
 }
 
 /// The normal coordinates of a case: each coordinate in them, what is abbreviated there, and L.
@@ -327,7 +374,19 @@ pub(super) fn normal_lines(
             (format!("{name} = {sum}"), String::new())
         })
         .collect();
-    for abbreviation in &normal.abbreviations {
+    lines.extend(abbreviation_lines(derivation, &normal.abbreviations));
+    let lagrangian = derivation.displaced_text(&normal.lagrangian);
+    let name = &normal.lagrangian_name;
+    lines.push((format!("{name} = {lagrangian}"), String::new()));
+    lines
+}
+
+/// What names stand for, and for which modes.
+fn abbreviation_lines(
+    derivation: &Derivation,
+    abbreviations: &[Abbreviation],
+) -> impl Iterator<Item = (String, String)> {
+    abbreviations.iter().map(|abbreviation| {
         let names = abbreviation.names.join(" = ");
         let value = derivation.pool.display(abbreviation.value);
         let remark = match &abbreviation.modes {
@@ -337,12 +396,8 @@ pub(super) fn normal_lines(
                 format!(", {letter} = {}", modes.join(", "))
             }
         };
-        lines.push((format!("{names} = {value}"), remark));
-    }
-    let lagrangian = derivation.displaced_text(&normal.lagrangian);
-    let name = &normal.lagrangian_name;
-    lines.push((format!("{name} = {lagrangian}"), String::new()));
-    lines
+        (format!("{names} = {value}"), remark)
+    })
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
@@ -353,6 +408,9 @@ pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: 
     let mut out = case_text(derivation, frequencies, &frequencies.general, style);
     if let Some(tied) = &frequencies.tied {
         out.push_str(&case_text(derivation, frequencies, tied, style));
+    }
+    if let Some(words) = on_request(frequencies) {
+        out.push_str(&format!("\n{words}\n"));
     }
     if let Some(found) = &frequencies.would_be {
         let names = &style.names(&derivation.names.displacements);

@@ -6,7 +6,7 @@ use super::derive::{
     quadratic_forms, root_texts, symmetry_of,
 };
 use super::frequencies::{
-    MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, normal_lines, remarks, signs,
+    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
 };
 use crate::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
@@ -291,6 +291,9 @@ impl<'a> Page<'a> {
             if let Some(tied) = &frequencies.tied {
                 self.case(frequencies, tied);
             }
+            if let Some(words) = on_request(frequencies) {
+                self.out.push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
+            }
             if let Some(found) = &frequencies.would_be {
                 let ties = self.ties(&found.ties);
                 self.heading(&format!("It would have a symmetry, if {ties}"));
@@ -418,7 +421,7 @@ impl<'a> Page<'a> {
             self.frequency(series.omega_squared, &ranges);
         }
         if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-            for frequency in &case.frequencies {
+            for frequency in alone(case) {
                 let remarks = remarks(frequency).join(", ");
                 let remark = if remarks.is_empty() {
                     remarks
@@ -426,6 +429,16 @@ impl<'a> Page<'a> {
                     format!(r"\text{{({})}}", escaped(&remarks))
                 };
                 self.frequency(frequency.omega_squared, &remark);
+            }
+        }
+        for solved in &case.solved {
+            for (text, remark) in solved_lines(self.derivation, solved) {
+                let (numbers, class) = remark.split_once("  ").unwrap_or((&remark, ""));
+                let mut remark = numbers.replacen(", ", r",\quad ", 1);
+                if !class.is_empty() {
+                    remark.push_str(&format!(r" \qquad \text{{{}}}", escaped(class)));
+                }
+                self.relation(&text, &remark);
             }
         }
     }
