@@ -1,4 +1,4 @@
-//! Cubic and quartic equations whose zeros are all real, as those of det(K - z M) are with a positive definite M.
+//! Cubic and quartic equations (and quadratic ones with long coefficients) whose zeros are all real, as those of det(K - z M) are with a positive definite M.
 //!
 //! Each is written down twice: in the parameters alone, which is what is checked and what programs read, and for a page, with names
 //! for what would be repeated. With s_1, s_2, … the sums of products of one, two, … zeros the equations are
@@ -38,7 +38,7 @@ const MOST_ON_PAGE: u64 = 600;
 /// Longer sums are left as they are.
 const MOST_TO_SIMPLIFY: u64 = 400;
 
-/// The frequencies of a block of three or four as they stand on a page.
+/// The frequencies of a block as they stand on a page, where names make them shorter.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Solved {
@@ -58,15 +58,17 @@ pub struct Solved {
 pub struct SolvedFormula {
     /// omega^2.
     pub omega_squared: ExprId,
+    /// What it is the sum of, in reading order.
+    pub terms: Vec<ExprId>,
     /// The letter for the number, and the numbers; nothing where there is no such letter.
     pub numbers: Option<(String, Vec<i64>)>,
 }
 
-/// Zeros as they are found.
+/// Zeros as they are found, each in the terms it is the sum of.
 struct Zeros {
-    all: Vec<ExprId>,
+    all: Vec<Vec<ExprId>>,
     /// As a formula with a letter for the number of the zero.
-    family: Option<ExprId>,
+    family: Option<Vec<ExprId>>,
 }
 
 /// Gives names, where there is a model to keep clear of.
@@ -115,15 +117,15 @@ impl Names<'_> {
     }
 }
 
-/// The zeros of z^n - s_1 z^(n-1) + s_2 z^(n-2) - …, n = 3 or 4, for a page that has `before` such blocks already. `None` where
-/// the formulas would be too long.
+/// The zeros of z^n - s_1 z^(n-1) + s_2 z^(n-2) - …, n = 2 to 4, for a page that has `before` such blocks already. `None` where
+/// the formulas would be too long; else with the symbols that they and their names take.
 pub(super) fn solve(
     pool: &mut Pool,
     short: &mut Simplifier,
     model: &Model,
     sums: &[ExprId],
     before: usize,
-) -> Option<Solved> {
+) -> Option<(u64, Solved)> {
     let letter = model.unused_name(&["n", "j", "r", "u"]);
     let mut written = Names {
         model: None,
@@ -138,11 +140,13 @@ pub(super) fn solve(
         }
         _ => false,
     };
-    let all = zeros(pool, short, &mut written, sums, biquadratic, &letter).all;
+    let found = zeros(pool, short, &mut written, sums, biquadratic, &letter);
+    let all: Vec<ExprId> = found.all.iter().map(|terms| pool.sum(terms)).collect();
     let mut best: Option<(u64, Solved)> = None;
-    for coefficients in [false, true] {
+    // Without names, with names for p and q alone, and for the coefficients too.
+    for (model, coefficients) in [(None, false), (Some(model), false), (Some(model), true)] {
         let mut names = Names {
-            model: Some(model),
+            model,
             suffix: if before == 0 {
                 String::new()
             } else {
@@ -152,20 +156,16 @@ pub(super) fn solve(
             given: Vec::new(),
         };
         let found = zeros(pool, short, &mut names, sums, biquadratic, &letter);
-        let formulas: Vec<SolvedFormula> = match found.family {
-            Some(omega_squared) => vec![SolvedFormula {
-                omega_squared,
-                numbers: Some((letter.clone(), vec![0, 1, 2])),
-            }],
-            None => {
-                let all = found.all.into_iter();
-                all.map(|omega_squared| SolvedFormula {
-                    omega_squared,
-                    numbers: None,
-                })
-                .collect()
-            }
-        };
+        let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
+        let shown = found.family.map_or(found.all, |family| vec![family]);
+        let formulas: Vec<SolvedFormula> = shown
+            .into_iter()
+            .map(|terms| SolvedFormula {
+                omega_squared: pool.sum(&terms),
+                terms,
+                numbers: numbers.clone(),
+            })
+            .collect();
         let shown = formulas.iter().map(|formula| formula.omega_squared);
         let shown: Vec<ExprId> = shown.chain(names.given.iter().map(|(_, e)| *e)).collect();
         let weights = shown.into_iter().map(|e| short.weight(pool, e));
@@ -187,7 +187,6 @@ pub(super) fn solve(
         }
     }
     best.filter(|(weight, _)| *weight <= MOST_ON_PAGE)
-        .map(|(_, solved)| solved)
 }
 
 fn zeros(
@@ -205,6 +204,7 @@ fn zeros(
         }
     }
     match *sums.as_slice() {
+        [a, b] => quadratic(pool, short, [a, b]),
         [a, b, c] => cubic(pool, short, names, [a, b, c], letter),
         [a, b, c, d] => quartic(pool, short, names, [a, b, c, d], biquadratic),
         _ => Zeros {
@@ -226,6 +226,21 @@ fn shortened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
     }
 }
 
+/// s_1/2 ± sqrt(s_1^2/4 - s_2)
+fn quadratic(pool: &mut Pool, short: &mut Simplifier, [a, b]: [ExprId; 2]) -> Zeros {
+    let half = pool.scale(a, &Number::half());
+    let square = pool.square(a);
+    let inside = pool.linear(&[(square, ratio(1, 4)), (b, Number::MINUS_ONE)]);
+    let inside = shortened(pool, short, inside);
+    let (size, _) = root(pool, short, inside);
+    let signs = [Number::MINUS_ONE, Number::ONE];
+    let all = signs.map(|sign| vec![half, pool.scale(size, &sign)]);
+    Zeros {
+        all: all.to_vec(),
+        family: None,
+    }
+}
+
 fn cubic(
     pool: &mut Pool,
     short: &mut Simplifier,
@@ -238,7 +253,7 @@ fn cubic(
     let p = pool.linear(&[(square, ratio(1, 9)), (b, ratio(-1, 3))]);
     if pool.is_zero(p) == ZeroVerdict::Zero {
         return Zeros {
-            all: vec![middle; 3],
+            all: vec![vec![middle]; 3],
             family: None,
         };
     }
@@ -260,7 +275,7 @@ fn cubic(
         let angle = pool.linear(&[(phi, ratio(1, 3)), (turns, ratio(2, 3))]);
         let cosine = pool.cos(angle);
         let product = pool.mul(size, cosine);
-        pool.linear(&[(middle, Number::ONE), (product, Number::from(2))])
+        vec![middle, pool.scale(product, &Number::from(2))]
     };
     let numbers = [0, 1, 2].map(|n| pool.integer(n));
     let all = numbers.map(|n| zero(pool, n)).to_vec();
@@ -315,7 +330,7 @@ fn quartic(
             let square = pool.linear(&[(p, ratio(-1, 2)), (size, ratio(sign, 1))]);
             let x = pool.sqrt(square);
             for sign in [-1, 1] {
-                all.push(pool.linear(&[(quarter, one.clone()), (x, ratio(sign, 1))]));
+                all.push(vec![quarter, pool.scale(x, &ratio(sign, 1))]);
             }
         }
         return Zeros { all, family: None };
@@ -354,11 +369,12 @@ fn quartic(
         ]);
         let half = pool.sqrt(inside);
         for other in [-1, 1] {
-            all.push(pool.linear(&[
-                (quarter, one.clone()),
-                (width, ratio(sign, 2)),
-                (half, ratio(other, 2)),
-            ]));
+            let (first, second) = (ratio(sign, 2), ratio(other, 2));
+            all.push(vec![
+                quarter,
+                pool.scale(width, &first),
+                pool.scale(half, &second),
+            ]);
         }
     }
     Zeros { all, family: None }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
 use super::frequencies::{Block, Series};
 use super::lattice::{Angles, Lattice, lattice};
-use super::normal::{Shape, shapes};
+use super::shapes::{Shape, shapes};
 use super::pair::{Pair, Sparse};
 use super::cubic::Solved;
 use super::roots::{Request, roots};

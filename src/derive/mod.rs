@@ -51,6 +51,7 @@ mod motion;
 mod normal;
 mod pair;
 mod roots;
+mod shapes;
 mod simplify;
 mod ties;
 

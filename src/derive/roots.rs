@@ -9,6 +9,7 @@ use std::collections::BTreeMap;
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
 use super::pair::{Pair, is_zero};
+use super::shapes::on_one_bar;
 use super::simplify::{Monomial, Monomials, Opening, Simplifier, expand};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
@@ -16,6 +17,8 @@ use crate::number::Number;
 
 /// Determinants of larger blocks are not written out.
 const MOST_COORDINATES: usize = 5;
+/// Two zeros of more symbols together may get names.
+const MOST_FOR_TWO: u64 = 140;
 /// Square roots of polynomials with more terms are not looked for.
 const MOST_TERMS: usize = 200;
 
@@ -69,7 +72,13 @@ pub(super) fn roots(
     }
     let (coupling, _) = block.at(pool, 0, 1);
     if block.len() == 2 && is_zero(pool, coupling) {
-        return Roots::of(pair_of_roots(pool, short, block));
+        let zeros = pair_of_roots(pool, short, block);
+        if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+            return Roots::of(zeros);
+        }
+        let coefficients = characteristic(pool, short, block);
+        let coefficients = coefficients.unwrap_or_default();
+        return named(pool, short, request, before, &coefficients, zeros);
     }
     let Some(coefficients) = characteristic(pool, short, block) else {
         return Roots::default();
@@ -84,18 +93,8 @@ pub(super) fn roots(
                     ..Roots::default()
                 };
             }
-            // Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
-            let mut sums = Vec::new();
-            for (at, coefficient) in others.iter().rev().enumerate() {
-                let quotient = pool.div(*coefficient, *leading);
-                let quotient = short.simplify(pool, quotient);
-                sums.push(if at % 2 == 0 {
-                    pool.neg(quotient)
-                } else {
-                    quotient
-                });
-            }
-            let Some(solved) = solve(pool, short, request.model, &sums, before) else {
+            let sums = sums_of_products(pool, short, others, *leading);
+            let Some((_, solved)) = solve(pool, short, request.model, &sums, before) else {
                 return Roots::default();
             };
             let zero = pool.zero();
@@ -107,8 +106,70 @@ pub(super) fn roots(
                 unsolved: None,
             }
         }
-        _ => Roots::of(of_polynomial(pool, short, &coefficients).unwrap_or_default()),
+        _ => {
+            let zeros = of_polynomial(pool, short, &coefficients).unwrap_or_default();
+            if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+                return Roots::of(zeros);
+            }
+            named(pool, short, request, before, &coefficients, zeros)
+        }
     }
+}
+
+fn weight_of(pool: &Pool, short: &mut Simplifier, all: &[ExprId]) -> u64 {
+    let weights = all.iter().map(|e| short.weight(pool, *e));
+    weights.fold(0, u64::saturating_add)
+}
+
+/// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
+fn sums_of_products(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    others: &[ExprId],
+    leading: ExprId,
+) -> Vec<ExprId> {
+    let mut sums = Vec::new();
+    for (at, coefficient) in others.iter().rev().enumerate() {
+        let quotient = pool.div(*coefficient, leading);
+        let quotient = short.simplify(pool, quotient);
+        let quotient = on_one_bar(pool, short, quotient);
+        sums.push(if at % 2 == 0 {
+            pool.neg(quotient)
+        } else {
+            quotient
+        });
+    }
+    sums
+}
+
+/// Two zeros that are long, by their sum and product on a page where that is much shorter.
+fn named(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    request: Request<'_>,
+    before: usize,
+    coefficients: &[ExprId],
+    zeros: Vec<ExprId>,
+) -> Roots {
+    let (_, rest) = without_zeros(pool, coefficients);
+    let written = weight_of(pool, short, &zeros);
+    let mut roots = Roots::of(zeros);
+    let [others @ .., leading] = rest else {
+        return roots;
+    };
+    if others.len() != 2 {
+        return roots;
+    }
+    let sums = sums_of_products(pool, short, others, *leading);
+    let found = solve(pool, short, request.model, &sums, before);
+    if let Some((weight, mut solved)) = found
+        && weight <= written - written / 3
+    {
+        let zeros = roots.zeros.iter().copied();
+        solved.frequencies = zeros.filter(|zero| !is_zero(pool, *zero)).collect();
+        roots.solved = Some(solved);
+    }
+    roots
 }
 
 /// The zeros that are 0, and the coefficients without them.

@@ -316,8 +316,16 @@ pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(Str
             format!(", {letter} = {}", numbers.join(", "))
         });
         let remark: String = numbers.chain([class.clone()]).collect();
-        let value = pool.display(formula.omega_squared);
-        (format!("omega^2 = {value}"), remark)
+        let mut text = "omega^2 =".to_owned();
+        for (at, term) in formula.terms.iter().enumerate() {
+            let term = pool.display(*term);
+            match (at, term.strip_prefix('-')) {
+                (0, _) => text.push_str(&format!(" {term}")),
+                (_, Some(rest)) => text.push_str(&format!(" - {rest}")),
+                (_, None) => text.push_str(&format!(" + {term}")),
+            }
+        }
+        (text, remark)
     });
     formulas
         .chain(abbreviation_lines(derivation, &solved.abbreviations))

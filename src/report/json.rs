@@ -405,6 +405,9 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
             expression(&mode.omega_squared),
             array(mode.amplitudes.iter().map(expression))
         );
+        if let Some(omega) = &mode.omega {
+            let _ = write!(entry, ", \"omega\": {}", expression(omega));
+        }
         if let Some(class) = &mode.symmetry {
             let _ = write!(entry, ", \"symmetry\": {}", string(class));
         }
