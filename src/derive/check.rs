@@ -120,14 +120,18 @@ impl<'a> Checker<'a> {
         value.is_some_and(|value| value[0].is_finite() && !value[0].contains_zero())
     }
 
-    /// The value of a parameter, or of a coordinate at an equilibrium that was searched for.
-    fn value(&self, symbol: Symbol) -> Option<Ball> {
+    /// The value of a parameter, or of a coordinate or multiplier at an equilibrium that was searched for.
+    fn value(&self, pool: &Pool, symbol: Symbol) -> Option<Ball> {
         if let Some(value) = self.values.get(&symbol) {
             return Some(*value);
         }
         let mut coordinates = self.model.coordinates.iter();
-        let at = coordinates.position(|coordinate| coordinate.symbol == symbol)?;
-        self.linearized()?.equilibrium().values.get(at).copied()
+        if let Some(at) = coordinates.position(|coordinate| coordinate.symbol == symbol) {
+            return self.linearized()?.equilibrium().values.get(at).copied();
+        }
+        let name = pool.symbol_name(symbol);
+        let mut multipliers = self.linearized()?.multipliers();
+        multipliers.find_map(|(own, value)| (own == name).then_some(value))
     }
 
     /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
@@ -312,6 +316,94 @@ impl<'a> Checker<'a> {
             })
     }
 
+    /// Columns whose components are given by places and numbers: `[omega_squared, component]` with letters for both, and the
+    /// values of these for each coordinate (none for one that rests) and each mode.
+    pub(super) fn waves(
+        &self,
+        pool: &Pool,
+        forms: [ExprId; 2],
+        (places, at): (&[Symbol], &[Vec<i64>]),
+        (numbers, modes): (&[Symbol], &[Vec<i64>]),
+    ) -> Option<Vec<Vec<Ball>>> {
+        let symbols = pool.symbols_of(&forms);
+        // Of letters, which list they are in.
+        let mut inputs = Vec::new();
+        let mut letters = Vec::new();
+        for (input, symbol) in symbols.iter().enumerate() {
+            let place = places.iter().position(|own| own == symbol);
+            let number = numbers.iter().position(|own| own == symbol);
+            if place.is_some() || number.is_some() {
+                letters.push((input, place, number));
+                inputs.push(Ball::ZERO);
+            } else {
+                inputs.push(self.value(pool, *symbol)?);
+            }
+        }
+        let tape = Tape::compile(pool, &forms, &symbols).ok()?;
+        let mut room = Vec::new();
+        let mut columns = Vec::new();
+        for mode in modes {
+            let mut column = vec![Ball::ZERO; at.len() + 1];
+            for (i, own) in at.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+                for (input, place, number) in &letters {
+                    let value = match (place, number) {
+                        (Some(at), _) => own.get(*at),
+                        (None, at) => mode.get((*at)?),
+                    };
+                    inputs[*input] = Ball::from_number(&Number::from(*value?), ());
+                }
+                let values = tape.evaluate::<Ball>(&inputs, &mut room);
+                column[0] = values[0];
+                column[i + 1] = values[1];
+            }
+            columns.push(column);
+        }
+        Some(columns)
+    }
+
+    /// Whether such columns, omega^2 in front, are modes with xᵀMx = 1, orthogonal to each other.
+    pub(super) fn are_waves(&self, pool: &Pool, pair: &Pair, columns: &[Vec<Ball>]) -> bool {
+        let n = pair.len();
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
+            return false;
+        };
+        let product = |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
+            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
+                let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
+                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+            };
+            rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
+        };
+        let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
+        let dot = |x: &[Ball], y: &[Ball]| {
+            let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
+            terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+        };
+        let is_zero = |value: &Ball, size: f64| {
+            value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
+        };
+        let largest = size(&stiffness);
+        let mut images: Vec<Vec<Ball>> = Vec::new();
+        columns.iter().enumerate().all(|(at, column)| {
+            let [square, x @ ..] = column.as_slice() else {
+                return false;
+            };
+            let image = product(&mass, &pair.mass, x);
+            let forces = product(&stiffness, &pair.stiffness, x);
+            let solves = forces
+                .iter()
+                .zip(&image)
+                .all(|(force, m)| is_zero(&force.sub(&m.mul(square)), largest * size(x)));
+            let others = columns[..at].iter().zip(&images);
+            // xᵀMx is 1 for all.
+            let mut others = others.map(|(_, image)| dot(x, image));
+            let orthogonal = others.all(|product| is_zero(&product, 1.0));
+            let unit = is_zero(&dot(x, &image).sub(&Ball::ONE), 1.0);
+            images.push(image);
+            solves && orthogonal && unit
+        })
+    }
+
     /// M and K in numbers, column by column: from the other path where all parameters have values. Under constraints that
     /// may have other coordinates left.
     fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
@@ -415,7 +507,7 @@ impl<'a> Checker<'a> {
 
     fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(*symbol)).collect();
+        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.evaluate(&inputs?, &mut Vec::new()))
     }

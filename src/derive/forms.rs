@@ -11,6 +11,7 @@ use super::cubic::Solved;
 use super::roots::{Request, roots};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Node, Pool};
+use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 
@@ -28,6 +29,8 @@ pub(super) struct Found {
     pub(super) count: usize,
     /// The modes of small parts.
     pub(super) shapes: Vec<Shape>,
+    /// Chains, rings and nets, with the coordinates of the model.
+    pub(super) lattices: Vec<Lattice>,
     /// Cubics and quartics.
     pub(super) solved: Vec<Solved>,
     /// The highest degree of an equation that is solved on request only.
@@ -63,11 +66,13 @@ pub(super) fn closed_forms(
             let zero = pool.zero();
             found.add(zero, part.len(), None);
             found.shapes.extend(small_part(pool, short, &own, part, request));
-        } else if let Some(lattice) = lattice(pool, short, &own) {
+        } else if let Some(mut lattice) = lattice(pool, short, &own) {
             let symmetry = symmetry.filter(|_| parts.len() == 1);
-            add_lattice(pool, short, &lattice, symmetry, found);
+            add_lattice(pool, short, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
             found.shapes.extend(small_part(pool, short, &own, part, request));
+            lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
+            found.lattices.push(lattice);
         } else {
             rest.extend(part);
         }
@@ -91,12 +96,13 @@ pub(super) fn closed_forms(
                     found.add(value, if twice { 2 } else { 1 }, class);
                 }
             }
-            let number = pool.variable("j");
+            let letter = request.model.unused_name(&["j", "s", "b"]);
+            let number = pool.variable(&letter);
             let angle = angles.general(pool, number);
             for omega_squared in waves.at(pool, angle) {
                 found.series.push(Series {
                     omega_squared,
-                    numbers: vec![("j".to_owned(), angles)],
+                    numbers: vec![(letter.clone(), angles)],
                 });
             }
             return;
@@ -246,13 +252,14 @@ fn add_lattice(
     short: &mut Simplifier,
     lattice: &Lattice,
     symmetry: Option<&Symmetry>,
+    model: &Model,
     found: &mut Found,
 ) {
-    let names = ["i", "j"];
+    let names = [["i", "h", "a"], ["j", "s", "b"]];
     let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
     let numbers: Vec<(String, Angles)> = names
         .zip(&lattice.dimensions)
-        .map(|(name, dimension)| ((*name).to_owned(), dimension.angles()))
+        .map(|(names, dimension)| (model.unused_name(names), dimension.angles()))
         .collect();
     let mut general = Vec::new();
     for (name, angles) in &numbers {

@@ -7,7 +7,7 @@
 //! - momenta, the energy function, the Hamiltonian, T and V to second order (`energy`), what is conserved
 //!   (`conserved`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
-//!   `roots`, `cubic`, `check`), and normal coordinates (`normal`);
+//!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -54,6 +54,7 @@ mod roots;
 mod shapes;
 mod simplify;
 mod ties;
+mod waves;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -71,6 +72,7 @@ pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequen
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
+pub use waves::{NormalWaves, WaveSum};
 
 use check::Checker;
 use lagrangian::Variables;

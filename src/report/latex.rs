@@ -6,7 +6,7 @@ use super::derive::{
     quadratic_forms, root_texts, symmetry_of,
 };
 use super::frequencies::{
-    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
+    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines, waves_lines,
 };
 use crate::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
@@ -363,10 +363,15 @@ impl<'a> Page<'a> {
             return;
         }
         self.closed_forms(frequencies, case);
-        if let Some(normal) = &case.normal {
+        let lines = match &case.normal {
+            Some(normal) => normal_lines(self.derivation, normal),
+            None => waves_lines(self.derivation, &case.waves),
+        };
+        if !lines.is_empty() {
             let assumed = self.assumed(case, &frequencies.signs);
             self.heading(&format!("Normal coordinates{}", with(&assumed)));
-            for (text, remark) in normal_lines(self.derivation, normal) {
+            for (text, remark) in lines {
+                let remark = remark.replace("..", r", \dots, ");
                 self.relation(&text, &remark.replacen(", ", r",\quad ", 1));
             }
         }
