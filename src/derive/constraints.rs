@@ -43,7 +43,7 @@ pub struct Tangent {
     pub multipliers: Vec<ExprId>,
     /// The gradients of the constraints, one row each.
     pub gradients: Vec<Vec<ExprId>>,
-    /// The motions that are left; `None` where the equilibrium was found numerically, and where there are none.
+    /// The motions that are left; `None` where there are none, or the gradients are not shown to be independent.
     pub reduced: Option<Reduced>,
 }
 

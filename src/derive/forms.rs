@@ -90,7 +90,7 @@ pub(super) fn closed_forms(
             for j in 0..=n / 2 {
                 let angle = angles.angle(pool, j);
                 let twice = j > 0 && 2 * j < n;
-                for value in waves.at(pool, angle) {
+                for value in waves.at(pool, short, angle) {
                     let value = short.simplify(pool, value);
                     let class = usize::try_from(j).map(wave_number).ok();
                     found.add(value, if twice { 2 } else { 1 }, class);
@@ -99,11 +99,14 @@ pub(super) fn closed_forms(
             let letter = request.model.unused_name(&["j", "s", "b"]);
             let number = pool.variable(&letter);
             let angle = angles.general(pool, number);
-            for omega_squared in waves.at(pool, angle) {
-                found.series.push(Series {
+            let branches = waves.general(pool, angle);
+            // A formula that nobody can read is worse than the frequencies one by one.
+            if branches.iter().all(|e| short.weight(pool, *e) <= MOST_SYMBOLS) {
+                let branches = branches.into_iter();
+                found.series.extend(branches.map(|omega_squared| Series {
                     omega_squared,
                     numbers: vec![(letter.clone(), angles)],
-                });
+                }));
             }
             return;
         }

@@ -391,6 +391,16 @@ pub(super) fn multiplier_texts(derivation: &Derivation, tangent: &Tangent) -> Ve
         .collect()
 }
 
+/// The multipliers that are found numerically.
+pub(super) fn unsolved(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    names
+        .zip(&tangent.multipliers)
+        .filter(|(name, value)| derivation.pool.display(**value) == **name)
+        .map(|(name, _)| name.clone())
+        .collect()
+}
+
 /// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
 fn matrices_text(
     derivation: &Derivation,
@@ -499,6 +509,7 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
             items.push(format!("{name} = {text}"));
         }
     }
+    searched.extend(linear.tangent.iter().flat_map(|own| unsolved(derivation, own)));
     let mut out = String::new();
     if !items.is_empty() {
         out.push_str(&listed("equilibrium", &items, style.width));
