@@ -277,12 +277,7 @@ impl Waves {
     }
 
     /// The branches at an angle theta/2, where roots may be drawn that can't be in general.
-    pub(super) fn at(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        angle: ExprId,
-    ) -> Vec<ExprId> {
+    pub(super) fn at(&self, pool: &mut Pool, short: &mut Simplifier, angle: ExprId) -> Vec<ExprId> {
         let map = self.with(pool, angle);
         let coefficients = pool.substitute(&self.coefficients, &map);
         let coefficients = coefficients.into_iter();

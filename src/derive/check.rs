@@ -367,13 +367,14 @@ impl<'a> Checker<'a> {
         let Some((mass, stiffness)) = self.matrices(pool, pair) else {
             return false;
         };
-        let product = |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
-            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
-                let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
-                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+        let product =
+            |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
+                let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
+                    let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
+                    terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+                };
+                rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
             };
-            rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
-        };
         let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
         let dot = |x: &[Ball], y: &[Ball]| {
             let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
@@ -496,18 +497,23 @@ impl<'a> Checker<'a> {
             case.complete = false;
             case.series.clear();
         }
-        let has = |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
+        let has =
+            |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
         // Without the names for a page nobody wants to see the rest of them.
         let gone = case.solved.iter().filter(|solved| has(solved, &failed));
         let gone: Vec<ExprId> = gone.flat_map(|solved| solved.frequencies.clone()).collect();
         forms.retain(|(_, form)| !gone.contains(&form.omega_squared));
-        case.solved.retain(|solved| !has(solved, &failed) && !has(solved, &merged));
+        case.solved
+            .retain(|solved| !has(solved, &failed) && !has(solved, &merged));
         case.frequencies = forms.into_iter().map(|(_, form)| form).collect();
     }
 
     fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
+        let inputs: Option<Vec<Ball>> = symbols
+            .iter()
+            .map(|symbol| self.value(pool, *symbol))
+            .collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.evaluate(&inputs?, &mut Vec::new()))
     }

@@ -156,7 +156,10 @@ pub(super) fn solve(
             given: Vec::new(),
         };
         let found = zeros(pool, short, &mut names, sums, biquadratic, &letter);
-        let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
+        let numbers = found
+            .family
+            .as_ref()
+            .map(|_| (letter.clone(), vec![0, 1, 2]));
         let shown = found.family.map_or(found.all, |family| vec![family]);
         let formulas: Vec<SolvedFormula> = shown
             .into_iter()
@@ -259,7 +262,11 @@ fn cubic(
     }
     let p = shortened(pool, short, p);
     let (cube, product) = (pool.powi(a, 3), pool.mul(a, b));
-    let q = [(cube, ratio(1, 27)), (product, ratio(-1, 6)), (c, ratio(1, 2))];
+    let q = [
+        (cube, ratio(1, 27)),
+        (product, ratio(-1, 6)),
+        (c, ratio(1, 2)),
+    ];
     let q = pool.linear(&q);
     let q = shortened(pool, short, q);
     let p = names.name(pool, short, &["p", "P", "rho"], p);

@@ -3,12 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::cubic::Solved;
 use super::frequencies::{Block, Series};
 use super::lattice::{Angles, Lattice, lattice};
-use super::shapes::{Shape, shapes};
 use super::pair::{Pair, Sparse};
-use super::cubic::Solved;
 use super::roots::{Request, roots};
+use super::shapes::{Shape, shapes};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
@@ -65,12 +65,16 @@ pub(super) fn closed_forms(
         if is_free(pool, &own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
-            found.shapes.extend(small_part(pool, short, &own, part, request));
+            found
+                .shapes
+                .extend(small_part(pool, short, &own, part, request));
         } else if let Some(mut lattice) = lattice(pool, short, &own) {
             let symmetry = symmetry.filter(|_| parts.len() == 1);
             add_lattice(pool, short, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
-            found.shapes.extend(small_part(pool, short, &own, part, request));
+            found
+                .shapes
+                .extend(small_part(pool, short, &own, part, request));
             lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
             found.lattices.push(lattice);
         } else {
@@ -101,7 +105,10 @@ pub(super) fn closed_forms(
             let angle = angles.general(pool, number);
             let branches = waves.general(pool, angle);
             // A formula that nobody can read is worse than the frequencies one by one.
-            if branches.iter().all(|e| short.weight(pool, *e) <= MOST_SYMBOLS) {
+            if branches
+                .iter()
+                .all(|e| short.weight(pool, *e) <= MOST_SYMBOLS)
+            {
                 let branches = branches.into_iter();
                 found.series.extend(branches.map(|omega_squared| Series {
                     omega_squared,

@@ -212,8 +212,7 @@ pub(super) fn frequencies(
                 approximations: Vec::new(),
             };
         }
-        let (mut found, modes) =
-            case(request, pool, short, &equal, symmetry.as_ref(), &ties);
+        let (mut found, modes) = case(request, pool, short, &equal, symmetry.as_ref(), &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);

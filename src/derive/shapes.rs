@@ -440,4 +440,3 @@ pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> 
         e
     }
 }
-

@@ -110,7 +110,9 @@ pub(super) fn normal_waves(
 
 /// Those names that a model does not use; one of them at least.
 fn free(model: &Model, names: &[&str]) -> Vec<String> {
-    let own = names.iter().filter(|name| model.unused_name(&[name]) == **name);
+    let own = names
+        .iter()
+        .filter(|name| model.unused_name(&[name]) == **name);
     let mut own: Vec<String> = own.map(|name| (*name).to_owned()).collect();
     if own.is_empty() {
         own.push(model.unused_name(names));

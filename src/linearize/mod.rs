@@ -297,7 +297,9 @@ impl Linearized {
     pub(crate) fn multipliers(&self) -> impl Iterator<Item = (&str, Ball)> {
         let visible = self.model().coordinates.len();
         let names = self.model.coordinates.iter().map(|own| own.name.as_str());
-        names.zip(self.equilibrium.values.iter().copied()).skip(visible)
+        names
+            .zip(self.equilibrium.values.iter().copied())
+            .skip(visible)
     }
 
     /// The equilibrium.

@@ -509,7 +509,12 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
             items.push(format!("{name} = {text}"));
         }
     }
-    searched.extend(linear.tangent.iter().flat_map(|own| unsolved(derivation, own)));
+    searched.extend(
+        linear
+            .tangent
+            .iter()
+            .flat_map(|own| unsolved(derivation, own)),
+    );
     let mut out = String::new();
     if !items.is_empty() {
         out.push_str(&listed("equilibrium", &items, style.width));

@@ -339,7 +339,9 @@ pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(Str
 /// The equations that are solved on request, in words.
 pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
     match frequencies.best().on_request? {
-        3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down"),
+        3 => {
+            Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down")
+        }
         4 => Some(
             "the frequencies of blocks of four are zeros of quartics: --quartic writes them down",
         ),
@@ -533,7 +535,10 @@ fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
         more if more > 0 => format!("{letter} + {more}"),
         less => format!("{letter} - {}", -less),
     });
-    Some(format!("{base}[{}]", letters.collect::<Vec<_>>().join(", ")))
+    Some(format!(
+        "{base}[{}]",
+        letters.collect::<Vec<_>>().join(", ")
+    ))
 }
 
 /// What names stand for, and for which modes.

@@ -3,10 +3,11 @@
 use super::derive::{
     MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, constraint_texts,
     constraints_title, definition_text, direction_texts, multiplier_texts, potential_name,
-    quadratic_forms, root_texts, symmetry_of,
+    quadratic_forms, root_texts, symmetry_of, unsolved,
 };
 use super::frequencies::{
-    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines, waves_lines,
+    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks,
+    signs, solved_lines, waves_lines,
 };
 use crate::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
@@ -292,7 +293,8 @@ impl<'a> Page<'a> {
                 self.case(frequencies, tied);
             }
             if let Some(words) = on_request(frequencies) {
-                self.out.push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
+                self.out
+                    .push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
             }
             if let Some(found) = &frequencies.would_be {
                 let ties = self.ties(&found.ties);
@@ -489,6 +491,10 @@ impl<'a> Page<'a> {
             }
         }
         self.equations(&multipliers);
+        let tangent = linear.tangent.iter();
+        for name in tangent.flat_map(|own| unsolved(self.derivation, own)) {
+            searched.push(format!("${}$", self.formula(&name).latex()));
+        }
         if !searched.is_empty() {
             self.out.push_str(&format!(
                 "Found numerically; standing for its value below: {}.\n",
