@@ -5,7 +5,8 @@
 
 use std::fmt::Write;
 
-use super::derive::{condition_text, conserved_because, conserved_name, constraint_texts};
+use super::constraints::constraint_texts;
+use super::derive::{condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
 use crate::derive::{

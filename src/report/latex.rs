@@ -1,9 +1,11 @@
 //! The derivation as LaTeX.
 
+use super::constraints::{
+    constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved,
+};
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, constraint_texts,
-    constraints_title, definition_text, direction_texts, multiplier_texts, potential_name,
-    quadratic_forms, root_texts, symmetry_of, unsolved,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
+    potential_name, quadratic_forms, root_texts, symmetry_of,
 };
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks,
