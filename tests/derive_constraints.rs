@@ -18,7 +18,7 @@ use librate::linearize::{LinearizeError, linearize};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
-use librate::precision::{Ball, Scalar};
+use librate::precision::Ball;
 use librate::report::{Style, derive_latex, derive_text};
 use nalgebra::DMatrix;
 

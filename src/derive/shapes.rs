@@ -224,10 +224,10 @@ fn determinant(pool: &mut Pool, rows: &[Vec<ExprId>]) -> ExprId {
         [a, b] => two(pool, [a[0], a[1]], [b[0], b[1]]),
         [a, b, c] => {
             let mut parts = Vec::new();
-            for i in 0..3 {
+            for (i, entry) in a.iter().enumerate() {
                 let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let minor = two(pool, [b[j], b[k]], [c[j], c[k]]);
-                parts.push(pool.mul(a[i], minor));
+                parts.push(pool.mul(*entry, minor));
             }
             pool.sum(&parts)
         }
