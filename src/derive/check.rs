@@ -391,10 +391,11 @@ impl<'a> Checker<'a> {
             };
             let image = product(&mass, &pair.mass, x);
             let forces = product(&stiffness, &pair.stiffness, x);
+            let scale = largest * size(x);
             let solves = forces
                 .iter()
                 .zip(&image)
-                .all(|(force, m)| is_zero(&force.sub(&m.mul(square)), largest * size(x)));
+                .all(|(force, m)| is_zero(&force.sub(&m.mul(square)), scale));
             let others = columns[..at].iter().zip(&images);
             // xᵀMx is 1 for all.
             let mut others = others.map(|(_, image)| dot(x, image));
