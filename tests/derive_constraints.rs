@@ -1,6 +1,6 @@
 //! Derivations under constraints: equations with multipliers, and M and K of the motions that are left, against what is
 //! derived by hand and against the modes, which come by another path.
-#![cfg(feature = "engine")]
+#![cfg(feature = "cli")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
