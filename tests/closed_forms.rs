@@ -286,3 +286,157 @@ fn a_cubic_is_solved_on_request() {
     }
     assert_eq!(values.len(), 3);
 }
+
+/// Four masses in a row between walls, nothing equal.
+const FOUR_MASSES: &str = "param m[1..4] = [2, 3, 5, 1]
+    param k[1..5] = [7, 2, 1, 3, 4]
+    coord x[1..4]
+    T = 1/2*sum(i in 1..4, m[i]*x[i]'^2)
+    V = 1/2*k[1]*x[1]^2 + 1/2*sum(i in 1..3, k[i+1]*(x[i+1] - x[i])^2) + 1/2*k[5]*x[4]^2";
+
+/// Equal oscillators in a row, coupled unequally: the squares lie symmetrically about k/m, so that the quartic is a quadratic
+/// in (omega^2 - k/m)^2.
+const FOUR_COUPLED: &str = "param m = 2  param k = 5  param a = 1  param b = 2  param c = 3/2
+    coord x[1..4]
+    T = 1/2*m*sum(i in 1..4, x[i]'^2)
+    V = 1/2*k*sum(i in 1..4, x[i]^2) + a*x[1]*x[2] + b*x[2]*x[3] + c*x[3]*x[4]";
+
+#[test]
+fn a_quartic_is_solved_on_request() {
+    // mpmath, 40 digits: eigsy of M^(-1/2) K M^(-1/2).
+    for (text, want) in [
+        (
+            FOUR_MASSES,
+            [
+                "0.381891308687522349578187896580536658186",
+                "0.9580062150537797244747609105170636531806",
+                "4.681778507608290389890750174145974949385",
+                "7.278323968650407536056301018756424739248",
+            ],
+        ),
+        (
+            FOUR_COUPLED,
+            [
+                "1.184221267118686345461296558675513713792",
+                "2.214997673523101482916649022669032970078",
+                "2.785002326476898517083350977330967029922",
+                "3.815778732881313654538703441324486286208",
+            ],
+        ),
+    ] {
+        let model = model_in(text, Path::new("."), &[]);
+        for parts in [Parts::default(), Parts::default().cubic(true)] {
+            let derivation = derive(&model, &parts.frequencies(true)).unwrap();
+            let page = derive_text(&derivation, &Style::default());
+            assert!(page.contains("zeros of quartics: --quartic"), "{page}");
+            let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+            assert!(json.get("frequencies").is_none());
+        }
+        let parts = Parts::default().frequencies(true).quartic(true);
+        let derivation = derive(&model, &parts).unwrap();
+        assert!(!derive_text(&derivation, &Style::default()).contains("--quartic"));
+        let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+        let expressions: Vec<String> = json["frequencies"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
+            .collect();
+        assert_eq!(expressions.len(), 4);
+        let own = values(text, Path::new("."), &[], &expressions);
+        for (own, want) in own.iter().zip(want) {
+            let off = own.sub(&ball(want));
+            assert!(off.contains_zero() && off.radius < 1e-11, "{own:?} {want}");
+        }
+    }
+}
+
+#[test]
+fn what_a_page_abbreviates_is_what_programs_read() {
+    let mut checked = 0;
+    let texts = [FOUR_MASSES.to_owned(), FOUR_COUPLED.to_owned()];
+    let models = texts.map(|text| model_in(&text, Path::new("."), &[]));
+    let files = model_files().into_iter().filter_map(|path| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let model = model_in(&text, path.parent().unwrap(), &[]);
+        (model.coordinates.len() <= 20).then_some(model)
+    });
+    for model in files.chain(models) {
+        let parts = Parts::default().frequencies(true).quartic(true);
+        let Ok(derivation) = derive(&model, &parts) else {
+            continue;
+        };
+        // Equilibria that are searched for have symbols of their own.
+        let Some(found) = derivation
+            .linear
+            .as_ref()
+            .ok()
+            .and_then(|linear| linear.frequencies.as_ref())
+        else {
+            continue;
+        };
+        for case in [Some(&found.general), found.tied.as_ref()]
+            .into_iter()
+            .flatten()
+        {
+            for solved in &case.solved {
+                let mut known: Vec<(String, f64)> = Vec::new();
+                for parameter in &model.parameters {
+                    let Some(value) = parameter.value else {
+                        continue;
+                    };
+                    let tape = Tape::compile(&model.pool, &[value], &[]).unwrap();
+                    let value = tape.evaluate::<f64>(&[], &mut Vec::new())[0];
+                    known.push((parameter.name.clone(), value));
+                }
+                let linearized = librate::linearize::linearize(model.clone()).unwrap();
+                let at = linearized.equilibrium().values.iter();
+                for (coordinate, value) in model.coordinates.iter().zip(at) {
+                    known.push((coordinate.name.clone(), value.mid_f64()));
+                }
+                let evaluate = |known: &[(String, f64)], e| {
+                    let pool = &derivation.pool;
+                    let symbols = pool.symbols(e);
+                    let inputs: Vec<f64> = symbols
+                        .iter()
+                        .map(|symbol| {
+                            let name = pool.symbol_name(*symbol);
+                            known.iter().find(|(own, _)| own == name).unwrap().1
+                        })
+                        .collect();
+                    let tape = Tape::compile(pool, &[e], &symbols).unwrap();
+                    tape.evaluate::<f64>(&inputs, &mut Vec::new())[0]
+                };
+                for abbreviation in &solved.abbreviations {
+                    let value = evaluate(&known, abbreviation.value);
+                    known.push((abbreviation.names[0].clone(), value));
+                }
+                let mut own: Vec<f64> = Vec::new();
+                for formula in &solved.formulas {
+                    let numbers = formula.numbers.clone();
+                    let (letter, numbers) = numbers.unwrap_or(("1".to_owned(), vec![0]));
+                    for number in numbers {
+                        let mut known = known.clone();
+                        known.push((letter.clone(), number as f64));
+                        let terms = formula.terms.iter().map(|e| evaluate(&known, *e));
+                        let sum: f64 = terms.sum();
+                        let whole = evaluate(&known, formula.omega_squared);
+                        assert!((sum - whole).abs() < 1e-12 * whole.abs().max(1.0));
+                        own.push(sum);
+                    }
+                }
+                let written = solved.frequencies.iter();
+                let mut written: Vec<f64> = written.map(|e| evaluate(&known, *e)).collect();
+                own.sort_by(f64::total_cmp);
+                written.sort_by(f64::total_cmp);
+                assert_eq!(own.len(), written.len());
+                let size = written.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                for (own, written) in own.iter().zip(&written) {
+                    assert!((own - written).abs() < 1e-12 * size, "{own} {written}");
+                    checked += 1;
+                }
+            }
+        }
+    }
+    assert!(checked >= 20, "{checked}");
+}

@@ -1,6 +1,6 @@
 //! Derivations under constraints: equations with multipliers, and M and K of the motions that are left, against what is
 //! derived by hand and against the modes, which come by another path.
-#![cfg(feature = "engine")]
+#![cfg(feature = "cli")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,
@@ -13,12 +13,13 @@ mod common;
 use common::{load, model, model_files};
 use librate::assert_derives;
 use librate::derive::{Derivation, Linear, Parts, Tangent, derive};
-use librate::expr::{ExprId, Pool, Substitution};
+use librate::expr::{ExprId, Pool, Substitution, Tape};
 use librate::linearize::{LinearizeError, linearize};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
+use librate::report::{Style, derive_latex, derive_text};
 use nalgebra::DMatrix;
 
 fn tangent(derivation: &Derivation) -> (&Linear, &Tangent) {
@@ -161,7 +162,44 @@ fn what_is_found_numerically_stands_for_itself() {
     );
     assert_eq!(show(tangent.multipliers[0]), "lambda");
     assert_eq!(show(linear.stiffness[0][0]), "k - 2*lambda");
-    assert!(tangent.reduced.is_none());
+    // Along the circle, in terms of x: delta_y = -x/y delta_x, M_r = 1 + x^2/y^2 and, with the curvature of the circle,
+    // K_r = k - 2 lambda (1 + x^2/y^2), where 2 lambda y = g.
+    let reduced = tangent.reduced.as_ref().unwrap();
+    assert_eq!(reduced.free, [0]);
+    let page = &*reduced.derivation;
+    let frequencies = page.linear.as_ref().unwrap().frequencies.as_ref().unwrap();
+    let closed = frequencies.best().frequencies[0].omega_squared;
+    let linearized = linearize(model(text)).unwrap();
+    let [x, y] = *linearized.equilibrium().values.as_slice() else {
+        panic!();
+    };
+    let number = |value: Ball| value.mid_f64();
+    let (x, y, g) = (number(x), number(y), 9.81);
+    let inertia = 1.0 + x * x / (y * y);
+    let want = 4.0 / inertia - g / y;
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    let omega_squared = number(modes.modes[0].omega_squared.unwrap());
+    assert!((omega_squared - want).abs() < 1e-12 * want);
+    let point = [("x", x), ("y", y), ("lambda", g / (2.0 * y)), ("k", 4.0)];
+    let symbols = page.pool.symbols(closed);
+    let inputs: Vec<f64> = symbols
+        .iter()
+        .map(|symbol| {
+            let name = page.pool.symbol_name(*symbol);
+            point.iter().find(|(own, _)| *own == name).unwrap().1
+        })
+        .collect();
+    let tape = Tape::compile(&page.pool, &[closed], &symbols).unwrap();
+    let own = tape.evaluate::<f64>(&inputs, &mut Vec::new())[0];
+    assert!((own - want).abs() < 1e-12 * want, "{own} {want}");
+    // What stands for its value is told.
+    let text = derive_text(&derivation, &Style::default().ascii(true));
+    assert!(
+        text.contains("standing for its value below: x, y, lambda\n"),
+        "{text}"
+    );
+    let latex = derive_latex(&derivation, false);
+    assert!(latex.contains("below: $x$, $y$, $\\lambda$.\n"), "{latex}");
 }
 
 #[test]

@@ -13,12 +13,14 @@ mod common;
 use std::path::Path;
 
 use common::{load, model, model_files, model_in};
-use librate::derive::{Motion, NormalCoordinates, Parts, derive};
-use librate::expr::{Pool, Substitution, Symbol, Tape};
+use librate::derive::{Case, Motion, NormalCoordinates, Parts, derive};
+use librate::expr::{ExprId, Pool, Substitution, Symbol, Tape};
 use librate::linearize::linearize;
 use librate::model::Model;
+use librate::modes::Options;
+use librate::oscillation::normal_modes;
 use librate::precision::{Ball, Scalar};
-use librate::report::{Style, derive_json, derive_text};
+use librate::report::{Style, derive_json, derive_latex, derive_text};
 use serde_json::Value;
 
 /// The values of expressions in the model language, with the parameters of a model.
@@ -54,12 +56,19 @@ fn references(path: &Path) -> Vec<f64> {
 #[test]
 fn amplitudes_make_both_matrices_diagonal() {
     let mut checked = Vec::new();
-    for path in model_files() {
+    let quartic = Parts::default().frequencies(true).quartic(true);
+    let both = [Parts::default().frequencies(true), quartic];
+    let all = model_files().into_iter();
+    for (path, parts) in all.flat_map(|path| both.map(|parts| (path.clone(), parts))) {
         let model = load(&path);
         if model.coordinates.len() > 12 {
             continue;
         }
-        let Ok(derivation) = derive(&model, &Parts::default().frequencies(true)) else {
+        // Under constraints they are those of fewer coordinates, which the checks of derivations hold against the modes.
+        if !model.constraints.is_empty() {
+            continue;
+        }
+        let Ok(derivation) = derive(&model, &parts) else {
             continue;
         };
         let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
@@ -72,8 +81,19 @@ fn amplitudes_make_both_matrices_diagonal() {
             .as_array()
             .unwrap()
             .iter()
-            .flat_map(|mode| mode["amplitudes"].as_array().unwrap())
-            .map(|text| text.as_str().unwrap().to_owned())
+            .flat_map(|mode| {
+                let square = mode["omega_squared"].as_str().unwrap();
+                let amplitudes = mode["amplitudes"].as_array().unwrap().iter();
+                amplitudes.map(move |text| {
+                    let text = text.as_str().unwrap();
+                    match mode.get("omega") {
+                        Some(omega) => {
+                            text.replace(omega.as_str().unwrap(), &format!("sqrt({square})"))
+                        }
+                        None => text.to_owned(),
+                    }
+                })
+            })
             .collect();
         assert_eq!(texts.len(), n * n, "{name}");
         let columns = values(&path, &texts);
@@ -119,9 +139,29 @@ fn amplitudes_make_both_matrices_diagonal() {
         "lc_coupled",
         "spring_pendulum",
         "egg_box_saddle",
+        "triple_pendulum",
+        "three_pendulums_unequal",
+        "torsion_discs",
+        "two_masses_free",
     ] {
         assert!(checked.iter().any(|own| own == name), "{name}: {checked:?}");
     }
+}
+
+/// The value of a parameter.
+fn parameter(model: &Model, symbol: Symbol) -> f64 {
+    let mut all = model.parameters.iter();
+    let own = all.find(|p| p.symbol == symbol).unwrap();
+    let tape = Tape::compile(&model.pool, &[own.value.unwrap()], &[]).unwrap();
+    tape.evaluate::<f64>(&[], &mut Vec::new())[0]
+}
+
+/// An expression at the values of the parameters.
+fn page_value(model: &Model, pool: &Pool, e: ExprId) -> f64 {
+    let symbols = pool.symbols(e);
+    let point: Vec<f64> = symbols.iter().map(|own| parameter(model, *own)).collect();
+    let tape = Tape::compile(pool, &[e], &symbols).unwrap();
+    tape.evaluate::<f64>(&point, &mut Vec::new())[0]
 }
 
 /// The value of every symbol by its name: parameters, and what the page defines.
@@ -154,11 +194,26 @@ fn page_amplitudes(model: &Model, normal: &NormalCoordinates, pool: &Pool) -> Ve
                 let any = pool.symbol(&format!("{}[{letter}]", normal.omega));
                 for r in modes {
                     let root = pool.sqrt(normal.modes[*r].omega_squared);
-                    let map = Substitution::from([(any, root)]);
+                    let mut map = Substitution::from([(any, root)]);
+                    // Ratios that are given mode by mode.
+                    for other in &normal.abbreviations {
+                        let name = &other.names[0];
+                        if other
+                            .modes
+                            .as_ref()
+                            .is_some_and(|(_, modes)| modes.contains(r))
+                        {
+                            let own = name.replace(&format!("[{letter}]"), &format!("[{}]", r + 1));
+                            let own = pool.variable(&own);
+                            let any = pool.symbol(name);
+                            map.insert(any, own);
+                        }
+                    }
                     let e = pool.substitute_one(abbreviation.value, &map);
                     let value = evaluate(&pool, &known, e);
-                    let name = abbreviation.names[0].replace(letter.as_str(), &(r + 1).to_string());
-                    known.push((pool.symbol(&name), value));
+                    let name = &abbreviation.names[0];
+                    let name = &name.replace(&format!("[{letter}]"), &format!("[{}]", r + 1));
+                    known.push((pool.symbol(name), value));
                 }
             }
         }
@@ -191,7 +246,8 @@ fn the_page_says_the_same_with_its_abbreviations() {
         if model.coordinates.len() > 12 {
             continue;
         }
-        let Ok(derivation) = derive(&model, &Parts::default().frequencies(true)) else {
+        let parts = Parts::default().frequencies(true).quartic(true);
+        let Ok(derivation) = derive(&model, &parts) else {
             continue;
         };
         let Some(found) = derivation
@@ -223,6 +279,14 @@ fn the_page_says_the_same_with_its_abbreviations() {
                         let point: Vec<f64> = symbols
                             .iter()
                             .map(|symbol| {
+                                // The frequency of the mode.
+                                if normal.modes[r]
+                                    .omega
+                                    .is_some_and(|omega| pool.as_symbol(omega) == Some(*symbol))
+                                {
+                                    return page_value(&model, pool, normal.modes[r].omega_squared)
+                                        .sqrt();
+                                }
                                 let mut all = model.parameters.iter();
                                 let own = all.find(|p| p.symbol == *symbol).unwrap();
                                 let value = own.value.unwrap();
@@ -289,4 +353,210 @@ fn names_of_the_model_are_left_alone() {
         derivation.displaced_text(&normal.lagrangian),
         "1/2*(eta[1]'^2 + eta[2]'^2 - Omega[1]^2*eta[1]^2 - Omega[2]^2*eta[2]^2)"
     );
+}
+
+/// The sums of sines of chains, rings and nets make M the unit matrix and K diagonal, with the squares of the reference.
+#[test]
+fn waves_make_both_matrices_diagonal() {
+    let mut checked = Vec::new();
+    for path in model_files() {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let model = load(&path);
+        if !(3..=100).contains(&model.coordinates.len()) {
+            continue;
+        }
+        let Ok(derivation) = derive(&model, &Parts::default().frequencies(true)) else {
+            continue;
+        };
+        let linear = derivation.linear.as_ref().ok();
+        let Some(found) = linear.and_then(|linear| linear.frequencies.as_ref()) else {
+            continue;
+        };
+        let case = found.best();
+        if case.waves.is_empty() {
+            continue;
+        }
+        let n = model.coordinates.len();
+        let columns = wave_columns(&model, case, &derivation.pool);
+        assert_eq!(columns.len(), n, "{name}");
+        let linearized = linearize(model).unwrap();
+        let product = |matrix: &[Ball], x: &[f64]| -> Vec<f64> {
+            let entry = |i: usize, j: usize| matrix[i + n * j].mid_f64();
+            let row = |i: usize| (0..n).map(|j| entry(i, j) * x[j]).sum();
+            (0..n).map(row).collect()
+        };
+        let dot = |x: &[f64], y: &[f64]| -> f64 { x.iter().zip(y).map(|(x, y)| x * y).sum() };
+        let (mass, stiffness) = (linearized.mass(), linearized.stiffness());
+        let squares = references(&path);
+        let scale = squares.iter().map(|s| s.abs()).fold(0.0, f64::max);
+        let mut own = Vec::new();
+        for (r, x) in columns.iter().enumerate() {
+            let (m, k) = (product(&mass, x), product(&stiffness, x));
+            for (s, y) in columns.iter().enumerate() {
+                let unit = if r == s { 1.0 } else { 0.0 };
+                assert!((dot(y, &m) - unit).abs() < 1e-11, "{name} {r} {s}");
+                if r == s {
+                    own.push(dot(y, &k));
+                } else {
+                    assert!(dot(y, &k).abs() < 1e-11 * scale, "{name} {r} {s}");
+                }
+            }
+        }
+        own.sort_by(f64::total_cmp);
+        for (own, want) in own.iter().zip(&squares) {
+            assert!((own - want).abs() < 1e-11 * scale, "{name} {own} {want}");
+        }
+        checked.push(name);
+    }
+    for name in [
+        "chain_walls",
+        "chain_free",
+        "chain_fixed_free",
+        "ring",
+        "square_lattice",
+        "lc_ladder",
+        "beaded_string",
+        "beam_simply_supported",
+    ] {
+        assert!(checked.iter().any(|own| own == name), "{name}: {checked:?}");
+    }
+}
+
+/// What each coordinate is moved by, mode by mode.
+fn wave_columns(model: &Model, case: &Case, pool: &Pool) -> Vec<Vec<f64>> {
+    let mut pool = pool.clone();
+    let mut columns = Vec::new();
+    for waves in &case.waves {
+        for sum in &waves.sums {
+            let amplitude = pool.mul(sum.factor, sum.shape);
+            let mut modes: Vec<Vec<(String, i64)>> = vec![Vec::new()];
+            for (letter, first, last) in &sum.numbers {
+                let mut longer = Vec::new();
+                for mode in &modes {
+                    for j in *first..=*last {
+                        let mut mode = mode.clone();
+                        mode.push((letter.clone(), j));
+                        longer.push(mode);
+                    }
+                }
+                modes = longer;
+            }
+            let symbols = pool.symbols(amplitude);
+            let tape = Tape::compile(&pool, &[amplitude], &symbols).unwrap();
+            for mode in modes {
+                let mut column = vec![0.0; model.coordinates.len()];
+                for (at, i) in waves.order.iter().enumerate() {
+                    let mut own = mode.clone();
+                    let mut rest = at as i64;
+                    for (letter, size) in waves.places.iter().rev() {
+                        own.push((letter.clone(), rest % size + 1));
+                        rest /= size;
+                    }
+                    let inputs: Vec<f64> = symbols
+                        .iter()
+                        .map(|symbol| {
+                            let name = pool.symbol_name(*symbol);
+                            match own.iter().find(|(letter, _)| letter == name) {
+                                Some((_, value)) => *value as f64,
+                                None => parameter(model, *symbol),
+                            }
+                        })
+                        .collect();
+                    column[*i] = tape.evaluate::<f64>(&inputs, &mut Vec::new())[0];
+                }
+                columns.push(column);
+            }
+        }
+    }
+    columns
+}
+
+/// Chains with all kinds of ends, against the certified modes.
+#[test]
+fn chains_with_all_kinds_of_ends() {
+    // What stands at the first and the last mass: a spring of the chain to a wall, nothing, a spring of twice the stiffness (a wall
+    // half a distance off).
+    for (left, right) in [
+        (1, 1),
+        (0, 0),
+        (2, 2),
+        (1, 0),
+        (0, 1),
+        (2, 1),
+        (1, 2),
+        (0, 2),
+        (2, 0),
+    ] {
+        let text = format!(
+            "param m = 3  param k = 2  coord y[1..7]
+            T = 1/2*m*sum(i in 1..7, y[i]'^2)
+            V = 1/2*k*sum(i in 1..6, (y[i+1] - y[i])^2) + 1/2*{left}*k*y[1]^2 + 1/2*{right}*k*y[7]^2"
+        );
+        let model = model(&text);
+        let derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+        let linear = derivation.linear.as_ref().unwrap();
+        let case = linear.frequencies.as_ref().unwrap().best();
+        assert_eq!(case.waves.len(), 1, "{left} {right}");
+        let columns = wave_columns(&model, case, &derivation.pool);
+        let linearized = linearize(model).unwrap();
+        let modes = normal_modes(&linearized, &Options::default()).unwrap();
+        let stiffness = linearized.stiffness();
+        let mut own = Vec::new();
+        for (r, x) in columns.iter().enumerate() {
+            let size: f64 = x.iter().map(|x| 3.0 * x * x).sum();
+            assert!((size - 1.0).abs() < 1e-13, "{left} {right} {r}: {size}");
+            let force =
+                |i: usize| -> f64 { (0..7).map(|j| stiffness[i + 7 * j].mid_f64() * x[j]).sum() };
+            let square: f64 = (0..7).map(|i| x[i] * force(i)).sum();
+            for (i, x) in x.iter().enumerate() {
+                assert!(
+                    (force(i) - 3.0 * square * x).abs() < 1e-13,
+                    "{left} {right} {r}"
+                );
+            }
+            own.push(square);
+        }
+        own.sort_by(f64::total_cmp);
+        for (own, mode) in own.iter().zip(&modes.modes) {
+            let want = mode.omega_squared.unwrap().mid_f64();
+            assert!((own - want).abs() < 1e-13, "{left} {right}: {own} {want}");
+        }
+    }
+}
+
+#[test]
+fn sums_of_sines_as_they_stand_on_the_page() {
+    let page = |text: &str| {
+        let derivation = derive(&model(text), &Parts::default().frequencies(true)).unwrap();
+        let text = derive_text(&derivation, &Style::default().ascii(true));
+        let latex = derive_latex(&derivation, false);
+        let at = text.find("\nnormal coordinates").unwrap();
+        let lines = text[at..]
+            .lines()
+            .skip(2)
+            .map(|line| line.trim().to_owned());
+        (lines.collect::<Vec<_>>(), latex)
+    };
+    // A family that begins elsewhere, and coordinates that are none.
+    let (lines, latex) = page(
+        "param m  param k  coord x[3..6]
+        T = 1/2*m*sum(i in 3..6, x[i]'^2)
+        V = 1/2*k*sum(i in 3..5, (x[i+1] - x[i])^2) + 1/2*k*(x[3]^2 + x[6]^2)",
+    );
+    assert_eq!(
+        lines,
+        [
+            "x[n + 2] = sqrt(2/(5*m))*sum(j in 1..4, sin(pi*j*n/5)*Q[j]), n = 1..4",
+            "L = 1/2*sum(j in 1..4, Q[j]'^2 - omega[j]^2*Q[j]^2)",
+        ]
+    );
+    assert!(latex.contains(r"\sum_{j = 1}^{4}"), "{latex}");
+    let (lines, _) = page(
+        "param m  param k  param n = 2  param L = 1  coord a, b, c
+        T = 1/2*n*L*m*(a'^2 + b'^2 + c'^2)
+        V = 1/2*k*((a - b)^2 + (b - c)^2 + (c - a)^2)",
+    );
+    assert_eq!(lines[1], "q = [a, b, c]");
+    assert!(lines[0].starts_with("q[l] = "), "{lines:?}");
+    assert!(lines[2].starts_with("lagrangian = "), "{lines:?}");
 }

@@ -422,6 +422,9 @@ pub(crate) struct Derive {
     /// Solve blocks of three for their frequencies too, by Viète's formula
     #[arg(long)]
     pub(crate) cubic: bool,
+    /// Solve blocks of three and of four, these by Ferrari's formula
+    #[arg(long)]
+    pub(crate) quartic: bool,
     /// Closed forms where a parameter goes to a value: `k=0`; may be repeated
     #[arg(long = "limit", value_name = "NAME=VALUE")]
     pub(crate) limits: Vec<String>,

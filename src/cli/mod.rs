@@ -290,7 +290,8 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         _ => None,
     };
     let progress = Progress::start("deriving the equations");
-    let derived = derive::derive(&model, &Parts::all().cubic(args.cubic));
+    let parts = Parts::all().cubic(args.cubic).quartic(args.quartic);
+    let derived = derive::derive(&model, &parts);
     drop(progress);
     let derived = derived.map(|mut derivation| {
         for (name, value) in &limits {

@@ -475,11 +475,14 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         .collect();
     let mut done = vec![false; named.len()];
     let mut order = Vec::new();
-    // Distances first, by their names; then as they were found.
+    let mut short = Simplifier::default();
+    let values = named.iter().map(|own| short.weight(pool, own.value));
+    let weights: Vec<u64> = values.collect();
+    // Distances first, by their names; then the shorter ones, so that sums of masses grow term by term.
     let rank = |at: &usize| {
         let own = &named[*at];
         let name = own.is_distance.then_some(own.name.as_str());
-        (!own.is_distance, name, *at)
+        (!own.is_distance, name, weights[*at], *at)
     };
     while let Some(at) = (0..named.len())
         .filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need]))

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::pair::{Pair, Sparse, is_zero};
-use super::roots::{Degree, of_polynomial};
+use super::roots::of_polynomial;
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -113,6 +113,8 @@ pub(super) struct Waves {
     pub(super) square: Symbol,
     /// The branches.
     pub(super) omega_squared: Vec<ExprId>,
+    /// The polynomial in z whose zeros they are.
+    coefficients: Vec<ExprId>,
 }
 
 /// The branches of a ring, on some coordinates that the turn keeps together; `None` for more than two
@@ -161,12 +163,11 @@ pub(super) fn waves(
             .collect()
     };
     let (m, k) = (&pair.mass, &pair.stiffness);
-    let omega_squared = match cells.as_slice() {
+    let coefficients = match cells.as_slice() {
         [a] => {
             let stiffness = ring.real(pool, &row(k, a, a))?;
             let mass = ring.real(pool, &row(m, a, a))?;
-            let quotient = pool.div(stiffness, mass);
-            vec![short.simplify(pool, quotient)]
+            vec![pool.neg(stiffness), mass]
         }
         [a, b] => {
             let (m11, k11) = (
@@ -191,17 +192,20 @@ pub(super) fn waves(
             ]);
             let last = pool.mul(k11, k22);
             let last = pool.sub(last, kk);
-            let coefficients = [last, first, second].map(|c| short.simplify(pool, c));
-            of_polynomial(pool, short, coefficients.to_vec(), Degree::Two)?
+            vec![last, first, second]
         }
         _ => return None,
     };
+    let coefficients = coefficients.into_iter();
+    let coefficients: Vec<ExprId> = coefficients.map(|c| short.simplify(pool, c)).collect();
+    let omega_squared = of_polynomial(pool, short, &coefficients)?;
     if omega_squared.iter().any(|value| pool.is_undefined(*value)) {
         return None;
     }
     Some(Waves {
         square,
         omega_squared,
+        coefficients,
     })
 }
 
@@ -266,12 +270,24 @@ impl RingSums {
 }
 
 impl Waves {
-    /// The branches where theta/2 is this angle.
-    pub(super) fn at(&self, pool: &mut Pool, angle: ExprId) -> Vec<ExprId> {
-        let sine = pool.sin(angle);
-        let square = pool.square(sine);
-        let map = Substitution::from([(self.square, square)]);
+    /// The branches where theta/2 is this symbol's angle.
+    pub(super) fn general(&self, pool: &mut Pool, angle: ExprId) -> Vec<ExprId> {
+        let map = self.with(pool, angle);
         pool.substitute(&self.omega_squared, &map)
+    }
+
+    /// The branches at an angle theta/2, where roots may be drawn that can't be in general.
+    pub(super) fn at(&self, pool: &mut Pool, short: &mut Simplifier, angle: ExprId) -> Vec<ExprId> {
+        let map = self.with(pool, angle);
+        let coefficients = pool.substitute(&self.coefficients, &map);
+        let coefficients = coefficients.into_iter();
+        let coefficients: Vec<ExprId> = coefficients.map(|c| short.simplify(pool, c)).collect();
+        of_polynomial(pool, short, &coefficients).unwrap_or_default()
+    }
+
+    fn with(&self, pool: &mut Pool, angle: ExprId) -> Substitution {
+        let sine = pool.sin(angle);
+        Substitution::from([(self.square, pool.square(sine))])
     }
 }
 

@@ -8,6 +8,7 @@
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
+use super::cubic::Solved;
 use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
@@ -119,14 +120,18 @@ impl<'a> Checker<'a> {
         value.is_some_and(|value| value[0].is_finite() && !value[0].contains_zero())
     }
 
-    /// The value of a parameter, or of a coordinate at an equilibrium that was searched for.
-    fn value(&self, symbol: Symbol) -> Option<Ball> {
+    /// The value of a parameter, or of a coordinate or multiplier at an equilibrium that was searched for.
+    fn value(&self, pool: &Pool, symbol: Symbol) -> Option<Ball> {
         if let Some(value) = self.values.get(&symbol) {
             return Some(*value);
         }
         let mut coordinates = self.model.coordinates.iter();
-        let at = coordinates.position(|coordinate| coordinate.symbol == symbol)?;
-        self.linearized()?.equilibrium().values.get(at).copied()
+        if let Some(at) = coordinates.position(|coordinate| coordinate.symbol == symbol) {
+            return self.linearized()?.equilibrium().values.get(at).copied();
+        }
+        let name = pool.symbol_name(symbol);
+        let mut multipliers = self.linearized()?.multipliers();
+        multipliers.find_map(|(own, value)| (own == name).then_some(value))
     }
 
     /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
@@ -311,6 +316,96 @@ impl<'a> Checker<'a> {
             })
     }
 
+    /// Columns whose components are given by places and numbers: `[omega_squared, component]` with letters for both, and the
+    /// values of these for each coordinate (none for one that rests) and each mode.
+    pub(super) fn waves(
+        &self,
+        pool: &Pool,
+        forms: [ExprId; 2],
+        (places, at): (&[Symbol], &[Vec<i64>]),
+        (numbers, modes): (&[Symbol], &[Vec<i64>]),
+    ) -> Option<Vec<Vec<Ball>>> {
+        let symbols = pool.symbols_of(&forms);
+        // Of letters, which list they are in.
+        let mut inputs = Vec::new();
+        let mut letters = Vec::new();
+        for (input, symbol) in symbols.iter().enumerate() {
+            let place = places.iter().position(|own| own == symbol);
+            let number = numbers.iter().position(|own| own == symbol);
+            if place.is_some() || number.is_some() {
+                letters.push((input, place, number));
+                inputs.push(Ball::ZERO);
+            } else {
+                inputs.push(self.value(pool, *symbol)?);
+            }
+        }
+        let tape = Tape::compile(pool, &forms, &symbols).ok()?;
+        let mut room = Vec::new();
+        let mut columns = Vec::new();
+        for mode in modes {
+            let mut column = vec![Ball::ZERO; at.len() + 1];
+            for (i, own) in at.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+                for (input, place, number) in &letters {
+                    let value = match (place, number) {
+                        (Some(at), _) => own.get(*at),
+                        (None, at) => mode.get((*at)?),
+                    };
+                    inputs[*input] = Ball::from_number(&Number::from(*value?), ());
+                }
+                let values = tape.evaluate::<Ball>(&inputs, &mut room);
+                column[0] = values[0];
+                column[i + 1] = values[1];
+            }
+            columns.push(column);
+        }
+        Some(columns)
+    }
+
+    /// Whether such columns, omega^2 in front, are modes with xᵀMx = 1, orthogonal to each other.
+    pub(super) fn are_waves(&self, pool: &Pool, pair: &Pair, columns: &[Vec<Ball>]) -> bool {
+        let n = pair.len();
+        let Some((mass, stiffness)) = self.matrices(pool, pair) else {
+            return false;
+        };
+        let product =
+            |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
+                let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
+                    let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
+                    terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+                };
+                rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
+            };
+        let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
+        let dot = |x: &[Ball], y: &[Ball]| {
+            let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
+            terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+        };
+        let is_zero = |value: &Ball, size: f64| {
+            value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
+        };
+        let largest = size(&stiffness);
+        let mut images: Vec<Vec<Ball>> = Vec::new();
+        columns.iter().enumerate().all(|(at, column)| {
+            let [square, x @ ..] = column.as_slice() else {
+                return false;
+            };
+            let image = product(&mass, &pair.mass, x);
+            let forces = product(&stiffness, &pair.stiffness, x);
+            let scale = largest * size(x);
+            let solves = forces
+                .iter()
+                .zip(&image)
+                .all(|(force, m)| is_zero(&force.sub(&m.mul(square)), scale));
+            let others = columns[..at].iter().zip(&images);
+            // xᵀMx is 1 for all.
+            let mut others = others.map(|(_, image)| dot(x, image));
+            let orthogonal = others.all(|product| is_zero(&product, 1.0));
+            let unit = is_zero(&dot(x, &image).sub(&Ball::ONE), 1.0);
+            images.push(image);
+            solves && orthogonal && unit
+        })
+    }
+
     /// M and K in numbers, column by column: from the other path where all parameters have values. Under constraints that
     /// may have other coordinates left.
     fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
@@ -339,17 +434,20 @@ impl<'a> Checker<'a> {
         ) else {
             case.frequencies.clear();
             case.series.clear();
+            case.solved.clear();
             case.complete = false;
             return;
         };
         let mut forms: Vec<(Ball, Frequency)> =
             values.into_iter().zip(case.frequencies.drain(..)).collect();
         forms.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
-        // Forms that only look different are one.
+        // Forms that only look different are one, which stands for itself.
+        let mut merged: Vec<ExprId> = Vec::new();
         forms.dedup_by(|(later, form), (value, kept)| {
             let same = later.sub(value).contains_zero()
                 && equal(pool, form.omega_squared, kept.omega_squared);
             if same {
+                merged.extend([form.omega_squared, kept.omega_squared]);
                 kept.multiplicity += form.multiplicity;
                 if kept.symmetry != form.symmetry {
                     kept.symmetry = None;
@@ -363,6 +461,7 @@ impl<'a> Checker<'a> {
             .fold(0.0, f64::max);
         let mut used = vec![false; modes.len()];
         let before = forms.len();
+        let mut failed: Vec<ExprId> = Vec::new();
         forms.retain_mut(|(value, form)| {
             let fits: Vec<usize> = modes
                 .iter()
@@ -377,6 +476,7 @@ impl<'a> Checker<'a> {
                 .collect();
             let narrow = value.is_finite() && value.radius <= WIDEST * scale;
             if !narrow || fits.len() < form.multiplicity {
+                failed.push(form.omega_squared);
                 return false;
             }
             for at in &fits {
@@ -398,12 +498,23 @@ impl<'a> Checker<'a> {
             case.complete = false;
             case.series.clear();
         }
+        let has =
+            |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
+        // Without the names for a page nobody wants to see the rest of them.
+        let gone = case.solved.iter().filter(|solved| has(solved, &failed));
+        let gone: Vec<ExprId> = gone.flat_map(|solved| solved.frequencies.clone()).collect();
+        forms.retain(|(_, form)| !gone.contains(&form.omega_squared));
+        case.solved
+            .retain(|solved| !has(solved, &failed) && !has(solved, &merged));
         case.frequencies = forms.into_iter().map(|(_, form)| form).collect();
     }
 
     fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(*symbol)).collect();
+        let inputs: Option<Vec<Ball>> = symbols
+            .iter()
+            .map(|symbol| self.value(pool, *symbol))
+            .collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         Some(tape.evaluate(&inputs?, &mut Vec::new()))
     }

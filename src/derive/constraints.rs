@@ -43,7 +43,7 @@ pub struct Tangent {
     pub multipliers: Vec<ExprId>,
     /// The gradients of the constraints, one row each.
     pub gradients: Vec<Vec<ExprId>>,
-    /// The motions that are left; `None` where the equilibrium was found numerically, and where there are none.
+    /// The motions that are left; `None` where there are none, or the gradients are not shown to be independent.
     pub reduced: Option<Reduced>,
 }
 
@@ -90,15 +90,7 @@ pub(super) fn reduce(
     for entry in tangent.multipliers.iter_mut().chain(gradients) {
         *entry = short.simplify(pool, *entry);
     }
-    let symbols = checker.model.coordinates.iter();
-    let found = symbols
-        .zip(&linear.equilibrium)
-        .any(|(own, at)| pool.as_symbol(*at) == Some(own.symbol));
-    let solved = if found {
-        None
-    } else {
-        directions(pool, short, checker, &tangent.gradients)
-    };
+    let solved = directions(pool, short, checker, &tangent.gradients);
     if let Some((free, directions)) = solved
         && !free.is_empty()
     {

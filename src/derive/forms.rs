@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 
 use super::blocks::{adapted, commuting_mirrors, is_free, waves};
+use super::cubic::Solved;
 use super::frequencies::{Block, Series};
 use super::lattice::{Angles, Lattice, lattice};
-use super::normal::{Shape, shapes};
 use super::pair::{Pair, Sparse};
-use super::roots::{Degree, roots};
+use super::roots::{Request, roots};
+use super::shapes::{Shape, shapes};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Node, Pool};
+use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry, wave_number};
 
@@ -27,6 +29,12 @@ pub(super) struct Found {
     pub(super) count: usize,
     /// The modes of small parts.
     pub(super) shapes: Vec<Shape>,
+    /// Chains, rings and nets, with the coordinates of the model.
+    pub(super) lattices: Vec<Lattice>,
+    /// Cubics and quartics.
+    pub(super) solved: Vec<Solved>,
+    /// The highest degree of an equation that is solved on request only.
+    pub(super) on_request: Option<usize>,
 }
 
 impl Found {
@@ -47,7 +55,7 @@ pub(super) fn closed_forms(
     short: &mut Simplifier,
     pair: &Pair,
     symmetry: Option<&Symmetry>,
-    degree: Degree,
+    request: Request<'_>,
     found: &mut Found,
 ) {
     let parts = pair.components(pool);
@@ -57,12 +65,18 @@ pub(super) fn closed_forms(
         if is_free(pool, &own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
-            found.shapes.extend(small_part(pool, short, &own, part));
-        } else if let Some(lattice) = lattice(pool, short, &own) {
+            found
+                .shapes
+                .extend(small_part(pool, short, &own, part, request));
+        } else if let Some(mut lattice) = lattice(pool, short, &own) {
             let symmetry = symmetry.filter(|_| parts.len() == 1);
-            add_lattice(pool, short, &lattice, symmetry, found);
+            add_lattice(pool, short, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
-            found.shapes.extend(small_part(pool, short, &own, part));
+            found
+                .shapes
+                .extend(small_part(pool, short, &own, part, request));
+            lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
+            found.lattices.push(lattice);
         } else {
             rest.extend(part);
         }
@@ -80,19 +94,26 @@ pub(super) fn closed_forms(
             for j in 0..=n / 2 {
                 let angle = angles.angle(pool, j);
                 let twice = j > 0 && 2 * j < n;
-                for value in waves.at(pool, angle) {
+                for value in waves.at(pool, short, angle) {
                     let value = short.simplify(pool, value);
                     let class = usize::try_from(j).map(wave_number).ok();
                     found.add(value, if twice { 2 } else { 1 }, class);
                 }
             }
-            let number = pool.variable("j");
+            let letter = request.model.unused_name(&["j", "s", "b"]);
+            let number = pool.variable(&letter);
             let angle = angles.general(pool, number);
-            for omega_squared in waves.at(pool, angle) {
-                found.series.push(Series {
+            let branches = waves.general(pool, angle);
+            // A formula that nobody can read is worse than the frequencies one by one.
+            if branches
+                .iter()
+                .all(|e| short.weight(pool, *e) <= MOST_SYMBOLS)
+            {
+                let branches = branches.into_iter();
+                found.series.extend(branches.map(|omega_squared| Series {
                     omega_squared,
-                    numbers: vec![("j".to_owned(), angles)],
-                });
+                    numbers: vec![(letter.clone(), angles)],
+                }));
             }
             return;
         }
@@ -104,7 +125,7 @@ pub(super) fn closed_forms(
             for part in adapted(&mirrors, &rest) {
                 let block = pair.projected(pool, short, &part.basis);
                 let class = is_class.then(|| part.class.clone());
-                solve_parts(pool, short, &block, &part.basis, class, degree, found);
+                solve_parts(pool, short, &block, &part.basis, class, request, found);
                 if is_class {
                     let (mass, stiffness) = block.dense(pool);
                     found.blocks.push(Block {
@@ -119,7 +140,7 @@ pub(super) fn closed_forms(
         }
     }
     let own = pair.restricted(&rest);
-    solve_parts(pool, short, &own, &units(&rest), None, degree, found);
+    solve_parts(pool, short, &own, &units(&rest), None, request, found);
 }
 
 /// The vectors that move one coordinate each.
@@ -128,11 +149,17 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
 }
 
 /// The modes of a part whose frequencies are known otherwise.
-fn small_part(pool: &mut Pool, short: &mut Simplifier, own: &Pair, part: &[usize]) -> Vec<Shape> {
+fn small_part(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    own: &Pair,
+    part: &[usize],
+    request: Request<'_>,
+) -> Vec<Shape> {
     if part.len() > 2 {
         return Vec::new();
     }
-    let values = roots(pool, short, own, Degree::Two).unwrap_or_default();
+    let values = roots(pool, short, own, request, 0).zeros;
     shapes(pool, short, own, &values, &units(part), None)
 }
 
@@ -148,17 +175,28 @@ fn solve_parts(
     block: &Pair,
     basis: &[Sparse],
     class: Option<String>,
-    degree: Degree,
+    request: Request<'_>,
     found: &mut Found,
 ) {
     for part in block.components(pool) {
         let own = block.restricted(&part);
+        let solution = roots(pool, short, &own, request, found.solved.len());
+        found.on_request = found.on_request.max(solution.unsolved);
         let mut values = Vec::new();
-        for value in roots(pool, short, &own, degree).into_iter().flatten() {
-            let value = opened(pool, short, value);
-            if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
-                found.add(value, 1, class.clone());
-                values.push(value);
+        if let Some(mut solved) = solution.solved {
+            for value in &solution.zeros {
+                found.add(*value, 1, class.clone());
+            }
+            values = solution.zeros;
+            solved.symmetry.clone_from(&class);
+            found.solved.push(solved);
+        } else {
+            for value in solution.zeros {
+                let value = opened(pool, short, value);
+                if !pool.is_undefined(value) && short.weight(pool, value) <= MOST_SYMBOLS {
+                    found.add(value, 1, class.clone());
+                    values.push(value);
+                }
             }
         }
         let basis: Vec<Sparse> = part.iter().map(|i| basis[*i].clone()).collect();
@@ -224,13 +262,14 @@ fn add_lattice(
     short: &mut Simplifier,
     lattice: &Lattice,
     symmetry: Option<&Symmetry>,
+    model: &Model,
     found: &mut Found,
 ) {
-    let names = ["i", "j"];
+    let names = [["i", "h", "a"], ["j", "s", "b"]];
     let names = names.iter().skip(2 - lattice.dimensions.len().min(2));
     let numbers: Vec<(String, Angles)> = names
         .zip(&lattice.dimensions)
-        .map(|(name, dimension)| ((*name).to_owned(), dimension.angles()))
+        .map(|(names, dimension)| (model.unused_name(names), dimension.angles()))
         .collect();
     let mut general = Vec::new();
     for (name, angles) in &numbers {

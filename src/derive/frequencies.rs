@@ -7,15 +7,16 @@
 
 use super::Linear;
 use super::check::Checker;
+use super::cubic::Solved;
 use super::forms::{Found, closed_forms};
 use super::lattice::Angles;
-use super::normal::{NormalCoordinates, Shape, normal_coordinates};
+use super::normal::{NormalCoordinates, normal_coordinates};
 use super::pair::Pair;
-use super::roots::Degree;
+use super::roots::Request;
 use super::simplify::Simplifier;
 use super::ties::Ties;
+use super::waves::{NormalWaves, normal_waves};
 use crate::expr::{ExprId, Pool};
-use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
@@ -51,6 +52,20 @@ impl Frequencies {
 }
 
 impl Case {
+    /// The normal coordinates, where the modes are known too.
+    fn add_normal(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        checker: &Checker<'_>,
+        pair: &Pair,
+        found: Found,
+    ) {
+        let model = checker.model;
+        self.normal = normal_coordinates(model, pool, short, checker, pair, self, found.shapes);
+        self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices);
+    }
+
     /// How many frequencies have a closed form, each as often as it occurs.
     #[must_use]
     pub fn known(&self) -> usize {
@@ -104,10 +119,16 @@ pub struct Case {
     pub series: Vec<Series>,
     /// The closed forms, checked, one for each distinct frequency.
     pub frequencies: Vec<Frequency>,
+    /// Those of blocks of three and four as a page has them.
+    pub solved: Vec<Solved>,
+    /// The highest degree, up to 4, of an equation for frequencies that was not solved because nobody asked for it.
+    pub on_request: Option<usize>,
     /// Whether these are all frequencies.
     pub complete: bool,
     /// The normal coordinates, where all modes have a closed form too, checked as well.
     pub normal: Option<NormalCoordinates>,
+    /// Those of a model that is a chain, ring or net, or several, as sums of sines; else none.
+    pub waves: Vec<NormalWaves>,
 }
 
 /// A frequency in closed form.
@@ -152,10 +173,10 @@ pub(super) fn frequencies(
     pool: &mut Pool,
     short: &mut Simplifier,
     linear: &Linear,
-    cubic: bool,
+    most: usize,
 ) -> Frequencies {
     let model = checker.model;
-    let degree = if cubic { Degree::Three } else { Degree::Two };
+    let request = Request { most, model };
     let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
     let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
@@ -164,9 +185,9 @@ pub(super) fn frequencies(
     let plain = Symmetry::find(&pattern);
     let order = |symmetry: &Option<Symmetry>| symmetry.as_ref().map_or(1.0, |found| found.order);
     let none = Ties::default();
-    let (mut general, shapes) = case(model, pool, short, &pair, plain.as_ref(), &none, degree);
+    let (mut general, found) = case(request, pool, short, &pair, plain.as_ref(), &none);
     checker.check(pool, &pair, &mut general);
-    general.normal = normal_coordinates(model, pool, short, checker, &pair, &general, shapes);
+    general.add_normal(pool, short, checker, &pair, found);
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied = None;
@@ -191,8 +212,7 @@ pub(super) fn frequencies(
                 approximations: Vec::new(),
             };
         }
-        let (mut found, shapes) =
-            case(model, pool, short, &equal, symmetry.as_ref(), &ties, degree);
+        let (mut found, modes) = case(request, pool, short, &equal, symmetry.as_ref(), &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
@@ -202,7 +222,7 @@ pub(super) fn frequencies(
             own.ties = if holds { needed } else { ties.clone() }.sets(model);
         }
         checker.check(pool, &equal, &mut found);
-        found.normal = normal_coordinates(model, pool, short, checker, &equal, &found, shapes);
+        found.add_normal(pool, short, checker, &equal, modes);
         let more_symmetric = order(&symmetry) > order(&plain);
         let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
             let all = case.frequencies.iter();
@@ -264,20 +284,18 @@ pub(super) fn frequencies(
 }
 
 fn case(
-    model: &Model,
+    request: Request<'_>,
     pool: &mut Pool,
     short: &mut Simplifier,
     pair: &Pair,
     symmetry: Option<&Symmetry>,
     ties: &Ties,
-    degree: Degree,
-) -> (Case, Vec<Shape>) {
+) -> (Case, Found) {
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
-        closed_forms(pool, short, pair, symmetry, degree, &mut found);
+        closed_forms(pool, short, pair, symmetry, request, &mut found);
     }
-    let frequencies: Vec<Frequency> = found
-        .frequencies
+    let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
         .into_iter()
         .map(|(omega_squared, (multiplicity, symmetry))| Frequency {
             omega_squared,
@@ -286,19 +304,22 @@ fn case(
         })
         .collect();
     let case = Case {
-        ties: ties.sets(model),
+        ties: ties.sets(request.model),
         symmetry: symmetry.map(|symmetry| Exchange {
             generators: symmetry.generators.clone(),
             kind: symmetry.kind.clone(),
             ties: Vec::new(),
         }),
-        blocks: found.blocks,
-        series: found.series,
+        blocks: std::mem::take(&mut found.blocks),
+        series: std::mem::take(&mut found.series),
         complete: found.count == pair.len(),
+        solved: std::mem::take(&mut found.solved),
+        on_request: found.on_request,
         frequencies,
         normal: None,
+        waves: Vec::new(),
     };
-    (case, found.shapes)
+    (case, found)
 }
 
 impl Angles {

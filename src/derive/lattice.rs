@@ -110,6 +110,10 @@ pub(super) struct Lattice {
     /// The symbol that stands for s in each dimension.
     pub(super) squares: Vec<Symbol>,
     pub(super) omega_squared: ExprId,
+    /// The eigenvalue of M.
+    mass: ExprId,
+    /// The coordinates along the chain.
+    pub(super) order: Vec<usize>,
 }
 
 const ENDS: [Ends; 10] = [
@@ -131,13 +135,13 @@ pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> O
     if n < 3 {
         return None;
     }
-    let ordered = match path(pair) {
-        Some(order) => pair.restricted(&order),
-        None => pair.clone(),
-    };
+    let order = path(pair).unwrap_or_else(|| (0..n).collect());
+    let ordered = pair.restricted(&order);
     if let Some(ends) = ends(pool, &ordered, n, 1) {
         let dimension = Dimension { ends, size: n };
-        return formula(pool, short, &ordered, vec![dimension]);
+        let mut lattice = formula(pool, short, &ordered, vec![dimension])?;
+        lattice.order = order;
+        return Some(lattice);
     }
     for rows in (2..=n / 2).filter(|rows| n.is_multiple_of(*rows)) {
         let columns = n / rows;
@@ -320,6 +324,8 @@ fn formula(
         dimensions,
         squares,
         omega_squared: short.simplify(pool, quotient),
+        mass,
+        order: (0..pair.len()).collect(),
     })
 }
 
@@ -369,11 +375,20 @@ impl Angles {
 impl Lattice {
     /// omega^2 where the angles theta/2 of the dimensions are these.
     pub(super) fn at(&self, pool: &mut Pool, angles: &[ExprId]) -> ExprId {
+        self.with_angles(pool, self.omega_squared, angles)
+    }
+
+    /// The eigenvalue of M there.
+    pub(super) fn mass_at(&self, pool: &mut Pool, angles: &[ExprId]) -> ExprId {
+        self.with_angles(pool, self.mass, angles)
+    }
+
+    fn with_angles(&self, pool: &mut Pool, e: ExprId, angles: &[ExprId]) -> ExprId {
         let mut map = Substitution::new();
         for (square, angle) in self.squares.iter().zip(angles) {
             let sine = pool.sin(*angle);
             map.insert(*square, pool.square(sine));
         }
-        pool.substitute_one(self.omega_squared, &map)
+        pool.substitute_one(e, &map)
     }
 }

@@ -101,6 +101,8 @@ fn transform_case(
     case: &mut Case,
     change: impl Fn(&mut Pool, ExprId) -> ExprId,
 ) {
+    // Their names stand for what was before.
+    case.solved.clear();
     let mut frequencies: Vec<Frequency> = Vec::new();
     for mut form in case.frequencies.drain(..) {
         let value = change(pool, form.omega_squared);

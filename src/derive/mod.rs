@@ -7,7 +7,7 @@
 //! - momenta, the energy function, the Hamiltonian, T and V to second order (`energy`), what is conserved
 //!   (`conserved`);
 //! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
-//!   `roots`, `check`), and normal coordinates (`normal`);
+//!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
 //! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
 //! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
 //!   motions that are left (`constraints`);
@@ -38,6 +38,7 @@ mod check;
 mod collapse;
 mod conserved;
 mod constraints;
+mod cubic;
 mod energy;
 mod equations;
 mod equilibria;
@@ -50,8 +51,10 @@ mod motion;
 mod normal;
 mod pair;
 mod roots;
+mod shapes;
 mod simplify;
 mod ties;
+mod waves;
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -63,11 +66,13 @@ use crate::number::Number;
 pub use abbreviate::Definition;
 pub use conserved::Conserved;
 pub use constraints::{Constraints, Reduced, Tangent};
+pub use cubic::{Solved, SolvedFormula};
 pub use equilibria::{Condition, Relation, Root};
 pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
 pub use lattice::Angles;
 pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
 pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
+pub use waves::{NormalWaves, WaveSum};
 
 use check::Checker;
 use lagrangian::Variables;
@@ -88,6 +93,8 @@ pub struct Parts {
     pub frequencies: bool,
     /// Blocks of three are solved too, by Viète's formula.
     pub cubic: bool,
+    /// Blocks of three and four are solved, those of four by Ferrari's formula.
+    pub quartic: bool,
     /// Equilibria in symbols.
     pub equilibria: bool,
 }
@@ -102,6 +109,7 @@ impl Parts {
             second_order: true,
             frequencies: true,
             cubic: false,
+            quartic: false,
             equilibria: true,
         }
     }
@@ -132,6 +140,22 @@ impl Parts {
     pub fn cubic(mut self, wanted: bool) -> Self {
         self.cubic = wanted;
         self
+    }
+
+    /// With blocks of three and four solved among the closed forms, or without those of four.
+    #[must_use]
+    pub fn quartic(mut self, wanted: bool) -> Self {
+        self.quartic = wanted;
+        self
+    }
+
+    /// Equations of at most this degree are solved for frequencies.
+    fn degree(&self) -> usize {
+        match (self.quartic, self.cubic) {
+            (true, _) => 4,
+            (false, true) => 3,
+            (false, false) => 2,
+        }
     }
 
     /// With equilibria in symbols, or without.
@@ -354,7 +378,7 @@ impl Linear {
                 pool,
                 short,
                 self,
-                parts.cubic,
+                parts.degree(),
             ));
         }
     }

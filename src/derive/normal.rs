@@ -1,29 +1,22 @@
-//! Normal coordinates, where closed forms give the modes: one or two coordinates that hang together, or as many
-//! in a class of symmetry.
+//! Normal coordinates, where closed forms give the modes (`shapes`).
 //!
 //! With the modes a_r, a_rᵀ M a_s = 0 for r ≠ s, the coordinates are q = sum of a_r Q_r/sqrt(a_rᵀ M a_r), and
 //! L = 1/2 sum of (Q_r'^2 - omega_r^2 Q_r^2) (Landau and Lifshitz, Mechanics, §23). That the vectors are the
 //! modes is checked with the numbers of the other path before anything is given out.
 
-use std::collections::BTreeMap;
-
 use super::check::{Checker, Column};
 use super::frequencies::Case;
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
-use super::pair::{Pair, Sparse, is_zero};
-use super::simplify::{Opening, Simplifier, expand, with_common_factor};
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use super::pair::{Pair, is_zero};
+use super::shapes::Shape;
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Function;
 
 /// No page has room for the normal coordinates of more.
 const MOST_COORDINATES: usize = 12;
-
-/// A ratio of amplitudes of more symbols gets a name of its own.
-const MOST_IN_RATIO: u64 = 16;
-/// Likewise what it is normalised by.
-const MOST_IN_MASS: u64 = 32;
 
 /// Normal coordinates of a model.
 #[derive(Clone, Debug)]
@@ -51,8 +44,11 @@ pub struct NormalMode {
     pub omega_squared: ExprId,
     /// Its class of symmetry, where it has one.
     pub symmetry: Option<String>,
-    /// What each coordinate is moved by where the normal coordinate is 1: xᵀMx = 1. Written out.
+    /// What each coordinate is moved by where the normal coordinate is 1: xᵀMx = 1. Written out, but for `omega`.
     pub amplitudes: Vec<ExprId>,
+    /// The symbol that stands for the root of `omega_squared` in the amplitudes: for modes of three and four coordinates, which
+    /// nobody could read otherwise.
+    pub omega: Option<ExprId>,
 }
 
 /// Names on the page for what is too long to be repeated, or the same in several modes.
@@ -65,265 +61,6 @@ pub struct Abbreviation {
     pub value: ExprId,
     /// The letter for the number of the mode, and the modes by their numbers, from 0; nothing where there is no letter.
     pub modes: Option<(String, Vec<usize>)>,
-}
-
-/// A mode as it is found.
-pub(super) struct Shape {
-    omega_squared: ExprId,
-    symmetry: Option<String>,
-    /// Vectors and what each is multiplied by; 1 for the first.
-    parts: Vec<(Sparse, ExprId)>,
-    /// aᵀMa
-    mass: ExprId,
-    /// Stands for the frequency in the factors and in the mass, where it is not written out there.
-    omega: Option<Symbol>,
-}
-
-impl Shape {
-    fn along(&self, count: usize, pool: &mut Pool) -> Vec<ExprId> {
-        let mut vector = vec![Vec::new(); count];
-        for (basis, factor) in &self.parts {
-            for (i, component) in basis {
-                if let Some(place) = vector.get_mut(*i) {
-                    place.push((*factor, Number::from(*component)));
-                }
-            }
-        }
-        vector.iter().map(|terms| pool.linear(terms)).collect()
-    }
-}
-
-/// The modes of a part of one or two coordinates with these omega^2; `basis` says which vectors of the model its
-/// coordinates are. None where they can't be told apart.
-pub(super) fn shapes(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    part: &Pair,
-    squares: &[ExprId],
-    basis: &[Sparse],
-    symmetry: Option<String>,
-) -> Vec<Shape> {
-    let one = pool.one();
-    match (squares, basis) {
-        ([square], [vector]) => vec![Shape {
-            omega_squared: *square,
-            symmetry,
-            parts: vec![(vector.clone(), one)],
-            mass: part.at(pool, 0, 0).0,
-            omega: None,
-        }],
-        ([first, second], [u, v]) => {
-            let difference = pool.sub(*first, *second);
-            if pool.is_zero(difference) == ZeroVerdict::Zero {
-                return Vec::new();
-            }
-            let block = Block::new(pool, part);
-            let mut found = Vec::new();
-            for square in [*first, *second] {
-                let (ratio, mass, omega) = block.mode(pool, short, square);
-                let parts = match ratio {
-                    None => vec![(v.clone(), one)],
-                    Some(ratio) if is_zero(pool, ratio) => vec![(u.clone(), one)],
-                    Some(ratio) => vec![(u.clone(), one), (v.clone(), ratio)],
-                };
-                found.push(Shape {
-                    omega_squared: square,
-                    symmetry: symmetry.clone(),
-                    parts,
-                    mass,
-                    omega,
-                });
-            }
-            found
-        }
-        _ => Vec::new(),
-    }
-}
-
-/// M and K of two coordinates.
-struct Block {
-    m: [ExprId; 3],
-    k: [ExprId; 3],
-}
-
-impl Block {
-    fn new(pool: &Pool, part: &Pair) -> Self {
-        let entries = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| part.at(pool, i, j));
-        Self {
-            m: entries.map(|(m, _)| m),
-            k: entries.map(|(_, k)| k),
-        }
-    }
-
-    /// The second amplitude by the first (`None` where the first is 0), and aᵀMa; with a symbol for omega where that is
-    /// shorter by far.
-    fn mode(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        square: ExprId,
-    ) -> (Option<ExprId>, ExprId, Option<Symbol>) {
-        let Some((at, ratio)) = self.ratio(pool, short, square, None) else {
-            return (None, self.m[2], None);
-        };
-        let mass = self.mass(pool, short, ratio);
-        if short.weight(pool, ratio) <= MOST_IN_RATIO && short.weight(pool, mass) <= MOST_IN_MASS {
-            return (Some(ratio), mass, None);
-        }
-        let symbol = pool.fresh_symbol("omega");
-        let omega = pool.symbol_expr(symbol);
-        let omega_squared = pool.square(omega);
-        match self.ratio(pool, short, omega_squared, Some(at)) {
-            Some((_, ratio)) => {
-                let mass = self.mass(pool, short, ratio);
-                (Some(ratio), mass, Some(symbol))
-            }
-            None => (Some(ratio), mass, None),
-        }
-    }
-
-    /// M_11 + 2 M_12 a + M_22 a^2
-    fn mass(&self, pool: &mut Pool, short: &mut Simplifier, ratio: ExprId) -> ExprId {
-        let square = pool.square(ratio);
-        let (mixed, last) = (pool.mul(self.m[1], ratio), pool.mul(self.m[2], square));
-        let sum = pool.linear(&[
-            (self.m[0], Number::ONE),
-            (mixed, Number::from(2)),
-            (last, Number::ONE),
-        ]);
-        let sum = short.simplify(pool, sum);
-        on_one_bar(pool, short, sum)
-    }
-
-    /// The shortest of the forms that the two rows of (K - z M) a = 0 give, or of one form of them; and which ones have a
-    /// value. Both rows together give a third, in which z stands in no denominator: with z1 + z2 = s and z1 z2 = p
-    ///
-    /// ```text
-    /// a = ((M_11 K_12 - K_11 M_12) z + K_11 M_12 s - K_11 K_12 - M_11 M_12 p) / (M_12^2 p - M_12 K_12 s + K_12^2)
-    /// ```
-    ///
-    /// which is the first row, a = (K_11 - z1 M_11)/(z1 M_12 - K_12), extended by z2 M_12 - K_12.
-    fn ratio(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        z: ExprId,
-        forms: Option<[bool; 3]>,
-    ) -> Option<([bool; 3], ExprId)> {
-        let one = Number::ONE;
-        let minus = Number::MINUS_ONE;
-        let entry = |pool: &mut Pool, i: usize| {
-            let inertia = pool.mul(z, self.m[i]);
-            pool.linear(&[(self.k[i], one.clone()), (inertia, minus.clone())])
-        };
-        let [first, mixed, last] = [0, 1, 2].map(|i| entry(pool, i));
-        let opposite = pool.neg(mixed);
-        let mut fractions = vec![(first, opposite), (opposite, last)];
-        fractions.push(self.without_root(pool, z));
-        let mut best: Option<(u64, ExprId)> = None;
-        let mut usable = [false; 3];
-        for (at, (above, below)) in fractions.into_iter().enumerate() {
-            let below = short.simplify(pool, below);
-            let wanted = match forms {
-                Some(forms) => forms[at],
-                None => pool.is_zero(below) != ZeroVerdict::Zero,
-            };
-            if !wanted {
-                continue;
-            }
-            usable[at] = true;
-            let above = short.simplify(pool, above);
-            let quotient = pool.div(above, below);
-            let quotient = short.simplify(pool, quotient);
-            let quotient = on_one_bar(pool, short, quotient);
-            let weight = short.weight(pool, quotient);
-            if !pool.is_undefined(quotient) && best.is_none_or(|(least, _)| weight < least) {
-                best = Some((weight, quotient));
-            }
-        }
-        best.map(|(_, ratio)| (usable, ratio))
-    }
-
-    /// Numerator and denominator of the third form.
-    fn without_root(&self, pool: &mut Pool, z: ExprId) -> (ExprId, ExprId) {
-        let ([m1, m12, m2], [k1, k12, k2]) = (self.m, self.k);
-        let one = Number::ONE;
-        let minus = Number::MINUS_ONE;
-        let determinant = |pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId| {
-            let (diagonal, square) = (pool.mul(a, c), pool.square(b));
-            pool.sub(diagonal, square)
-        };
-        let of_m = determinant(pool, m1, m12, m2);
-        let of_k = determinant(pool, k1, k12, k2);
-        let p = pool.div(of_k, of_m);
-        let crossed = [pool.mul(m1, k2), pool.mul(m2, k1), pool.mul(m12, k12)];
-        let traced = pool.linear(&[
-            (crossed[0], one.clone()),
-            (crossed[1], one.clone()),
-            (crossed[2], Number::from(-2)),
-        ]);
-        let s = pool.div(traced, of_m);
-        let (left, right) = (pool.mul(m1, k12), pool.mul(k1, m12));
-        let slope = pool.sub(left, right);
-        let terms = [
-            (pool.mul(slope, z), one.clone()),
-            (pool.product(&[k1, m12, s]), one.clone()),
-            (pool.mul(k1, k12), minus.clone()),
-            (pool.product(&[m1, m12, p]), minus.clone()),
-        ];
-        let above = pool.linear(&terms);
-        let (m, k) = (pool.square(m12), pool.square(k12));
-        let terms = [
-            (pool.mul(m, p), one.clone()),
-            (pool.product(&[m12, k12, s]), minus),
-            (k, one),
-        ];
-        (above, pool.linear(&terms))
-    }
-}
-
-/// A sum of fractions as one fraction, where that is not much longer.
-fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
-    let Some(monomials) = expand(pool, e, Opening::Powers) else {
-        return e;
-    };
-    // By base: the largest power below a bar.
-    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
-    for (base, exponent) in monomials.keys().flatten() {
-        if exponent.is_negative() {
-            let power = exponent.neg();
-            let place = below.entry(*base).or_insert(Number::ZERO);
-            if *place < power {
-                *place = power;
-            }
-        }
-    }
-    if below.is_empty() {
-        return e;
-    }
-    let terms: Vec<(ExprId, Number)> = monomials
-        .into_iter()
-        .map(|(mut monomial, coefficient)| {
-            monomial.extend(below.iter().map(|(base, power)| (*base, power.clone())));
-            (pool.product_of_powers(&monomial), coefficient)
-        })
-        .collect();
-    let above = pool.linear(&terms);
-    let above = short.simplify(pool, above);
-    // What all terms have in common stands in front, even where that is no shorter.
-    let above = match expand(pool, above, Opening::Outermost) {
-        Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
-        None => above,
-    };
-    let mut factors = vec![(above, Number::ONE)];
-    factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
-    let fraction = pool.product_of_powers(&factors);
-    let (own, before) = (short.weight(pool, fraction), short.weight(pool, e));
-    if own <= before + before / 2 {
-        fraction
-    } else {
-        e
-    }
 }
 
 /// The normal coordinates of a case, if the shapes are all its modes and hold against certified numbers.
@@ -361,16 +98,26 @@ pub(super) fn normal_coordinates(
     if !checker.are_modes(pool, pair, &columns) {
         return None;
     }
-    let modes = columns
-        .iter()
-        .zip(&shapes)
-        .map(|(column, shape)| NormalMode {
-            omega_squared: column.omega_squared,
-            symmetry: shape.symmetry.clone(),
-            amplitudes: normalised(pool, short, &column.vector, column.mass),
+    let mut page = Page::new(model);
+    let modes = columns.iter().zip(&shapes).enumerate();
+    let modes = modes
+        .map(|(r, (column, shape))| {
+            let mut mode = NormalMode {
+                omega_squared: column.omega_squared,
+                symmetry: shape.symmetry.clone(),
+                amplitudes: Vec::new(),
+                omega: None,
+            };
+            if !shape.is_long() {
+                mode.amplitudes = normalised(pool, short, &column.vector, column.mass);
+            } else {
+                let omega = variable(pool, &page.omega, r);
+                mode.omega = Some(omega);
+                mode.amplitudes = shape.in_terms_of(pool, count, omega);
+            }
+            mode
         })
         .collect();
-    let mut page = Page::new(model);
     let mut terms = vec![Vec::new(); count];
     for (r, shape) in shapes.iter().enumerate() {
         let amplitudes = page.amplitudes(pool, short, (count, r), shape);
@@ -399,7 +146,7 @@ fn written_out(
     shape: &Shape,
     vector: &[ExprId],
 ) -> Vec<ExprId> {
-    let mut all = vec![shape.mass];
+    let mut all = vec![shape.with_factors(pool, shape.mass)];
     all.extend(vector);
     let Some(omega) = shape.omega else {
         return all;
@@ -407,7 +154,30 @@ fn written_out(
     // Only its square occurs.
     let root = pool.sqrt(shape.omega_squared);
     let all = pool.substitute(&all, &Substitution::from([(omega, root)]));
+    // Zeros of cubics and quartics are only put into numbers.
+    if shape.is_long() {
+        return all;
+    }
     all.into_iter().map(|e| short.simplify(pool, e)).collect()
+}
+
+impl Shape {
+    /// An expression with what its symbols for factors stand for.
+    fn with_factors(&self, pool: &mut Pool, e: ExprId) -> ExprId {
+        let factors = self.parts.iter().skip(1).map(|(_, factor)| *factor);
+        let map: Substitution = self.factors.iter().copied().zip(factors).collect();
+        pool.substitute_one(e, &map)
+    }
+
+    /// The amplitudes with xᵀMx = 1, in which this stands for the frequency.
+    fn in_terms_of(&self, pool: &mut Pool, count: usize, omega: ExprId) -> Vec<ExprId> {
+        let mass = self.with_factors(pool, self.mass);
+        let norm = norm(pool, mass);
+        let vector = self.along(count, pool);
+        let vector: Vec<ExprId> = vector.into_iter().map(|e| pool.mul(e, norm)).collect();
+        let map = self.omega.map(|own| (own, omega)).into_iter().collect();
+        pool.substitute(&vector, &map)
+    }
 }
 
 /// 1/sqrt(mass), up to its sign: that of a mode is free, so that no absolute values are needed.
@@ -446,11 +216,26 @@ fn normalised(
 /// What is said about normal coordinates on a page, in names that the model does not use.
 struct Page {
     omega: String,
-    ratio: String,
+    ratios: Vec<String>,
     norm: String,
     number: String,
     /// What is abbreviated: the letter, the value, and the modes.
     parts: Vec<(String, ExprId, Vec<usize>)>,
+}
+
+/// Letters for ratios of amplitudes.
+fn ratio_names(model: &Model) -> Vec<String> {
+    let mut free: Vec<String> = Vec::new();
+    for letter in ["a", "b", "c", "u", "v", "w", "alpha", "beta", "gamma"] {
+        let name = model.unused_name(&[letter]);
+        if name == letter {
+            free.push(name);
+        }
+    }
+    while free.len() < 3 {
+        free.push(format!("ratio_{}_of_the_derivation", free.len() + 1));
+    }
+    free
 }
 
 /// The family of normal coordinates.
@@ -462,7 +247,7 @@ impl Page {
     fn new(model: &Model) -> Self {
         Self {
             omega: model.unused_name(&["omega", "Omega", "w"]),
-            ratio: model.unused_name(&["a", "b", "c", "u"]),
+            ratios: ratio_names(model),
             norm: model.unused_name(&["A", "B", "C", "U"]),
             number: model.unused_name(&["r", "s", "n", "j"]),
             parts: Vec::new(),
@@ -490,11 +275,20 @@ impl Page {
             map.insert(omega, any);
         }
         let mut factors = Vec::new();
-        for (vector, factor) in &shape.parts {
+        for (at, (vector, factor)) in shape.parts.iter().enumerate() {
             let mut factor = *factor;
-            if shape.omega.is_some() && !pool.is_constant(factor) {
+            let mut any = factor;
+            // The first one is 1.
+            if shape.omega.is_some()
+                && !pool.is_constant(factor)
+                && let Some(letter) = self.ratios.get(at.wrapping_sub(1)).cloned()
+            {
                 let value = pool.substitute_one(factor, &map);
-                factor = self.abbreviate(pool, self.ratio.clone(), r, value);
+                any = pool.variable(&format!("{letter}[{}]", self.number));
+                factor = self.abbreviate(pool, letter, r, value);
+            }
+            if let Some(own) = at.checked_sub(1).and_then(|at| shape.factors.get(at)) {
+                map.insert(*own, any);
             }
             factors.push((vector, factor));
         }
@@ -524,12 +318,13 @@ impl Page {
     }
 
     fn abbreviations(&self, pool: &mut Pool) -> Vec<Abbreviation> {
-        let any = pool.variable(&format!("{}[{}]", self.omega, self.number));
-        let any = pool.as_symbol(any);
+        // `omega[r]`, and ratios that are given in it.
+        let any = format!("[{}]", self.number);
         let parts = self.parts.iter();
         parts
             .map(|(letter, value, modes)| {
-                let numbered = pool.symbols(*value).iter().any(|s| Some(*s) == any);
+                let symbols = pool.symbols(*value);
+                let numbered = symbols.iter().any(|s| pool.symbol_name(*s).ends_with(&any));
                 let (names, modes) = if numbered {
                     let name = format!("{letter}[{}]", self.number);
                     (vec![name], Some((self.number.clone(), modes.clone())))

@@ -1,54 +1,189 @@
 //! The zeros of det(K - z M) of a small block, where they can be written down.
 //!
 //! Factors z are taken out first, where the last coefficients vanish identically; what is left is solved
-//! up to the second degree, and on request up to the third.
+//! up to the second degree, and on request up to the fourth (`cubic`).
 
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 
 use super::collapse::collapse;
+use super::cubic::{Solved, solve};
 use super::pair::{Pair, is_zero};
+use super::shapes::on_one_bar;
 use super::simplify::{Monomial, Monomials, Opening, Simplifier, expand};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
+use crate::model::Model;
 use crate::number::Number;
-use crate::precision::Function;
 
 /// Determinants of larger blocks are not written out.
 const MOST_COORDINATES: usize = 5;
+/// Two zeros of more symbols together may get names.
+const MOST_FOR_TWO: u64 = 140;
 /// Square roots of polynomials with more terms are not looked for.
 const MOST_TERMS: usize = 200;
 
 /// A polynomial in z, the constant first.
 type Polynomial = Vec<ExprId>;
 
-/// Polynomials of at most this degree are solved.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Degree {
-    Two,
-    Three,
+/// What is solved.
+#[derive(Clone, Copy)]
+pub(super) struct Request<'a> {
+    /// Polynomials of at most this degree.
+    pub(super) most: usize,
+    /// Names on the page are none of this.
+    pub(super) model: &'a Model,
 }
 
-/// All zeros of det(K - z M), repeated ones as often as they are; `None` where there is no closed form.
+/// The zeros of a polynomial.
+#[derive(Default)]
+pub(super) struct Roots {
+    /// Repeated ones as often as they are; none where there is no closed form.
+    pub(super) zeros: Vec<ExprId>,
+    /// What of them comes from a cubic or quartic, for the page.
+    pub(super) solved: Option<Solved>,
+    /// The degree, where only a request for a higher one keeps them from being found.
+    pub(super) unsolved: Option<usize>,
+}
+
+impl Roots {
+    fn of(zeros: Vec<ExprId>) -> Self {
+        Self {
+            zeros,
+            ..Self::default()
+        }
+    }
+}
+
+/// All zeros of det(K - z M), for a page with `before` cubics and quartics already.
 pub(super) fn roots(
     pool: &mut Pool,
     short: &mut Simplifier,
     block: &Pair,
-    most: Degree,
-) -> Option<Vec<ExprId>> {
+    request: Request<'_>,
+    before: usize,
+) -> Roots {
     if block.len() == 1 {
         let (mass, stiffness) = block.at(pool, 0, 0);
         let quotient = pool.div(stiffness, mass);
-        return Some(vec![short.simplify(pool, quotient)]);
+        return Roots::of(vec![short.simplify(pool, quotient)]);
     }
     if block.len() > MOST_COORDINATES {
-        return None;
+        return Roots::default();
     }
     let (coupling, _) = block.at(pool, 0, 1);
     if block.len() == 2 && is_zero(pool, coupling) {
-        return Some(pair_of_roots(pool, short, block));
+        let zeros = pair_of_roots(pool, short, block);
+        if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+            return Roots::of(zeros);
+        }
+        let coefficients = characteristic(pool, short, block);
+        let coefficients = coefficients.unwrap_or_default();
+        return named(pool, short, request, before, &coefficients, zeros);
     }
-    let coefficients = characteristic(pool, short, block)?;
-    of_polynomial(pool, short, coefficients, most)
+    let Some(coefficients) = characteristic(pool, short, block) else {
+        return Roots::default();
+    };
+    let (mut zeros, rest) = without_zeros(pool, &coefficients);
+    match rest {
+        [others @ .., leading] if (3..=4).contains(&others.len()) => {
+            let degree = others.len();
+            if degree > request.most {
+                return Roots {
+                    unsolved: Some(degree),
+                    ..Roots::default()
+                };
+            }
+            let sums = sums_of_products(pool, short, others, *leading);
+            let Some((_, solved)) = solve(pool, short, request.model, &sums, before) else {
+                return Roots::default();
+            };
+            let zero = pool.zero();
+            zeros.fill(zero);
+            zeros.extend(&solved.frequencies);
+            Roots {
+                zeros,
+                solved: Some(solved),
+                unsolved: None,
+            }
+        }
+        _ => {
+            let zeros = of_polynomial(pool, short, &coefficients).unwrap_or_default();
+            if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+                return Roots::of(zeros);
+            }
+            named(pool, short, request, before, &coefficients, zeros)
+        }
+    }
+}
+
+fn weight_of(pool: &Pool, short: &mut Simplifier, all: &[ExprId]) -> u64 {
+    let weights = all.iter().map(|e| short.weight(pool, *e));
+    weights.fold(0, u64::saturating_add)
+}
+
+/// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
+fn sums_of_products(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    others: &[ExprId],
+    leading: ExprId,
+) -> Vec<ExprId> {
+    let mut sums = Vec::new();
+    for (at, coefficient) in others.iter().rev().enumerate() {
+        let quotient = pool.div(*coefficient, leading);
+        let quotient = short.simplify(pool, quotient);
+        let quotient = on_one_bar(pool, short, quotient);
+        sums.push(if at % 2 == 0 {
+            pool.neg(quotient)
+        } else {
+            quotient
+        });
+    }
+    sums
+}
+
+/// Two zeros that are long, by their sum and product on a page where that is much shorter.
+fn named(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    request: Request<'_>,
+    before: usize,
+    coefficients: &[ExprId],
+    zeros: Vec<ExprId>,
+) -> Roots {
+    let (_, rest) = without_zeros(pool, coefficients);
+    let written = weight_of(pool, short, &zeros);
+    let mut roots = Roots::of(zeros);
+    let [others @ .., leading] = rest else {
+        return roots;
+    };
+    if others.len() != 2 {
+        return roots;
+    }
+    let sums = sums_of_products(pool, short, others, *leading);
+    let found = solve(pool, short, request.model, &sums, before);
+    if let Some((weight, mut solved)) = found
+        && weight <= written - written / 3
+    {
+        let zeros = roots.zeros.iter().copied();
+        solved.frequencies = zeros.filter(|zero| !is_zero(pool, *zero)).collect();
+        roots.solved = Some(solved);
+    }
+    roots
+}
+
+/// The zeros that are 0, and the coefficients without them.
+fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (Vec<ExprId>, &'a [ExprId]) {
+    let mut zeros = Vec::new();
+    let mut rest = coefficients;
+    while let [first, others @ ..] = rest
+        && !others.is_empty()
+        && pool.is_zero(*first) == ZeroVerdict::Zero
+    {
+        zeros.push(*first);
+        rest = others;
+    }
+    (zeros, rest)
 }
 
 /// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
@@ -150,23 +285,15 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
     (coefficients.len() == n + 1).then_some(coefficients)
 }
 
-/// The zeros of a polynomial of positive degree.
+/// The zeros of a polynomial of positive degree, of which those that are not 0 are two at most.
 pub(super) fn of_polynomial(
     pool: &mut Pool,
     short: &mut Simplifier,
-    coefficients: Polynomial,
-    most: Degree,
+    coefficients: &[ExprId],
 ) -> Option<Vec<ExprId>> {
+    let (zeros, rest) = without_zeros(pool, coefficients);
     let zero = pool.zero();
-    let mut roots = Vec::new();
-    let mut rest = coefficients.as_slice();
-    while let [first, others @ ..] = rest
-        && !others.is_empty()
-        && pool.is_zero(*first) == ZeroVerdict::Zero
-    {
-        roots.push(zero);
-        rest = others;
-    }
+    let mut roots = vec![zero; zeros.len()];
     let mut quotient = |pool: &mut Pool, a: ExprId, b: ExprId| {
         let quotient = pool.div(a, b);
         short.simplify(pool, quotient)
@@ -186,47 +313,15 @@ pub(super) fn of_polynomial(
             let difference = pool.sub(square, q);
             roots.extend(around(pool, short, p, difference));
         }
-        [d, c, b, a] if most >= Degree::Three => {
-            let b = quotient(pool, *b, *a);
-            let c = quotient(pool, *c, *a);
-            let d = quotient(pool, *d, *a);
-            roots.extend(cubic(pool, short, b, c, d));
-        }
         _ => return None,
     }
     Some(roots)
 }
 
-/// The three real zeros of z^3 + b z^2 + c z + d: all zeros of det(K - z M) are real, M being positive
-/// definite, so that Viète's formula holds: with p = (b^2 - 3 c)/9 and q = (2 b^3 - 9 b c + 27 d)/54 they are
-/// -2 sqrt(p) cos((acos(q/p^(3/2)) + 2 pi k)/3) - b/3.
-fn cubic(pool: &mut Pool, short: &mut Simplifier, b: ExprId, c: ExprId, d: ExprId) -> Vec<ExprId> {
-    let ratio = |n, d| Number::ratio(n, d).unwrap_or_default();
-    let b2 = pool.square(b);
-    let p = pool.linear(&[(b2, ratio(1, 9)), (c, ratio(-1, 3))]);
-    let p = short.simplify(pool, p);
-    let b3 = pool.powi(b, 3);
-    let bc = pool.mul(b, c);
-    let q = pool.linear(&[(b3, ratio(1, 27)), (bc, ratio(-1, 6)), (d, Number::half())]);
-    let q = short.simplify(pool, q);
-    let cosine = pool.product_of_powers(&[(q, Number::ONE), (p, ratio(-3, 2))]);
-    let angle = pool.apply(Function::Acos, cosine);
-    let root = pool.sqrt(p);
-    let pi = pool.pi();
-    let mut roots = Vec::new();
-    for k in 0..3 {
-        let angle = pool.linear(&[(angle, ratio(1, 3)), (pi, ratio(2 * k, 3))]);
-        let cosine = pool.cos(angle);
-        let product = pool.mul(root, cosine);
-        roots.push(pool.linear(&[(product, Number::from(-2)), (b, ratio(-1, 3))]));
-    }
-    roots
-}
-
 /// A square root of an expression, up to its sign, and whether it could be drawn: the polynomial of which
 /// it is the square where it is one, else with squares of common factors in front of the root where that
 /// is shorter.
-fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
+pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprId, bool) {
     if pool.is_zero(e) == ZeroVerdict::Zero {
         return (pool.zero(), true);
     }

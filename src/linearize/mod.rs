@@ -293,6 +293,15 @@ impl Linearized {
         self.shown.as_ref().map_or(&self.model, |shown| &shown.0)
     }
 
+    /// The multipliers of constraints by their names, at the equilibrium.
+    pub(crate) fn multipliers(&self) -> impl Iterator<Item = (&str, Ball)> {
+        let visible = self.model().coordinates.len();
+        let names = self.model.coordinates.iter().map(|own| own.name.as_str());
+        names
+            .zip(self.equilibrium.values.iter().copied())
+            .skip(visible)
+    }
+
     /// The equilibrium.
     #[must_use]
     pub fn equilibrium(&self) -> &Equilibrium {

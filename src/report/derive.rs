@@ -4,12 +4,15 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
+use super::constraints::{
+    constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved,
+};
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{
-    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Reduced, Relation,
-    Root, SecondOrder, Tangent,
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root,
+    SecondOrder,
 };
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -90,16 +93,6 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
 /// `d12 = norm(r[2] - r[1])`
 pub(super) fn definition_text(definition: &Definition) -> String {
     format!("{} = {}", definition.name, definition.text)
-}
-
-/// `constraints`, and how many say nothing new.
-pub(super) fn constraints_title(derivation: &Derivation) -> String {
-    let constraints = derivation.constraints.as_ref();
-    match constraints.map_or(0, |own| own.dependent.len()) {
-        0 => "constraints".to_owned(),
-        1 => "constraints, without one that follows from them".to_owned(),
-        count => format!("constraints, without {count} that follow from them"),
-    }
 }
 
 /// One line a coordinate: its possibilities, with what each needs to exist.
@@ -210,7 +203,7 @@ impl Sheet {
         }
     }
 
-    /// Names as symbols.
+    /// Names as symbols, and formulas of one line.
     pub(super) fn names(&self, names: &[String]) -> Vec<String> {
         names.iter().map(|name| self.inline(name)).collect()
     }
@@ -356,41 +349,6 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
     out
 }
 
-/// `delta_x = r*delta_theta`, for the displacements that follow others.
-pub(super) fn direction_texts(derivation: &Derivation, reduced: &Reduced) -> Vec<String> {
-    let names = &derivation.names.displacements;
-    let follows = reduced.follows.iter();
-    follows
-        .map(|(i, sum)| {
-            let name = names.get(*i).map_or("", String::as_str);
-            format!("{name} = {}", derivation.displaced_text(sum))
-        })
-        .collect()
-}
-
-/// `x^2 + y^2 - l^2 = 0 (lambda)`: the constraints, and what their multipliers are called.
-pub(super) fn constraint_texts(derivation: &Derivation) -> Vec<(String, String)> {
-    let constraints = derivation.constraints.iter();
-    constraints
-        .flat_map(|own| own.expressions.iter().zip(&own.names))
-        .map(|(expression, name)| {
-            let text = format!("{} = 0", derivation.pool.display(*expression));
-            (text, name.clone())
-        })
-        .collect()
-}
-
-/// `lambda = -g*m/(2*l)`, for the multipliers that are known in symbols.
-pub(super) fn multiplier_texts(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
-    let names = derivation.constraints.iter().flat_map(|own| &own.names);
-    names
-        .zip(&tangent.multipliers)
-        .map(|(name, value)| (name, derivation.pool.display(*value)))
-        .filter(|(name, value)| *name != value)
-        .map(|(name, value)| format!("{name} = {value}"))
-        .collect()
-}
-
 /// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
 fn matrices_text(
     derivation: &Derivation,
@@ -440,7 +398,10 @@ fn second_order_text(
     if names.displacements != names.coordinates {
         let pairs = names.displacements.iter().zip(&names.coordinates);
         let items: Vec<String> = pairs
-            .map(|(displacement, name)| format!("{displacement} of {name}"))
+            .map(|(displacement, name)| {
+                let (displacement, name) = (style.inline(displacement), style.inline(name));
+                format!("{displacement} of {name}")
+            })
             .collect();
         out.push_str(&listed("displacements from it", &items, style.width));
     }
@@ -485,7 +446,7 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
     if linear.equilibrium.iter().all(zero) {
         let mut out = "equilibrium: all coordinates 0\n".to_owned();
         if let Some(items) = multipliers {
-            out.push_str(&listed("multipliers there", &items, style.width));
+            out.push_str(&formulas("multipliers there", &items, style));
         }
         return out;
     }
@@ -499,20 +460,42 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
             items.push(format!("{name} = {text}"));
         }
     }
+    searched.extend(
+        linear
+            .tangent
+            .iter()
+            .flat_map(|own| unsolved(derivation, own)),
+    );
     let mut out = String::new();
     if !items.is_empty() {
-        out.push_str(&listed("equilibrium", &items, style.width));
+        out.push_str(&formulas("equilibrium", &items, style));
     }
     if !searched.is_empty() {
         let title = "equilibrium found numerically; standing for its value below";
-        out.push_str(&listed(title, &searched, style.width));
+        out.push_str(&listed(title, &style.names(&searched), style.width));
     }
     if let Some(items) = multipliers
         && !items.is_empty()
     {
-        out.push_str(&listed("multipliers there", &items, style.width));
+        out.push_str(&formulas("multipliers there", &items, style));
     }
     out
+}
+
+/// A list of formulas behind a title; where some take more than one line, each in lines of its own.
+fn formulas(title: &str, items: &[String], style: &Sheet) -> String {
+    let tall = |text: &String| {
+        let formula = style.formula(text);
+        formula.is_some_and(|formula| formula.block().height() > 1)
+    };
+    if !items.iter().any(tall) {
+        listed(title, &style.names(items), style.width)
+    } else if items.len() <= MOST_FOR_ENERGIES {
+        let text = section(title, items, style);
+        text.trim_start_matches('\n').to_owned()
+    } else {
+        listed(title, items, style.width)
+    }
 }
 
 /// What the entries of a matrix above the diagonal tell about those below, and whether all are written.

@@ -3,8 +3,8 @@
 use super::Tone;
 use super::derive::{Sheet, set_apart};
 use crate::derive::{
-    Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
-    NormalCoordinates,
+    Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
+    NormalCoordinates, NormalWaves, Solved,
 };
 use crate::expr::ExprId;
 use crate::symmetry::{GroupKind, SignedPermutation};
@@ -278,22 +278,83 @@ fn case_text(
         }
     }
     if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-        for frequency in &case.frequencies {
+        for frequency in alone(case) {
             out.push_str(&frequency_text(derivation, frequency, style));
         }
     }
-    if let Some(normal) = &case.normal {
-        out.push_str(&normal_text(derivation, frequencies, case, normal, style));
+    for solved in &case.solved {
+        for (text, remark) in solved_lines(derivation, solved) {
+            for line in style.lines_with(&text, &remark) {
+                out.push_str(&format!("  {line}\n"));
+            }
+        }
+    }
+    let lines = match &case.normal {
+        Some(normal) => normal_lines(derivation, normal),
+        None => waves_lines(derivation, &case.waves),
+    };
+    if !lines.is_empty() {
+        out.push_str(&normal_text(derivation, frequencies, case, &lines, style));
     }
     out
 }
 
-/// The normal coordinates of a case: each coordinate in them, what is abbreviated there, and L.
+/// The closed forms that are not written down with names of their own.
+pub(super) fn alone(case: &Case) -> impl Iterator<Item = &Frequency> {
+    let has_names = |frequency: &&Frequency| {
+        let mut all = case.solved.iter();
+        all.any(|solved| solved.frequencies.contains(&frequency.omega_squared))
+    };
+    let all = case.frequencies.iter();
+    all.filter(move |frequency| !has_names(frequency))
+}
+
+/// Relations in the model language with remarks behind them: the zeros of a cubic or quartic, and what is abbreviated there.
+pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(String, String)> {
+    let pool = &derivation.pool;
+    let class = solved.symmetry.iter();
+    let class: String = class.map(|class| format!("  ({class})")).collect();
+    let formulas = solved.formulas.iter().map(|formula| {
+        let numbers = formula.numbers.iter().map(|(letter, numbers)| {
+            let numbers: Vec<String> = numbers.iter().map(ToString::to_string).collect();
+            format!(", {letter} = {}", numbers.join(", "))
+        });
+        let remark: String = numbers.chain([class.clone()]).collect();
+        let mut text = "omega^2 =".to_owned();
+        for (at, term) in formula.terms.iter().enumerate() {
+            let term = pool.display(*term);
+            match (at, term.strip_prefix('-')) {
+                (0, _) => text.push_str(&format!(" {term}")),
+                (_, Some(rest)) => text.push_str(&format!(" - {rest}")),
+                (_, None) => text.push_str(&format!(" + {term}")),
+            }
+        }
+        (text, remark)
+    });
+    formulas
+        .chain(abbreviation_lines(derivation, &solved.abbreviations))
+        .collect()
+}
+
+/// The equations that are solved on request, in words.
+pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
+    match frequencies.best().on_request? {
+        3 => {
+            Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down")
+        }
+        4 => Some(
+            "the frequencies of blocks of four are zeros of quartics: --quartic writes them down",
+        ),
+        _ => None,
+    }
+}
+
+/// The normal coordinates of a case: each coordinate in them, what is abbreviated there, and L, with remarks.
 fn normal_text(
     derivation: &Derivation,
     frequencies: &Frequencies,
     case: &Case,
-    normal: &NormalCoordinates,
+    lines: &[(String, String)],
     style: &Sheet,
 ) -> String {
     let mut assumed: Vec<String> = Vec::new();
@@ -306,7 +367,6 @@ fn normal_text(
     if !assumed.is_empty() {
         title.push_str(&format!(", with {}", assumed.join(", ")));
     }
-    let lines = normal_lines(derivation, normal);
     let lines = lines
         .iter()
         .map(|(text, remark)| style.lines_with(text, remark));
@@ -327,7 +387,166 @@ pub(super) fn normal_lines(
             (format!("{name} = {sum}"), String::new())
         })
         .collect();
-    for abbreviation in &normal.abbreviations {
+    lines.extend(abbreviation_lines(derivation, &normal.abbreviations));
+    let lagrangian = derivation.displaced_text(&normal.lagrangian);
+    let name = &normal.lagrangian_name;
+    lines.push((format!("{name} = {lagrangian}"), String::new()));
+    lines
+}
+
+/// The displacements of chains, rings and nets as sums over their normal coordinates, and L in them.
+pub(super) fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(String, String)> {
+    let letters = |numbers: &[(String, i64, i64)]| {
+        let names: Vec<&str> = numbers.iter().map(|(name, _, _)| name.as_str()).collect();
+        names.join(", ")
+    };
+    let mut lines = Vec::new();
+    let mut lagrangian = Vec::new();
+    for waves in all {
+        let normal = &waves.normal;
+        lines.extend(displacement_lines(derivation, waves, &letters));
+        // All sums together run over what the frequencies run over.
+        let mut numbers: Vec<(String, i64, i64)> = Vec::new();
+        for sum in &waves.sums {
+            for (at, (name, first, last)) in sum.numbers.iter().enumerate() {
+                match numbers.get_mut(at) {
+                    Some(own) => (own.1, own.2) = (own.1.min(*first), own.2.max(*last)),
+                    None => numbers.push((name.clone(), *first, *last)),
+                }
+            }
+        }
+        let (own, omega) = (letters(&numbers), &waves.omega);
+        lagrangian.push(format!(
+            "1/2*sum({}, {normal}[{own}]'^2 - {omega}[{own}]^2*{normal}[{own}]^2)",
+            ranges(&numbers)
+        ));
+    }
+    if !lines.is_empty() {
+        let name = unused(derivation, &["L", "lagrangian"]);
+        let text = format!("{name} = {}", lagrangian.join(" + "));
+        lines.push((text, String::new()));
+    }
+    lines
+}
+
+/// `j in 1..100`
+fn ranges(numbers: &[(String, i64, i64)]) -> String {
+    let ranges: Vec<String> = numbers
+        .iter()
+        .map(|(name, first, last)| format!("{name} in {first}..{last}"))
+        .collect();
+    ranges.join(", ")
+}
+
+/// `x[n] = ...`, and what is meant by a name that the model has not.
+fn displacement_lines(
+    derivation: &Derivation,
+    waves: &NormalWaves,
+    letters: &impl Fn(&[(String, i64, i64)]) -> String,
+) -> Vec<(String, String)> {
+    let pool = &derivation.pool;
+    let parts: Vec<String> = waves
+        .sums
+        .iter()
+        .map(|sum| {
+            let [factor, square, shape] =
+                [sum.factor, sum.factor_squared, sum.shape].map(|e| pool.display(e));
+            let root = format!("sqrt({square})");
+            // sqrt(2/(101*m)), not sqrt(202)/(101*sqrt(m)); but 1/(2*sqrt(3*m)).
+            let mut factors = vec![if root.len() + 4 < factor.len() {
+                root
+            } else {
+                factor
+            }];
+            match sum.numbers.as_slice() {
+                [(_, first, last)] if first == last => {
+                    factors.extend([shape, format!("{}[{first}]", waves.normal)]);
+                }
+                numbers => {
+                    let own = letters(numbers);
+                    let body = format!("{shape}*{}[{own}]", waves.normal);
+                    factors.push(format!("sum({}, {body})", ranges(numbers)));
+                }
+            }
+            factors.retain(|factor| factor != "1");
+            factors.join("*")
+        })
+        .collect();
+    let names = &derivation.names.displacements;
+    let along: Vec<&str> = waves
+        .order
+        .iter()
+        .filter_map(|i| names.get(*i).map(String::as_str))
+        .collect();
+    let family = family(&along, &waves.places);
+    let own = unused(derivation, &["q", "u", "y", "xi"]);
+    let left = family.clone().unwrap_or_else(|| {
+        let letters: Vec<&str> = waves.places.iter().map(|(name, _)| name.as_str()).collect();
+        format!("{own}[{}]", letters.join(", "))
+    });
+    let places = waves.places.iter();
+    let places: String = places
+        .map(|(name, last)| format!(", {name} = 1..{last}"))
+        .collect();
+    let mut lines = vec![(format!("{left} = {}", parts.join(" + ")), places)];
+    if family.is_none() {
+        lines.push((format!("{own} = [{}]", along.join(", ")), String::new()));
+    }
+    lines
+}
+
+/// The first of some names that the model does not have.
+fn unused<'a>(derivation: &Derivation, names: &[&'a str]) -> &'a str {
+    let taken = |name: &str| {
+        let mut all = derivation.symbols.keys();
+        all.any(|own| own.split('[').next() == Some(name))
+    };
+    let mut free = names.iter().copied().filter(|name| !taken(name));
+    let last = names.last().copied().unwrap_or_default();
+    free.next().unwrap_or(last)
+}
+
+/// `x[n]`, where the coordinates along a chain are x[1], x[2], …; `x[n + 2]` where they begin with x[3]; of a net `z[m, n]`.
+fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
+    let split = |name: &str| -> Option<(String, Vec<i64>)> {
+        let (base, rest) = name.split_once('[')?;
+        let indices = rest.strip_suffix(']')?.split(',');
+        let indices = indices.map(|index| index.trim().parse().ok());
+        Some((base.to_owned(), indices.collect::<Option<_>>()?))
+    };
+    let (base, start) = split(along.first()?)?;
+    if start.len() != places.len() {
+        return None;
+    }
+    for (at, name) in along.iter().enumerate() {
+        let mut rest = i64::try_from(at).ok()?;
+        let mut want = start.clone();
+        for (index, (_, size)) in want.iter_mut().zip(places).rev() {
+            *index += rest % size;
+            rest /= size;
+        }
+        if split(name)? != (base.clone(), want) {
+            return None;
+        }
+    }
+    let letters = places.iter().zip(&start);
+    let letters = letters.map(|((letter, _), first)| match first - 1 {
+        0 => letter.clone(),
+        more if more > 0 => format!("{letter} + {more}"),
+        less => format!("{letter} - {}", -less),
+    });
+    Some(format!(
+        "{base}[{}]",
+        letters.collect::<Vec<_>>().join(", ")
+    ))
+}
+
+/// What names stand for, and for which modes.
+fn abbreviation_lines(
+    derivation: &Derivation,
+    abbreviations: &[Abbreviation],
+) -> impl Iterator<Item = (String, String)> {
+    abbreviations.iter().map(|abbreviation| {
         let names = abbreviation.names.join(" = ");
         let value = derivation.pool.display(abbreviation.value);
         let remark = match &abbreviation.modes {
@@ -337,12 +556,8 @@ pub(super) fn normal_lines(
                 format!(", {letter} = {}", modes.join(", "))
             }
         };
-        lines.push((format!("{names} = {value}"), remark));
-    }
-    let lagrangian = derivation.displaced_text(&normal.lagrangian);
-    let name = &normal.lagrangian_name;
-    lines.push((format!("{name} = {lagrangian}"), String::new()));
-    lines
+        (format!("{names} = {value}"), remark)
+    })
 }
 
 /// Symmetry, blocks and closed forms; what holds in general first, then with parameters that are equal.
@@ -353,6 +568,9 @@ pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: 
     let mut out = case_text(derivation, frequencies, &frequencies.general, style);
     if let Some(tied) = &frequencies.tied {
         out.push_str(&case_text(derivation, frequencies, tied, style));
+    }
+    if let Some(words) = on_request(frequencies) {
+        out.push_str(&format!("\n{words}\n"));
     }
     if let Some(found) = &frequencies.would_be {
         let names = &style.names(&derivation.names.displacements);

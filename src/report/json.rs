@@ -5,11 +5,12 @@
 
 use std::fmt::Write;
 
-use super::derive::{condition_text, conserved_because, conserved_name, constraint_texts};
+use super::constraints::constraint_texts;
+use super::derive::{condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
 use crate::derive::{
-    Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, Tangent,
+    Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, NormalWaves, Tangent,
 };
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
@@ -392,6 +393,11 @@ fn frequency_fields(
     if let Some(normal) = &case.normal {
         fields.push(("normal_coordinates", normal_modes(derivation, normal)));
     }
+    if !case.waves.is_empty() {
+        let waves = case.waves.iter();
+        let waves = waves.map(|waves| normal_waves(derivation, waves));
+        fields.push(("normal_waves", lines(waves)));
+    }
 }
 
 /// One entry a mode, everything written out.
@@ -405,6 +411,9 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
             expression(&mode.omega_squared),
             array(mode.amplitudes.iter().map(expression))
         );
+        if let Some(omega) = &mode.omega {
+            let _ = write!(entry, ", \"omega\": {}", expression(omega));
+        }
         if let Some(class) = &mode.symmetry {
             let _ = write!(entry, ", \"symmetry\": {}", string(class));
         }
@@ -412,6 +421,33 @@ fn normal_modes(derivation: &Derivation, normal: &NormalCoordinates) -> String {
         entry
     });
     lines(modes)
+}
+
+/// The normal coordinates of a chain, ring or net.
+fn normal_waves(derivation: &Derivation, waves: &NormalWaves) -> String {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+    let names = &derivation.names.displacements;
+    let order = waves.order.iter().filter_map(|i| names.get(*i));
+    let places = waves.places.iter();
+    let places = places.map(|(name, last)| format!("{}: [1, {last}]", string(name)));
+    let sums = waves.sums.iter().map(|sum| {
+        let numbers = sum.numbers.iter();
+        let numbers =
+            numbers.map(|(name, first, last)| format!("{}: [{first}, {last}]", string(name)));
+        format!(
+            "{{\"numbers\": {{{}}}, \"factor\": {}, \"shape\": {}}}",
+            numbers.collect::<Vec<_>>().join(", "),
+            expression(&sum.factor),
+            expression(&sum.shape)
+        )
+    });
+    format!(
+        "{{\"name\": {}, \"order\": {}, \"places\": {{{}}}, \"sums\": {}}}",
+        string(&waves.normal),
+        array(order.map(|name| string(name))),
+        places.collect::<Vec<_>>().join(", "),
+        array(sums)
+    )
 }
 
 /// An array, one item a line.

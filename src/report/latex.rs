@@ -1,12 +1,15 @@
 //! The derivation as LaTeX.
 
+use super::constraints::{
+    constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved,
+};
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, constraint_texts,
-    constraints_title, definition_text, direction_texts, multiplier_texts, potential_name,
-    quadratic_forms, root_texts, symmetry_of,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
+    potential_name, quadratic_forms, root_texts, symmetry_of,
 };
 use super::frequencies::{
-    MOST_IN_BLOCK, MOST_LISTED, exchange, kind, motion, normal_lines, remarks, signs,
+    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks,
+    signs, solved_lines, waves_lines,
 };
 use crate::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
@@ -291,6 +294,10 @@ impl<'a> Page<'a> {
             if let Some(tied) = &frequencies.tied {
                 self.case(frequencies, tied);
             }
+            if let Some(words) = on_request(frequencies) {
+                self.out
+                    .push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
+            }
             if let Some(found) = &frequencies.would_be {
                 let ties = self.ties(&found.ties);
                 self.heading(&format!("It would have a symmetry, if {ties}"));
@@ -360,10 +367,15 @@ impl<'a> Page<'a> {
             return;
         }
         self.closed_forms(frequencies, case);
-        if let Some(normal) = &case.normal {
+        let lines = match &case.normal {
+            Some(normal) => normal_lines(self.derivation, normal),
+            None => waves_lines(self.derivation, &case.waves),
+        };
+        if !lines.is_empty() {
             let assumed = self.assumed(case, &frequencies.signs);
             self.heading(&format!("Normal coordinates{}", with(&assumed)));
-            for (text, remark) in normal_lines(self.derivation, normal) {
+            for (text, remark) in lines {
+                let remark = remark.replace("..", r", \dots, ");
                 self.relation(&text, &remark.replacen(", ", r",\quad ", 1));
             }
         }
@@ -418,7 +430,7 @@ impl<'a> Page<'a> {
             self.frequency(series.omega_squared, &ranges);
         }
         if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
-            for frequency in &case.frequencies {
+            for frequency in alone(case) {
                 let remarks = remarks(frequency).join(", ");
                 let remark = if remarks.is_empty() {
                     remarks
@@ -426,6 +438,16 @@ impl<'a> Page<'a> {
                     format!(r"\text{{({})}}", escaped(&remarks))
                 };
                 self.frequency(frequency.omega_squared, &remark);
+            }
+        }
+        for solved in &case.solved {
+            for (text, remark) in solved_lines(self.derivation, solved) {
+                let (numbers, class) = remark.split_once("  ").unwrap_or((&remark, ""));
+                let mut remark = numbers.replacen(", ", r",\quad ", 1);
+                if !class.is_empty() {
+                    remark.push_str(&format!(r" \qquad \text{{{}}}", escaped(class)));
+                }
+                self.relation(&text, &remark);
             }
         }
     }
@@ -471,6 +493,10 @@ impl<'a> Page<'a> {
             }
         }
         self.equations(&multipliers);
+        let tangent = linear.tangent.iter();
+        for name in tangent.flat_map(|own| unsolved(self.derivation, own)) {
+            searched.push(format!("${}$", self.formula(&name).latex()));
+        }
         if !searched.is_empty() {
             self.out.push_str(&format!(
                 "Found numerically; standing for its value below: {}.\n",

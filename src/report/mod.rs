@@ -5,6 +5,7 @@
 //! functions return text.
 
 mod chart;
+mod constraints;
 mod derive;
 mod floquet;
 mod frequencies;

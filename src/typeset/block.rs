@@ -356,13 +356,20 @@ impl Formula {
                     }
                 }
             }
-            Self::Product(factors) => {
+            Self::Product(_) | Self::Fraction(..) => {
                 let whole = self.block();
-                match factors.as_slice() {
-                    [before @ .., Self::Parentheses(inner)]
-                        if matches!(**inner, Self::Sum(_))
-                            && width.is_some_and(|width| whole.width() > width / 2) =>
-                    {
+                // What is above a bar comes down only where the fraction fits no line at all.
+                let brackets_last = matches!(self, Self::Product(f) if matches!(f.last(), Some(Self::Parentheses(_))));
+                let wide = width.is_some_and(|width| {
+                    whole.width()
+                        > if brackets_last {
+                            width / 2
+                        } else {
+                            width - width.min(8)
+                        }
+                });
+                match self.with_sum_last().filter(|_| wide).as_deref() {
+                    Some([before @ .., Self::Parentheses(inner)]) => {
                         let first = out.len();
                         inner.blocks(width, out);
                         if let Some(piece) = out.get_mut(first) {

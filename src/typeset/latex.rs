@@ -71,8 +71,8 @@ impl Formula {
                     }
                 }
             }
-            Self::Product(factors) if self.weight() > LINE / 2 => match factors.as_slice() {
-                [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+            _ if self.weight() > LINE / 2 => match self.with_sum_last().as_deref() {
+                Some([before @ .., Self::Parentheses(inner)]) => {
                     let first = out.len();
                     inner.pieces(out);
                     let mut text = String::new();

@@ -144,6 +144,44 @@ impl Formula {
         Self::Relation(vec![left, Self::Sign(Sign::Equal), right])
     }
 
+    /// The factors of a term with a sum in brackets as the last one, within which lines can be broken; what is long above a
+    /// fraction bar comes down for it.
+    fn with_sum_last(&self) -> Option<Vec<Self>> {
+        match self {
+            Self::Product(factors) => match factors.as_slice() {
+                [.., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
+                    Some(factors.clone())
+                }
+                [before @ .., last @ Self::Fraction(..)] => {
+                    let own = last.with_sum_last()?;
+                    Some(before.iter().cloned().chain(own).collect())
+                }
+                _ => None,
+            },
+            Self::Fraction(above, below) => {
+                let (rest, sum) = match &**above {
+                    Self::Sum(_) => (Self::Number("1".to_owned()), above.clone()),
+                    Self::Product(factors) => match factors.as_slice() {
+                        [before @ .., Self::Parentheses(inner)]
+                            if matches!(**inner, Self::Sum(_)) =>
+                        {
+                            let rest = match before {
+                                [one] => one.clone(),
+                                several => Self::Product(several.to_vec()),
+                            };
+                            (rest, inner.clone())
+                        }
+                        _ => return None,
+                    },
+                    _ => return None,
+                };
+                let factor = Self::Fraction(Box::new(rest), below.clone());
+                Some(vec![factor, Self::Parentheses(sum)])
+            }
+            _ => None,
+        }
+    }
+
     /// Whether the formula stands without brackets as a factor or as the base of a power.
     fn is_atom(&self) -> bool {
         match self {

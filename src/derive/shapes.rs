@@ -1,0 +1,442 @@
+//! The shapes of modes whose omega^2 has a closed form: one to four coordinates that hang together, or as many vectors of a class
+//! of symmetry.
+//!
+//! A column of the adjugate of K - z M solves (K - z M) a = 0; where there are two coordinates a form without a root below the
+//! bar is tried beside it. Long ones are written with a symbol for omega.
+
+use std::collections::BTreeMap;
+
+use super::pair::{Pair, Sparse, is_zero};
+use super::simplify::{Opening, Simplifier, expand, with_common_factor};
+use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
+use crate::number::Number;
+
+/// A ratio of amplitudes of more symbols gets a name of its own.
+const MOST_IN_RATIO: u64 = 16;
+/// Likewise what it is normalised by.
+const MOST_IN_MASS: u64 = 32;
+/// Above that it is written with the ratio.
+const MOST_WITH_RATIO: u64 = 64;
+/// Ratios of three or four coordinates of more symbols fit on no page.
+const MOST_IN_COLUMN: u64 = 400;
+
+/// A mode as it is found.
+pub(super) struct Shape {
+    pub(super) omega_squared: ExprId,
+    pub(super) symmetry: Option<String>,
+    /// Vectors and what each is multiplied by; 1 for the first.
+    pub(super) parts: Vec<(Sparse, ExprId)>,
+    /// aᵀMa
+    pub(super) mass: ExprId,
+    /// Stands for the frequency in the factors and in the mass, where it is not written out there.
+    pub(super) omega: Option<Symbol>,
+    /// What stands for the factors in the mass, from the second on; none where they are written out there.
+    pub(super) factors: Vec<Symbol>,
+}
+
+impl Shape {
+    /// Whether it is the shape of three coordinates or more, which is too long to be written out.
+    pub(super) fn is_long(&self) -> bool {
+        self.parts.len() > 2
+    }
+
+    pub(super) fn along(&self, count: usize, pool: &mut Pool) -> Vec<ExprId> {
+        let mut vector = vec![Vec::new(); count];
+        for (basis, factor) in &self.parts {
+            for (i, component) in basis {
+                if let Some(place) = vector.get_mut(*i) {
+                    place.push((*factor, Number::from(*component)));
+                }
+            }
+        }
+        vector.iter().map(|terms| pool.linear(terms)).collect()
+    }
+}
+
+/// The modes of a part of one or two coordinates with these omega^2; `basis` says which vectors of the model its
+/// coordinates are. None where they can't be told apart.
+pub(super) fn shapes(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    part: &Pair,
+    squares: &[ExprId],
+    basis: &[Sparse],
+    symmetry: Option<String>,
+) -> Vec<Shape> {
+    let one = pool.one();
+    match (squares, basis) {
+        ([square], [vector]) => vec![Shape {
+            omega_squared: *square,
+            symmetry,
+            parts: vec![(vector.clone(), one)],
+            mass: part.at(pool, 0, 0).0,
+            omega: None,
+            factors: Vec::new(),
+        }],
+        ([first, second], [u, v]) => {
+            let difference = pool.sub(*first, *second);
+            if pool.is_zero(difference) == ZeroVerdict::Zero {
+                return Vec::new();
+            }
+            let block = Block::new(pool, part);
+            let mut found = Vec::new();
+            for square in [*first, *second] {
+                let Amplitude {
+                    ratio,
+                    mass,
+                    omega,
+                    factor,
+                } = block.mode(pool, short, square);
+                let parts = match ratio {
+                    None => vec![(v.clone(), one)],
+                    Some(ratio) if is_zero(pool, ratio) => vec![(u.clone(), one)],
+                    Some(ratio) => vec![(u.clone(), one), (v.clone(), ratio)],
+                };
+                found.push(Shape {
+                    omega_squared: square,
+                    symmetry: symmetry.clone(),
+                    parts,
+                    mass,
+                    omega,
+                    factors: factor.into_iter().collect(),
+                });
+            }
+            found
+        }
+        _ if squares.len() == basis.len() => {
+            column(pool, short, part, squares, basis, symmetry).unwrap_or_default()
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// The modes of three or four coordinates, all by the same column of the adjugate of K - omega^2 M, in which omega is a symbol.
+fn column(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    part: &Pair,
+    squares: &[ExprId],
+    basis: &[Sparse],
+    symmetry: Option<String>,
+) -> Option<Vec<Shape>> {
+    let n = part.len();
+    if !(3..=4).contains(&n) || basis.len() != n {
+        return None;
+    }
+    let one = pool.one();
+    let symbol = pool.fresh_symbol("omega");
+    let omega = pool.symbol_expr(symbol);
+    let square = pool.square(omega);
+    let entries: Vec<Vec<ExprId>> = (0..n)
+        .map(|i| {
+            let row = (0..n).map(|j| {
+                let (m, k) = part.at(pool, i, j);
+                let inertia = pool.mul(square, m);
+                pool.sub(k, inertia)
+            });
+            row.collect()
+        })
+        .collect();
+    let mut best: Option<(u64, Vec<ExprId>)> = None;
+    for row in 0..n {
+        let cofactors: Vec<ExprId> = (0..n)
+            .map(|other| cofactor(pool, short, &entries, row, other))
+            .collect();
+        let first = *cofactors.first()?;
+        if pool.is_zero(first) == ZeroVerdict::Zero {
+            continue;
+        }
+        let mut ratios = Vec::new();
+        for cofactor in &cofactors[1..] {
+            let quotient = pool.div(*cofactor, first);
+            let quotient = short.simplify(pool, quotient);
+            ratios.push(on_one_bar(pool, short, quotient));
+        }
+        let weights = ratios.iter().map(|e| short.weight(pool, *e));
+        let weight = weights.fold(0, u64::saturating_add);
+        if best.as_ref().is_none_or(|(least, _)| weight < *least) {
+            best = Some((weight, ratios));
+        }
+    }
+    let (_, ratios) = best.filter(|(weight, _)| *weight <= MOST_IN_COLUMN)?;
+    let factors: Vec<Symbol> = ratios.iter().map(|_| pool.fresh_symbol("a")).collect();
+    let mut amplitudes = vec![one];
+    amplitudes.extend(factors.iter().map(|symbol| pool.symbol_expr(*symbol)));
+    let mut terms = Vec::new();
+    for i in 0..n {
+        for j in i..n {
+            let (m, _) = part.at(pool, i, j);
+            let product = pool.product(&[m, amplitudes[i], amplitudes[j]]);
+            terms.push((product, Number::from(if i == j { 1 } else { 2 })));
+        }
+    }
+    let mass = pool.linear(&terms);
+    let mass = short.simplify(pool, mass);
+    let vectors: Vec<(Sparse, ExprId)> = basis
+        .iter()
+        .cloned()
+        .zip(std::iter::once(one).chain(ratios))
+        .filter(|(_, factor)| !is_zero(pool, *factor))
+        .collect();
+    // A factor that is 0 for all modes would leave its symbol without a meaning.
+    if vectors.len() < n {
+        return None;
+    }
+    let shapes = squares.iter().map(|omega_squared| Shape {
+        omega_squared: *omega_squared,
+        symmetry: symmetry.clone(),
+        parts: vectors.clone(),
+        mass,
+        omega: Some(symbol),
+        factors: factors.clone(),
+    });
+    Some(shapes.collect())
+}
+
+/// The cofactor of an entry of a matrix of up to four rows.
+fn cofactor(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    entries: &[Vec<ExprId>],
+    row: usize,
+    column: usize,
+) -> ExprId {
+    let without = |at: usize| (0..entries.len()).filter(move |i| *i != at);
+    let rows: Vec<Vec<ExprId>> = without(row)
+        .map(|i| without(column).map(|j| entries[i][j]).collect())
+        .collect();
+    let minor = determinant(pool, &rows);
+    let minor = short.simplify(pool, minor);
+    if (row + column).is_multiple_of(2) {
+        minor
+    } else {
+        pool.neg(minor)
+    }
+}
+
+/// The determinant of up to three rows.
+fn determinant(pool: &mut Pool, rows: &[Vec<ExprId>]) -> ExprId {
+    let two = |pool: &mut Pool, [a, b]: [ExprId; 2], [c, d]: [ExprId; 2]| {
+        let (left, right) = (pool.mul(a, d), pool.mul(b, c));
+        pool.sub(left, right)
+    };
+    match rows {
+        [a, b] => two(pool, [a[0], a[1]], [b[0], b[1]]),
+        [a, b, c] => {
+            let mut parts = Vec::new();
+            for (i, entry) in a.iter().enumerate() {
+                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                let minor = two(pool, [b[j], b[k]], [c[j], c[k]]);
+                parts.push(pool.mul(*entry, minor));
+            }
+            pool.sum(&parts)
+        }
+        _ => pool.undefined(),
+    }
+}
+
+/// A mode of two coordinates.
+struct Amplitude {
+    /// The second amplitude by the first; `None` where the first is 0.
+    ratio: Option<ExprId>,
+    /// aᵀMa
+    mass: ExprId,
+    /// Stands for the frequency in both.
+    omega: Option<Symbol>,
+    /// Stands for the ratio in the mass.
+    factor: Option<Symbol>,
+}
+
+/// M and K of two coordinates.
+struct Block {
+    m: [ExprId; 3],
+    k: [ExprId; 3],
+}
+
+impl Block {
+    fn new(pool: &Pool, part: &Pair) -> Self {
+        let entries = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| part.at(pool, i, j));
+        Self {
+            m: entries.map(|(m, _)| m),
+            k: entries.map(|(_, k)| k),
+        }
+    }
+
+    /// The mode of a frequency; with a symbol for omega where that is shorter by far.
+    fn mode(&self, pool: &mut Pool, short: &mut Simplifier, square: ExprId) -> Amplitude {
+        let mut mode = Amplitude {
+            ratio: None,
+            mass: self.m[2],
+            omega: None,
+            factor: None,
+        };
+        let Some((at, ratio)) = self.ratio(pool, short, square, None) else {
+            return mode;
+        };
+        mode.ratio = Some(ratio);
+        mode.mass = self.mass(pool, short, ratio);
+        if short.weight(pool, ratio) <= MOST_IN_RATIO
+            && short.weight(pool, mode.mass) <= MOST_IN_MASS
+        {
+            return mode;
+        }
+        let symbol = pool.fresh_symbol("omega");
+        let omega = pool.symbol_expr(symbol);
+        let omega_squared = pool.square(omega);
+        if let Some((_, ratio)) = self.ratio(pool, short, omega_squared, Some(at)) {
+            mode.ratio = Some(ratio);
+            mode.mass = self.mass(pool, short, ratio);
+            mode.omega = Some(symbol);
+            if short.weight(pool, mode.mass) > MOST_WITH_RATIO {
+                let symbol = pool.fresh_symbol("a");
+                let factor = pool.symbol_expr(symbol);
+                mode.mass = self.mass(pool, short, factor);
+                mode.factor = Some(symbol);
+            }
+        }
+        mode
+    }
+
+    /// M_11 + 2 M_12 a + M_22 a^2
+    fn mass(&self, pool: &mut Pool, short: &mut Simplifier, ratio: ExprId) -> ExprId {
+        let square = pool.square(ratio);
+        let (mixed, last) = (pool.mul(self.m[1], ratio), pool.mul(self.m[2], square));
+        let sum = pool.linear(&[
+            (self.m[0], Number::ONE),
+            (mixed, Number::from(2)),
+            (last, Number::ONE),
+        ]);
+        let sum = short.simplify(pool, sum);
+        on_one_bar(pool, short, sum)
+    }
+
+    /// The shortest of the forms that the two rows of (K - z M) a = 0 give, or of one form of them; and which ones have a
+    /// value. Both rows together give a third, in which z stands in no denominator: with z1 + z2 = s and z1 z2 = p
+    ///
+    /// ```text
+    /// a = ((M_11 K_12 - K_11 M_12) z + K_11 M_12 s - K_11 K_12 - M_11 M_12 p) / (M_12^2 p - M_12 K_12 s + K_12^2)
+    /// ```
+    ///
+    /// which is the first row, a = (K_11 - z1 M_11)/(z1 M_12 - K_12), extended by z2 M_12 - K_12.
+    fn ratio(
+        &self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        z: ExprId,
+        forms: Option<[bool; 3]>,
+    ) -> Option<([bool; 3], ExprId)> {
+        let one = Number::ONE;
+        let minus = Number::MINUS_ONE;
+        let entry = |pool: &mut Pool, i: usize| {
+            let inertia = pool.mul(z, self.m[i]);
+            pool.linear(&[(self.k[i], one.clone()), (inertia, minus.clone())])
+        };
+        let [first, mixed, last] = [0, 1, 2].map(|i| entry(pool, i));
+        let opposite = pool.neg(mixed);
+        let mut fractions = vec![(first, opposite), (opposite, last)];
+        fractions.push(self.without_root(pool, z));
+        let mut best: Option<(u64, ExprId)> = None;
+        let mut usable = [false; 3];
+        for (at, (above, below)) in fractions.into_iter().enumerate() {
+            let below = short.simplify(pool, below);
+            let wanted = match forms {
+                Some(forms) => forms[at],
+                None => pool.is_zero(below) != ZeroVerdict::Zero,
+            };
+            if !wanted {
+                continue;
+            }
+            usable[at] = true;
+            let above = short.simplify(pool, above);
+            let quotient = pool.div(above, below);
+            let quotient = short.simplify(pool, quotient);
+            let quotient = on_one_bar(pool, short, quotient);
+            let weight = short.weight(pool, quotient);
+            if !pool.is_undefined(quotient) && best.is_none_or(|(least, _)| weight < least) {
+                best = Some((weight, quotient));
+            }
+        }
+        best.map(|(_, ratio)| (usable, ratio))
+    }
+
+    /// Numerator and denominator of the third form.
+    fn without_root(&self, pool: &mut Pool, z: ExprId) -> (ExprId, ExprId) {
+        let ([m1, m12, m2], [k1, k12, k2]) = (self.m, self.k);
+        let one = Number::ONE;
+        let minus = Number::MINUS_ONE;
+        let determinant = |pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId| {
+            let (diagonal, square) = (pool.mul(a, c), pool.square(b));
+            pool.sub(diagonal, square)
+        };
+        let of_m = determinant(pool, m1, m12, m2);
+        let of_k = determinant(pool, k1, k12, k2);
+        let p = pool.div(of_k, of_m);
+        let crossed = [pool.mul(m1, k2), pool.mul(m2, k1), pool.mul(m12, k12)];
+        let traced = pool.linear(&[
+            (crossed[0], one.clone()),
+            (crossed[1], one.clone()),
+            (crossed[2], Number::from(-2)),
+        ]);
+        let s = pool.div(traced, of_m);
+        let (left, right) = (pool.mul(m1, k12), pool.mul(k1, m12));
+        let slope = pool.sub(left, right);
+        let terms = [
+            (pool.mul(slope, z), one.clone()),
+            (pool.product(&[k1, m12, s]), one.clone()),
+            (pool.mul(k1, k12), minus.clone()),
+            (pool.product(&[m1, m12, p]), minus.clone()),
+        ];
+        let above = pool.linear(&terms);
+        let (m, k) = (pool.square(m12), pool.square(k12));
+        let terms = [
+            (pool.mul(m, p), one.clone()),
+            (pool.product(&[m12, k12, s]), minus),
+            (k, one),
+        ];
+        (above, pool.linear(&terms))
+    }
+}
+
+/// A sum of fractions as one fraction, where that is not much longer.
+pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
+    let Some(monomials) = expand(pool, e, Opening::Powers) else {
+        return e;
+    };
+    // By base: the largest power below a bar.
+    let mut below: BTreeMap<ExprId, Number> = BTreeMap::new();
+    for (base, exponent) in monomials.keys().flatten() {
+        if exponent.is_negative() {
+            let power = exponent.neg();
+            let place = below.entry(*base).or_insert(Number::ZERO);
+            if *place < power {
+                *place = power;
+            }
+        }
+    }
+    if below.is_empty() {
+        return e;
+    }
+    let terms: Vec<(ExprId, Number)> = monomials
+        .into_iter()
+        .map(|(mut monomial, coefficient)| {
+            monomial.extend(below.iter().map(|(base, power)| (*base, power.clone())));
+            (pool.product_of_powers(&monomial), coefficient)
+        })
+        .collect();
+    let above = pool.linear(&terms);
+    let above = short.simplify(pool, above);
+    // What all terms have in common stands in front, even where that is no shorter.
+    let above = match expand(pool, above, Opening::Outermost) {
+        Some(terms) => with_common_factor(pool, terms.into_iter().collect()),
+        None => above,
+    };
+    let mut factors = vec![(above, Number::ONE)];
+    factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
+    let fraction = pool.product_of_powers(&factors);
+    let (own, before) = (short.weight(pool, fraction), short.weight(pool, e));
+    if own <= before + before / 2 {
+        fraction
+    } else {
+        e
+    }
+}

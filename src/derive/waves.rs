@@ -1,0 +1,329 @@
+//! Normal coordinates of chains, rings and nets of any size: each coordinate a sum of sines times normal coordinates.
+//!
+//! What commutes with T of `lattice` has the vectors of T. With theta as its table says they are (G. Strang, SIAM Review 41 (1999)
+//! 135), at the place i from 1 to N, by the corner c at the first place:
+//!
+//! ```text
+//! c = 0: sin(i theta)     c = 1: cos((i - 1/2) theta)     c = -1: sin((i - 1/2) theta)
+//! ```
+//!
+//! Their squares sum up to (N + 1)/2 for the corners (0, 0); to N/2 for (1, 1), (-1, -1), (1, -1) and (-1, 1); and to (2 N + 1)/4
+//! where one corner is 0 (each by the sum of cos(2 i theta) or cos((2 i - 1) theta) as a geometric series). Only theta = 0 of
+//! (1, 1) and theta = pi of (-1, -1), where all squares are 1, have N instead.
+//!
+//! A ring has cos(i theta - pi/4), theta = 2 pi j/N: cosine and sine of a wave with equal weights, which takes both waves j and N - j
+//! apart (Hartley's transform). The squares sum up to N/2, products with other j to 0.
+//!
+//! With the eigenvalue mu_j of M the amplitudes are these by sqrt(mu_j sum of squares), so that xᵀMx = 1.
+
+use super::check::Checker;
+use super::frequencies::{Case, Series};
+use super::lattice::{Dimension, Ends, Lattice};
+use super::pair::Pair;
+use crate::expr::{ExprId, Pool, Symbol};
+use crate::model::Model;
+use crate::number::Number;
+
+/// All modes are held against the numbers up to so many coordinates, above that as many as `MOST_CHECKED`: that all are modes
+/// follows from what was shown in symbols.
+const MOST_FOR_ALL: usize = 64;
+const MOST_CHECKED: usize = 16;
+
+/// The normal coordinates of a chain, ring or net.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct NormalWaves {
+    /// The coordinates by number, as they follow each other along the chain; of a net row by row.
+    pub order: Vec<usize>,
+    /// The letters of the places in each dimension, which run from 1 to the second.
+    pub places: Vec<(String, i64)>,
+    /// What a displacement is the sum of.
+    pub sums: Vec<WaveSum>,
+    /// The family of its normal coordinates: that of [`super::Names`] for the first chain of a model.
+    pub normal: String,
+    /// The family of its frequencies, with the numbers of the mode as indices.
+    pub omega: String,
+}
+
+/// factor times the sum of shape times normal coordinate over some numbers.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct WaveSum {
+    /// What doesn't depend on the mode.
+    pub factor: ExprId,
+    /// Its square.
+    pub factor_squared: ExprId,
+    /// What depends on place and mode, in the letters of both.
+    pub shape: ExprId,
+    /// The letters for the numbers of a mode with the first and the last number.
+    pub numbers: Vec<(String, i64, i64)>,
+}
+
+/// Where a letter for a number stands in expressions.
+struct Letter {
+    name: String,
+    symbol: Symbol,
+    value: ExprId,
+}
+
+impl Letter {
+    fn new(pool: &mut Pool, name: String) -> Self {
+        let symbol = pool.symbol(&name);
+        Self {
+            value: pool.symbol_expr(symbol),
+            name,
+            symbol,
+        }
+    }
+}
+
+/// The normal coordinates of a model that is made of lattices with the frequencies of a case, if they hold against certified numbers.
+pub(super) fn normal_waves(
+    model: &Model,
+    pool: &mut Pool,
+    checker: &Checker<'_>,
+    pair: &Pair,
+    case: &Case,
+    lattices: &[Lattice],
+) -> Vec<NormalWaves> {
+    let all: usize = lattices.iter().map(|lattice| lattice.order.len()).sum();
+    if !case.complete || all != pair.len() || case.series.len() != lattices.len() {
+        return Vec::new();
+    }
+    let normals = free(model, &["Q", "eta", "xi", "zeta"]);
+    let omegas = free(model, &["omega", "Omega", "w", "nu"]);
+    let mut found = Vec::new();
+    for (at, (lattice, series)) in lattices.iter().zip(&case.series).enumerate() {
+        let (Some(normal), Some(omega)) = (normals.get(at), omegas.get(at)) else {
+            return Vec::new();
+        };
+        let waves = waves_of(model, pool, checker, pair, series, lattice);
+        let Some(mut waves) = waves else {
+            return Vec::new();
+        };
+        waves.normal.clone_from(normal);
+        waves.omega.clone_from(omega);
+        found.push(waves);
+    }
+    found
+}
+
+/// Those names that a model does not use; one of them at least.
+fn free(model: &Model, names: &[&str]) -> Vec<String> {
+    let own = names
+        .iter()
+        .filter(|name| model.unused_name(&[name]) == **name);
+    let mut own: Vec<String> = own.map(|name| (*name).to_owned()).collect();
+    if own.is_empty() {
+        own.push(model.unused_name(names));
+    }
+    own
+}
+
+fn waves_of(
+    model: &Model,
+    pool: &mut Pool,
+    checker: &Checker<'_>,
+    pair: &Pair,
+    series: &Series,
+    lattice: &Lattice,
+) -> Option<NormalWaves> {
+    let dimensions = &lattice.dimensions;
+    let exceptional = |ends: Ends| matches!(ends, Ends::Corners(1, 1) | Ends::Corners(-1, -1));
+    if series.numbers.len() != dimensions.len()
+        || (dimensions.len() > 1 && dimensions.iter().any(|own| exceptional(own.ends)))
+    {
+        return None;
+    }
+    let letters = [["n", "l", "r"], ["m", "p", "t"]];
+    let places: Vec<Letter> = match dimensions.as_slice() {
+        [_] => vec![Letter::new(pool, model.unused_name(&letters[0]))],
+        // The last index is the fastest.
+        [_, _] => letters
+            .iter()
+            .rev()
+            .map(|own| Letter::new(pool, model.unused_name(own)))
+            .collect(),
+        _ => return None,
+    };
+    let numbers: Vec<Letter> = series
+        .numbers
+        .iter()
+        .map(|(name, _)| Letter::new(pool, name.clone()))
+        .collect();
+    let mut shape = Vec::new();
+    let mut angles = Vec::new();
+    let mut inverse = Number::ONE;
+    for ((dimension, own), (place, number)) in dimensions
+        .iter()
+        .zip(&series.numbers)
+        .zip(places.iter().zip(&numbers))
+    {
+        let half = own.1.general(pool, number.value);
+        angles.push(half);
+        shape.push(dimension.component(pool, place.value, half));
+        inverse = inverse.mul(&dimension.inverse_of_squares());
+    }
+    let mass = lattice.mass_at(pool, &angles);
+    let shape = pool.product(&shape);
+    let letters: Vec<Symbol> = numbers.iter().map(|own| own.symbol).collect();
+    let depends = pool.symbols(mass).iter().any(|s| letters.contains(s));
+    let (factor_squared, shape) = if depends {
+        let weight = pool.powr(mass, &Number::half().neg());
+        (pool.number(inverse), pool.mul(shape, weight))
+    } else {
+        let one = pool.one();
+        let own = pool.div(one, mass);
+        (pool.scale(own, &inverse), shape)
+    };
+    let ranges = series.numbers.iter();
+    let ranges: Vec<(String, i64, i64)> = ranges
+        .map(|(name, angles)| (name.clone(), angles.first, angles.last))
+        .collect();
+    let mut sums = vec![WaveSum {
+        factor: pool.sqrt(factor_squared),
+        factor_squared,
+        shape,
+        numbers: ranges,
+    }];
+    // The mode of theta = 0 or pi stands apart.
+    if let [dimension] = dimensions.as_slice()
+        && exceptional(dimension.ends)
+        && let [(_, angles)] = series.numbers.as_slice()
+        && let [number] = numbers.as_slice()
+        && let [place] = places.as_slice()
+    {
+        let first = dimension.ends == Ends::Corners(1, 1);
+        let at = if first { angles.first } else { angles.last };
+        let half = angles.angle(pool, at);
+        let shape = dimension.component(pool, place.value, half);
+        let mass = lattice.mass_at(pool, &[half]);
+        let one = pool.one();
+        let own = pool.div(one, mass);
+        let count = i64::try_from(dimension.size).ok()?;
+        let square = pool.scale(own, &Number::ratio(1, count).unwrap_or_default());
+        let alone = WaveSum {
+            factor: pool.sqrt(square),
+            factor_squared: square,
+            shape,
+            numbers: vec![(number.name.clone(), at, at)],
+        };
+        let others = sums.first_mut()?.numbers.first_mut()?;
+        if first {
+            others.1 += 1;
+        } else {
+            others.2 -= 1;
+        }
+        sums.push(alone);
+        sums.sort_by_key(|sum| sum.numbers.first().map(|own| own.1));
+    }
+    let waves = NormalWaves {
+        order: lattice.order.clone(),
+        places: places
+            .iter()
+            .zip(dimensions)
+            .map(|(letter, own)| (letter.name.clone(), i64::try_from(own.size).unwrap_or(0)))
+            .collect(),
+        sums,
+        normal: String::new(),
+        omega: String::new(),
+    };
+    let at: Vec<Symbol> = places.iter().map(|own| own.symbol).collect();
+    waves
+        .holds(pool, checker, pair, series.omega_squared, &at, &letters)
+        .then_some(waves)
+}
+
+impl NormalWaves {
+    /// Whether the vectors are modes in numbers.
+    fn holds(
+        &self,
+        pool: &mut Pool,
+        checker: &Checker<'_>,
+        pair: &Pair,
+        omega_squared: ExprId,
+        places: &[Symbol],
+        numbers: &[Symbol],
+    ) -> bool {
+        let count = self.order.len();
+        let every = if count <= MOST_FOR_ALL {
+            1
+        } else {
+            count / MOST_CHECKED
+        };
+        // By coordinate: its place in each dimension.
+        let mut at = vec![Vec::new(); pair.len()];
+        for (along, i) in self.order.iter().enumerate() {
+            let mut rest = along;
+            let mut own = Vec::new();
+            for (_, size) in self.places.iter().rev() {
+                let size = usize::try_from(*size).unwrap_or(1).max(1);
+                own.push(i64::try_from(rest % size + 1).unwrap_or(0));
+                rest /= size;
+            }
+            own.reverse();
+            if let Some(place) = at.get_mut(*i) {
+                *place = own;
+            }
+        }
+        let mut columns = Vec::new();
+        for sum in &self.sums {
+            let amplitude = pool.mul(sum.factor, sum.shape);
+            let mut modes: Vec<Vec<i64>> = vec![Vec::new()];
+            for (_, first, last) in &sum.numbers {
+                let longer = modes.iter().flat_map(|mode| {
+                    (*first..=*last).map(|j| mode.iter().copied().chain([j]).collect())
+                });
+                modes = longer.collect();
+            }
+            let mut chosen: Vec<Vec<i64>> = modes.iter().step_by(every).cloned().collect();
+            chosen.extend(modes.pop());
+            chosen.dedup();
+            let forms = [omega_squared, amplitude];
+            let Some(found) = checker.waves(pool, forms, (places, &at), (numbers, &chosen)) else {
+                return false;
+            };
+            columns.extend(found);
+        }
+        checker.are_waves(pool, pair, &columns)
+    }
+}
+
+impl Dimension {
+    /// One over the sum of the squares of the components.
+    fn inverse_of_squares(&self) -> Number {
+        let n = i64::try_from(self.size).unwrap_or(i64::MAX / 8);
+        let (above, below) = match self.ends {
+            Ends::Corners(0, 0) => (2, n + 1),
+            Ends::Corners(0, _) | Ends::Corners(_, 0) => (4, 2 * n + 1),
+            Ends::Joined | Ends::Corners(..) => (2, n),
+        };
+        Number::ratio(above, below).unwrap_or_default()
+    }
+
+    /// The component at a place, where theta/2 is this angle.
+    fn component(&self, pool: &mut Pool, place: ExprId, half: ExprId) -> ExprId {
+        let along = pool.mul(place, half);
+        let (two, one) = (Number::from(2), Number::MINUS_ONE);
+        match self.ends {
+            Ends::Corners(0, _) => {
+                let angle = pool.scale(along, &two);
+                pool.sin(angle)
+            }
+            Ends::Corners(1, _) => {
+                let angle = pool.linear(&[(along, two), (half, one)]);
+                pool.cos(angle)
+            }
+            Ends::Corners(..) => {
+                let angle = pool.linear(&[(along, two), (half, one)]);
+                pool.sin(angle)
+            }
+            Ends::Joined => {
+                let pi = pool.pi();
+                let quarter = Number::ratio(-1, 4).unwrap_or_default();
+                let angle = pool.linear(&[(along, two), (pi, quarter)]);
+                pool.cos(angle)
+            }
+        }
+    }
+}

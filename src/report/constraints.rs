@@ -1,0 +1,58 @@
+//! Constraints, their multipliers and the displacements that they allow, as text.
+
+use crate::derive::{Derivation, Reduced, Tangent};
+
+/// `constraints`, and how many say nothing new.
+pub(super) fn constraints_title(derivation: &Derivation) -> String {
+    let constraints = derivation.constraints.as_ref();
+    match constraints.map_or(0, |own| own.dependent.len()) {
+        0 => "constraints".to_owned(),
+        1 => "constraints, without one that follows from them".to_owned(),
+        count => format!("constraints, without {count} that follow from them"),
+    }
+}
+
+/// `delta_x = r*delta_theta`, for the displacements that follow others.
+pub(super) fn direction_texts(derivation: &Derivation, reduced: &Reduced) -> Vec<String> {
+    let names = &derivation.names.displacements;
+    let follows = reduced.follows.iter();
+    follows
+        .map(|(i, sum)| {
+            let name = names.get(*i).map_or("", String::as_str);
+            format!("{name} = {}", derivation.displaced_text(sum))
+        })
+        .collect()
+}
+
+/// `x^2 + y^2 - l^2 = 0 (lambda)`: the constraints, and what their multipliers are called.
+pub(super) fn constraint_texts(derivation: &Derivation) -> Vec<(String, String)> {
+    let constraints = derivation.constraints.iter();
+    constraints
+        .flat_map(|own| own.expressions.iter().zip(&own.names))
+        .map(|(expression, name)| {
+            let text = format!("{} = 0", derivation.pool.display(*expression));
+            (text, name.clone())
+        })
+        .collect()
+}
+
+/// `lambda = -g*m/(2*l)`, for the multipliers that are known in symbols.
+pub(super) fn multiplier_texts(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    names
+        .zip(&tangent.multipliers)
+        .map(|(name, value)| (name, derivation.pool.display(*value)))
+        .filter(|(name, value)| *name != value)
+        .map(|(name, value)| format!("{name} = {value}"))
+        .collect()
+}
+
+/// The multipliers that are found numerically.
+pub(super) fn unsolved(derivation: &Derivation, tangent: &Tangent) -> Vec<String> {
+    let names = derivation.constraints.iter().flat_map(|own| &own.names);
+    names
+        .zip(&tangent.multipliers)
+        .filter(|(name, value)| derivation.pool.display(**value) == **name)
+        .map(|(name, _)| name.clone())
+        .collect()
+}
