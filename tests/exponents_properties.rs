@@ -229,6 +229,41 @@ fn some(block: impl Strategy<Value = Block>) -> impl Strategy<Value = (Vec<Block
     )
 }
 
+/// A critical motion beside a growing one: 6 x'' - x = 0 and y'' - 2 y' + y = 0.
+#[test]
+fn equal_vectors_do_not_end_the_decomposition() {
+    let balls = |entries: [i64; 4]| entries.map(number).to_vec();
+    let problem = QuadraticProblem {
+        dimension: 2,
+        mass: balls([6, 0, 0, 1]),
+        velocity: balls([0, 0, 0, -2]),
+        stiffness: balls([-1, 0, 0, 1]),
+        structure: Structure::Damped,
+        zero_vectors: Vec::new(),
+    };
+    let whole = |entries: [i64; 4]| entries.map(IBig::from).to_vec();
+    let planted = Planted {
+        problem,
+        whole: IntegerQuadratic {
+            mass: whole([6, 0, 0, 1]),
+            velocity: whole([0, 0, 0, -2]),
+            stiffness: whole([-1, 0, 0, 1]),
+        },
+        truth: Vec::new(),
+    };
+    let found = exponents(&planted.problem, &planted, &Options::default()).unwrap();
+    let sixth = (number(1) / number(6)).sqrt();
+    for truth in [sixth, -sixth, number(1)] {
+        let near = |entry: &&librate::modes::exponents::Exponent| {
+            (entry.growth - truth).contains_zero() && entry.omega.is_zero()
+        };
+        assert!(
+            found.entries.iter().any(|entry| near(&entry)),
+            "{truth:?} {found:?}"
+        );
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 

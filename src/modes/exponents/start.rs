@@ -254,7 +254,10 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Start> {
         if attempt > 0 {
             disturb(&mut a);
         }
-        let (mu, vectors) = rest(&a, &fixed, !definite)?;
+        // Vectors that agree to the last digit may end the decomposition itself.
+        let Some((mu, vectors)) = rest(&a, &fixed, !definite) else {
+            continue;
+        };
         // All columns of first order, and their inverse.
         let v = Mat::from_fn(2 * n, 2 * n, |i, j| {
             if j < split {
