@@ -253,6 +253,20 @@ fn help_teaches() {
 }
 
 #[test]
+fn limits_of_what_is_no_parameter_name_those_there_are() {
+    for flag in [["--limit", "k=0"].as_slice(), &["--expand", "k", "2"]] {
+        let run = run(&[&["derive", "models/three_pendulums.lag"], flag].concat());
+        assert_eq!(run.status, 2);
+        assert_eq!(run.out, "");
+        assert_eq!(
+            run.err,
+            "error: there is no parameter `k`\nhelp: the model has the parameters `g`, `L`, `m[1]`, `m[2]`, `m[3]`, \
+             `l[1]`, `l[2]`, `l[3]`, ...\n"
+        );
+    }
+}
+
+#[test]
 fn a_chart_as_table_and_picture() {
     let [svg, borders] = ["chart.svg", "borders.csv"].map(|name| scratch(name, b""));
     let run = run(&[

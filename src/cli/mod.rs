@@ -277,12 +277,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         model,
         warnings,
     } = load(&args.model, Size::Any)?;
-    let known = |name: &str| {
-        model
-            .parameters
-            .iter()
-            .any(|parameter| parameter.name == name)
-    };
+    let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
     let expansion = match args.expand.as_slice() {
@@ -323,17 +318,31 @@ fn wrong_request(message: String, help: &str) -> Failure {
     }
 }
 
+/// The first few parameters there are, for one that there is not.
+fn no_parameter(name: &str, known: &[&str], otherwise: &str) -> Failure {
+    const MOST: usize = 8;
+    let names: Vec<String> = known
+        .iter()
+        .take(MOST)
+        .map(|name| format!("`{name}`"))
+        .collect();
+    let help = match known.len() {
+        0 => otherwise.to_owned(),
+        1 => format!("the model has the parameter {}", names.join(", ")),
+        2..=MOST => format!("the model has the parameters {}", names.join(", ")),
+        _ => format!("the model has the parameters {}, ...", names.join(", ")),
+    };
+    wrong_request(format!("there is no parameter `{name}`"), &help)
+}
+
 /// `k=0` of `--limit`.
-fn limit(text: &str, known: &impl Fn(&str) -> bool) -> Result<(String, Number), Failure> {
+fn limit(text: &str, known: &[&str]) -> Result<(String, Number), Failure> {
     let help = "a parameter and a number are needed: `--limit k=0`";
     let wrong = || wrong_request(format!("`{text}` is no limit"), help);
     let (name, value) = text.split_once('=').ok_or_else(wrong)?;
     let (name, value) = (name.trim(), value.trim());
-    if !known(name) {
-        return Err(wrong_request(
-            format!("there is no parameter `{name}`"),
-            help,
-        ));
+    if !known.contains(&name) {
+        return Err(no_parameter(name, known, help));
     }
     let number = match value.strip_prefix('-') {
         Some(rest) => Number::parse(rest.trim()).map(|number| number.neg()),
@@ -343,17 +352,10 @@ fn limit(text: &str, known: &impl Fn(&str) -> bool) -> Result<(String, Number), 
 }
 
 /// `k 2` of `--expand`.
-fn expansion(
-    name: &str,
-    power: &str,
-    known: &impl Fn(&str) -> bool,
-) -> Result<(String, u32), Failure> {
+fn expansion(name: &str, power: &str, known: &[&str]) -> Result<(String, u32), Failure> {
     let help = "a parameter and the highest power are needed: `--expand k 2`";
-    if !known(name) {
-        return Err(wrong_request(
-            format!("there is no parameter `{name}`"),
-            help,
-        ));
+    if !known.contains(&name) {
+        return Err(no_parameter(name, known, help));
     }
     match power.parse() {
         Ok(power) => Ok((name.to_owned(), power)),
