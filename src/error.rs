@@ -2,6 +2,7 @@
 //!
 //! Each stage has its own error; this one only collects them, so that a whole trip can use `?`.
 
+use crate::amplitude::AmplitudeError;
 use crate::diagnostic::Diagnostic;
 use crate::floquet::FloquetError;
 use crate::linearize::LinearizeError;
@@ -47,6 +48,9 @@ pub enum Error {
     /// The motion that is asked for has no period.
     #[error(transparent)]
     Period(PeriodError),
+    /// The frequencies of the model have no leading change with the amplitude.
+    #[error(transparent)]
+    Amplitude(AmplitudeError),
     /// The model has no Floquet multipliers, or none were found.
     #[error(transparent)]
     Floquet(FloquetError),
@@ -99,6 +103,15 @@ impl From<PeriodError> for Error {
     }
 }
 
+impl From<AmplitudeError> for Error {
+    fn from(error: AmplitudeError) -> Self {
+        match error {
+            AmplitudeError::Linearize(error) => Self::Linearize(error),
+            error => Self::Amplitude(error),
+        }
+    }
+}
+
 impl From<FloquetError> for Error {
     fn from(error: FloquetError) -> Self {
         match error {
@@ -118,6 +131,7 @@ impl Error {
             Self::Linearize(error) => vec![Diagnostic::from(error)],
             Self::Motion(error) => vec![Diagnostic::from(error)],
             Self::Period(error) => vec![Diagnostic::from(error)],
+            Self::Amplitude(error) => vec![Diagnostic::from(error)],
             Self::Floquet(error) => vec![Diagnostic::from(error)],
         };
         all.sort_by_key(|diagnostic| {

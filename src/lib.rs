@@ -166,6 +166,9 @@ pub mod sweep;
 pub mod period;
 
 #[cfg(feature = "engine")]
+pub mod amplitude;
+
+#[cfg(feature = "engine")]
 pub mod chart;
 
 #[cfg(feature = "cli")]

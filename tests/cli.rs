@@ -232,6 +232,7 @@ fn help_teaches() {
         "fmt",
         "sweep",
         "sensitivity",
+        "amplitude",
         "floquet",
         "period",
         "motion",
@@ -245,6 +246,7 @@ fn help_teaches() {
         "derive",
         "sweep",
         "sensitivity",
+        "amplitude",
         "floquet",
         "inertia",
     ] {

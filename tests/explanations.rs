@@ -4,7 +4,7 @@
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
 //! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `amplitude=A` and `energy=E`
-//! for a period, `floquet` for multipliers, `inertia` for its
+//! for a period, `amplitude` for changes of frequencies, `floquet` for multipliers, `inertia` for its
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
 #![cfg(feature = "cli")]
@@ -20,6 +20,7 @@ use std::fmt::Write;
 use std::path::Path;
 
 use librate::Error;
+use librate::amplitude::{self, amplitude};
 use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
@@ -35,8 +36,9 @@ use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
 /// make.
-const WITHOUT_A_MODEL: [&str; 10] = [
+const WITHOUT_A_MODEL: [&str; 11] = [
     "E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609",
+    "E0806",
 ];
 
 /// Longest line of a page, for terminals.
@@ -246,6 +248,20 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     }
     if block.words.contains(&"floquet") {
         told.extend(floquet(&checked).err().map(|error| error.code()));
+        return told;
+    }
+    if block.words.contains(&"amplitude") {
+        let changes = || -> Result<(), Error> {
+            amplitude::check(&checked)?;
+            let linearized = linearize(checked)?;
+            let modes = normal_modes(&linearized, &Options::default())?;
+            let found = amplitude(&linearized, &modes)?;
+            assert!(found.modes.iter().all(|mode| mode.change.is_some()));
+            Ok(())
+        };
+        if let Err(error) = changes() {
+            told.extend(error.diagnostics().into_iter().map(code));
+        }
         return told;
     }
     if let Some(request) = asked_period(block) {

@@ -146,6 +146,26 @@ fn periods() {
     assert!(schema.refuses(&value));
 }
 
+#[test]
+fn amplitudes() {
+    let schema = Schema::read("amplitude");
+    for file in files("models/amplitude").into_iter().chain([
+        "models/elastic_pendulum.lag".to_owned(),
+        "models/co2.lag".to_owned(),
+        "models/double_well.lag".to_owned(),
+    ]) {
+        let run = run(&["amplitude", &file, "--json"]);
+        assert_eq!(run.status, 0, "{file}: {}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check(&file, &value);
+        let modes = value["modes"].as_array_mut().unwrap();
+        let mode = modes[0].as_object_mut().unwrap();
+        mode.remove("obstacle");
+        mode.insert("frequency_change".to_owned(), Value::Null);
+        assert!(schema.refuses(&value), "{file}");
+    }
+}
+
 /// The schemas can fail.
 #[test]
 fn what_is_not_promised_is_refused() {

@@ -155,6 +155,14 @@ Examples:
     librate derive chain.lag --set N=4 --json
     librate derive double_pendulum.lag --latex --standalone > page.tex";
 
+const AMPLITUDE: &str = "\
+The leading change of the frequency of each mode with its amplitude: omega = omega_0*(1 + change*A^2 + ...), where A is the
+amplitude of the mode's largest component, in SI (rad for an angle). It comes from third and fourth derivatives at the equilibrium,
+with a bound; for a pendulum it is -1/16.
+
+`up to about` is the amplitude at which the next parts of the motion, or the change of the frequency, reach a tenth of the
+mode itself. A mode of once, twice or three times the frequency that is driven leaves no such change: that is told instead.";
+
 const MOTION: &str = "\
 The motion from where it starts, by the equations of motion in full: as CSV with the columns t, the coordinates and
 their velocities. Numbers of --start are in the units of the coordinates; the table is in SI. Constraints, friction and
@@ -211,6 +219,9 @@ pub(crate) enum Command {
     /// The exact period of one coordinate at finite amplitude
     #[command(long_about = PERIOD, after_help = PERIOD_EXAMPLE)]
     Period(Period),
+    /// How the frequency of each mode changes with its amplitude
+    #[command(long_about = AMPLITUDE)]
+    Amplitude(Amplitude),
     /// How much each frequency changes with each parameter
     #[command(long_about = SENSITIVITY)]
     Sensitivity(Sensitivity),
@@ -304,6 +315,18 @@ pub(crate) struct Period {
     #[arg(long, value_name = "FILE", conflicts_with_all = ["amplitude", "energy"])]
     pub(crate) svg: Option<PathBuf>,
     /// Significant digits of the period, up to 250
+    #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
+    pub(crate) digits: usize,
+    /// JSON instead of text
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct Amplitude {
+    #[command(flatten)]
+    pub(crate) model: ModelArgs,
+    /// Significant digits of the frequencies, up to 250
     #[arg(long, value_name = "D", default_value = "10", value_parser = digits)]
     pub(crate) digits: usize,
     /// JSON instead of text

@@ -1,5 +1,6 @@
 //! From arguments to an exit status: reads files, calls the library, writes.
 
+mod amplitude;
 mod args;
 mod chart;
 mod draw;
@@ -74,6 +75,7 @@ pub(crate) fn run() -> ExitCode {
         Command::Modes(modes) => modes_text(modes),
         Command::Sweep(sweep) => sweep_text(sweep),
         Command::Period(period) => period::text(period),
+        Command::Amplitude(amplitude) => amplitude::text(amplitude),
         Command::Sensitivity(sensitivity) => sensitivity_text(sensitivity),
         Command::Floquet(floquet) => floquet_text(floquet),
         Command::Motion(motion) => motion::text(motion, format),

@@ -4,6 +4,7 @@
 //! ([`crate::precision::decimal`]). Nothing is computed here, and nothing is written anywhere: the
 //! functions return text.
 
+mod amplitude;
 mod chart;
 mod constraints;
 mod derive;
@@ -21,6 +22,7 @@ mod sensitivity;
 mod sweep;
 mod table;
 
+pub use amplitude::{amplitude_json, amplitude_text};
 pub use chart::{borders_csv, chart_csv, chart_svg};
 pub use derive::derive_text;
 pub use floquet::{floquet_json, floquet_text};

@@ -36,6 +36,16 @@ def spring_pendulum():
 
 
 @system("closed form")
+def elastic_pendulum():
+    m, l = mpf("0.5"), mpf("1.2")
+    k = 4 * m * g / l
+    return family("r", "phi"), [l, 0], dict(
+        T=lambda q, v: m / 2 * (v[0] ** 2 + q[0] ** 2 * v[1] ** 2),
+        V=lambda q: k / 2 * (q[0] - l + m * g / k) ** 2 - m * g * q[0] * cos(q[1]),
+        closed=[k / m, g / l])
+
+
+@system("closed form")
 def double_pendulum():
     T = lambda q, v: v[0] ** 2 + v[1] ** 2 / 2 + v[0] * v[1] * cos(q[0] - q[1])
     V = lambda q: -2 * g * cos(q[0]) - g * cos(q[1])

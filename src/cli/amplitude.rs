@@ -1,0 +1,44 @@
+//! `librate amplitude`.
+
+use librate::diagnostic::Diagnostic;
+use librate::{Error, amplitude, linearize, modes, oscillation, report};
+
+use super::args;
+use super::progress::Progress;
+use super::{Answer, Failure, Loaded, Size, failed, load, style};
+
+/// Shapes to fewer digits would cost digits of the change.
+const SHAPE_DIGITS: usize = 14;
+
+pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
+    let Loaded {
+        source,
+        model,
+        mut warnings,
+    } = load(&args.model, Size::Dense)?;
+    let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
+    let progress = Progress::start("computing the modes and their change");
+    let computed = || -> Result<_, Error> {
+        amplitude::check(&model)?;
+        let linearized = linearize::linearize(model.clone())?;
+        let normal = oscillation::normal_modes(&linearized, &options)?;
+        let found = amplitude::amplitude(&linearized, &normal)?;
+        Ok((linearized, normal, found))
+    }();
+    drop(progress);
+    let (linearized, normal, found) = match computed {
+        Ok(computed) => computed,
+        Err(error) => return Err(failed(source, warnings, error)),
+    };
+    let suspicious = oscillation::warnings(&linearized, &normal);
+    warnings.extend(suspicious.iter().map(Diagnostic::from));
+    let text = if args.json {
+        report::amplitude_json(&linearized, &normal, &found, args.digits)
+    } else {
+        report::amplitude_text(&linearized, &normal, &found, args.digits, &style())
+    };
+    Ok(Answer {
+        text,
+        remarks: Some((source, warnings)),
+    })
+}

@@ -1,0 +1,217 @@
+//! How frequencies change with the amplitude, as text and as JSON.
+
+use std::fmt::Write;
+
+use super::json::{array, null, number, string};
+use super::table::{Column, draw};
+use super::{Style, Tone, Written, headline};
+use crate::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
+use crate::linearize::Linearized;
+use crate::oscillation::{NormalMode, NormalModes};
+use crate::precision::{Ball, one_digit_up, one_digit_up_text};
+
+/// Digits of a change.
+const DIGITS: usize = 6;
+/// So many modes of the same frequency are told by number.
+const MOST_EQUAL: usize = 4;
+
+fn omega(mode: &NormalMode, digits: usize) -> Written {
+    let precise = mode.precise.as_deref().map(|precise| &precise.omega);
+    Written::finest(&mode.omega, precise, digits)
+}
+
+/// The change as it is printed, and a bound of its error.
+fn change_text(change: &Ball) -> (String, String) {
+    if change.contains_zero() {
+        return ("0".to_owned(), bound_text(change.abs_upper()));
+    }
+    let written = Written::new(change, DIGITS);
+    (written.text(), bound_text(written.bound))
+}
+
+fn bound_text(bound: f64) -> String {
+    if bound == 0.0 {
+        "0".to_owned()
+    } else {
+        one_digit_up_text(bound)
+    }
+}
+
+fn obstacle_words(obstacle: Obstacle) -> String {
+    match obstacle {
+        Obstacle::NoOscillation => "does not oscillate".to_owned(),
+        Obstacle::Drift { with } => format!("drives mode {} away", with + 1),
+        Obstacle::OneToOne { with } => format!(
+            "1:1 with mode {}: the shape is decided at the fourth order",
+            with + 1
+        ),
+        Obstacle::OneToTwo { with } => format!("1:2 with mode {}", with + 1),
+        Obstacle::OneToThree { with } => format!("1:3 with mode {}", with + 1),
+        Obstacle::Undecided => "shapes are not separated".to_owned(),
+    }
+}
+
+fn remark(found: &ModeAmplitude) -> String {
+    if let Some(obstacle) = found.obstacle {
+        return obstacle_words(obstacle);
+    }
+    if let Some(slow) = found.drives {
+        return format!("2:1 with mode {}: unstable", slow + 1);
+    }
+    let equal: Vec<String> = found.equal.iter().map(|k| (k + 1).to_string()).collect();
+    match equal.as_slice() {
+        [] => String::new(),
+        own if own.len() <= MOST_EQUAL => format!("1:1 with mode {}, not coupled", own.join(", ")),
+        own => format!("1:1 with {} modes, not coupled", own.len()),
+    }
+}
+
+/// The changes as a table to read.
+#[must_use]
+pub fn amplitude_text(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    amplitudes: &Amplitudes,
+    digits: usize,
+    style: &Style,
+) -> String {
+    let model = linearized.model();
+    let count = linearized.dimension();
+    let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), count));
+    out.push_str("\n\n");
+    let found = &amplitudes.modes;
+    let rows = found.len();
+    let name = |own: &ModeAmplitude| match own.change {
+        Some(_) => model.coordinates[own.coordinate].name.clone(),
+        None => String::new(),
+    };
+    let (changes, bounds): (Vec<String>, Vec<String>) = found
+        .iter()
+        .map(|own| match &own.change {
+            Some(change) => change_text(change),
+            None => ("none".to_owned(), String::new()),
+        })
+        .unzip();
+    let reach = found.iter().map(|own| match (own.reach, &own.change) {
+        (Some(reach), _) => format!("{reach:.1e}")
+            .parse()
+            .map_or_else(|_| String::new(), plain),
+        (None, Some(_)) => "any".to_owned(),
+        (None, None) => String::new(),
+    });
+    let mut columns = vec![
+        Column::right("mode", (1..=rows).map(|at| at.to_string()).collect()),
+        Column::numbers(
+            "omega",
+            modes
+                .modes
+                .iter()
+                .map(|mode| omega(mode, digits).text())
+                .collect(),
+        ),
+        Column::numbers("change", changes),
+        Column::words("±", bounds),
+        Column::words("amplitude of", found.iter().map(name).collect()),
+        Column::words("up to about", reach.collect()),
+    ];
+    let remarks: Vec<String> = found.iter().map(remark).collect();
+    if remarks.iter().any(|words| !words.is_empty()) {
+        columns.push(Column::words("", remarks));
+    }
+    out.push_str(&draw(&columns, rows, |_| None, style));
+    out.push_str(
+        "\nomega is that of small oscillations times 1 + change A^2 for an amplitude A.\n",
+    );
+    if !linearized.equilibrium().proved {
+        out.push_str("The equilibrium is not proved: its place is an estimate, and bounds do not cover its error.\n");
+    }
+    out
+}
+
+/// Two digits.
+fn plain(value: f64) -> String {
+    if (1e-3..1e5).contains(&value) {
+        format!("{value}")
+    } else {
+        format!("{value:e}")
+    }
+}
+
+/// The changes as a JSON object: `model`, `coordinates`, and `modes`, each with `omega`, `omega_digits` and `error_bound`,
+/// the `coordinate` whose amplitude is meant, `frequency_change` (omega = omega_0 (1 + frequency_change A² + …); `null` where
+/// `obstacle` says why) with `frequency_change_error_bound`, `up_to` (`null` where nothing limits the amplitude), and `equal`, modes of the
+/// same frequency that this one is not coupled to, and `drives`, a mode of half the frequency that it makes grow, by number from 1.
+#[must_use]
+pub fn amplitude_json(
+    linearized: &Linearized,
+    modes: &NormalModes,
+    amplitudes: &Amplitudes,
+    digits: usize,
+) -> String {
+    let model = linearized.model();
+    let names = model.coordinates.iter().map(|own| string(&own.name));
+    let mut out = format!(
+        "{{\"model\": {},\n \"coordinates\": {},\n \"modes\": [",
+        model.name.as_deref().map_or_else(null, string),
+        array(names)
+    );
+    for (at, (mode, found)) in modes.modes.iter().zip(&amplitudes.modes).enumerate() {
+        out.push_str(if at == 0 { "\n  " } else { ",\n  " });
+        let written = omega(mode, digits);
+        let _ = write!(
+            out,
+            "{{\"omega\": {}, \"omega_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"coordinate\": {}",
+            number(mode.omega.mid_f64()),
+            written.digits.as_deref().map_or_else(null, string),
+            number(one_digit_up(mode.omega.mid_f64_error())),
+            number(written.bound),
+            string(&model.coordinates[found.coordinate].name),
+        );
+        match &found.change {
+            Some(change) => {
+                let (own, bound) = if change.contains_zero() {
+                    (0.0, change.abs_upper())
+                } else {
+                    (change.mid_f64(), change.mid_f64_error())
+                };
+                let _ = write!(
+                    out,
+                    ", \"frequency_change\": {}, \"frequency_change_error_bound\": {}, \"up_to\": {}",
+                    number(own),
+                    number(one_digit_up(bound)),
+                    found.reach.map_or_else(null, number)
+                );
+            }
+            None => out.push_str(", \"frequency_change\": null"),
+        }
+        if let Some(obstacle) = found.obstacle {
+            let (kind, with) = match obstacle {
+                Obstacle::NoOscillation => ("no oscillation", None),
+                Obstacle::Drift { with } => ("drift", Some(with)),
+                Obstacle::OneToOne { with } => ("1:1", Some(with)),
+                Obstacle::OneToTwo { with } => ("1:2", Some(with)),
+                Obstacle::OneToThree { with } => ("1:3", Some(with)),
+                Obstacle::Undecided => ("undecided", None),
+            };
+            let _ = write!(out, ", \"obstacle\": {{\"kind\": \"{kind}\"");
+            if let Some(with) = with {
+                let _ = write!(out, ", \"mode\": {}", with + 1);
+            }
+            out.push('}');
+        }
+        if let Some(slow) = found.drives {
+            let _ = write!(out, ", \"drives\": {}", slow + 1);
+        }
+        if !found.equal.is_empty() {
+            let equal = found.equal.iter().map(|k| (k + 1).to_string());
+            let _ = write!(out, ", \"equal\": {}", array(equal));
+        }
+        out.push('}');
+    }
+    out.push(']');
+    if !linearized.equilibrium().proved {
+        out.push_str(",\n \"equilibrium_proved\": false");
+    }
+    out.push_str("}\n");
+    out
+}
