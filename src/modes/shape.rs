@@ -269,9 +269,9 @@ fn single_loops<const FUSED: bool>(single: &mut Single<'_>) {
             bounds[l] = if error > bounds[l] { error } else { bounds[l] };
         }
     }
-    for row in whole..n {
+    for (row, to) in vector.iter_mut().enumerate().skip(whole) {
         let (value, error) = single.component::<FUSED>(row);
-        vector[row] = value;
+        *to = value;
         bounds[0] = bounds[0].max(error);
     }
     single.vector = vector;
