@@ -23,6 +23,7 @@ pub(crate) const HARD: &[&str] = &[
     "springs_0_16_8",
     "springs_8_0_16",
     "chain_alternating",
+    "inerters_alternating",
     "masses_sorted",
     "masses_shuffled",
     "masses_and_springs",

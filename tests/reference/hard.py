@@ -164,6 +164,14 @@ def chain_alternating():
     return chain_model([1] * 24, [1, ten(14)] * 12 + [0])
 
 
+@hard("inerters_alternating", TWICE)
+def inerters_alternating():
+    # The chain of springs turned round: M adds the inerters up, K is diagonal.
+    n = 20
+    K, M = chain([i + 1 for i in range(n)], [1] + [1, ten(14)] * 9 + [1, 0])
+    return family("x", n), [0] * n, dict(values=eigenvalues(M, K))
+
+
 GRADES = (-12, -10, -8, -6, -3, -1, 1, 3, 6, 8, 10, 12)
 
 
