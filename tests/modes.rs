@@ -5,7 +5,7 @@
 mod modes_support;
 
 use dashu_ratio::RBig;
-use librate::modes::{Kind, ModesError, Options, Problem, Stability, solve};
+use librate::modes::{Kind, ModesError, Options, Problem, Rung, Stability, solve};
 use librate::precision::{Ball, Rounding, decimal};
 use modes_support::*;
 
@@ -164,6 +164,57 @@ fn pendulums_and_hanging_chains() {
         tensions.push(RBig::ZERO);
         let (m, k) = chain(&ones(n as usize), &tensions);
         check(name, &problem(&m, &k));
+    }
+}
+
+/// Where vectors in doubles do not do, each is corrected by the others: bounds of shapes hold, and are of use.
+#[test]
+fn corrected_shapes_keep_their_bounds() {
+    let options = Options::default().digits(12);
+    // A free chain: x_j = √(2/n) cos(kπ(j - 1/2)/n).
+    let n = 150;
+    let mut springs = ones(n + 1);
+    (springs[0], springs[n]) = (RBig::ZERO, RBig::ZERO);
+    let (m, k) = chain(&ones(n), &springs);
+    let mut free = problem(&m, &k);
+    free.zero_vectors = vec![vec![Ball::ONE; n]];
+    let spectrum = solve(&free, &options).unwrap();
+    assert_eq!(spectrum.rung, Rung::Refined);
+    let length = (Ball::exact(2.0) / Ball::exact(n as f64)).sqrt();
+    for (number, mode) in spectrum.modes.iter().enumerate().skip(1) {
+        let exact = |j: usize| {
+            let angle = Ball::exact(number as f64 * (j as f64 + 0.5)) / Ball::exact(n as f64);
+            length * (Ball::PI * angle).cos()
+        };
+        let bound = mode.vector_error_bound;
+        assert!(bound < 1e-15, "{number} {bound}");
+        // Either end is as large: the sign is that of the first.
+        let sign = Ball::exact(exact(0).mid.hi.signum() * mode.vector[0].signum());
+        for (j, x) in mode.vector.iter().enumerate() {
+            let off = (Ball::exact(*x) - sign * exact(j)).abs_upper();
+            assert!(
+                off <= bound * (1.0 + 1e-9) + 1e-30,
+                "{number} {j} {off} {bound}"
+            );
+        }
+    }
+    // A pendulum, against the same by other means: twice as many digits are refined with images of their own.
+    let n = 100;
+    let m: Exact = (0..n)
+        .map(|i| (0..n).map(|j| RBig::from(n - i.max(j))).collect())
+        .collect();
+    let k = diagonal(&(0..n).map(|i| RBig::from(n - i)).collect::<Vec<_>>());
+    let pendulum = problem(&m, &k);
+    let found = solve(&pendulum, &options).unwrap();
+    assert_eq!(found.rung, Rung::Refined);
+    let better = solve(&pendulum, &Options::default().digits(22)).unwrap();
+    for (mode, other) in found.modes.iter().zip(&better.modes) {
+        let bound = mode.vector_error_bound;
+        assert!(bound < 1e-14, "{bound}");
+        for (x, y) in mode.vector.iter().zip(&other.vector) {
+            assert!((x - y).abs() <= bound + other.vector_error_bound);
+        }
+        assert!((mode.omega - other.omega).contains_zero());
     }
 }
 

@@ -49,10 +49,22 @@ pub(super) struct Cluster {
     /// About their sum and the square root of the sum of their squares, to 1e-9.
     pub(super) total: f64,
     pub(super) length: f64,
+    /// By column, how far the eigenvector may be from its column and the corrections h_ik / (μ_k - μ_i) times the others; for
+    /// single eigenvalues where the signed couplings are [`Known`], else empty.
+    pub(super) beyond: Vec<f64>,
+}
+
+/// How well the signed couplings are known that corrections are made of: h_ik to `lengths`_i `errors`_k, and what the zero
+/// vectors change of it, |μ_k| `leak`_i `leak`_k. Corrected columns are summed up to `unit` of each term.
+pub(super) struct Known {
+    pub(super) lengths: Vec<f64>,
+    pub(super) errors: Vec<f64>,
+    pub(super) leak: Vec<f64>,
+    pub(super) unit: f64,
 }
 
 impl Cluster {
-    fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
+    pub(super) fn new(range: Range<usize>, reach: Vec<f64>) -> Self {
         let (mut total, mut squares) = ([0.0; LANES], [0.0; LANES]);
         let (lanes, rest) = reach.as_chunks::<LANES>();
         for tau in lanes {
@@ -68,6 +80,7 @@ impl Cluster {
             total: sum(total, rest.iter().sum()),
             length: sum(squares, rest.iter().map(|tau| tau * tau).sum()).sqrt(),
             reach,
+            beyond: Vec::new(),
         }
     }
 
@@ -131,6 +144,8 @@ struct Rows<'a> {
     size: Vec<f64>,
     defect: Vec<f64>,
     least: Vec<f64>,
+    most: Vec<f64>,
+    known: Option<Known>,
     /// Scaling in which off-diagonal sums are taken: about |μ|^(-1/2), so that graded problems
     /// are judged grade by grade.
     weight: Vec<f64>,
@@ -148,9 +163,14 @@ fn slack(terms: usize) -> f64 {
 /// Encloses all eigenvalues. `None` if G is not shown to be within 1/2 of the unit matrix: then
 /// neither is M shown to be positive definite.
 pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
+    certify_with(couplings, None)
+}
+
+/// The same with [`Cluster::beyond`].
+pub(super) fn certify_with(couplings: &Couplings, known: Option<&Known>) -> Option<Enclosures> {
     let m = couplings.order.len();
     let in_order = couplings.order.iter().enumerate().all(|(at, to)| at == *to);
-    let rows = Rows::new(couplings, in_order)?;
+    let rows = Rows::new(couplings, known, in_order)?;
     let mut radii = vec![0.0; m];
     // Accepted clusters below, ranges still to be shown above; a range that fails is joined with
     // the neighbour that it could not be told from.
@@ -160,7 +180,7 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
     let mut end = 1;
     while start < m {
         match rows.enclose(start, end, &mut gaps) {
-            Ok((radius, reach)) => {
+            Ok((radius, reach, beyond)) => {
                 let mut below = 0.0;
                 let factor = 1.0 + slack(m);
                 for (position, radius) in radii[start..end].iter_mut().enumerate() {
@@ -175,7 +195,10 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
                         above += couplings.steps[position - 1] * factor;
                     }
                 }
-                clusters.push(Cluster::new(start..end, reach));
+                clusters.push(Cluster {
+                    beyond,
+                    ..Cluster::new(start..end, reach)
+                });
                 start = end;
                 end = start + 1;
             }
@@ -193,18 +216,20 @@ pub(super) fn certify(couplings: &Couplings) -> Option<Enclosures> {
     }
     if !in_order {
         for cluster in &mut clusters {
-            let mut by_column = vec![0.0; m];
-            for (&column, tau) in couplings.order.iter().zip(&cluster.reach) {
-                by_column[column] = *tau;
+            for reach in [&mut cluster.reach, &mut cluster.beyond] {
+                let mut by_column = vec![0.0; reach.len()];
+                for (&column, tau) in couplings.order.iter().zip(reach.iter()) {
+                    by_column[column] = *tau;
+                }
+                *reach = by_column;
             }
-            cluster.reach = by_column;
         }
     }
     Some(Enclosures { radii, clusters })
 }
 
 impl<'a> Rows<'a> {
-    fn new(couplings: &'a Couplings, in_order: bool) -> Option<Self> {
+    fn new(couplings: &'a Couplings, known: Option<&Known>, in_order: bool) -> Option<Self> {
         let order = &couplings.order;
         let m = order.len();
         let finite = |x: &[f64]| x.iter().all(|x| x.is_finite());
@@ -251,27 +276,35 @@ impl<'a> Rows<'a> {
                 return None;
             }
         }
+        let known = known.map(|known| Known {
+            lengths: padded(&known.lengths, 0.0),
+            errors: padded(&known.errors, 0.0),
+            leak: padded(&known.leak, 0.0),
+            unit: known.unit,
+        });
         Some(Self {
             couplings,
+            known,
             h,
             g,
             size,
             defect,
             least,
+            most,
             weight,
             s_sum: sums.s,
             g_sum: sums.g,
         })
     }
 
-    /// The radius r and the reach τ, by position, of the positions `start..end`, or the position of a
+    /// The radius r, the reach τ and what is beyond corrections, by position, of the positions `start..end`, or the position of a
     /// row that they cannot be separated from. `gaps` is memory to work in.
     fn enclose(
         &self,
         start: usize,
         end: usize,
         gaps: &mut [f64],
-    ) -> Result<(f64, Vec<f64>), usize> {
+    ) -> Result<(f64, Vec<f64>, Vec<f64>), usize> {
         let steps = &self.couplings.steps;
         let m = self.couplings.order.len();
         let factor = 1.0 + slack(m);
@@ -303,6 +336,7 @@ impl<'a> Rows<'a> {
             radius: 0.0,
             tau: vec![0.0; self.h.stride],
             separated: true,
+            largest: 0.0,
             needed: 0.0,
         };
         // Twice what the radius comes to if the columns are hardly coupled: mostly enough at once.
@@ -324,8 +358,16 @@ impl<'a> Rows<'a> {
                 up(pass.needed * (1.0 + 1e-12))
             };
             if needed <= pass.radius {
+                let mut beyond = Vec::new();
+                if let Some(known) = &self.known
+                    && end - start == 1
+                {
+                    beyond.resize(self.h.stride, 0.0);
+                    run_beyond(&pass, known, &mut beyond);
+                    beyond.truncate(m);
+                }
                 pass.tau.truncate(m);
-                return Ok((needed, pass.tau));
+                return Ok((needed, pass.tau, beyond));
             }
             if !needed.is_finite() {
                 break;
@@ -338,7 +380,7 @@ impl<'a> Rows<'a> {
         (0..start)
             .chain(end..m)
             .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
-            .map_or(Ok((f64::INFINITY, tau)), Err)
+            .map_or(Ok((f64::INFINITY, tau, Vec::new())), Err)
     }
 }
 
@@ -363,6 +405,8 @@ struct Pass<'a> {
     tau: Vec<f64>,
     separated: bool,
     needed: f64,
+    /// The largest of the first τ_i, in units of the weights.
+    largest: f64,
 }
 
 const LANES: usize = 4;
@@ -370,6 +414,7 @@ const LANES: usize = 4;
 kernel!(run_sums, sum_loops, (h: &Plain, g: &Plain, size: &[f64], weight: &[f64], sums: &mut Sums));
 kernel!(run_estimate, estimate_loops, (pass: &mut Pass<'_>));
 kernel!(run_pass, pass_loops, (pass: &mut Pass<'_>));
+kernel!(run_beyond, beyond_loops, (pass: &Pass<'_>, known: &Known, beyond: &mut [f64]));
 
 /// |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
 #[inline(always)]
@@ -451,6 +496,7 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
         return;
     }
     let most = up(most.iter().fold(0.0, |x: f64, y| x.max(*y)));
+    pass.largest = most;
     for k in 0..chunks(pass.gaps) {
         for l in 0..LANES {
             let diagonal = (gaps[k][l] - radius) * least[k][l] * (1.0 - 1e-14) - defect[k][l];
@@ -481,6 +527,41 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
         needed = needed.max(sum * factor / rows.least[c]);
     }
     pass.needed = needed;
+}
+
+/// How far the eigenvector of the single column k may be from x_k + Σ w_i x_i with w_i = h_ik / (μ_k - μ_i), as h_ik is known.
+///
+/// With y_k = 1, Δ = μ_i - μ_k and D = s_ii - λ g_ii, row i of (S - λ G) y = 0 reads
+///
+/// ```text
+///   D y_i = -h_ik + (λ - μ_k) g_ik - Σ_{j≠i,k} (s_ij - λ g_ij) y_j ,
+/// ```
+///
+/// where the last sum is the one that τ_i was found from. |D| is at least the `diagonal` of that, and
+/// |D - Δ| <= |Δ| |g_ii - 1| + |λ - μ_k| g_ii + |s_ii - μ_i g_ii|. As y_i - w_i = D y_i / D + h_ik / Δ,
+///
+/// ```text
+///   |y_i - w_i| |D| <= noise_ik + |λ - μ_k| |g_ik| + Σ |s_ij - λ g_ij| τ_j + |h_ik| |D - Δ| / |Δ| .
+/// ```
+///
+/// The rounding of w_i, and what it is off by when columns are summed up, is at most `unit` of |h_ik / Δ|.
+#[inline(always)]
+fn beyond_loops<const FUSED: bool>(pass: &Pass<'_>, known: &Known, beyond: &mut [f64]) {
+    let (rows, radius, k) = (pass.rows, pass.radius, pass.range.start);
+    let reach = pass.width + radius;
+    let top = pass.sigma + radius;
+    let (error, leak) = (known.errors[k], known.leak[k] * pass.sigma);
+    let (h, g) = (rows.h.padded_column(k), rows.g.padded_column(k));
+    for (i, beyond) in beyond.iter_mut().enumerate() {
+        let diagonal = (pass.gaps[i] - radius) * rows.least[i] * (1.0 - 1e-14) - rows.defect[i];
+        let rest = (rows.s_sum[i] + top * rows.g_sum[i]) * pass.largest;
+        let noise = known.lengths[i] * error + known.leak[i] * leak;
+        let excess = (1.0 - rows.least[i]).abs().max((rows.most[i] - 1.0).abs());
+        let turned = excess + (radius * rows.most[i] + rows.defect[i]) / pass.gaps[i] + known.unit;
+        let all = noise + reach * g[i] + rest + h[i] * turned;
+        *beyond = up(all * pass.factor / (diagonal * (1.0 - 1e-14)));
+    }
+    beyond[k] = 0.0;
 }
 
 impl Pass<'_> {

@@ -4,14 +4,14 @@
 //! problems start with products of doubles (`quick`), small ones with double-double; where entries
 //! have lost what is wanted the energies are asked for (`factored`).
 
-use super::certify::{Cluster, Couplings, certify};
+use super::certify::{Cluster, Couplings, Enclosures, certify, certify_with};
 use super::dense::Matrix;
 use super::factored::Factored;
 use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Bounds, Quick, Round};
 use super::start::{self, Failure};
 use super::{ModesError, Options, Rung, Source, refine, shape};
-use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal};
+use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal, up};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
 const ROUNDS: usize = 6;
@@ -49,6 +49,16 @@ pub(super) struct Solution {
     pub(super) precise: Vec<Option<Big>>,
     /// Where the columns come from.
     pub(super) rung: Rung,
+    /// Where the columns are corrected ones: what belongs to those before.
+    pub(super) correction: Option<Correction>,
+}
+
+/// Columns before their correction.
+pub(super) struct Correction {
+    /// What [`Cluster::reach`] counts in.
+    pub(super) basis: Matrix,
+    /// Bounds of what the correction changes of xᵀMx.
+    pub(super) norms: Vec<f64>,
 }
 
 /// XᵀMX, in the form in which a rung leaves it.
@@ -61,7 +71,10 @@ impl Gram {
     pub(super) fn diagonal(&self, k: usize) -> Ball {
         match self {
             Self::Entries(g) => g.ball(k, k),
-            Self::Factors(round) => round.norm(k),
+            Self::Factors(round) => {
+                let leak = round.leak()[k];
+                round.norm(k).with_added_radius(leak * leak)
+            }
         }
     }
 
@@ -95,17 +108,21 @@ pub(super) struct Certificate {
 impl Certificate {
     pub(super) fn new(quotients: &[DoubleDouble], couplings: Couplings) -> Option<Self> {
         let enclosures = certify(&couplings)?;
+        Some(Self::of(quotients, couplings, enclosures))
+    }
+
+    fn of(quotients: &[DoubleDouble], couplings: Couplings, enclosures: Enclosures) -> Self {
         let order = couplings.order;
         let eigenvalues = order
             .iter()
             .zip(&enclosures.radii)
             .map(|(&column, &radius)| Ball::new(quotients[column], radius))
             .collect();
-        Some(Self {
+        Self {
             order,
             eigenvalues,
             clusters: enclosures.clusters,
-        })
+        }
     }
 }
 
@@ -270,6 +287,7 @@ impl Climb<'_> {
                     certificate,
                     precise: Vec::new(),
                     rung,
+                    correction: None,
                 };
                 self.best = Some((score, solution));
             }
@@ -304,16 +322,13 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
         if !round.is_finite() {
             return Tried::Improved(round.columns().transposed());
         }
-        // What doubles come to may be known to be too little for the shapes before it is certified.
         let first = number == 0 && options.vectors;
-        let most = if first {
-            2.0 * shapes(options)
-        } else {
-            f64::INFINITY
-        };
-        let certificate = certified(&round, options, number, most);
-
-        if let Some(certificate) = certificate {
+        let few = number == 0 && options.digits <= 12;
+        // What doubles come to may be known to be too little for the shapes before it is certified.
+        if !(first && round.is_mixed(2.0 * shapes(options))) {
+            let Some(certificate) = certified(&round, options, number) else {
+                return Tried::Improved(round.columns().transposed());
+            };
             if satisfied(&certificate, options, number) {
                 return Tried::Satisfied(Box::new(Solution {
                     x: round.columns().transposed(),
@@ -322,6 +337,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
                     certificate,
                     precise: Vec::new(),
                     rung,
+                    correction: None,
                 }));
             }
             let score = score(&certificate, options);
@@ -329,15 +345,17 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
                 return Tried::Improved(round.columns().transposed());
             }
             before = score;
-        } else if !first {
-            return Tried::Improved(round.columns().transposed());
         }
-
+        if first && few {
+            round = match corrected(round, options) {
+                Ok(solution) => return Tried::Satisfied(solution),
+                Err(round) => *round,
+            };
+        }
         let step = refine::Step::new(&round, round.columns().rows);
 
         let (xt, change) = refine::refine_rows(&quick, &round, &step);
 
-        let few = number == 0 && options.digits <= 12;
         round = match change {
             Some(change) if few => quick.round_after(round, xt, &change),
             None if few => quick.round(xt, slices(scaled.n)),
@@ -348,9 +366,9 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
 }
 
 /// The certificate of a round. After a step of refinement lengths mostly bound the couplings well enough.
-fn certified(round: &Round, options: &Options, number: usize, most: f64) -> Option<Certificate> {
+fn certified(round: &Round, options: &Options, number: usize) -> Option<Certificate> {
     let from = |bounds: Bounds| {
-        let couplings = round.couplings(bounds, most)?;
+        let couplings = round.couplings(bounds, f64::INFINITY)?;
         Certificate::new(round.quotients(), couplings)
     };
     (number > 0)
@@ -358,6 +376,64 @@ fn certified(round: &Round, options: &Options, number: usize, most: f64) -> Opti
         .flatten()
         .filter(|certificate| satisfied(certificate, options, number))
         .or_else(|| from(Bounds::Products))
+}
+
+/// Columns that are mixed by more are better refined.
+const MOST_MIXED: f64 = 1e-6;
+
+/// The columns, each corrected by the others to first order, where that is all that is missing: eigenvalues are covered, and
+/// single. The couplings say how far corrected columns are from eigenvectors, so that they need no images of their own.
+fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round>> {
+    let attempt = || {
+        let couplings = round.couplings(Bounds::Products, MOST_MIXED)?;
+        let enclosures = certify_with(&couplings, Some(&round.known()))?;
+        let mut norms = vec![0.0; couplings.size.len()];
+        let mut leak = round.leak().to_vec();
+        let mut clusters = Vec::with_capacity(enclosures.clusters.len());
+        for cluster in enclosures.clusters {
+            if cluster.len() > 1 {
+                return None;
+            }
+            let k = couplings.order[cluster.start];
+            // |w_i| <= τ_i + what is beyond. (x + Σ w_i x_i)ᵀM(x + Σ w_i x_i) differs from xᵀMx by at most 2 Σ |w_i g_ik| and
+            // ‖w‖² ‖G‖, whose row sums are below 5/2, as it is certified to be within 1/2 of the unit matrix.
+            let mut change = 0.0;
+            let mut along = leak[k];
+            let columns = cluster.reach.iter().zip(&cluster.beyond);
+            for ((tau, beyond), (g, leak)) in
+                columns.zip(couplings.g.column(k).iter().zip(round.leak()))
+            {
+                let w = tau + beyond;
+                change += 2.0 * w * g + 2.5 * w * w;
+                along += leak * w;
+            }
+            // Sums of less than 2^20 terms.
+            norms[k] = up(change * (1.0 + 1e-6));
+            leak[k] = up(along * (1.0 + 1e-6));
+            clusters.push(Cluster::new(cluster.start..cluster.end, cluster.beyond));
+        }
+        let enclosures = Enclosures {
+            radii: enclosures.radii,
+            clusters,
+        };
+        let certificate = Certificate::of(round.quotients(), couplings, enclosures);
+        satisfied(&certificate, options, 0).then_some((certificate, norms, leak))
+    };
+    let Some((certificate, norms, leak)) = attempt() else {
+        return Err(Box::new(round));
+    };
+    Ok(Box::new(Solution {
+        x: round.corrected().transposed(),
+        leak,
+        certificate,
+        precise: Vec::new(),
+        rung: Rung::Refined,
+        correction: Some(Correction {
+            basis: round.columns().transposed(),
+            norms,
+        }),
+        gram: Gram::Factors(Box::new(round)),
+    }))
 }
 
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction

@@ -15,8 +15,8 @@
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};
 
-use super::certify::Couplings;
-use super::dense::{Matrix, Plain, gamma, multiply};
+use super::certify::{Couplings, Known};
+use super::dense::{Matrix, Plain, add_to, gamma, multiply};
 use super::image::{Image, Moved, Operator, lengths_of_rows, row_lengths};
 use super::pencil::{Scaled, ZeroSpace, ordered};
 use super::product::{Part, kernel, product, residuals};
@@ -264,20 +264,55 @@ impl Round {
         self.quotient.iter().all(|mu| mu.is_finite())
     }
 
+    /// Whether some neighbours are coupled by more than this beside the distance of their quotients.
+    pub(super) fn is_mixed(&self, most: f64) -> bool {
+        let (order, steps) = ordered(&self.quotient);
+        let mut neighbours = order.windows(2).zip(&steps);
+        let apart = |i: usize, j: usize, step: f64| self.h().get(i, j).abs() <= most * step;
+        !neighbours.all(|(pair, step)| apart(pair[0], pair[1], *step))
+    }
+
+    /// w_ik = h_ik / (μ_k - μ_i), 0 on the diagonal, as far as it is known, for [`Round::known`].
+    fn corrections(&self) -> Plain {
+        let mut w = self.h().clone();
+        for (k, mu) in self.quotient.iter().enumerate() {
+            for (w, other) in w.column_mut(k).iter_mut().zip(&self.quotient) {
+                let gap = (mu.hi - other.hi) + (mu.lo - other.lo);
+                *w = if *w == 0.0 { 0.0 } else { *w / gap };
+            }
+            w.set(k, k, 0.0);
+        }
+        w
+    }
+
+    /// The columns with the corrections, X + X W, as rows. Each term x_i w_ik is off by less than `unit` of its size, beside
+    /// 2 u² of the sum.
+    pub(super) fn corrected(&self) -> Matrix {
+        let mut corrected = self.xt.clone();
+        add_to(
+            &mut corrected,
+            &multiply(self.corrections().view().transposed(), self.xt.hi()),
+        );
+        corrected
+    }
+
+    /// How well the corrections are known. The gap of w_ik is off by 4 u, its quotient by u, the low part of x_i is below u; the
+    /// product is off by γ.
+    pub(super) fn known(&self) -> Known {
+        Known {
+            lengths: self.lengths.clone(),
+            errors: self.h_error.clone(),
+            leak: self.leak.clone(),
+            unit: gamma(self.quotient.len()) + 8.0 * f64::EPSILON,
+        }
+    }
+
     /// How the columns are coupled once the zero vectors are taken out; see `pencil`: that changes G
     /// by at most leak_i leak_j, and S not at all. `None` where columns are coupled by more than `most` beside the
     /// distance of their quotients, or where lengths do not bound enough.
     pub(super) fn couplings(&self, from: Bounds, most: f64) -> Option<Couplings> {
         let m = self.quotient.len();
         let (order, steps) = ordered(&self.quotient);
-        // Neighbours mostly tell at once that it is too much.
-        if most.is_finite() {
-            let mut neighbours = order.windows(2).zip(&steps);
-            let apart = |i: usize, j: usize, step: f64| self.h().get(i, j).abs() <= most * step;
-            if !neighbours.all(|(pair, step)| apart(pair[0], pair[1], *step)) {
-                return None;
-            }
-        }
         let size: Vec<f64> = self.quotient.iter().map(|mu| up(mu.hi.abs())).collect();
         let (mut h, mut g) = self.bounds(from, most)?;
         for (j, &mu) in size.iter().enumerate() {

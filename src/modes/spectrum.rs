@@ -18,8 +18,10 @@ pub(super) fn spectrum(
         leak,
         certificate,
         precise,
+        correction,
         ..
     } = solution;
+    let basis = correction.as_ref().map_or(x, |before| &before.basis);
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
     let wanted = options.lowest.unwrap_or(total).min(total);
@@ -51,7 +53,7 @@ pub(super) fn spectrum(
     .into_iter();
     let errors = options
         .vectors
-        .then(|| shape::Errors::new(scaled, leak, certificate, x, zero));
+        .then(|| shape::Errors::new(scaled, leak, certificate, basis, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {

@@ -527,5 +527,6 @@ fn assemble(
         },
         precise,
         rung: solved.map_or(Rung::Precise, |solved| solved.rung),
+        correction: None,
     }
 }
