@@ -11,6 +11,9 @@
 //! A step of refinement changes the columns so little that their images are brought up to date by products of
 //! doubles, and leaves residuals so small that their lengths bound the couplings: then these need no products
 //! at all, and the overlaps follow from them, as (s_ij - μ_j g_ij) - (s_ij - μ_i g_ij) = (μ_i - μ_j) g_ij.
+//!
+//! Where only shapes lack digits, and ten or twelve are asked for, columns are corrected to first order and that is all: how far
+//! corrected columns are from eigenvectors follows from the same couplings (`certify`), without images of theirs.
 
 use std::borrow::Cow;
 use std::cell::{Cell, OnceCell};

@@ -310,6 +310,10 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
 
 impl Background {
     fn new(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution) -> Option<Self> {
+        // Corrected columns have no couplings of their own.
+        if solution.correction.is_some() {
+            return None;
+        }
         let x = solution.x.clone();
         if let Gram::Factors(round) = &solution.gram {
             let couplings = round.couplings(Bounds::Products, f64::INFINITY)?;
