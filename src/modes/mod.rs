@@ -24,6 +24,7 @@ mod product;
 mod quick;
 mod refine;
 mod shape;
+mod slices;
 mod spectrum;
 mod start;
 
