@@ -310,7 +310,6 @@ enum Tried {
 /// The rung in doubles: as long as refinement gains something.
 fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tried {
     let quick = Quick::new(scaled, zero);
-
     let mut round = quick.round(x.transposed(), slices(scaled.n));
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
@@ -353,9 +352,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
             };
         }
         let step = refine::Step::new(&round, round.columns().rows);
-
         let (xt, change) = refine::refine_rows(&quick, &round, &step);
-
         round = match change {
             Some(change) if few => quick.round_after(round, xt, &change),
             None if few => quick.round(xt, slices(scaled.n)),
