@@ -416,6 +416,18 @@ kernel!(run_estimate, estimate_loops, (pass: &mut Pass<'_>));
 kernel!(run_pass, pass_loops, (pass: &mut Pass<'_>));
 kernel!(run_beyond, beyond_loops, (pass: &Pass<'_>, known: &Known, beyond: &mut [f64]));
 
+/// A lower bound of |s_ii - λ g_ii| for λ at least `distance` away from μ_i.
+#[inline(always)]
+fn diagonal(distance: f64, least: f64, defect: f64) -> f64 {
+    distance * least * (1.0 - 1e-14) - defect
+}
+
+/// By how much, at least, a row with this diagonal is dominant, in its weight.
+#[inline(always)]
+fn margin(diagonal: f64, weight: f64, rest: f64, factor: f64) -> f64 {
+    diagonal * weight * (1.0 - 1e-14) - rest * factor
+}
+
 /// |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
 #[inline(always)]
 fn sum_loops<const FUSED: bool>(
@@ -482,9 +494,9 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
     let (mut most, mut missing) = ([0.0_f64; LANES], [0.0_f64; LANES]);
     for k in 0..chunks(pass.gaps) {
         for l in 0..LANES {
-            let diagonal = (gaps[k][l] - radius) * least[k][l] * (1.0 - 1e-14) - defect[k][l];
+            let diagonal = diagonal(gaps[k][l] - radius, least[k][l], defect[k][l]);
             let rest = s_sum[k][l] + top * g_sum[k][l];
-            let margin = diagonal * weight[k][l] * (1.0 - 1e-14) - rest * factor;
+            let margin = margin(diagonal, weight[k][l], rest, factor);
             let ratio = tau[k][l] * factor / margin;
             // A margin that is no number counts as none.
             missing[l] += if margin > 0.0 { 0.0 } else { 1.0 };
@@ -499,7 +511,7 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
     pass.largest = most;
     for k in 0..chunks(pass.gaps) {
         for l in 0..LANES {
-            let diagonal = (gaps[k][l] - radius) * least[k][l] * (1.0 - 1e-14) - defect[k][l];
+            let diagonal = diagonal(gaps[k][l] - radius, least[k][l], defect[k][l]);
             let rest = (s_sum[k][l] + top * g_sum[k][l]) * most;
             tau[k][l] = up((tau[k][l] + rest) * factor / (diagonal * (1.0 - 1e-14)));
         }
@@ -553,7 +565,7 @@ fn beyond_loops<const FUSED: bool>(pass: &Pass<'_>, known: &Known, beyond: &mut 
     let (error, leak) = (known.errors[k], known.leak[k] * pass.sigma);
     let (h, g) = (rows.h.padded_column(k), rows.g.padded_column(k));
     for (i, beyond) in beyond.iter_mut().enumerate() {
-        let diagonal = (pass.gaps[i] - radius) * rows.least[i] * (1.0 - 1e-14) - rows.defect[i];
+        let diagonal = diagonal(pass.gaps[i] - radius, rows.least[i], rows.defect[i]);
         let rest = (rows.s_sum[i] + top * rows.g_sum[i]) * pass.largest;
         let noise = known.lengths[i] * error + known.leak[i] * leak;
         let excess = (1.0 - rows.least[i]).abs().max((rows.most[i] - 1.0).abs());
@@ -569,9 +581,9 @@ impl Pass<'_> {
     fn culprit(&self, m: usize) -> usize {
         let (rows, radius) = (self.rows, self.radius);
         let dominant = |i: usize| {
-            let diagonal = (self.gaps[i] - radius) * rows.least[i] * (1.0 - 1e-14) - rows.defect[i];
+            let diagonal = diagonal(self.gaps[i] - radius, rows.least[i], rows.defect[i]);
             let rest = rows.s_sum[i] + (self.sigma + radius) * rows.g_sum[i];
-            diagonal * rows.weight[i] * (1.0 - 1e-14) - rest * self.factor > 0.0
+            margin(diagonal, rows.weight[i], rest, self.factor) > 0.0
         };
         let outside = (0..self.range.start).chain(self.range.end..m);
         outside
