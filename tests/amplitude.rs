@@ -11,7 +11,7 @@
 mod cli_support;
 
 use cli_support::*;
-use librate::amplitude::{Amplitudes, ModeAmplitude, Obstacle, amplitude};
+use librate::amplitude::{self, AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude};
 use librate::linearize::{Linearized, linearize};
 use librate::model::{Constant, elaborate};
 use librate::modes::Options;
@@ -289,4 +289,20 @@ fn the_command_prints_the_same() {
     let driven = run(&["amplitude", "models/mathieu.lag"]);
     assert_eq!(driven.status, 1);
     assert!(driven.err.contains("E0801"), "{}", driven.err);
+}
+
+#[test]
+fn too_many_terms_are_told_before_anything_is_computed() {
+    // Half a million pairs: their modes alone would take seconds.
+    let text = "param N = 708  coord x[1..N]  T = sum(i in 1..N, x[i]'^2)  \
+                V = sum(i in 1..N, sum(j in 1..N, (x[i] - x[j])^4 + x[i]^2))";
+    let file = syntax::parse(text).unwrap();
+    let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    let error = amplitude::check(&model).unwrap_err();
+    let AmplitudeError::TooLarge { terms, most } = &error else {
+        panic!("{error}")
+    };
+    assert!(*terms >= 708 * 708 && *most < *terms);
+    assert_eq!(error.code(), "E0806");
+    assert!(error.to_string().contains(&terms.to_string()), "{error}");
 }

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::error::{AmplitudeError, Feature};
+use super::error::AmplitudeError;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::linearize::{instance, known_values, missing_value, signed_terms};
 use crate::model::{Model, SymbolKind};
@@ -14,18 +14,13 @@ const MOST_TERMS: usize = 200_000;
 
 /// Refuses what has no periodic motions near an equilibrium, or is not covered.
 pub(super) fn check(model: &Model) -> Result<(), AmplitudeError> {
-    let rate = model.rates.iter().flatten().map(|given| given.span).next();
-    let constraint = model.constraints.first().map(|own| own.span);
-    let features = [
-        (Feature::Time, model.time_dependent),
-        (Feature::Dissipation, model.dissipation),
-        (Feature::Constraint, constraint),
-        (Feature::SteadyMotion, rate),
-    ];
-    for (feature, span) in features {
-        if let Some(span) = span {
-            return Err(AmplitudeError::Unsupported { feature, span });
-        }
+    if let Some((feature, span)) = model.features().next() {
+        return Err(AmplitudeError::Unsupported { feature, span });
+    }
+    let terms: usize = signed_terms(model).map(|(_, family)| family.count).sum();
+    if terms > MOST_TERMS {
+        let most = MOST_TERMS;
+        return Err(AmplitudeError::TooLarge { terms, most });
     }
     Ok(())
 }
@@ -41,13 +36,6 @@ pub(super) struct Energies {
 
 impl Energies {
     pub(super) fn new(model: &Model) -> Result<Self, AmplitudeError> {
-        let terms: usize = signed_terms(model).map(|(_, family)| family.count).sum();
-        if terms > MOST_TERMS {
-            return Err(AmplitudeError::TooLarge {
-                terms,
-                most: MOST_TERMS,
-            });
-        }
         let mut pool = model.pool.clone();
         let parts = Parts::of(model, &mut pool)?;
         if let Some(span) = parts.linear_span

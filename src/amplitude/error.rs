@@ -2,46 +2,32 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::linearize::LinearizeError;
+use crate::model::Feature;
 use crate::span::Span;
 
-/// What a model may say that amplitude dependence does not cover.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Feature {
-    /// The time occurs.
-    Time,
-    /// A `dissipation` function.
-    Dissipation,
-    /// A `constraint`.
-    Constraint,
-    /// `equilibrium NAME' = …`
-    SteadyMotion,
-}
-
-impl Feature {
-    fn words(self) -> (&'static str, &'static str, &'static str) {
-        match self {
-            Self::Time => (
-                "this model depends on the time explicitly: it has no frequencies of its own",
-                "contains the time",
-                "`motion` follows what is driven, `floquet` has its stability",
-            ),
-            Self::Dissipation => (
-                "friction takes energy away: the amplitude does not stay what it is",
-                "friction",
-                "the frequencies without friction are those of the model without this line",
-            ),
-            Self::Constraint => (
-                "the model has constraints, which the change of frequencies with the amplitude does not cover",
-                "a constraint",
-                "write the energies with the coordinates that are left",
-            ),
-            Self::SteadyMotion => (
-                "the change of frequencies with the amplitude is not covered about a steady motion",
-                "turned here",
-                "leave the rate out, or write it into the energies in place of the velocity",
-            ),
-        }
+/// That a feature is not covered, what it is called where it stands, and a way round it.
+fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
+    match feature {
+        Feature::Time => (
+            "this model depends on the time explicitly: it has no frequencies of its own",
+            "contains the time",
+            "`motion` follows what is driven, `floquet` has its stability",
+        ),
+        Feature::Dissipation => (
+            "friction takes energy away: the amplitude does not stay what it is",
+            "friction",
+            "the frequencies without friction are those of the model without this line",
+        ),
+        Feature::Constraint => (
+            "the model has constraints, which the change of frequencies with the amplitude does not cover",
+            "a constraint",
+            "write the energies with the coordinates that are left",
+        ),
+        Feature::SteadyMotion => (
+            "the change of frequencies with the amplitude is not covered about a steady motion",
+            "turned here",
+            "leave the rate out, or write it into the energies in place of the velocity",
+        ),
     }
 }
 
@@ -50,7 +36,7 @@ impl Feature {
 #[non_exhaustive]
 pub enum AmplitudeError {
     /// Something without periodic motions, or that is not covered.
-    #[error("{}", feature.words().0)]
+    #[error("{}", words(*feature).0)]
     Unsupported {
         /// What.
         feature: Feature,
@@ -101,7 +87,7 @@ fn described(error: &AmplitudeError) -> Diagnostic {
     let message = error.to_string();
     match error {
         AmplitudeError::Unsupported { feature, span } => {
-            let (_, label, help) = feature.words();
+            let (_, label, help) = words(*feature);
             Diagnostic::error(message, *span, label).with_help(help)
         }
         AmplitudeError::Gyroscopic { span } => {

@@ -28,7 +28,7 @@ mod energies;
 mod error;
 mod expansion;
 
-pub use error::{AmplitudeError, Feature};
+pub use error::AmplitudeError;
 
 use basis::Basis;
 use energies::Energies;
@@ -103,7 +103,7 @@ pub enum Obstacle {
 /// Refuses what is not covered, before anything is computed.
 ///
 /// # Errors
-/// Explicit time, friction, constraints and steady motions.
+/// Explicit time, friction, constraints and steady motions, and more terms than are written out.
 pub fn check(model: &Model) -> Result<(), AmplitudeError> {
     energies::check(model)
 }

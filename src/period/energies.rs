@@ -1,6 +1,6 @@
 //! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
 
-use super::{Feature, PeriodError};
+use super::PeriodError;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::linearize::{Linearized, Origin, instance, known_values, signed_terms};
 use crate::model::Model;
@@ -27,18 +27,8 @@ pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
             span: model.coordinates.get(1).map(|second| second.span),
         });
     }
-    let rate = model.rates.iter().flatten().map(|given| given.span).next();
-    let constraint = model.constraints.first().map(|own| own.span);
-    let features = [
-        (Feature::Time, model.time_dependent),
-        (Feature::Dissipation, model.dissipation),
-        (Feature::Constraint, constraint),
-        (Feature::SteadyMotion, rate),
-    ];
-    for (feature, span) in features {
-        if let Some(span) = span {
-            return Err(PeriodError::Unsupported { feature, span });
-        }
+    if let Some((feature, span)) = model.features().next() {
+        return Err(PeriodError::Unsupported { feature, span });
     }
     Ok(())
 }

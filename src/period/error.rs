@@ -1,46 +1,32 @@
 //! Why a model has no period to speak of.
 
 use crate::diagnostic::Diagnostic;
+use crate::model::Feature;
 use crate::span::Span;
 
-/// What a model may say that the period of one coordinate does not cover.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Feature {
-    /// The time occurs.
-    Time,
-    /// A `dissipation` function.
-    Dissipation,
-    /// A `constraint`.
-    Constraint,
-    /// `equilibrium NAME' = …`
-    SteadyMotion,
-}
-
-impl Feature {
-    fn words(self) -> (&'static str, &'static str, &'static str) {
-        match self {
-            Self::Time => (
-                "this model depends on the time explicitly: its energy is not conserved",
-                "contains the time",
-                "a period by energy conservation needs a model without the time",
-            ),
-            Self::Dissipation => (
-                "friction takes energy away: no motion of this model repeats itself",
-                "friction",
-                "the period of the motion without friction is that of the model without this line; `modes` has the damped oscillations",
-            ),
-            Self::Constraint => (
-                "the model has constraints, which periods don't cover",
-                "a constraint",
-                "write the energies with the one coordinate that is left",
-            ),
-            Self::SteadyMotion => (
-                "a steady motion has no period of one coordinate",
-                "turned here",
-                "leave the rate out, or write it into the energies in place of the velocity",
-            ),
-        }
+/// That a feature is not covered, what it is called where it stands, and a way round it.
+fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
+    match feature {
+        Feature::Time => (
+            "this model depends on the time explicitly: its energy is not conserved",
+            "contains the time",
+            "a period by energy conservation needs a model without the time",
+        ),
+        Feature::Dissipation => (
+            "friction takes energy away: no motion of this model repeats itself",
+            "friction",
+            "the period of the motion without friction is that of the model without this line; `modes` has the damped oscillations",
+        ),
+        Feature::Constraint => (
+            "the model has constraints, which periods don't cover",
+            "a constraint",
+            "write the energies with the one coordinate that is left",
+        ),
+        Feature::SteadyMotion => (
+            "a steady motion has no period of one coordinate",
+            "turned here",
+            "leave the rate out, or write it into the energies in place of the velocity",
+        ),
     }
 }
 
@@ -57,7 +43,7 @@ pub enum PeriodError {
         span: Option<Span>,
     },
     /// Something that the energy is not conserved with, or that is not covered.
-    #[error("{}", feature.words().0)]
+    #[error("{}", words(*feature).0)]
     Unsupported {
         /// What.
         feature: Feature,
@@ -197,7 +183,7 @@ fn described(error: &PeriodError) -> Diagnostic {
         }
         .with_help("small oscillations of several coordinates are what `modes` is for"),
         PeriodError::Unsupported { feature, span } => {
-            let (_, label, help) = feature.words();
+            let (_, label, help) = words(*feature);
             Diagnostic::error(message, *span, label).with_help(help)
         }
         PeriodError::NotQuadratic { span, .. } => {

@@ -30,15 +30,17 @@ mod codes;
 mod curve;
 mod energies;
 mod error;
+mod mirror;
 mod panel;
 mod real;
 mod small;
 mod solve;
 mod task;
 mod turning;
+mod weights;
 
 pub use curve::{Place, curve};
-pub use error::{Feature, PeriodError};
+pub use error::PeriodError;
 
 use energies::Energies;
 use panel::Field;

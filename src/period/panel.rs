@@ -1,13 +1,15 @@
 //! The time along a line of positions: ∫ sqrt(2M/(E - U)) dq by Taylor expansions with bounds.
 //!
-//! Positions are q = start + x·span with x from 0 to 1. Where x = 0 is a turning point, E - U = x h(x) with h the mean of
-//! the slope of E - U between 0 and x, which is positive and smooth; elsewhere h is E - U itself. On a panel of half
-//! width r about c, h, M and g = sqrt(2M/h) are expanded in s = (x - c)/r, and the time is |span| Σ g_k J_k with
-//! J_k = ∫ s^k w(x) dx, w = 1/sqrt(x) where x = 0 is a turning point and 1 elsewhere. The rest is Lagrange's, with the
+//! Positions are q = start + x·span with x from 0 to 1, and E - U = h(x)/w(x)². Where x = 0 is a turning point, w = 1/sqrt(x)
+//! and h is the mean of the slope of E - U between 0 and x, which is positive and smooth. Where the motion turns close to
+//! the top of a barrier, E - U has another zero beyond it, at x = -b (`mirror`): w = 1/sqrt(x (x + b)), and h does not
+//! feel the barrier. Elsewhere w = 1. On a panel of half width r about c, h, M and g = sqrt(2M/h) are expanded in
+//! s = (x - c)/r, and the time is |span| Σ g_k J_k with J_k = ∫ s^k w(x) dx (`weights`). The rest is Lagrange's, with the
 //! next coefficient enclosed over the whole panel. A panel whose rest is too large is made shorter; how small the rest was
 //! tells how long the next one may be.
 
 use super::real::Real;
+use super::weights::Weight;
 use crate::expr::{Prepared, Series, Tape};
 use crate::precision::{Magnitude, Scalar, exponent_of, power_of_two};
 
@@ -109,7 +111,13 @@ impl<S: Real> Field<S> {
     }
 
     /// The Taylor coefficients of E - U along at + slope·s, and those of M.
-    fn excess(&mut self, energy: &S, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
+    pub(super) fn excess(
+        &mut self,
+        energy: &S,
+        at: &S,
+        slope: &S,
+        count: usize,
+    ) -> (Vec<S>, Vec<S>) {
         let (mut excess, mass) = self.expand(at, slope, count);
         for (k, value) in excess.iter_mut().enumerate() {
             *value = if k == 0 {
@@ -249,6 +257,11 @@ impl<S: Real> Path<'_, S> {
         }
         let mut sum: Option<S> = None;
         let mut known: Option<Known<S>> = None;
+        let mut weight = match (self.turning, self.mirror()) {
+            (false, _) => Weight::One,
+            (true, None) => Weight::Root,
+            (true, Some(beyond)) => Weight::Pair(beyond),
+        };
         let (mut from, mut width, mut trend) = (0.0, 1.0, 1.0);
         let mut before = Refusal::Rough;
         let terms = self.order as f64;
@@ -267,7 +280,7 @@ impl<S: Real> Path<'_, S> {
                     at,
                 });
             }
-            match self.panel(from, to, known.as_ref()) {
+            match self.panel(from, to, &weight, known.as_ref()) {
                 Ok(taken) => {
                     let total = match sum.take() {
                         None => taken.time,
@@ -289,7 +302,13 @@ impl<S: Real> Path<'_, S> {
                     sum = Some(total);
                     known = Some(taken.known);
                     from = to;
+                    weight = weight.onwards(to);
                 }
+                // Errors grow more where two zeros are taken out, as where M is small close to both.
+                Err(Refused {
+                    refusal: Refusal::Precision,
+                    ..
+                }) if matches!(weight, Weight::Pair(_)) => weight = Weight::Root,
                 Err(Refused { refusal, bits }) => {
                     let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
                     let shorter = bits.map_or(0.5, |bits| {
@@ -334,7 +353,13 @@ impl<S: Real> Path<'_, S> {
     }
 
     /// The part of one panel.
-    fn panel(&mut self, from: f64, to: f64, known: Option<&Known<S>>) -> Result<Taken<S>, Refused> {
+    fn panel(
+        &mut self,
+        from: f64,
+        to: f64,
+        weight: &Weight<S>,
+        known: Option<&Known<S>>,
+    ) -> Result<Taken<S>, Refused> {
         let order = self.order;
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let step = self.span.mul(&self.field.number(half));
@@ -345,9 +370,9 @@ impl<S: Real> Path<'_, S> {
         let mut enclosed = None;
         // Carried from the panel before, all between has to be enclosed.
         let near = known.map_or(from, |known| known.middle.min(from));
-        let near = if self.turning { 0.0 } else { near };
+        let near = weight.reach(near);
         if doubtful(&excess[0])
-            && let Ok(over) = self.beside(near, to, &step)
+            && let Ok(over) = self.beside(near, to, &step, weight.zeros())
         {
             let better = self.carried(middle, half, known, &over.0[order]);
             if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {
@@ -367,11 +392,8 @@ impl<S: Real> Path<'_, S> {
         if doubtful(&excess[0]) {
             return Err(Refusal::Precision.into());
         }
-        let h = if self.turning {
-            self.divided(&excess, &self.field.number(middle), half)
-        } else {
-            excess.clone()
-        };
+        let r = self.field.number(half);
+        let h = weight.taken_out(&excess, &self.field.number(middle), &r);
         let g = self.field.integrand(&h, &mass);
         let Some(first) = g.first().filter(|first| first.is_positive()) else {
             return Err(Refusal::Rough.into());
@@ -387,37 +409,38 @@ impl<S: Real> Path<'_, S> {
                 ),
             });
         }
-        let weights = self.weights(from, to);
+        let weights = self.weights(weight, from, to);
         let mut time = self.field.zero.clone();
         for (value, weight) in g.iter().zip(&weights) {
             time = time.add(&value.mul(weight));
+        }
+        if matches!(weight, Weight::Pair(_)) && doubtful(&time) {
+            return Err(Refusal::Precision.into());
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
         let whole = weights.first().map_or(Magnitude::INFINITE, Real::largest);
         let enclosed = match enclosed {
             Some(over) => Ok(over),
-            None => self.over(from, to, &step),
+            None => self.beside(weight.reach(from), to, &step, weight.zeros()),
         };
         let mut rest = match enclosed {
             Ok(over) => {
-                let top = if self.turning {
-                    // h_k(X) is a mean of the (k+1)-th coefficients of E - U between 0 and X: h(x) = ∫ D'(t x) dt over
-                    // 0 < t < 1, so h^(k)(x)/k! = ∫ t^k D^(k+1)(t x)/k! dt, and (k + 1) ∫ t^k dt = 1.
-                    over.0[order + 1].div(&self.field.number(half))
-                } else {
-                    over.0[order].clone()
-                };
+                // h is the divided difference of D = E - U at x and the m zeros that are taken out, so its k-th
+                // coefficient is that of k + m + 1 places, k + 1 of them at x: D^(k+m)/(k+m)! somewhere between them all
+                // (J. F. Steffensen, Interpolation (1927), §2).
+                let zeros = weight.zeros();
+                let top = (0..zeros).fold(over.0[order + zeros].clone(), |top, _| top.div(&r));
                 self.top(&h, &top, &mass, &over.1[order]) * whole
             }
             Err(_) => Magnitude::INFINITE,
         };
         let enough = |rest: Magnitude| rest <= wanted * time.least();
-        if !enough(rest) && self.turning && from > 0.0 {
+        if !enough(rest) && matches!(weight, Weight::Root) && from > 0.0 {
             // All the way from the turning point may be too far for an enclosure.
-            let over = self.beside(from, to, &step)?;
+            let over = self.beside(from, to, &step, 0)?;
             let excess = over_panel(&excess, &over.0[order]);
             let x = self.field.number(from).joined(&self.field.number(to));
-            let top = self.divided(&excess, &x, half).pop();
+            let top = weight.taken_out(&excess, &x, &r).pop();
             let top = top.unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
         }
@@ -451,17 +474,19 @@ impl<S: Real> Path<'_, S> {
         }
     }
 
-    /// Enclosures of the coefficients of E - U and M over the panel, for a turning point from there on.
-    fn over(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
-        self.beside(if self.turning { 0.0 } else { from }, to, step)
-    }
-
-    /// Enclosures of the coefficients of E - U and M between two places.
-    fn beside(&mut self, from: f64, to: f64, step: &S) -> Result<(Vec<S>, Vec<S>), Refusal> {
+    /// Enclosures of the coefficients of E - U and M between two places, the order-th and `more` beyond it being the last.
+    fn beside(
+        &mut self,
+        from: f64,
+        to: f64,
+        step: &S,
+        more: usize,
+    ) -> Result<(Vec<S>, Vec<S>), Refusal> {
         let all = self.position(from).joined(&self.position(to));
-        let both = self.field.excess(self.energy, &all, step, self.order + 2);
-        let last = |values: &[S]| values.iter().rev().take(2).all(Scalar::is_finite);
-        if both.0.len() == self.order + 2 && last(&both.0) && last(&both.1) {
+        let count = self.order + more + 1;
+        let both = self.field.excess(self.energy, &all, step, count);
+        let last = |values: &[S]| values.iter().rev().take(more + 1).all(Scalar::is_finite);
+        if both.0.len() == count && last(&both.0) && last(&both.1) {
             Ok(both)
         } else {
             Err(Refusal::Rough)
@@ -505,71 +530,11 @@ impl<S: Real> Path<'_, S> {
         sum.with_error(top.largest() * steps.powi(power))
     }
 
-    /// (E - U)/x from E - U, with x = c + r s: r h_(k-1) + c h_k = D_k. Over an interval c too, from coefficients over it.
-    fn divided(&self, excess: &[S], c: &S, half: f64) -> Vec<S> {
-        let r = self.field.number(half);
-        let mut h: Vec<S> = Vec::with_capacity(excess.len());
-        for value in excess {
-            let rest = match h.last() {
-                Some(before) => value.sub(&r.mul(before)),
-                None => value.clone(),
-            };
-            h.push(rest.div(c));
-        }
-        h
-    }
-
     /// J_k = ∫ s^k w(x) dx over the panel.
-    fn weights(&self, from: f64, to: f64) -> Vec<S> {
-        let count = self.order;
-        let number = |value: f64| self.field.number(value);
-        if !self.turning {
-            let width = number(to - from);
-            let even = (0..count).map(|k| {
-                if k.is_multiple_of(2) {
-                    width.div(&number((k + 1) as f64))
-                } else {
-                    self.field.zero.clone()
-                }
-            });
-            return even.collect();
-        }
-        // By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
-        let (left, right) = (number(from).sqrt(), number(to).sqrt());
-        let (sum, difference) = (right.add(&left), right.sub(&left));
-        let ends = |k: usize| {
-            if k.is_multiple_of(2) {
-                &difference
-            } else {
-                &sum
-            }
-        };
-        let half_odd = |k: usize| number(k as f64 + 0.5);
-        let kappa = number(from + to).div(&number(to - from));
-        let mut weights = vec![self.field.zero.clone(); count];
-        if from == 0.0 {
-            // kappa = 1: errors do not grow.
-            for k in 0..count {
-                let mut rest = ends(k).clone();
-                if k > 0 {
-                    rest = rest.sub(&number(k as f64).mul(&weights[k - 1]));
-                }
-                weights[k] = rest.div(&half_odd(k));
-            }
-            return weights;
-        }
-        // kappa >= 3: downwards, errors shrink by more than half a step each time, and what the far end is taken for
-        // does not matter: |J_k| <= J_0 = 2 (sqrt(to) - sqrt(from)).
-        let more = (f64::from(self.bits) + 32.0) / kappa.middle().max(2.0).log2();
-        let mut above = self.field.zero.with_error(difference.largest().scale(1));
-        for k in (1..count + more as usize).rev() {
-            let rest = ends(k).sub(&half_odd(k).mul(&above));
-            above = rest.div(&number(k as f64).mul(&kappa));
-            if let Some(place) = weights.get_mut(k - 1) {
-                *place = above.clone();
-            }
-        }
-        weights
+    fn weights(&self, weight: &Weight<S>, from: f64, to: f64) -> Vec<S> {
+        weight.moments(from, to, self.order, self.bits, &|value| {
+            self.field.number(value)
+        })
     }
 }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::json::{array, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, headline};
+use super::{Style, Tone, Written, headline, shown_unit};
 use crate::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 use crate::linearize::Linearized;
 use crate::oscillation::{NormalMode, NormalModes};
@@ -82,8 +82,19 @@ pub fn amplitude_text(
     let found = &amplitudes.modes;
     let rows = found.len();
     let name = |own: &ModeAmplitude| match own.change {
-        Some(_) => model.coordinates[own.coordinate].name.clone(),
+        Some(_) => {
+            let coordinate = &model.coordinates[own.coordinate];
+            match shown_unit(coordinate).filter(|_| model.has_units) {
+                Some(unit) => format!("{} ({unit})", coordinate.name),
+                None => coordinate.name.clone(),
+            }
+        }
         None => String::new(),
+    };
+    let frequency = if model.has_units {
+        "omega (rad/s)"
+    } else {
+        "omega"
     };
     let (changes, bounds): (Vec<String>, Vec<String>) = found
         .iter()
@@ -102,7 +113,7 @@ pub fn amplitude_text(
     let mut columns = vec![
         Column::right("mode", (1..=rows).map(|at| at.to_string()).collect()),
         Column::numbers(
-            "omega",
+            frequency,
             modes
                 .modes
                 .iter()

@@ -38,6 +38,7 @@ pub use sweep::{sweep_csv, sweep_json};
 
 use anstyle::{AnsiColor, Effects};
 
+use crate::model::Coordinate;
 use crate::modes::Kind;
 use crate::modes::exponents::Limit;
 use crate::oscillation::NormalModes;
@@ -170,6 +171,11 @@ fn half_unit(number: &str) -> f64 {
     let bound: f64 = format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY);
     // Below all doubles it is still not 0.
     bound.max(f64::from_bits(1))
+}
+
+/// The unit of a coordinate, in SI; none where there is nothing to say.
+fn shown_unit(coordinate: &Coordinate) -> Option<&str> {
+    coordinate.unit.as_deref().filter(|unit| *unit != "1")
 }
 
 /// `three_pendulums: 3 coordinates`

@@ -1,7 +1,9 @@
 //! Frequencies and shapes as a table to read.
 
 use super::table::{Column, GAP, draw};
-use super::{Style, Tone, Written, counted, headline, limit_words, listed, zero_motions};
+use super::{
+    Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions,
+};
 use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
 use crate::modes::{Kind, Options, Stability};
@@ -187,11 +189,6 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
     } else {
         format!("{} ± {}", written.text(), one_digit_up_text(written.bound))
     }
-}
-
-/// The unit behind a coordinate's number; none where there is nothing to say.
-fn shown_unit(coordinate: &Coordinate) -> Option<&str> {
-    coordinate.unit.as_deref().filter(|unit| *unit != "1")
 }
 
 /// The unit that all coordinates share.

@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::json::{null, number, string};
-use super::{Style, Tone, Written, headline};
+use super::{Style, Tone, Written, headline, shown_unit};
 use crate::period::{Motion, Options, Oscillator, Period, Place};
 use crate::precision::{Ball, Scalar, one_digit_up};
 use crate::sweep::Range;
@@ -35,16 +35,27 @@ pub fn period_text(
     let mut out = style.paint(Tone::Heading, &headline(model.name.as_deref(), 1));
     out.push_str("\n\n");
     let written = |value: &Ball| Written::new(value, short).text();
+    let behind = |unit: &'static str| if model.has_units { unit } else { "" };
+    let coordinate = model.coordinates.first();
+    let unit = coordinate
+        .and_then(shown_unit)
+        .filter(|_| model.has_units)
+        .map_or_else(String::new, |unit| format!(" {unit}"));
     let mut rows = vec![(
         "period",
-        format!("{}  ± {}", period.text(), one_digit(period.bound)),
+        format!(
+            "{}{}  ± {}",
+            period.text(),
+            behind(" s"),
+            one_digit(period.bound)
+        ),
     )];
     match &found.motion {
         Motion::Libration { turning } => {
             rows.push((
                 "turning points",
                 format!(
-                    "{name} = {} and {}",
+                    "{name} = {} and {}{unit}",
                     written(&turning[0]),
                     written(&turning[1])
                 ),
@@ -53,19 +64,25 @@ pub fn period_text(
         Motion::Rotation { advance } => {
             rows.push((
                 "rotation",
-                format!("{name} advances by {} in a period", written(advance)),
+                format!("{name} advances by {}{unit} in a period", written(advance)),
             ));
         }
     }
     rows.push((
         "equilibrium",
-        format!("{name} = {}", written(&found.equilibrium)),
+        format!("{name} = {}{unit}", written(&found.equilibrium)),
     ));
-    rows.push(("energy", written(&found.energy)));
+    rows.push((
+        "energy",
+        format!("{}{}", written(&found.energy), behind(" J")),
+    ));
     match &found.small {
         Some(small) => {
             let small = Written::finest(small, found.small_precise.as_ref(), digits);
-            rows.push(("small oscillations", small.text()));
+            rows.push((
+                "small oscillations",
+                format!("{}{}", small.text(), behind(" s")),
+            ));
         }
         None => rows.push((
             "small oscillations",
@@ -73,6 +90,11 @@ pub fn period_text(
         )),
     }
     if let Some(bend) = &found.bend {
+        let within = if unit.is_empty() {
+            String::new()
+        } else {
+            format!(" in{unit}")
+        };
         let own = if bend.contains_zero() {
             format!("0, to within {},", one_digit(bend.abs_upper()))
         } else {
@@ -80,7 +102,7 @@ pub fn period_text(
         };
         rows.push((
             "change of frequency",
-            format!("{own} times the amplitude squared, relative, to the leading order"),
+            format!("{own} times the amplitude{within} squared, relative, to the leading order"),
         ));
     }
     let width = rows.iter().map(|(title, _)| title.len()).max().unwrap_or(0) + 2;
