@@ -151,6 +151,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E0510", include_str!("../docs/errors/E0510.md")),
     ("E0511", include_str!("../docs/errors/E0511.md")),
     ("E0512", include_str!("../docs/errors/E0512.md")),
+    ("E0513", include_str!("../docs/errors/E0513.md")),
     ("E0601", include_str!("../docs/errors/E0601.md")),
     ("E0602", include_str!("../docs/errors/E0602.md")),
     ("E0603", include_str!("../docs/errors/E0603.md")),

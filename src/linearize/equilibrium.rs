@@ -20,7 +20,8 @@ use super::descent::Energy;
 use super::error::LinearizeError;
 use super::existence::{Axes, Products, Proof, Setting};
 use super::newton::{Force, Spectrum};
-use super::symbolic::{equilibrium_expressions, force_text, forces_vanish};
+use super::simple::vanishes_identically;
+use super::symbolic::force_text;
 use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
@@ -166,7 +167,10 @@ pub(crate) fn find(
             }
             let (steps, proof) = search.search(&mut point)?;
             search.verify_given(&point, proof.as_ref())?;
-            let proved = proof.is_some() || search.vanishes_exactly(&point);
+            let mut proved = proof.is_some() || search.vanishes_exactly(&point);
+            if !proved && let Some(simple) = search.simple_place(&point) {
+                (point, proved) = (simple, true);
+            }
             return Ok(Equilibrium {
                 values: point,
                 origins,
@@ -189,27 +193,9 @@ pub(crate) fn find(
     })
 }
 
-/// Whether the forces vanish where the model says, or at 0, for any values of the parameters.
-fn vanishes_identically(model: &Model, assembly: &Assembly) -> bool {
-    if assembly.acts_at_rest() {
-        return false;
-    }
-    let mut pool = model.pool.clone();
-    let point = equilibrium_expressions(model, &mut pool, None);
-    forces_vanish(model, assembly, &point) == Some(true)
-}
-
 impl Search<'_> {
     pub(super) fn gradient(&self, at: &[Ball]) -> Vec<Ball> {
         self.assembly.gradient(at, self.values)
-    }
-
-    /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
-    pub(super) fn vanishes_exactly(&self, at: &[Ball]) -> bool {
-        let force = self.gradient(at);
-        self.free
-            .iter()
-            .all(|i| at[*i].is_exact() && force[*i].is_zero())
     }
 
     /// The point in words, for messages.
@@ -234,7 +220,11 @@ impl Search<'_> {
 
     /// Checks that no force acts where the equilibrium is given. What double-double leaves open is
     /// asked again with more bits.
-    fn verify_given(&self, at: &[Ball], proof: Option<&Proof>) -> Result<(), LinearizeError> {
+    pub(super) fn verify_given(
+        &self,
+        at: &[Ball],
+        proof: Option<&Proof>,
+    ) -> Result<(), LinearizeError> {
         let mut force = self.gradient(at);
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));

@@ -30,6 +30,7 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod simple;
 mod slopes;
 mod steady;
 mod surface;

@@ -2,12 +2,39 @@
 
 use super::panel::Field;
 use super::real::Real;
+use crate::linearize::short;
 
 /// Newton steps to a summit.
 const MOST_STEPS: usize = 200;
 
 /// Places that a summit is looked for at, between two positions.
 const PLACES: i32 = 400;
+
+/// U at the top of a barrier.
+#[derive(Clone, Debug)]
+pub(super) enum Height<S> {
+    /// At a stationary point.
+    Top(S),
+    /// At the highest place that was met: it may rise without end.
+    AtLeast(S),
+}
+
+impl<S: Real> Height<S> {
+    pub(super) fn at(&self) -> &S {
+        match self {
+            Self::Top(height) | Self::AtLeast(height) => height,
+        }
+    }
+
+    /// How far it is above another potential.
+    pub(super) fn words(&self, bottom: &S) -> String {
+        let height = short(self.at().sub(bottom).middle());
+        match self {
+            Self::Top(_) => height,
+            Self::AtLeast(_) => format!("more than {height}"),
+        }
+    }
+}
 
 impl<S: Real> Field<S> {
     /// A stationary point of U that Newton's method leads to from `near` in steps that end, within `reach`, and U there.
@@ -43,7 +70,7 @@ impl<S: Real> Field<S> {
     }
 
     /// The highest place between two positions, about, and U there.
-    pub(super) fn highest(&mut self, from: &S, to: &S) -> Option<(S, S)> {
+    pub(super) fn highest(&mut self, from: &S, to: &S) -> Option<(S, Height<S>)> {
         let way = to.sub(from);
         let mut best: Option<(S, S)> = None;
         for place in 1..PLACES {
@@ -61,8 +88,10 @@ impl<S: Real> Field<S> {
         let (at, height) = best?;
         let reach = way.middle().abs() / f64::from(PLACES) * 2.0;
         match self.summit(&at, reach) {
-            Some((summit, top)) if !height.sub(&top).is_positive() => Some((summit, top)),
-            Some(_) | None => Some((at, height)),
+            Some((summit, top)) if !height.sub(&top).is_positive() => {
+                Some((summit, Height::Top(top)))
+            }
+            Some(_) | None => Some((at, Height::AtLeast(height))),
         }
     }
 }

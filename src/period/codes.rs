@@ -20,6 +20,7 @@ impl PeriodError {
             Self::NotSmooth { .. } => "E0510",
             Self::NegativeMass { .. } => "E0511",
             Self::Undecided { .. } => "E0512",
+            Self::NoInertia { .. } => "E0513",
         }
     }
 }

@@ -71,6 +71,12 @@ impl Energies {
                 span: own.span,
             });
         };
+        if pool.is_zero(*mass) == ZeroVerdict::Zero {
+            return Err(PeriodError::NoInertia {
+                coordinate: own.name.clone(),
+                span: own.span,
+            });
+        }
         let potential = pool.neg(*lagrangian);
         Ok(Self {
             mass: *mass,

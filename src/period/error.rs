@@ -82,10 +82,8 @@ pub enum PeriodError {
         /// The energy that the amplitude would need, above the equilibrium.
         energy: String,
     },
-    /// The motion creeps up to the top of a barrier and never comes back.
-    #[error(
-        "the motion ends at the top of the barrier at {coordinate} = {barrier}: it takes forever to get there"
-    )]
+    /// The motion creeps up to the top of a barrier and never comes back, or next to that.
+    #[error("{}", at_barrier_words(.coordinate, .barrier, .margin))]
     AtBarrier {
         /// The coordinate.
         coordinate: String,
@@ -144,6 +142,14 @@ pub enum PeriodError {
         /// Where it is declared.
         span: Span,
     },
+    /// No kinetic energy.
+    #[error("the coordinate `{coordinate}` has no inertia")]
+    NoInertia {
+        /// The coordinate.
+        coordinate: String,
+        /// Where it is declared.
+        span: Span,
+    },
     /// Bounds that do not decide, however precise.
     #[error(
         "the period could not be certified: at {coordinate} = {place} the energy is too close to the potential"
@@ -154,6 +160,15 @@ pub enum PeriodError {
         /// The place.
         place: String,
     },
+}
+
+fn at_barrier_words(coordinate: &str, barrier: &str, margin: &str) -> String {
+    let place = format!("the top of the barrier at {coordinate} = {barrier}");
+    if margin == "0" {
+        format!("the motion ends at {place}: it takes forever to get there")
+    } else {
+        format!("the motion ends at {place}, or nearly comes to rest there")
+    }
 }
 
 fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
@@ -217,10 +232,14 @@ fn described(error: &PeriodError) -> Diagnostic {
         PeriodError::NotPeriodic { .. } => Diagnostic::global(message)
             .with_help("a lower energy, or a smaller amplitude, stays in the well"),
         PeriodError::NotSmooth { .. } => Diagnostic::global(message).with_help(
-            "the period is certified where V and T can be differentiated all the way; a corner (abs) or a pole is not passed",
+            "the period is certified where V and T can be differentiated all the way; a corner (abs), a pole or an inertia that vanishes is not passed",
         ),
         PeriodError::NegativeMass { span, .. } => Diagnostic::error(message, *span, "declared here")
             .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+        PeriodError::NoInertia { span, .. } => {
+            Diagnostic::error(message, *span, "its velocity does not occur squared in T")
+                .with_help("what moves has a kinetic energy; is a term of T missing?")
+        }
         PeriodError::Undecided { .. } => Diagnostic::global(message)
             .with_help("is the energy that of a barrier? There the period is infinite"),
     }

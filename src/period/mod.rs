@@ -120,7 +120,8 @@ pub struct Period {
     /// Whether the equilibrium is known to be there. Where not, its place is an estimate, and a period by
     /// amplitude is that of the motion about this place.
     pub proved: bool,
-    /// The period of small oscillations about the equilibrium, 2 pi sqrt(M/K); `None` where K is not positive.
+    /// The period of small oscillations about the equilibrium, 2 pi sqrt(M/K); `None` where K is not positive, or the
+    /// equilibrium not proved.
     pub small: Option<Ball>,
     /// That with more digits.
     pub small_precise: Option<Big>,

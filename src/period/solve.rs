@@ -1,5 +1,6 @@
 //! From a request to a period, with as many bits as it takes, and what is to be said where bits do not help.
 
+use super::barrier::Height;
 use super::real::Real;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
@@ -16,8 +17,15 @@ const BITS_OF_BALLS: u32 = 86;
 /// Numbers of more bits than these are not tried.
 const MOST_BITS: usize = 4096;
 
+/// Results are given as doubles too: numbers smaller or larger than these are not followed.
+const LEAST_SIZE: f64 = 1e-280;
+const MOST_SIZE: f64 = 1e280;
+
+const OUT_OF_RANGE: &str =
+    "a motion with such numbers is beyond the range of double precision; other units bring it back";
+
 /// What a barrier is looked at with.
-const BITS_OF_BARRIERS: usize = 320;
+const BITS_OF_BARRIERS: usize = 1024;
 
 /// An energy nearer to the height of a barrier than this, relative to the height of the motion, counts as at the
 /// barrier where the integral fails.
@@ -30,6 +38,10 @@ enum Verdict {
     Fence(Big),
     Unknown,
 }
+
+/// An inertia that is smaller than this on the top of a barrier, relative to that at the equilibrium, counts as none where
+/// the integral fails there.
+const VANISHING: f64 = 1e-12;
 
 /// The motion that is asked for.
 pub(super) fn period(
@@ -56,14 +68,23 @@ pub(super) fn period(
         match task.run(request) {
             Ok(found) if decides(&found.period, options.digits) => {
                 let mut field = task.field;
-                let (small, bend) = small(&mut field, &place);
+                let (small, bend) = if equilibrium.proved {
+                    small(&mut field, &place)
+                } else {
+                    (None, None)
+                };
+                check_range(request, &found)?;
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
             Ok(_) => {}
             Err(Stop::Final(error)) => return Err(error),
             Err(Stop::AtRest) => {}
             Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {
-                fence = judge(oscillator, request, &place, stop)?;
+                fence = match judge(oscillator, request, &place, stop) {
+                    // Their range is that of doubles: what is too large for them may be smooth.
+                    Err(PeriodError::NotSmooth { .. }) => None,
+                    other => other?,
+                }
             }
         }
     }
@@ -91,7 +112,12 @@ pub(super) fn period(
                 let complete = matches!(rounding, Rounding::Correct | Rounding::Tie);
                 if complete || attempts > 6 {
                     let mut field = task.field;
-                    let (small_precise, bend) = small(&mut field, &centre);
+                    let (small_precise, bend) = if equilibrium.proved {
+                        small(&mut field, &centre)
+                    } else {
+                        (None, None)
+                    };
+                    check_range(request, &found)?;
                     let period = found.period.clone();
                     let small = small_precise.as_ref().map(Big::to_ball);
                     let bend = bend.map(|bend| bend.to_ball());
@@ -136,21 +162,50 @@ pub(super) fn period(
     }
 }
 
-fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
-    let value = oscillator.value::<Ball>(request, ());
-    let (what, text) = match request {
+/// What is asked for, and how it was put in.
+fn asked(request: &Request) -> (&'static str, &str) {
+    match request {
         Request::Amplitude(constant) => ("the amplitude", constant.text()),
         Request::Energy(constant) => ("the energy", constant.text()),
-    };
+    }
+}
+
+/// Refuses energies that doubles do not hold.
+fn check_range<S: Real>(request: &Request, found: &Found<S>) -> Result<(), PeriodError> {
+    let (least, most) = (found.energy.least(), found.energy.largest());
+    let too_small = !least.is_zero() && most < Magnitude::from_f64(LEAST_SIZE);
+    if !(too_small || most > Magnitude::from_f64(MOST_SIZE)) {
+        return Ok(());
+    }
+    let (what, text) = asked(request);
+    Err(PeriodError::BadRequest {
+        what,
+        value: text.to_owned(),
+        reason: OUT_OF_RANGE,
+    })
+}
+
+fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
+    let value = oscillator.value::<Big>(request, BITS_OF_BARRIERS);
+    let (what, text) = asked(request);
+    let size = value.mid_f64().abs();
+    let within = (LEAST_SIZE..MOST_SIZE).contains(&size);
     let bad = |reason| {
         Err(PeriodError::BadRequest {
             what,
-            value: text.to_owned(),
+            value: if within || value.is_zero() {
+                short(value.mid_f64())
+            } else {
+                text.to_owned()
+            },
             reason,
         })
     };
     if !value.is_finite() {
         return bad("it is not a finite number");
+    }
+    if !(within || value.is_zero()) {
+        return bad(OUT_OF_RANGE);
     }
     let amplitude = matches!(request, Request::Amplitude(_));
     if amplitude && (value.is_zero() || value.is_negative()) {
@@ -234,12 +289,23 @@ fn look(
     let mut task = Task::<Big>::new(oscillator, request, bits, centre, 256, None);
     let reach = at.sub(&task.centre).mid_f64().abs();
     let Some((summit, height)) = task.field.summit(at, reach) else {
-        return Verdict::Unknown;
+        return unless_between(&mut task, rough);
     };
     let one = task.field.number(1.0);
-    let (potential, _) = task.field.expand(&summit, &one, 3);
+    let (potential, mass) = task.field.expand(&summit, &one, 3);
     if !potential.get(2).is_some_and(Real::is_negative) {
-        return Verdict::Unknown;
+        return unless_between(&mut task, rough);
+    }
+    let centre = task.centre.clone();
+    let (_, own) = task.field.expand(&centre, &one, 1);
+    if let (Some(there), Some(here)) = (mass.first(), own.first())
+        && there.largest() < here.largest() * Magnitude::from_f64(VANISHING)
+    {
+        // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
+        return Verdict::Final(PeriodError::NotSmooth {
+            coordinate: oscillator.coordinate().name.clone(),
+            place: short(summit.mid_f64()),
+        });
     }
     let excess = task.energy.sub(&height);
     let depth = height.sub(&task.field.potential(&task.centre)).largest();
@@ -264,8 +330,16 @@ fn look(
         return if summit.sub(&task.centre).is_negative() {
             Verdict::Fence(summit)
         } else {
-            Verdict::Final(task.beyond_barrier(&summit, &height))
+            Verdict::Final(task.beyond_barrier(&summit, &Height::Top(height)))
         };
     }
     Verdict::Unknown
+}
+
+/// Where no top is near, a barrier may still be in the way of a turning point that is asked for.
+fn unless_between(task: &mut Task<Big>, rough: bool) -> Verdict {
+    match task.barrier_between() {
+        Some(error) if rough => Verdict::Final(error),
+        Some(_) | None => Verdict::Unknown,
+    }
 }

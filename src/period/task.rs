@@ -1,11 +1,15 @@
 //! One motion in numbers of one precision: its turning points and the integral between them.
 
+use super::barrier::Height;
 use super::panel::{Field, Obstacle, Path, Refusal, order_for};
 use super::real::Real;
 use super::turning::Outward;
 use super::{Oscillator, PeriodError, Request};
 use crate::linearize::short;
 use crate::precision::Big;
+
+/// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
+const AT_CENTRE: f64 = 1e-6;
 
 /// Turning points that turn out not to be the first ones.
 const MOST_RETRIES: usize = 40;
@@ -88,35 +92,30 @@ impl<'a, S: Real> Task<'a, S> {
         let energy = self.energy.clone();
         if !energy.is_finite() {
             let at = self.turning.as_ref().map_or(&self.centre, |(at, _)| at);
-            return Err(Stop::Final(PeriodError::NotSmooth {
-                coordinate: self.name(),
-                place: short(at.middle()),
-            }));
+            return Err(Stop::Rough(at.clone()));
         }
         let centre = self.centre.clone();
         let excess = self.field.excess_at(&energy, &centre);
         if !excess.is_finite() {
-            return Err(Stop::Final(PeriodError::NotSmooth {
-                coordinate: self.name(),
-                place: short(centre.middle()),
-            }));
+            return Err(Stop::Rough(centre));
         }
         let amplitude = matches!(request, Request::Amplitude(_));
         if excess.is_negative() || excess.is_exact_zero() {
             return Err(Stop::Final(if !amplitude {
                 self.below_equilibrium()
             } else if self.is_maximum() {
-                PeriodError::Maximum {
-                    coordinate: self.name(),
-                    equilibrium: short(centre.middle()),
-                }
+                self.maximum()
             } else {
                 self.blocked()
             }));
         }
         if !excess.is_positive() {
             return Err(if amplitude {
-                Stop::Precision(centre)
+                // As high as the equilibrium, it may be, and a barrier between: bits do not tell.
+                match self.barrier_between() {
+                    Some(error) => Stop::Final(error),
+                    None => Stop::Precision(centre),
+                }
             } else {
                 Stop::AtRest
             });
@@ -332,20 +331,47 @@ impl<'a, S: Real> Task<'a, S> {
     /// The error of an amplitude behind a barrier, which is looked for.
     fn blocked(&mut self) -> PeriodError {
         let centre = self.centre.clone();
-        let upper = self
-            .turning
-            .as_ref()
-            .map_or_else(|| centre.clone(), |(at, _)| at.clone());
-        match self.field.highest(&centre, &upper) {
-            Some((summit, height)) => self.beyond_barrier(&summit, &height),
+        match self.barrier_between() {
+            Some(error) => error,
+            // Nothing rises above the place where it starts.
+            None if self
+                .energy
+                .sub(&self.field.potential(&centre))
+                .is_exact_zero() =>
+            {
+                self.open(false, None)
+            }
             None => PeriodError::Undecided {
                 coordinate: self.name(),
-                place: short(upper.middle()),
+                place: short(centre.middle()),
             },
         }
     }
 
-    pub(super) fn beyond_barrier(&mut self, summit: &S, height: &S) -> PeriodError {
+    /// The error of an amplitude behind a barrier that is certainly higher, where there is one.
+    pub(super) fn barrier_between(&mut self) -> Option<PeriodError> {
+        let centre = self.centre.clone();
+        let (upper, distance) = self.turning.clone()?;
+        let (summit, height) = self.field.highest(&centre, &upper)?;
+        if !height.at().sub(&self.energy).is_positive() {
+            return None;
+        }
+        let way = summit.sub(&centre).middle().abs();
+        if way <= AT_CENTRE * distance.middle().abs() {
+            return Some(self.maximum());
+        }
+        Some(self.beyond_barrier(&summit, &height))
+    }
+
+    /// The error of an equilibrium that is a maximum.
+    fn maximum(&self) -> PeriodError {
+        PeriodError::Maximum {
+            coordinate: self.name(),
+            equilibrium: short(self.centre.middle()),
+        }
+    }
+
+    pub(super) fn beyond_barrier(&mut self, summit: &S, height: &Height<S>) -> PeriodError {
         let centre = self.centre.clone();
         let bottom = self.field.potential(&centre);
         let amplitude = self
@@ -356,7 +382,7 @@ impl<'a, S: Real> Task<'a, S> {
             amplitude: short(amplitude),
             coordinate: self.name(),
             barrier: short(summit.middle()),
-            height: short(height.sub(&bottom).middle()),
+            height: height.words(&bottom),
             energy: short(self.energy.sub(&bottom).middle()),
         }
     }

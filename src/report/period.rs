@@ -84,10 +84,14 @@ pub fn period_text(
                 format!("{}{}", small.text(), behind(" s")),
             ));
         }
-        None => rows.push((
-            "small oscillations",
-            "none: the stiffness is not positive at the equilibrium".to_owned(),
-        )),
+        None => {
+            let why = if found.proved {
+                "none: the stiffness is not positive at the equilibrium"
+            } else {
+                "unknown: the equilibrium is not proved"
+            };
+            rows.push(("small oscillations", why.to_owned()));
+        }
     }
     if let Some(bend) = &found.bend {
         let within = if unit.is_empty() {
