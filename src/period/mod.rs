@@ -32,6 +32,7 @@ mod energies;
 mod error;
 mod mirror;
 mod panel;
+mod pass;
 mod real;
 mod small;
 mod solve;

@@ -139,7 +139,7 @@ impl<S: Real> Field<S> {
     }
 
     /// The coefficients of g = sqrt(2M/h).
-    fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
+    pub(super) fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
         self.shape.clear();
         let both = h.iter().zip(mass);
         both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned())
@@ -230,7 +230,7 @@ fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 }
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
-fn over_panel<S: Real>(middle: &[S], top: &S) -> Vec<S> {
+pub(super) fn over_panel<S: Real>(middle: &[S], top: &S) -> Vec<S> {
     let spreads = spreads(middle, top.largest());
     let own = middle.iter().zip(spreads);
     own.map(|(value, spread)| value.with_error(spread))

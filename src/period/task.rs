@@ -252,7 +252,24 @@ impl<'a, S: Real> Task<'a, S> {
         (way * step > 0.0).then_some(fence)
     }
 
+    /// The time along a path; where it passes a barrier closely, in three parts.
     fn time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
+        let (energy, order) = (self.energy.clone(), order_for(self.bits));
+        let pass = self.field.pass(&energy, &start, &span, order, self.bits);
+        let Some(pass) = pass else {
+            return self.time_between(start, span, turning);
+        };
+        let half = span.mul(&self.field.number(pass.half));
+        let before = pass.place.sub(&half);
+        let after = pass.place.add(&half);
+        let rest = start.add(&span).sub(&after);
+        let way = before.sub(&start);
+        let before = self.time_between(start, way, turning)?;
+        let after = self.time_between(after, rest, false)?;
+        Ok(before.add(&pass.time).add(&after))
+    }
+
+    fn time_between(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
         Path {
             field: &mut self.field,
             energy: &self.energy,

@@ -17,10 +17,12 @@ import mpmath
 from mpmath import mp, mpf
 
 HERE = Path(__file__).resolve().parent
-mp.dps = 80
+mp.dps = 200
 
 BEAD = "param k = 2\ncoord x\nlet y = x^2/2\nT = 1/2*(x'^2 + y'^2)\nV = k*y"
 COSH = "coord x\nT = 1/2*x'^2\nV = cosh(x)"
+# Over a hump that is not in the middle: with E = 0, E - U = (x + 2)(1 - x)((x + 3/10)^2 + 1e-8).
+UNEVEN = "coord x\nT = 1/2*x'^2\nV = (x + 2)*(x - 1)*((x + 3/10)^2 + 1e-8)\nguess x = 7/10"
 RATIONAL = "coord s\nT = 1/2*s'^2\nV = s^2/(1 + s^2)"
 
 
@@ -54,12 +56,22 @@ def kepler(energy):
     return 2 * mpmath.pi / (-2 * energy) ** mpf(1.5)
 
 
-def quadrature(ratio, low, high):
-    """2 integral sqrt(1/(2 (E - U))) dx with x = middle + half sin s and E - U = (x - low)(high - x) ratio(x)."""
+def quadrature(ratio, low, high, inside=None):
+    """With a point `inside` that the integrand peaks at: 2 integral sqrt(1/(2 (E - U))) dx with x = middle + half sin s and E - U = (x - low)(high - x) ratio(x)."""
     def once(digits):
         with mp.workdps(digits):
+            if inside is not None:
+                ends = [-mpmath.pi / 2, mpmath.asin((inside - (low + high) / 2) * 2 / (high - low)), mpmath.pi / 2]
             middle, half = (low + high) / 2, (high - low) / 2
             f = lambda s: mpmath.sqrt(2 / ratio(middle + half * mpmath.sin(s)))
+            if inside is not None:
+                # The peak is as narrow as 1e-4: the angle less that of the peak grows as a power.
+                total = mpf(0)
+                for end in (ends[0], ends[2]):
+                    way = end - ends[1]
+                    places = [mpf(0)] + [way / 2 ** k for k in range(40, -1, -1)]
+                    total += abs(mpmath.quad(lambda s: f(ends[1] + s), places))
+                return total
             return mpmath.quad(f, mpmath.linspace(-mpmath.pi / 2, mpmath.pi / 2, 33))
     coarse, fine = once(60), once(80)
     assert abs(coarse - fine) < mpf(10) ** -45 * fine, mpmath.nstr(abs(coarse - fine) / fine)
@@ -109,16 +121,22 @@ def rational(amplitude):
     return quadrature(lambda x: 1 / ((1 + A * A) * (1 + x * x)), -A, A)
 
 
+def uneven():
+    a = mpf(3) / 10
+    return quadrature(lambda x: (x + a) ** 2 + mpf(10) ** -8, mpf(-2), mpf(1), -a)
+
+
 def cases():
     pi = mpmath.pi
     for text, value in [
         ("1e-3", mpf("1e-3")), ("1/10", mpf(1) / 10), ("1", mpf(1)), ("pi/2", pi / 2), ("2", mpf(2)), ("3", mpf(3)),
         ("pi - 1e-3", pi - mpf("1e-3")), ("pi - 1e-6", pi - mpf("1e-6")), ("pi - 1e-10", pi - mpf("1e-10")),
-        ("pi - 1e-20", pi - mpf("1e-20")),
+        ("pi - 1e-20", pi - mpf("1e-20")), ("pi - 1e-60", pi - mpf("1e-60")),
     ]:
         yield "models/period/pendulum.lag", ["amplitude", text], pendulum(value)
     for text, value in [("20", 20), ("981/50 + 1e-6", mpf("19.620001")),
-                        ("981/50 + 1e-15", mpf("19.62") + mpf("1e-15")), ("1e6", mpf(10) ** 6)]:
+                        ("981/50 + 1e-15", mpf("19.62") + mpf("1e-15")), ("981/50 + 1e-40", mpf("19.62") + mpf("1e-40")),
+                        ("1e6", mpf(10) ** 6)]:
         yield "models/period/pendulum.lag", ["energy", text], rotation(mpf(value))
     for text in ["1e-6", "1", "1000"]:
         yield "models/period/quartic.lag", ["amplitude", text], quartic(mpf(text))
@@ -131,10 +149,12 @@ def cases():
     for text, value in [("1/10", mpf(1) / 10), ("1/4", mpf(1) / 4), ("0.49", mpf("0.49")),
                         ("1/2 - 1e-7", mpf(1) / 2 - mpf("1e-7"))]:
         yield "models/period/cubic.lag", ["amplitude", text], cubic(value)
-    for text, value in [("-1", -1), ("-1/10", mpf(-1) / 10), ("-1e-9", -mpf("1e-9")), ("1e-9", mpf("1e-9")), ("1", 1)]:
+    for text, value in [("-1", -1), ("-1/10", mpf(-1) / 10), ("-1e-9", -mpf("1e-9")), ("1e-9", mpf("1e-9")), ("-1e-40", -mpf("1e-40")),
+                        ("1e-40", mpf("1e-40")), ("1", 1)]:
         yield "models/period/double_well.lag", ["energy", text], double(value)
     for text, value in [("-1/5", mpf(-1) / 5), ("-1/10", mpf(-1) / 10), ("-1/100", mpf(-1) / 100)]:
         yield "models/period/radial.lag", ["energy", text], kepler(value)
+    yield UNEVEN, ["energy", "0"], uneven()
     for text in ["1/2", "3"]:
         value = mpf(1) / 2 if text == "1/2" else mpf(text)
         yield BEAD, ["amplitude", text], bead(value)
