@@ -14,6 +14,8 @@ use std::path::{Path, PathBuf};
 use cli_support::*;
 use serde_json::Value;
 
+const PENDULUM: &str = "models/simple_pendulum.lag";
+
 fn scratch(name: &str, content: &[u8]) -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli");
     std::fs::create_dir_all(&folder).unwrap();
@@ -193,6 +195,9 @@ fn exit_statuses() {
         (&["modes", PENDULUMS, "--set", "k12"], 2),
         (&["modes", PENDULUMS, "--set", "k12="], 2),
         (&["modes", PENDULUMS, "--set", "unknown=1"], 1),
+        (&["modes", PENDULUMS, "--set", "L:cm=30"], 2),
+        (&["sweep", PENDULUMS, "--over", "L:cm=20..30:3"], 2),
+        (&["period", PENDULUM, "--amplitude", "1 ± 0.1"], 2),
         (&["modes", "models/no_such_file.lag"], 1),
         (&["modes", "models"], 1),
         (&["modes", "models/heavy_roller_on_incline.lag"], 1),
@@ -210,6 +215,37 @@ fn exit_statuses() {
             );
         }
     }
+}
+
+#[test]
+fn settings_have_no_unit_and_may_have_an_uncertainty() {
+    for bad in ["L:cm=30", "L=30 cm"] {
+        let run = run(&["modes", PENDULUMS, "--set", bad]);
+        assert_eq!(run.status, 2);
+        assert!(run.err.contains("comes without a unit"), "{}", run.err);
+    }
+    let run = run(&["modes", PENDULUMS, "--set", "m[1..2]=7"]);
+    assert!(
+        run.err.contains("one member is set at a time"),
+        "{}",
+        run.err
+    );
+    assert_eq!(
+        run.err.matches("can't read the setting").count(),
+        1,
+        "{}",
+        run.err
+    );
+    // omega = sqrt(g/l): d omega = omega dl/(2 l)
+    let sigma = |settings: &[&str]| {
+        let own = [&["sensitivity", PENDULUM, "--json"], settings].concat();
+        let json: serde_json::Value = serde_json::from_str(&printed(&own)).unwrap();
+        json["modes"][0]["omega_sigma"].as_f64()
+    };
+    let omega = 9.81_f64.sqrt();
+    let off = sigma(&["--set", "l=1±0.1"]).unwrap() - omega * 0.05;
+    assert!(off.abs() < 1e-15, "{off}");
+    assert_eq!(sigma(&["--set", "l=1"]), None);
 }
 
 #[test]
@@ -289,7 +325,8 @@ fn a_chart_as_table_and_picture() {
     assert_eq!(lines[0], "a,q,stable,growth_rate");
     assert_eq!(lines.len(), 1 + 7 * 3);
     // exp(t) without a drive at a = -1; a = 1, q = 1 is in the first tongue, a = 2, q = 1 beside it.
-    assert!(lines[1].starts_with("-1,0,false,9.99999") || lines[1] == "-1,0,false,1e0");
+    let rate = lines[1].strip_prefix("-1,0,false,").unwrap();
+    assert!((rate.parse::<f64>().unwrap() - 1.0).abs() < 1e-13, "{rate}");
     assert!(lines[8].starts_with("1,1,false,4.534535"), "{}", lines[8]);
     assert_eq!(lines[11], "2,1,true,0e0");
     let picture = std::fs::read_to_string(svg).unwrap();

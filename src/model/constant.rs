@@ -42,6 +42,9 @@ impl Constant {
         let model = elaborate(&file, &TableTexts::new(), &Settings::new())
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
         let value = match model.parameters.as_slice() {
+            [only] if only.uncertainty.is_some() => {
+                return Err(bad("a number without an uncertainty is meant".to_owned()));
+            }
             [only] => only.value,
             _ => None,
         };

@@ -90,6 +90,8 @@ struct Energies {
 /// A value from `--set`, and whether a parameter took it.
 pub(super) struct SetValue {
     pub(super) value: Value,
+    /// Its uncertainty.
+    pub(super) sigma: Option<Value>,
     pub(super) used: bool,
 }
 

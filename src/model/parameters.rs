@@ -13,7 +13,7 @@ use super::values::Value;
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Substitution};
 use crate::span::Span;
-use crate::syntax::{Binding, Name};
+use crate::syntax::{Binding, ExprRef, Name};
 
 impl Elaborator<'_> {
     pub(super) fn read_settings(&mut self, settings: &Settings) {
@@ -43,21 +43,25 @@ impl Elaborator<'_> {
                     }
                 }
             }
-            let value = setting.binding.value.map(|value| {
-                let program = compiler.value(value, &mut Scope::default());
+            let mut read = |written: ExprRef| {
+                let program = compiler.value(written, &mut Scope::default());
                 compiler.world.run_written_out(&program, &mut Vec::new())
-            });
-            let reason = match (errors.first(), value) {
-                (Some(error), _) => error.to_string(),
-                (None, Some(Err(error))) => error.to_string(),
-                (None, Some(Ok(value))) => {
+            };
+            let value = setting.binding.value.map(&mut read);
+            let sigma = setting.binding.uncertainty.map(read).transpose();
+            let reason = match (errors.first(), value, sigma) {
+                (Some(ModelError::BadSetting { reason, .. }), _, _) => reason.clone(),
+                (Some(error), _, _) => error.to_string(),
+                (None, Some(Err(error)), _) | (None, _, Err(error)) => error.to_string(),
+                (None, Some(Ok(value)), Ok(sigma)) => {
                     let member = setting.binding.indices.as_deref().map(|_| key(&at));
                     let name = setting.binding.name.text.to_string();
-                    let set = SetValue { value, used: false };
+                    let used = false;
+                    let set = SetValue { value, sigma, used };
                     self.set.insert((name, member), set);
                     continue;
                 }
-                (None, None) => "there is no value".to_owned(),
+                (None, None, Ok(_)) => "there is no value".to_owned(),
             };
             self.errors.push(ModelError::BadSetting {
                 text: setting.text.clone(),
@@ -362,8 +366,9 @@ impl Elaborator<'_> {
             .kinds
             .insert(symbol, SymbolKind::Parameter(number));
         let plain = self.world.pool.symbol_expr(symbol);
-        let set = self.setting(family, rank, &at, factor);
+        let (set, set_sigma) = self.setting(family, rank, &at, factor);
         let own = set.or(own);
+        let sigma = set_sigma.or(sigma);
         let mut symbolic = plain;
         let mut value = None;
         if let Some(own) = own {
@@ -399,23 +404,28 @@ impl Elaborator<'_> {
         });
     }
 
-    /// The value that was set from outside for a member.
+    /// The value that was set from outside for a member, and its uncertainty.
     pub(super) fn setting(
         &mut self,
         family: &str,
         rank: usize,
         at: &Key,
         factor: Option<ExprId>,
-    ) -> Option<ExprId> {
+    ) -> (Option<ExprId>, Option<ExprId>) {
         let single = (family.to_owned(), (rank > 0).then_some(*at));
         let whole = (family.to_owned(), None);
         let found = [single, whole].into_iter().find_map(|place| {
             let set = self.set.get_mut(&place)?;
             set.used = true;
-            set.value.scalar("").ok()
-        })?;
+            let sigma = set.sigma.as_ref().and_then(|sigma| sigma.scalar("").ok());
+            Some((set.value.scalar("").ok()?, sigma))
+        });
+        let Some((value, sigma)) = found else {
+            return (None, None);
+        };
         // It is in the unit that the file declares, as in the file itself.
-        self.scaled(found, factor)
+        let sigma = sigma.and_then(|sigma| self.scaled(sigma, factor));
+        (self.scaled(value, factor), sigma)
     }
 
     /// A coordinate or the time, where an expression depends on one.

@@ -1,7 +1,19 @@
 //! Values set from outside: `--set NAME=VALUE`.
 
 use super::ModelError;
-use crate::syntax::{self, Binding, File, StatementKind};
+use crate::syntax::{self, Binding, File, StatementKind, SyntaxError};
+
+const WITHOUT_UNIT: &str =
+    "a value comes without a unit: it is in the one that the file declares, or else in SI";
+
+/// The first of the errors, or what is to be said of a unit.
+pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
+    match errors.first() {
+        Some(error) if matches!(error, SyntaxError::UnitBehindValue { .. }) => of_units.to_owned(),
+        Some(error) => error.to_string(),
+        None => String::new(),
+    }
+}
 
 /// Values that replace those of the file.
 #[derive(Clone, Debug, Default)]
@@ -24,7 +36,8 @@ impl Settings {
         Self::default()
     }
 
-    /// Adds `NAME=VALUE`; the name may be a member (`m[2]`), the value an exact constant expression.
+    /// Adds `NAME=VALUE`; the name may be a member (`m[2]`), the value an exact constant expression, with an
+    /// uncertainty behind it where there is one (`l = 1 ± 0.01`). It is in the unit that the file declares.
     ///
     /// # Errors
     /// [`ModelError::BadSetting`] where the text can't be read.
@@ -37,9 +50,12 @@ impl Settings {
             return Err(bad("there is no `=`"));
         }
         let mut file = syntax::parse(&format!("param {text}"))
-            .map_err(|errors| bad(&errors.first().map_or_else(String::new, ToString::to_string)))?;
+            .map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
         let mut statements = std::mem::take(&mut file.statements).into_iter();
         match (statements.next().map(|first| first.kind), statements.next()) {
+            (Some(StatementKind::Param(binding)), None) if binding.unit.is_some() => {
+                Err(bad(WITHOUT_UNIT))
+            }
             (Some(StatementKind::Param(binding)), None) if binding.value.is_some() => {
                 self.entries.push(Setting {
                     text: text.to_owned(),

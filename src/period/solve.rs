@@ -77,14 +77,10 @@ pub(super) fn period(
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
             Ok(_) => {}
-            Err(Stop::Final(error)) => return Err(error),
-            Err(Stop::AtRest) => {}
+            // Their range is that of doubles: what they find nothing for, more bits may.
+            Err(Stop::Final(_) | Stop::AtRest) => {}
             Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {
-                fence = match judge(oscillator, request, &place, stop) {
-                    // Their range is that of doubles: what is too large for them may be smooth.
-                    Err(PeriodError::NotSmooth { .. }) => None,
-                    other => other?,
-                }
+                fence = judge(oscillator, request, &place, stop).unwrap_or_default();
             }
         }
     }
