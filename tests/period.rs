@@ -319,6 +319,54 @@ fn told(model: &str, more: &[&str]) -> String {
     run.err
 }
 
+/// What is beyond the range or the digits of doubled doubles is asked for again with more bits, whatever digits are wanted.
+#[test]
+fn periods_beyond_doubles() {
+    let tau = 2.0 * std::f64::consts::PI;
+    for (model, request, want) in [
+        (
+            "coord x  T = 1e200*x'^2  V = 1e-200*x^2",
+            amplitude("1/10"),
+            tau * 1e200,
+        ),
+        // 2 pi/sqrt(2 (1 - E)) with 1 - E = 2 e^-300: the turning point is where nothing holds any more.
+        (
+            "coord x  T = 1/2*x'^2  V = (1 - exp(-x))^2",
+            amplitude("300"),
+            4.378_467_779_859_209e65,
+        ),
+        // Up to a minimum of U where stiffness vanishes: gamma(1/4)²/sqrt(pi).
+        (
+            "coord x  T = 1/2*x'^2  V = x^4/4  guess x = 1",
+            amplitude("1"),
+            7.416_298_709_205_487,
+        ),
+    ] {
+        let found = period(model, &request, 10);
+        let off = (found.period.mid_f64() - want).abs();
+        assert!(off <= 4e-16 * want, "{model}: {:?}", found.period);
+    }
+    // A narrow bump, far below the smallest double at the bottom of the well: the same as with 40 digits.
+    let bump = "coord x  T = 1/2*x'^2  V = x^2/2 + 10*exp(-((x - 1/2)/0.02)^2)";
+    for asked in [energy("1/2"), energy("1/10")] {
+        let few = period(bump, &asked, 10).period;
+        let many = period(bump, &asked, 40).period;
+        assert!(few.sub(&many).contains_zero(), "{few:?} {many:?}");
+    }
+}
+
+#[test]
+fn an_equilibrium_without_stiffness_is_found_where_it_is_simple() {
+    let well = "coord x  T = 1/2*x'^2  V = x^4/4  guess x = 1";
+    let found = period(well, &amplitude("1"), 10);
+    assert!(found.proved && found.equilibrium.is_zero());
+    assert!(found.small.is_none() && found.bend.is_none());
+    // Where it is not, nothing is said of small oscillations about it.
+    let irrational = "coord x  T = 1/2*x'^2  V = (x^2 - 2)^4  guess x = 1";
+    let found = period(irrational, &amplitude("1/10"), 10);
+    assert!(!found.proved && found.small.is_none() && found.bend.is_none());
+}
+
 #[test]
 fn motions_without_a_period_are_told() {
     let pendulum = "coord q  T = 1/2*q'^2  V = 1 - cos(q)";
@@ -326,7 +374,7 @@ fn motions_without_a_period_are_told() {
     let double = "coord x  T = 1/2*x'^2  V = x^4/4 - x^2/2";
     let right = format!("{double}  guess x = 1");
     let middle = format!("{double}  equilibrium x = 0");
-    let cases: [(&str, [&str; 2], &str); 22] = [
+    let cases: [(&str, [&str; 2], &str); 32] = [
         (pendulum, ["--amplitude", "4"], "E0505"),
         (pendulum, ["--amplitude", "pi"], "E0506"),
         (pendulum, ["--amplitude", "0"], "E0504"),
@@ -352,6 +400,39 @@ fn motions_without_a_period_are_told() {
             "coord x  T = x'^2  V = ln(1 + x^2)*(1 - x)  guess x = 0",
             ["--energy", "9"],
             "E0509",
+        ),
+        // As high as the equilibrium, and lower, behind barriers.
+        (pendulum, ["--amplitude", "2*pi"], "E0505"),
+        (pendulum, ["--amplitude", "4*pi + 1"], "E0505"),
+        (pendulum, ["--energy", "1e300"], "E0504"),
+        (pendulum, ["--amplitude", "1e-145"], "E0504"),
+        // A pole.
+        (
+            "coord x  T = x'^2  V = 3*tan(2*x)^2",
+            ["--amplitude", "1"],
+            "E0505",
+        ),
+        // The cusp of a cycloid: no barrier, for nothing is left of the inertia.
+        (
+            "coord u  T = 2*cos(u/2)^2*u'^2  V = 2*sin(u/2)^2",
+            ["--amplitude", "pi"],
+            "E0510",
+        ),
+        (
+            "coord x  T = x'^2  V = (x^2 - 2)^2*(x^2 + 1)  guess x = 1",
+            ["--amplitude", "1/10"],
+            "E0508",
+        ),
+        ("coord x  T = x'^2", ["--amplitude", "1"], "E0509"),
+        (
+            "coord x  T = 0*x'^2  V = x^2",
+            ["--amplitude", "1"],
+            "E0513",
+        ),
+        (
+            "coord x  T = x'^2  V = x^2 + (abs(x - 1/4) + x - 1/4)^2",
+            ["--amplitude", "1/2"],
+            "E0510",
         ),
         ("coord x  T = x'^4  V = x^2", ["--amplitude", "1"], "E0503"),
         (

@@ -14,7 +14,7 @@ use crate::expr::{Prepared, Series, Tape};
 use crate::precision::{Magnitude, Scalar, exponent_of, power_of_two};
 
 /// So many panels are tried at most, in one integral.
-const MOST_PANELS: usize = 1000;
+const MOST_PANELS: usize = 4000;
 
 /// Widths below this are not tried beside a turning point; elsewhere doubles end earlier.
 const LEAST: f64 = 1e-75;

@@ -14,6 +14,9 @@ const LEAST_BITS: u32 = 62;
 /// Doubled doubles do for so many bits, with room for what cancels.
 const BITS_OF_BALLS: u32 = 86;
 
+/// With so many bits what is too rough for expansions is not smooth.
+const ROUGH_BITS: usize = 800;
+
 /// Numbers of more bits than these are not tried.
 const MOST_BITS: usize = 4096;
 
@@ -141,7 +144,11 @@ pub(super) fn period(
                     Stop::Precision(at) | Stop::Rough(at) => at.clone(),
                     Stop::Final(_) | Stop::AtRest => centre.clone(),
                 };
-                let found = judge(oscillator, request, &place, stop)?;
+                let found = match judge(oscillator, request, &place, stop) {
+                    // What is lost where terms cancel looks rough as well.
+                    Err(PeriodError::NotSmooth { .. }) if precision < ROUGH_BITS => None,
+                    other => other?,
+                };
                 // A barrier that was not known is a way on; else it takes more bits.
                 if found.is_none() || fence.is_some() {
                     precision *= 2;
