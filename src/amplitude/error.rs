@@ -62,7 +62,9 @@ pub enum AmplitudeError {
         count: usize,
     },
     /// Third and fourth derivatives that are no numbers.
-    #[error("the energies have no third and fourth derivatives at the equilibrium")]
+    #[error(
+        "the energies have no third and fourth derivatives at the equilibrium, or none within the range of doubles"
+    )]
     NotSmooth,
     /// Too many terms to be written out.
     #[error("the energies have {terms} terms, more than {most}")]

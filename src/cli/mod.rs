@@ -107,7 +107,7 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
             .map(|title| format!("{}\n", title.trim_start_matches(['#', ' '])))
             .collect(),
         Some(code) => match explain::explain(code) {
-            Some(page) => page.to_owned(),
+            Some(page) => readable(page),
             None => {
                 return Err(Failure::Other {
                     message: format!("there is no code `{code}`"),
@@ -124,6 +124,26 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
         text,
         remarks: None,
     })
+}
+
+/// A page for a terminal: models indented, without fences.
+fn readable(page: &str) -> String {
+    let mut inside = false;
+    let mut out = String::new();
+    for line in page.lines() {
+        if line.starts_with("```") {
+            inside = !inside;
+            continue;
+        }
+        let line = if inside {
+            format!("    {line}")
+        } else {
+            line.trim_start_matches("# ").to_owned()
+        };
+        out.push_str(line.trim_end());
+        out.push('\n');
+    }
+    out
 }
 
 fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {

@@ -99,7 +99,9 @@ pub fn period_text(
         } else {
             format!(" in{unit}")
         };
-        let own = if bend.contains_zero() {
+        let own = if bend.is_zero() {
+            "0".to_owned()
+        } else if bend.contains_zero() {
             format!("0, to within {},", one_digit(bend.abs_upper()))
         } else {
             Written::new(bend, DIGITS).text()
