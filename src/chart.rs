@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::Error;
 use crate::expr::{Prepared, Tape};
 use crate::floquet::motion::Driven;
-use crate::floquet::{self, FloquetError};
+use crate::floquet::{self, FloquetError, trial};
 use crate::flow::{Doubles, Equations, Plain};
 use crate::linearize;
 use crate::model::{self, Model, ModelError, Settings, TableTexts};
@@ -160,6 +160,12 @@ impl Chart {
         let [first, second] = [axes.remove(0), axes.remove(0)];
         let mut driven = Driven::new(&model, &numbers)?;
         let n = driven.dimension();
+        let roots = driven.expressions();
+        let (time, period) = (driven.time, driven.period.0);
+        if trial::repeats(&mut driven.pool, time, period, &roots).is_none() {
+            floquet::try_period(&model)?;
+            floquet::try_period(&other)?;
+        }
         let point = floquet::point(&model, &mut driven);
         let not_defined = FloquetError::NotDefined {
             span: driven.driven_at,

@@ -172,6 +172,7 @@ const PAGES: &[(&str, &str)] = &[
     ("E0708", include_str!("../docs/errors/E0708.md")),
     ("E0709", include_str!("../docs/errors/E0709.md")),
     ("E0710", include_str!("../docs/errors/E0710.md")),
+    ("E0711", include_str!("../docs/errors/E0711.md")),
     ("E0801", include_str!("../docs/errors/E0801.md")),
     ("E0802", include_str!("../docs/errors/E0802.md")),
     ("E0803", include_str!("../docs/errors/E0803.md")),

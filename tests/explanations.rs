@@ -24,7 +24,7 @@ use librate::amplitude::{self, amplitude};
 use librate::batch::{Study, StudyError};
 use librate::diagnostic::Diagnostic;
 use librate::explain::{codes, explain};
-use librate::floquet::floquet;
+use librate::floquet::{self, floquet};
 use librate::inertia::{self, Amount, Mesh};
 use librate::linearize::{self, linearize};
 use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate, elaborate_tensors};
@@ -247,7 +247,8 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         return told;
     }
     if block.words.contains(&"floquet") {
-        told.extend(floquet(&checked).err().map(|error| error.code()));
+        let found = floquet(&checked, &floquet::Options::default());
+        told.extend(found.err().map(|error| error.code()));
         return told;
     }
     if block.words.contains(&"amplitude") {

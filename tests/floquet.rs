@@ -13,7 +13,7 @@ mod common;
 use common::{load, model_files};
 use librate::chart::Chart;
 use librate::expr::{Pool, Symbol};
-use librate::floquet::{Floquet, FloquetError, Place, floquet};
+use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
 use librate::flow::{Enclosing, Enclosure, Equations, Plain};
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::number::Number;
@@ -44,7 +44,7 @@ fn model(text: &str, settings: &[String]) -> Model {
 }
 
 fn multipliers_of(text: &str) -> Floquet {
-    floquet(&model(text, &[])).unwrap()
+    floquet(&model(text, &[]), &Options::default()).unwrap()
 }
 
 fn assert_holds(what: &str, own: &Ball, want: &Ball) {
@@ -64,13 +64,17 @@ fn models_agree_with_references() {
         if want.get("multipliers").is_none() {
             assert!(model.time_dependent.is_none(), "{name} has no reference");
             assert!(
-                matches!(floquet(&model), Err(FloquetError::NoTime { .. })),
+                matches!(
+                    floquet(&model, &Options::default()),
+                    Err(FloquetError::NoTime { .. })
+                ),
                 "{name}"
             );
             continue;
         }
         checked += 1;
-        let found = floquet(&model).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let found =
+            floquet(&model, &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_holds(&name, &found.period, &ball(&want["period"]));
         for (own, want) in found.place.iter().zip(want["place"].as_array().unwrap()) {
             assert_holds(&name, own, &ball(want));
@@ -107,7 +111,7 @@ fn sign_changes(q: &str, order: &str, value: &Number) -> bool {
     let shift = Number::from_f64_exact(1e-12 * size).unwrap();
     let entry = |a: &Number| {
         let settings = [format!("a = {}", decimal(a)), format!("q = {q}")];
-        let found = floquet(&model(HILL, &settings)).unwrap();
+        let found = floquet(&model(HILL, &settings), &Options::default()).unwrap();
         found.monodromy[if order.starts_with('a') { 2 } else { 1 }]
     };
     let (low, high) = (entry(&value.sub(&shift)), entry(&value.add(&shift)));
@@ -242,7 +246,7 @@ fn charts_agree_with_certified_multipliers() {
                     format!("{} = {}", names[0], exact(a)),
                     format!("{} = {}", names[1], exact(b)),
                 ];
-                let found = floquet(&model(text, &settings)).unwrap();
+                let found = floquet(&model(text, &settings), &Options::default()).unwrap();
                 if let Some(stable) = found.stable {
                     seen[usize::from(stable)] += 1;
                     assert_eq!(place.stable, Some(stable), "{settings:?}");

@@ -16,7 +16,7 @@ use std::path::Path;
 use common::load;
 use librate::derive::{Parts, derive};
 use librate::diagnostic::Diagnostic;
-use librate::floquet::floquet;
+use librate::floquet::{self, floquet};
 use librate::linearize::linearize;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
@@ -29,7 +29,7 @@ fn printed(path: &Path) -> String {
     let model = load(path);
     let style = Style::default();
     if model.time_dependent.is_some() {
-        let found = floquet(&model).unwrap();
+        let found = floquet(&model, &floquet::Options::default()).unwrap();
         return floquet_text(&model, &found, 10, &style);
     }
     let linearized = match linearize(model.clone()) {

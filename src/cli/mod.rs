@@ -254,7 +254,8 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
         warnings,
     } = load(&args.model, Size::Any)?;
     let progress = Progress::start("following the motion over a period");
-    let computed = floquet::floquet(&model);
+    let options = floquet::Options::default().digits(args.digits);
+    let computed = floquet::floquet(&model, &options);
     drop(progress);
     let found = match computed {
         Ok(found) => found,

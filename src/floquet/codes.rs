@@ -18,6 +18,7 @@ impl FloquetError {
             Self::NotDefined { .. } => "E0708",
             Self::Unsupported { .. } => "E0709",
             Self::TooLarge { .. } => "E0710",
+            Self::TooLong { .. } => "E0711",
             Self::Linearize(error) => error.code(),
         }
     }

@@ -92,6 +92,20 @@ pub enum FloquetError {
         /// How many terms.
         terms: usize,
     },
+    /// A period that the motion takes too many steps through.
+    #[error(
+        "the period, {period}, is too long for this motion, which would take more than {steps} steps"
+    )]
+    TooLong {
+        /// The period.
+        period: String,
+        /// How many steps are made at most.
+        steps: usize,
+        /// Where the period is given.
+        span: Span,
+        /// Where the time occurs.
+        energy: Span,
+    },
     /// What is wrong with a model already without its drive.
     #[error(transparent)]
     Linearize(#[from] LinearizeError),
@@ -142,6 +156,9 @@ fn described(error: &FloquetError) -> Diagnostic {
             .with_help("choose coordinates that obey the constraints of themselves, and write rotations that are driven with `t`"),
         FloquetError::TooLarge { .. } => Diagnostic::global(message.clone())
             .with_help("equations of motion are written out here: at most 40 coordinates, and 10000 terms"),
+        FloquetError::TooLong { span, energy, .. } => place(span, "given here")
+            .with_secondary(*energy, "contains the time")
+            .with_help("multipliers belong to one period of the drive, of which a motion makes some thousand oscillations at most; are both in the same unit?"),
         FloquetError::Linearize(error) => Diagnostic::from(error),
     }
 }

@@ -9,31 +9,58 @@
 //! It never takes a multiplier for one on the unit circle because it is near: there it lies by symmetry, or the bounds say
 //! nothing and neither does the result.
 
+mod basis;
 mod codes;
+mod complex;
+mod discs;
 mod error;
 mod monodromy;
 pub(crate) mod motion;
 mod multipliers;
+mod orbit;
 mod resonance;
+mod rungs;
+pub(crate) mod trial;
 
 pub use error::FloquetError;
 pub use multipliers::{Multiplier, Place};
 pub use resonance::Resonance;
+pub use trial::TRIALS;
 
-use crate::expr::{ExprId, Tape};
+use std::cmp::Ordering;
+
+use crate::expr::ExprId;
 use crate::flow::Equations;
 use crate::linearize::constant;
 use crate::model::Model;
-use crate::precision::{Ball, Big, Scalar};
-use monodromy::{orbit, short, trip};
+use crate::precision::{Ball, Function, Magnitude, Scalar};
+use monodromy::short;
 use motion::Driven;
+use rungs::Task;
 
-/// The order of the steps in double-double: about the best for 32 digits.
-const ORDER: usize = 34;
-/// Bits that are tried in turn where double-double does not decide.
-const MORE_BITS: [usize; 2] = [256, 512];
-/// Times at which a period is tried.
-const TRIALS: u32 = 24;
+/// How well.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Options {
+    /// Significant digits of the multipliers that have to be certain, 1 to 100.
+    pub digits: usize,
+}
+
+impl Default for Options {
+    /// Ten digits.
+    fn default() -> Self {
+        Self { digits: 10 }
+    }
+}
+
+impl Options {
+    /// With so many digits (1 to 100).
+    #[must_use]
+    pub fn digits(mut self, digits: usize) -> Self {
+        self.digits = digits.clamp(1, 100);
+        self
+    }
+}
 
 /// What a driven model does about an equilibrium or a periodic motion.
 #[derive(Clone, Debug)]
@@ -41,6 +68,10 @@ const TRIALS: u32 = 24;
 pub struct Floquet {
     /// The period of the drive in SI.
     pub period: Ball,
+    /// Whether the form of the equations shows that they repeat after it; otherwise it was tried at many states.
+    pub period_proved: bool,
+    /// How often the drive repeats within the period, as far as the form of the equations shows: mostly once.
+    pub cycles: u32,
     /// The coordinates at t = 0, in SI.
     pub place: Vec<Ball>,
     /// Their velocities at t = 0, in SI.
@@ -59,7 +90,8 @@ pub struct Floquet {
     pub frequencies: Vec<f64>,
     /// Which resonance with the drive makes it unstable.
     pub resonance: Option<Resonance>,
-    /// The derivative of coordinates and velocities at the end of a period by those at its beginning, row by row.
+    /// The derivative of coordinates and velocities at the end of a period by those at its beginning, row by row; without
+    /// a value where it leaves the range of doubles.
     pub monodromy: Vec<Ball>,
 }
 
@@ -80,79 +112,62 @@ impl Floquet {
 /// # Errors
 /// Where nothing depends on the time, the period is missing or none, a given equilibrium moves, no periodic motion is
 /// found, or the motion can't be followed over a period.
-pub fn floquet(model: &Model) -> Result<Floquet, FloquetError> {
+///
+/// Where bounds in double-double do not decide on which side of the unit circle a multiplier lies, or not all digits asked
+/// for, the way over the period is followed again with more bits, as far as that takes some seconds.
+pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
     let n = driven.dimension();
     let point = point(model, &mut driven);
-    let numbers: Vec<f64> = point
-        .iter()
-        .map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64()))
-        .collect();
-    check_period(&driven, &period, &numbers)?;
+    let numbers = numbers(&driven, &point);
+    let roots = driven.expressions();
+    let repeats = trial::repeats(&mut driven.pool, driven.time, driven.period.0, &roots);
+    if repeats.is_none() {
+        trial::try_period(&driven, &period, &numbers)?;
+    }
     let rests = rests(model, &mut driven, &point)?;
-    let (equations, found) = if rests {
+    let equations = if rests {
         let slopes = driven.linear(&point)?;
         let not_defined = |_| FloquetError::NotDefined {
             span: driven.driven_at,
         };
-        let equations = Equations::linear(&driven.pool, driven.time, 2 * n, &[], &slopes);
-        (equations.map_err(not_defined)?, None)
+        Equations::linear(&driven.pool, driven.time, 2 * n, &[], &slopes).map_err(not_defined)?
     } else {
-        let equations = driven.equations()?;
+        driven.equations()?
+    };
+    let task = Task {
+        driven: &driven,
+        equations: &equations,
+        period: &period,
+        digits: options.digits,
+    };
+    let found = if rests {
+        task.about_rest()?
+    } else {
         let mut start = numbers;
         start.resize(2 * n, 0.0);
-        let found = orbit(&equations, &period, &start, ORDER, driven.driven_at)?;
-        (equations, Some(found))
+        task.about_motion(&start)?
     };
-    let symplectic = !driven.damped;
-    let singular = |time: f64| FloquetError::Singular {
-        time: short(time),
-        span: driven.driven_at,
+    let mut multipliers = found.multipliers;
+    sort(&mut multipliers);
+    let state = if rests {
+        let place = point.iter();
+        place
+            .map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO))
+            .collect()
+    } else {
+        found.start
     };
-    let (state, monodromy) = match found {
-        Some(found) => (found.start, found.monodromy),
-        None => {
-            let trip = trip::<Ball>(&equations, &period, &[], &[], ORDER, ()).map_err(singular)?;
-            let place = point.iter();
-            let place = place.map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO));
-            (place.collect(), trip.monodromy)
-        }
-    };
-    let mut multipliers = by_blocks(&monodromy, 2 * n, symplectic);
-    if rests && n == 1 {
-        for bits in MORE_BITS {
-            if stable(&multipliers).is_some() {
-                break;
-            }
-            let Some(period) = precise(&driven, bits) else {
-                break;
-            };
-            let order = bits / 3;
-            let Ok(trip) = trip::<Big>(&equations, &period, &[], &[], order, bits) else {
-                break;
-            };
-            multipliers = multipliers::of_two(&trip.monodromy, symplectic, bits);
-        }
-    }
-    multipliers.sort_by(|a, b| {
-        let angle = |m: &Multiplier| m.im.mid_f64().abs().atan2(m.re.mid_f64());
-        let circle = |m: &Multiplier| m.place == Place::On;
-        let by_size = if circle(a) && circle(b) {
-            std::cmp::Ordering::Equal
-        } else {
-            b.modulus.mid_f64().total_cmp(&a.modulus.mid_f64())
-        };
-        by_size
-            .then(angle(a).total_cmp(&angle(b)))
-            .then(b.im.mid_f64().total_cmp(&a.im.mid_f64()))
-    });
     let frequencies = resonance::frequencies(&equations, period.mid_f64(), &state);
     let stable = stable(&multipliers);
+    let cycles = repeats.as_ref().map_or(1, |own| own.cycles);
     Ok(Floquet {
         growth_rate: growth_rate(&multipliers, stable, &period),
         resonance: match stable {
-            Some(false) => resonance::resonance(&multipliers, &frequencies, period.mid_f64()),
+            Some(false) => {
+                resonance::resonance(&multipliers, &frequencies, period.mid_f64(), cycles)
+            }
             Some(true) | None => None,
         },
         velocities: match state.get(n..) {
@@ -161,12 +176,46 @@ pub fn floquet(model: &Model) -> Result<Floquet, FloquetError> {
         },
         place: state[..n.min(state.len())].to_vec(),
         period,
+        period_proved: repeats.is_some(),
+        cycles,
         rests,
         multipliers,
         stable,
         frequencies,
-        monodromy,
+        monodromy: found.monodromy,
     })
+}
+
+/// By falling modulus; on the circle by rising angle, the one above the real axis first.
+fn sort(multipliers: &mut [Multiplier]) {
+    multipliers.sort_by(|a, b| {
+        let angle = |m: &Multiplier| m.im.mid_f64().abs().atan2(m.re.mid_f64());
+        let circle = |m: &Multiplier| m.place == Place::On;
+        let by_size = if circle(a) && circle(b) {
+            Ordering::Equal
+        } else {
+            b.log_size().total_cmp(&a.log_size())
+        };
+        by_size
+            .then(angle(a).total_cmp(&angle(b)))
+            .then(b.im.mid_f64().total_cmp(&a.im.mid_f64()))
+    });
+}
+
+/// About the coordinates of a point.
+fn numbers(driven: &Driven, point: &[ExprId]) -> Vec<f64> {
+    let values = point.iter();
+    values
+        .map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64()))
+        .collect()
+}
+
+/// Tries the period of a model at many states.
+pub(crate) fn try_period(model: &Model) -> Result<(), FloquetError> {
+    let mut driven = Driven::new(model, &[])?;
+    let period = period(&driven)?;
+    let point = point(model, &mut driven);
+    trial::try_period(&driven, &period, &numbers(&driven, &point))
 }
 
 /// The period, which is a positive number.
@@ -183,13 +232,6 @@ fn period(driven: &Driven) -> Result<Ball, FloquetError> {
             span,
         }),
     }
-}
-
-/// The period with more bits.
-fn precise(driven: &Driven, bits: usize) -> Option<Big> {
-    let tape = Tape::compile(&driven.pool, &[driven.period.0], &[]).ok()?;
-    let values = tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new());
-    values.into_iter().next().filter(Big::is_positive)
 }
 
 /// Where motions are looked at: as given, as guessed, else 0.
@@ -231,119 +273,6 @@ pub(crate) fn rests(
     Ok(moved.iter().all(|moved| *moved == Some(false)))
 }
 
-/// Compares the equations of motion at many states with those a period later; states are drawn around the point. What
-/// is analytic and agrees at so many irregular places to 28 digits is taken to agree.
-fn check_period(driven: &Driven, period: &Ball, point: &[f64]) -> Result<(), FloquetError> {
-    let undefined = FloquetError::NotDefined {
-        span: driven.driven_at,
-    };
-    let Ok(tape) = Tape::compile(&driven.pool, &driven.expressions(), &driven.symbols()) else {
-        return Err(undefined);
-    };
-    let prepared = tape.prepare::<Ball>(());
-    let mut scratch = Vec::new();
-    let mut compared = false;
-    for trial in 1..=TRIALS {
-        // Multiples of an irrational number spread evenly.
-        let fraction = |k: u32| {
-            let x = f64::from(trial * 64 + k) * 0.618_033_988_749_894_9;
-            x - x.floor()
-        };
-        let time = *period * Ball::exact(fraction(0));
-        let scale = if trial % 2 == 0 { 0.3 } else { 1e-3 };
-        let mut inputs = vec![time];
-        for (k, at) in point.iter().chain(&vec![0.0; point.len()]).enumerate() {
-            let shift = scale * (fraction(k as u32 + 1) - 0.5);
-            inputs.push(Ball::exact(at + shift * at.abs().max(1.0)));
-        }
-        let now = prepared.evaluate(&inputs, &mut scratch);
-        inputs[0] = time + *period;
-        let later = prepared.evaluate(&inputs, &mut scratch);
-        for (now, later) in now.iter().zip(&later) {
-            let difference = *now - *later;
-            if !difference.is_finite() {
-                continue;
-            }
-            compared = true;
-            if !difference.contains_zero() {
-                return Err(FloquetError::NotAPeriod {
-                    time: short(time.mid_f64()),
-                    span: driven.period.1,
-                    energy: driven.driven_at,
-                });
-            }
-        }
-    }
-    if compared { Ok(()) } else { Err(undefined) }
-}
-
-/// The multipliers, of each set of coordinates by itself that nothing couples to the others: what coincides in two
-/// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
-/// symplectic matrix is symplectic.
-fn by_blocks(monodromy: &[Ball], size: usize, symplectic: bool) -> Vec<Multiplier> {
-    let n = size / 2;
-    let coupled = |i: usize, j: usize| {
-        [i, i + n].iter().any(|row| {
-            [j, j + n]
-                .iter()
-                .any(|column| !monodromy[size * row + column].is_zero())
-        })
-    };
-    let mut all = Vec::new();
-    let mut done = vec![false; n];
-    for first in 0..n {
-        if done[first] {
-            continue;
-        }
-        done[first] = true;
-        let mut members = vec![first];
-        let mut next = 0;
-        while let Some(own) = members.get(next).copied() {
-            next += 1;
-            for (other, done) in done.iter_mut().enumerate() {
-                if !*done && (coupled(own, other) || coupled(other, own)) {
-                    *done = true;
-                    members.push(other);
-                }
-            }
-        }
-        members.sort_unstable();
-        let rows: Vec<usize> = members
-            .iter()
-            .copied()
-            .chain(members.iter().map(|i| i + n))
-            .collect();
-        let block: Vec<Ball> = rows
-            .iter()
-            .flat_map(|row| {
-                rows.iter()
-                    .map(move |column| monodromy[size * row + column])
-            })
-            .collect();
-        let found = if rows.len() == 2 {
-            multipliers::of_two(&block, symplectic, ())
-        } else {
-            multipliers::of_many(&block, rows.len(), symplectic)
-        };
-        if found.is_empty() {
-            all.extend(unknown(&block, rows.len()));
-        } else {
-            all.extend(found);
-        }
-    }
-    all
-}
-
-/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
-fn unknown(monodromy: &[Ball], n: usize) -> Vec<Multiplier> {
-    let row = |i: usize| {
-        let entries = monodromy[n * i..n * (i + 1)].iter();
-        entries.fold(Ball::ZERO, |sum, x| sum + x.abs())
-    };
-    let reach = (0..n).map(|i| row(i).abs_upper()).fold(0.0, f64::max);
-    (0..n).map(|_| Multiplier::anywhere(reach)).collect()
-}
-
 fn stable(multipliers: &[Multiplier]) -> Option<bool> {
     let any = |place: Place| multipliers.iter().any(|own| own.place == place);
     if any(Place::Outside) {
@@ -367,20 +296,24 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
         return Some(Ball::ZERO);
     }
     // The largest lies between the largest lower and the largest upper bound.
-    let lower = multipliers
-        .iter()
-        .map(|own| own.modulus)
-        .max_by(|a, b| a.lower().total_cmp(&b.lower()))?;
-    let upper = multipliers
-        .iter()
-        .map(|own| own.modulus)
-        .max_by(|a, b| a.upper().total_cmp(&b.upper()))?;
-    let largest = if lower == upper {
-        lower
+    let logarithm = if multipliers.iter().all(|own| own.modulus.is_finite()) {
+        let moduli = || multipliers.iter().map(|own| own.modulus);
+        let lower = moduli().max_by(|a, b| a.lower().total_cmp(&b.lower()))?;
+        let upper = moduli().max_by(|a, b| a.upper().total_cmp(&b.upper()))?;
+        let largest = if lower == upper {
+            lower
+        } else {
+            lower.hull(&upper)
+        };
+        largest.ln()
     } else {
-        lower.hull(&upper)
+        let order = |a: &Magnitude, b: &Magnitude| a.partial_cmp(b).unwrap_or(Ordering::Equal);
+        let moduli = || multipliers.iter().map(Multiplier::wide_modulus);
+        let lower = moduli().max_by(|a, b| order(&a.abs_lower(), &b.abs_lower()))?;
+        let upper = moduli().max_by(|a, b| order(&a.abs_upper(), &b.abs_upper()))?;
+        lower.hull(&upper).apply(Function::Ln).to_ball()
     };
-    let rate = largest.ln() / *period;
+    let rate = logarithm / *period;
     rate.is_finite().then_some(rate)
 }
 
@@ -390,8 +323,11 @@ pub fn exponent(multiplier: &Multiplier, period: &Ball) -> (Ball, Ball) {
     let growth = if multiplier.place == Place::On {
         Ball::ZERO
     } else {
-        multiplier.modulus.ln() / *period
+        multiplier.log_modulus() / *period
     };
-    let angle = Scalar::atan2(&multiplier.im, &multiplier.re);
+    let angle = match &multiplier.precise {
+        Some(precise) => precise[1].atan2(&precise[0]).to_ball(),
+        None => Scalar::atan2(&multiplier.im, &multiplier.re),
+    };
     (growth, angle / *period)
 }

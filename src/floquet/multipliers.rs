@@ -1,19 +1,19 @@
 //! Certified eigenvalues of a monodromy matrix, and on which side of the unit circle they lie.
 //!
-//! Two by two they come from trace and determinant. Larger ones: with V the eigenvectors in doubles, D about the
-//! eigenvalues and W about V⁻¹, all taken as exactly what they are, V⁻¹ΦV = D + (1 - E)⁻¹ W(ΦV - VD) for E = 1 - WV, which
-//! is nearly diagonal; Gershgorin's discs of it, each with a scaling of its own row that makes it quadratic in the
-//! couplings, hold the eigenvalues, and one that meets no other holds exactly one (R. A. Horn and C. R. Johnson, Matrix
-//! Analysis, 2nd ed. (2013), §6.1).
+//! Two by two they come from trace and determinant, larger ones from discs ([`super::discs`]).
 //!
 //! Without friction the monodromy is similar to a symplectic matrix: with z, 1/z̄ is an eigenvalue (V. I. Arnold, Mathematical
 //! Methods of Classical Mechanics, §42). An eigenvalue in a disc of its own whose mirror image by the circle meets no
-//! other disc is therefore its own image and lies on the circle.
+//! other disc is therefore its own image and lies on the circle; and one far inside is known from its partner outside,
+//! beside which it would be lost.
 
-use faer::Mat;
-
+use super::basis::Basis;
+use super::discs::{Covers, Disc, connected};
 use crate::flow::Enclosure;
-use crate::precision::{Ball, up};
+use crate::precision::{Ball, Big, Function, Magnitude, Scalar, up};
+
+/// Bits for logarithms and hulls of what leaves the range of balls.
+const BITS: usize = 160;
 
 /// Where a multiplier lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,28 +43,63 @@ pub struct Multiplier {
     pub place: Place,
     /// Whether no other multiplier is within its bounds.
     pub single: bool,
+    /// Real part, imaginary part and modulus with more bits or beyond the range of doubles, where they were needed.
+    pub precise: Option<Box<[Big; 3]>>,
 }
 
 impl Multiplier {
-    fn new(re: Ball, im: Ball, place: Place, single: bool) -> Self {
+    fn new<S: Enclosure>(re: S, im: S, place: Place, single: bool) -> Self {
         let modulus = match place {
-            Place::On => Ball::ONE,
-            _ if im.is_zero() => re.abs(),
-            _ => (re.powi(2) + im.powi(2)).sqrt(),
+            Place::On => None,
+            _ if im.is_zero() => Some(re.apply(Function::Abs)),
+            _ => Some(re.mul(&re).add(&im.mul(&im)).sqrt()),
         };
         Self {
-            re,
-            im,
-            modulus,
+            re: re.to_ball(),
+            im: im.to_ball(),
+            modulus: modulus.as_ref().map_or(Ball::ONE, Enclosure::to_ball),
             place,
             single,
+            precise: re.precise().zip(im.precise()).map(|(re, im)| {
+                let modulus = modulus.and_then(Enclosure::precise);
+                let modulus = modulus.unwrap_or_else(|| Big::one(re.bits()));
+                Box::new([re, im, modulus])
+            }),
         }
     }
 
     /// One of which nothing is known but a bound of its modulus.
-    pub(super) fn anywhere(reach: f64) -> Self {
-        let part = Ball::ZERO.with_added_radius(reach);
-        Self::new(part, part, Place::Undecided, false)
+    pub(super) fn anywhere<S: Enclosure>(reach: Magnitude, precision: S::Precision) -> Self {
+        let part = S::exact(0.0, precision).with_spread(reach);
+        Self::new(part.clone(), part, Place::Undecided, false)
+    }
+
+    /// The natural logarithm of the modulus, also where that leaves the range of doubles.
+    #[must_use]
+    pub fn log_modulus(&self) -> Ball {
+        match &self.precise {
+            _ if self.place == Place::On => Ball::ZERO,
+            Some(precise) if !self.modulus.is_positive() => {
+                precise[2].apply(Function::Ln).to_ball()
+            }
+            _ => self.modulus.ln(),
+        }
+    }
+
+    /// About log2 of the modulus; no bound.
+    pub(super) fn log_size(&self) -> f64 {
+        match &self.precise {
+            Some(precise) => precise[2].size().log2(),
+            None => self.modulus.mid_f64().log2(),
+        }
+    }
+
+    /// The modulus with enough range.
+    pub(super) fn wide_modulus(&self) -> Big {
+        match &self.precise {
+            Some(precise) => precise[2].clone(),
+            None => Big::from_ball(&self.modulus, BITS),
+        }
     }
 
     /// An upper bound of the distance of the multiplier from the midpoints of its parts in doubles.
@@ -75,13 +110,58 @@ impl Multiplier {
 }
 
 /// Which side of 1 a positive number lies on; its square, alike.
-fn side(modulus: &Ball) -> Place {
-    if (Ball::ONE - *modulus).is_positive() {
+fn side<S: Enclosure>(modulus: &S, precision: S::Precision) -> Place {
+    let above = modulus.sub(&S::exact(1.0, precision));
+    if above.neg().is_above_zero() {
         Place::Inside
-    } else if (*modulus - Ball::ONE).is_positive() {
+    } else if above.is_above_zero() {
         Place::Outside
     } else {
         Place::Undecided
+    }
+}
+
+/// Whether bounds decide less of these multipliers than is asked for: on which side of the circle each lies, whether those
+/// on it coincide, and so many digits of each part (fewer of one that is small beside the other).
+pub(super) fn is_lacking(multipliers: &[Multiplier], digits: usize) -> bool {
+    multipliers.is_empty() || multipliers.iter().any(|own| own.is_lacking(digits))
+}
+
+/// About how many bits more it takes for these digits.
+pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
+    let missing = multipliers.iter().flat_map(|own| own.parts(digits));
+    let ratio = missing.map(|(spread, allowed)| (spread / allowed).log2());
+    let most = ratio.fold(0.0_f64, f64::max);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // neither negative nor large
+    let bits = most.min(1e6) as usize;
+    bits
+}
+
+impl Multiplier {
+    fn is_lacking(&self, digits: usize) -> bool {
+        self.place == Place::Undecided
+            || self.place == Place::On && !self.single
+            || self
+                .parts(digits)
+                .iter()
+                .any(|(spread, allowed)| spread > allowed)
+    }
+
+    /// Of both parts, the bound of the error and what it may be: a tenth of a unit of the last place, of a part that is as
+    /// much smaller than the other as there are digits a tenth of such a unit of it. What may lie on the circle has about the
+    /// size 1.
+    fn parts(&self, digits: usize) -> [(Magnitude, Magnitude); 2] {
+        let digits = i32::try_from(digits).unwrap_or(i32::MAX).saturating_add(1);
+        let share = Magnitude::from_f64(0.1).powi(digits.unsigned_abs());
+        let parts = match &self.precise {
+            Some(precise) => [&precise[0], &precise[1]].map(|x| (x.size(), x.spread())),
+            None => [&self.re, &self.im].map(|x| (x.size(), x.spread())),
+        };
+        if self.place == Place::Undecided {
+            return parts.map(|(_, spread)| (spread, share));
+        }
+        let size = parts[0].0.max(parts[1].0);
+        parts.map(|(own, spread)| (spread, own.max(size * share) * share))
     }
 }
 
@@ -111,7 +191,7 @@ pub(super) fn of_two<S: Enclosure>(
         determinant.sub(&trace.mul(&trace))
     };
     if below.is_above_zero() {
-        let (re, im) = (trace.to_ball(), below.sqrt().to_ball());
+        let (re, im) = (trace, below.sqrt());
         let place = if symplectic {
             Place::On
         } else {
@@ -125,10 +205,14 @@ pub(super) fn of_two<S: Enclosure>(
             }
         };
         return vec![
-            Multiplier::new(re, im, place, true),
-            Multiplier::new(re, -im, place, true),
+            Multiplier::new(re.clone(), im.clone(), place, true),
+            Multiplier::new(re, im.neg(), place, true),
         ];
     }
+    let real = |value: S, place: Option<Place>| {
+        let place = place.unwrap_or_else(|| side(&value.apply(Function::Abs), precision));
+        Multiplier::new(value, S::exact(0.0, precision), place, true)
+    };
     let above = below.neg();
     if above.is_above_zero() {
         let root = above.sqrt();
@@ -139,329 +223,141 @@ pub(super) fn of_two<S: Enclosure>(
         } else {
             // h may be 0: both roots as they are.
             let sides = [trace.add(&root), trace.sub(&root)];
-            return sides
-                .iter()
-                .map(|x| Multiplier::new(x.to_ball(), Ball::ZERO, side(&x.to_ball().abs()), true))
-                .collect();
+            return sides.map(|x| real(x, None)).to_vec();
         };
         let smaller = determinant.div(&larger);
-        return [(larger, Place::Outside), (smaller, Place::Inside)]
-            .into_iter()
-            .map(|(value, own)| {
-                let value = value.to_ball();
-                let place = if symplectic { own } else { side(&value.abs()) };
-                Multiplier::new(value, Ball::ZERO, place, true)
-            })
-            .collect();
+        let places = [Place::Outside, Place::Inside].map(|own| symplectic.then_some(own));
+        return vec![real(larger, places[0]), real(smaller, places[1])];
     }
     // A double one, or two beside each other: |z - h| = sqrt |h² - d|.
-    let reach = if above.is_zero() {
-        0.0
-    } else {
-        up(above.abs_upper().sqrt())
-    };
-    let re = trace.to_ball().with_added_radius(reach);
-    let im = if above.is_zero() {
-        Ball::ZERO
-    } else {
-        Ball::ZERO.with_added_radius(reach)
-    };
-    let own = Multiplier::new(re, im, Place::Undecided, false);
+    let reach = above.size().sqrt();
+    let im = S::exact(0.0, precision).with_spread(reach);
+    let own = Multiplier::new(trace.with_spread(reach), im, Place::Undecided, false);
     let place = if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() {
         Place::On
     } else {
-        side(&own.modulus)
+        side(&own.modulus, ())
     };
     let own = Multiplier { place, ..own };
     vec![own.clone(), own]
 }
 
-/// A complex number with bounds.
-#[derive(Clone, Copy, Debug)]
-struct Complex {
-    re: Ball,
-    im: Ball,
-}
-
-impl Complex {
-    const ZERO: Self = Self {
-        re: Ball::ZERO,
-        im: Ball::ZERO,
+/// The eigenvalues of a matrix given row by row, each as often as it has discs; `symplectic` as above, `careful` says to take
+/// eigenvectors at the precision of the entries. Empty where eigenvectors could not be told apart.
+pub(super) fn of_many<S: Enclosure>(
+    matrix: &[S],
+    n: usize,
+    symplectic: bool,
+    careful: bool,
+    precision: S::Precision,
+) -> Vec<Multiplier> {
+    let basis = if careful {
+        Basis::careful(matrix, n, precision)
+    } else {
+        Basis::quick(matrix, n, precision)
     };
-
-    fn exact(re: f64, im: f64) -> Self {
-        Self {
-            re: Ball::exact(re),
-            im: Ball::exact(im),
-        }
-    }
-
-    fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
-    }
-
-    fn sub(self, other: Self) -> Self {
-        Self {
-            re: self.re - other.re,
-            im: self.im - other.im,
-        }
-    }
-
-    fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
-    }
-
-    fn times(self, factor: Ball) -> Self {
-        Self {
-            re: self.re * factor,
-            im: self.im * factor,
-        }
-    }
-
-    /// An upper bound of the modulus.
-    fn size(self) -> f64 {
-        let (re, im) = (self.re.abs_upper(), self.im.abs_upper());
-        up((re * re + im * im).sqrt())
-    }
-
-    /// An upper bound of the distance from the midpoint.
-    fn radius(self) -> f64 {
-        let (re, im) = (self.re.radius, self.im.radius);
-        up((re * re + im * im).sqrt())
-    }
-
-    fn center(self) -> Self {
-        Self {
-            re: Ball::from(self.re.mid),
-            im: Ball::from(self.im.mid),
-        }
-    }
-}
-
-/// A disc that holds exactly one eigenvalue where it is `single`.
-#[derive(Clone, Copy, Debug)]
-struct Disc {
-    center: Complex,
-    radius: f64,
-    single: bool,
-}
-
-impl Disc {
-    /// Whether another disc is certainly apart from this one.
-    fn is_apart(&self, other: &Self) -> bool {
-        let difference = self.center.sub(other.center);
-        let square = difference.re.powi(2) + difference.im.powi(2);
-        let reach = Ball::from(self.radius) + Ball::from(other.radius);
-        (square - reach.powi(2)).is_positive()
-    }
-
-    /// The image by z -> 1/z̄: of |z - c| <= r with r < |c| the disc about c/(|c|² - r²) of radius r/(|c|² - r²).
-    fn mirrored(&self) -> Option<Self> {
-        let square = self.center.re.powi(2) + self.center.im.powi(2);
-        let rest = square - Ball::from(self.radius).powi(2);
-        if !rest.is_positive() {
-            return None;
-        }
-        let inverse = Ball::ONE / rest;
-        let center = self.center.times(inverse);
-        let radius = up((Ball::from(self.radius) * inverse).abs_upper() + center.radius());
-        Some(Self {
-            center: center.center(),
-            radius,
-            single: self.single,
-        })
-    }
-
-    fn conjugate(&self) -> Self {
-        let mut center = self.center;
-        center.im = -center.im;
-        Self { center, ..*self }
-    }
-}
-
-/// The eigenvalues of a matrix given row by row, each as often as it has discs; `symplectic` as above. Empty where
-/// eigenvectors could not be told apart.
-pub(super) fn of_many(matrix: &[Ball], n: usize, symplectic: bool) -> Vec<Multiplier> {
-    let Some(covers) = covers(matrix, n) else {
+    let covers = basis.and_then(|basis| Covers::new(matrix, n, &basis, precision));
+    let Some(covers) = covers else {
         return Vec::new();
     };
-    covers
-        .iter()
-        .map(|Cover { disc, others }| {
-            // An eigenvalue that is in none of the others is in this one.
-            let own = |image: &Disc| others.iter().all(|other| image.is_apart(other));
-            let real = disc.single && own(&disc.conjugate());
-            let mirrored = || disc.mirrored().is_some_and(|mirror| own(&mirror));
-            let re = disc.center.re.with_added_radius(disc.radius);
-            let im = if real {
-                Ball::ZERO
-            } else {
-                disc.center.im.with_added_radius(disc.radius)
-            };
-            let place = if symplectic && disc.single && mirrored() {
-                Place::On
-            } else {
-                // By the disc, not by its square.
-                let square = disc.center.re.powi(2) + disc.center.im.powi(2);
-                side(&square.sqrt().with_added_radius(disc.radius))
-            };
-            Multiplier::new(re, im, place, disc.single)
-        })
-        .collect()
-}
-
-/// Discs that together hold all eigenvalues: one of them, and the others with the scaling that is best for that one.
-struct Cover {
-    disc: Disc,
-    others: Vec<Disc>,
-}
-
-fn covers(matrix: &[Ball], n: usize) -> Option<Vec<Cover>> {
-    let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].mid_f64());
-    let eigen = middle.eigen().ok()?;
-    let (values, vectors) = (eigen.S(), eigen.U());
-    let inverse = inverse(vectors, n)?;
-    let value = |j: usize| Complex::exact(values[j].re, values[j].im);
-    let vector = |i: usize, j: usize| Complex::exact(vectors[(i, j)].re, vectors[(i, j)].im);
-    let left = |i: usize, j: usize| {
-        let (re, im) = inverse[n * i + j];
-        Complex::exact(re, im)
+    let partners = if symplectic {
+        partners(&covers, precision)
+    } else {
+        vec![None; n]
     };
-    let sum =
-        |term: &dyn Fn(usize) -> Complex| (0..n).fold(Complex::ZERO, |sum, k| sum.add(term(k)));
-    // ΦV - VD, then W times it, and |1 - WV|.
-    let mut residual = Vec::with_capacity(n * n);
-    for i in 0..n {
-        for j in 0..n {
-            let product = sum(&|k| vector(k, j).times(matrix[n * i + k]));
-            residual.push(product.sub(vector(i, j).mul(value(j))));
-        }
-    }
-    let mut defect = 0.0_f64;
-    let mut coupling = Vec::with_capacity(n * n);
-    for i in 0..n {
-        let mut row = 0.0;
-        for j in 0..n {
-            coupling.push(sum(&|k| left(i, k).mul(residual[n * k + j])));
-            let product = sum(&|k| left(i, k).mul(vector(k, j)));
-            let unit = Complex::exact(f64::from(u8::from(i == j)), 0.0);
-            row = up(row + unit.sub(product).size());
-        }
-        defect = defect.max(row);
-    }
-    if defect.is_nan() || defect >= 0.5 {
-        return None;
-    }
-    // Σ_(k>0) Eᵏ Y is at most |E|/(1 - |E|) times the largest entry of the column of Y.
-    let share = up(defect / (1.0 - defect));
-    let columns: Vec<f64> = (0..n)
-        .map(|j| (0..n).fold(0.0_f64, |most, i| most.max(coupling[n * i + j].size())))
-        .collect();
-    let off = |i: usize, j: usize| up(coupling[n * i + j].size() + share * columns[j]);
-    let mut centers = Vec::with_capacity(n);
-    let mut own = Vec::with_capacity(n);
-    for i in 0..n {
-        let center = value(i).add(coupling[n * i + i]);
-        own.push(up(center.radius() + share * columns[i]));
-        centers.push(center.center());
-    }
-    let mut covers: Vec<Cover> = (0..n).map(|i| scaled(i, n, &centers, &own, &off)).collect();
-    let plain: Vec<Disc> = (0..n)
-        .map(|i| Disc {
-            center: centers[i],
-            radius: (0..n)
-                .filter(|j| *j != i)
-                .fold(own[i], |sum, j| up(sum + off(i, j))),
-            single: false,
-        })
-        .collect();
-    for (i, cover) in covers.iter_mut().enumerate() {
-        if !cover.disc.single {
-            cover.disc.radius = reach(i, &plain);
-        }
-    }
-    let finite = covers.iter().all(|cover| cover.disc.radius.is_finite());
-    finite.then_some(covers)
-}
-
-/// The radius of a disc about a center that holds all discs that it is connected with: there are as many eigenvalues in
-/// these as there are discs, but any of them may hold them.
-fn reach(i: usize, discs: &[Disc]) -> f64 {
-    let mut connected = vec![i];
-    let mut next = 0;
-    while let Some(at) = connected.get(next).copied() {
-        next += 1;
-        for other in 0..discs.len() {
-            if !connected.contains(&other) && !discs[at].is_apart(&discs[other]) {
-                connected.push(other);
-            }
-        }
-    }
-    connected.iter().fold(0.0_f64, |most, at| {
-        let distance = discs[*at].center.sub(discs[i].center).size();
-        most.max(up(distance + discs[*at].radius))
-    })
-}
-
-/// Gershgorin's discs, with the row of one of them divided by a number as large as keeps it apart from the others.
-fn scaled(
-    i: usize,
-    n: usize,
-    centers: &[Complex],
-    own: &[f64],
-    off: &dyn Fn(usize, usize) -> f64,
-) -> Cover {
-    let row = |j: usize, without: usize| {
-        let others = (0..n).filter(|k| *k != j && *k != without);
-        others.fold(0.0, |sum, k| up(sum + off(j, k)))
-    };
-    // The gaps in doubles only choose the scaling.
-    let gap = (0..n).filter(|j| *j != i).fold(f64::INFINITY, |least, j| {
-        let difference = centers[i].sub(centers[j]);
-        least.min(difference.re.mid_f64().hypot(difference.im.mid_f64()))
-    });
-    let strongest = (0..n)
-        .filter(|j| *j != i)
-        .fold(0.0_f64, |most, j| most.max(off(j, i)));
-    let best = 4.0 * strongest / gap;
-    let factor = if best > 0.0 && best < 1.0 { best } else { 1.0 };
-    let with = |factor: f64| {
-        let disc = |at: usize, radius: f64| Disc {
-            center: centers[at],
-            radius,
-            single: false,
+    let own = covers.of.iter().zip(partners);
+    own.map(|(cover, partner)| {
+        let disc = &cover.disc;
+        // An eigenvalue that is in none of the others is in this one.
+        let is_own = |image: &Disc<S>| {
+            let mut others = cover.others.iter();
+            others.all(|other| image.is_apart(other, precision))
         };
-        let others = (0..n).filter(|j| *j != i);
-        let others = others.map(|j| disc(j, up(own[j] + row(j, i) + off(j, i) / factor)));
-        Cover {
-            disc: disc(i, up(own[i] + factor * row(i, i))),
-            others: others.collect(),
+        let real = disc.single && is_own(&disc.conjugate());
+        let part = |disc: &Disc<S>, real: bool| {
+            let re = disc.center.re.with_spread(disc.radius);
+            let im = if real {
+                S::exact(0.0, precision)
+            } else {
+                disc.center.im.with_spread(disc.radius)
+            };
+            (re, im)
+        };
+        if let Some((image, real)) = partner {
+            let (re, im) = part(&image, real);
+            return Multiplier::new(re, im, Place::Inside, image.single);
         }
-    };
-    let mut cover = with(factor);
-    let disc = cover.disc;
-    cover.disc.single = cover.others.iter().all(|other| disc.is_apart(other));
-    if cover.disc.single { cover } else { with(1.0) }
+        let (re, im) = part(disc, real);
+        let mirrored = || {
+            disc.mirrored(precision)
+                .is_some_and(|mirror| is_own(&mirror))
+        };
+        let place = if symplectic && disc.single && mirrored() {
+            Place::On
+        } else {
+            // By the disc, not by its square.
+            let modulus = disc.center.square_of_modulus().sqrt();
+            side(&modulus.with_spread(disc.radius), precision)
+        };
+        Multiplier::new(re, im, place, disc.single)
+    })
+    .collect()
 }
 
-/// About the inverse of a complex matrix, row by row.
-fn inverse(matrix: faer::MatRef<'_, faer::c64>, n: usize) -> Option<Vec<(f64, f64)>> {
-    use nalgebra::{Complex, DMatrix};
-    let copy = DMatrix::from_fn(n, n, |i, j| {
-        let entry = matrix[(i, j)];
-        Complex::new(entry.re, entry.im)
-    });
-    let inverse = copy.try_inverse()?;
-    let entries = (0..n * n).map(|at| inverse[(at / n, at % n)]);
-    let entries: Vec<(f64, f64)> = entries.map(|x| (x.re, x.im)).collect();
-    entries
+/// Discs far inside that are known from their partners outside: for each, that of its own multiplier, and whether that is
+/// real.
+///
+/// A single disc outside the circle holds an eigenvalue z, and its mirror image another one, 1/z̄. Discs that are connected hold as
+/// many eigenvalues as there are discs. If just as many images meet none of the other discs, they hold the same eigenvalues,
+/// since those of different z are different.
+fn partners<S: Enclosure>(
+    covers: &Covers<S>,
+    precision: S::Precision,
+) -> Vec<Option<(Disc<S>, bool)>> {
+    let n = covers.plain.len();
+    let images: Vec<(Disc<S>, bool)> = covers
+        .of
         .iter()
-        .all(|(re, im)| re.is_finite() && im.is_finite())
-        .then_some(entries)
+        .filter(|cover| cover.disc.single)
+        .filter_map(|cover| {
+            let disc = &cover.disc;
+            let modulus = disc.center.square_of_modulus().sqrt();
+            let modulus = modulus.sub(&S::from_size(disc.radius, precision));
+            if side(&modulus, precision) != Place::Outside {
+                return None;
+            }
+            let conjugate = disc.conjugate();
+            let mut others = cover.others.iter();
+            let real = others.all(|other| conjugate.is_apart(other, precision));
+            Some((disc.mirrored(precision)?, real))
+        })
+        .collect();
+    let mut partners = vec![None; n];
+    let mut done = vec![false; n];
+    for first in 0..n {
+        if done[first] {
+            continue;
+        }
+        let members = connected(first, &covers.plain, precision);
+        members.iter().for_each(|at| done[*at] = true);
+        let others = (0..n).filter(|at| !members.contains(at));
+        let others: Vec<&Disc<S>> = others.map(|at| &covers.plain[at]).collect();
+        let here = images
+            .iter()
+            .filter(|(image, _)| others.iter().all(|other| image.is_apart(other, precision)));
+        let here: Vec<&(Disc<S>, bool)> = here.collect();
+        if here.len() != members.len() {
+            continue;
+        }
+        for (place, (at, (image, real))) in members.iter().zip(&here).enumerate() {
+            let mut rest = here.iter().enumerate().filter(|(k, _)| *k != place);
+            let single = rest.all(|(_, (other, _))| image.is_apart(other, precision));
+            let image = Disc {
+                single,
+                ..image.clone()
+            };
+            partners[*at] = Some((image, *real));
+        }
+    }
+    partners
 }

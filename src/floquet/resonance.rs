@@ -61,14 +61,17 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
 }
 
 /// The resonance that is nearest among those of the kind of the largest multiplier: a real one belongs to a single
-/// frequency, w P about a multiple of pi, even for a positive and odd for a negative one; any other to two.
+/// frequency, w P about a multiple of pi, even for a positive and odd for a negative one; any other to two. Of a drive that
+/// repeats more often than the period that is given, the multiplier is a power of its own, which keeps the sign where the
+/// number of cycles is odd.
 pub(super) fn resonance(
     multipliers: &[Multiplier],
     frequencies: &[f64],
     period: f64,
+    cycles: u32,
 ) -> Option<Resonance> {
     let largest = multipliers.iter().find(|own| own.place == Place::Outside)?;
-    let drive = std::f64::consts::TAU / period;
+    let drive = std::f64::consts::TAU * f64::from(cycles) / period;
     let mut best: Option<(f64, Resonance)> = None;
     let mut offer = |of: (usize, usize), sum: bool, order: f64, total: f64| {
         let order = order.max(1.0);
@@ -83,7 +86,9 @@ pub(super) fn resonance(
         if real {
             let total = 2.0 * first;
             let order = total / drive;
-            let order = if largest.re.is_positive() {
+            let order = if cycles.is_multiple_of(2) {
+                order.round()
+            } else if largest.re.is_positive() {
                 (2.0 * (0.5 * order).round()).max(2.0)
             } else {
                 2.0 * (0.5 * (order - 1.0)).round() + 1.0

@@ -16,12 +16,26 @@ pub trait Enclosure: Scalar {
     fn abs_upper(&self) -> f64;
     /// With a radius larger by so much.
     fn widened(&self, by: f64) -> Self;
+    /// An upper bound of the absolute value, with an exponent of its own.
+    fn size(&self) -> Magnitude;
+    /// An upper bound of the distance from the midpoint, with an exponent of its own.
+    fn spread(&self) -> Magnitude;
+    /// With a radius larger by so much.
+    fn with_spread(&self, by: Magnitude) -> Self;
+    /// A number not below a size.
+    fn from_size(size: Magnitude, precision: Self::Precision) -> Self;
+    /// Times 2^exponent.
+    fn doubled(&self, exponent: i64) -> Self;
     /// Whether the number is certainly positive.
     fn is_above_zero(&self) -> bool;
     /// Whether the number is zero, exactly.
     fn is_zero(&self) -> bool;
     /// As a ball in double-double.
     fn to_ball(&self) -> Ball;
+    /// With the bits given, or those that it has.
+    fn to_big(&self, bits: usize) -> Big;
+    /// The number itself where it has more bits or a wider range than a ball.
+    fn precise(self) -> Option<Big>;
     /// About the relative error of one operation.
     fn rounding(precision: Self::Precision) -> f64;
 }
@@ -59,6 +73,34 @@ impl Enclosure for Ball {
         self.with_added_radius(by)
     }
 
+    fn size(&self) -> Magnitude {
+        Magnitude::from_f64(Enclosure::abs_upper(self))
+    }
+
+    fn spread(&self) -> Magnitude {
+        Magnitude::from_f64(Enclosure::radius(self))
+    }
+
+    fn with_spread(&self, by: Magnitude) -> Self {
+        self.with_added_radius(by.to_f64())
+    }
+
+    fn from_size(size: Magnitude, (): ()) -> Self {
+        Ball::exact(size.to_f64())
+    }
+
+    fn doubled(&self, exponent: i64) -> Self {
+        // In steps that leave neither the range of doubles nor that of their exponents.
+        let mut value = *self;
+        let mut left = exponent.clamp(-4000, 4000);
+        while left != 0 {
+            let step = left.clamp(-500, 500);
+            value = value.scale(step as i32);
+            left -= step;
+        }
+        value
+    }
+
     fn is_above_zero(&self) -> bool {
         self.is_positive()
     }
@@ -69,6 +111,14 @@ impl Enclosure for Ball {
 
     fn to_ball(&self) -> Ball {
         *self
+    }
+
+    fn to_big(&self, bits: usize) -> Big {
+        Big::from_ball(self, bits)
+    }
+
+    fn precise(self) -> Option<Big> {
+        None
     }
 
     fn rounding((): ()) -> f64 {
@@ -109,6 +159,27 @@ impl Enclosure for Big {
         }
     }
 
+    fn size(&self) -> Magnitude {
+        Big::abs_upper(self)
+    }
+
+    fn spread(&self) -> Magnitude {
+        Big::radius(self)
+    }
+
+    fn with_spread(&self, by: Magnitude) -> Self {
+        self.clone().with_added_radius(by)
+    }
+
+    fn from_size(size: Magnitude, bits: usize) -> Self {
+        // All 53 bits of a size fit.
+        Big::from_magnitude(size, bits.max(64))
+    }
+
+    fn doubled(&self, exponent: i64) -> Self {
+        self.scale(exponent)
+    }
+
     fn is_above_zero(&self) -> bool {
         self.is_positive()
     }
@@ -119,6 +190,14 @@ impl Enclosure for Big {
 
     fn to_ball(&self) -> Ball {
         Big::to_ball(self)
+    }
+
+    fn to_big(&self, _: usize) -> Big {
+        self.clone()
+    }
+
+    fn precise(self) -> Option<Big> {
+        Some(self)
     }
 
     fn rounding(bits: usize) -> f64 {

@@ -28,6 +28,8 @@ pub struct Equations {
     parameters: usize,
     /// Whether the state itself is followed; otherwise only T, with a J that depends on t alone.
     moving: bool,
+    /// How many entries of J are not identically 0.
+    couplings: usize,
     /// f where the state is followed, then J row by row.
     tape: Tape,
     /// f alone.
@@ -58,6 +60,7 @@ impl Equations {
             dimension: state.len(),
             parameters: parameters.len(),
             moving: true,
+            couplings: couplings(pool, &outputs[rates.len()..]),
             tape: Tape::compile(pool, &outputs, &inputs)?,
             rates: Tape::compile(pool, rates, &inputs)?,
         })
@@ -79,6 +82,7 @@ impl Equations {
             dimension,
             parameters: parameters.len(),
             moving: false,
+            couplings: couplings(pool, slopes),
             tape: Tape::compile(pool, slopes, &inputs)?,
             rates: Tape::compile(pool, &[], &inputs)?,
         })
@@ -90,9 +94,19 @@ impl Equations {
         self.dimension
     }
 
+    /// How many entries of J are not identically 0: with the dimension, what the products of a step are counted by.
+    #[must_use]
+    pub fn couplings(&self) -> usize {
+        self.couplings
+    }
+
     /// Whether the state itself is followed.
     #[must_use]
     pub fn is_moving(&self) -> bool {
         self.moving
     }
+}
+
+fn couplings(pool: &Pool, slopes: &[ExprId]) -> usize {
+    slopes.iter().filter(|slope| **slope != pool.zero()).count()
 }

@@ -5,13 +5,21 @@ use std::fmt::Write;
 use super::json::{array, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
-use crate::floquet::{Floquet, Multiplier, Place, Resonance, exponent};
+use crate::floquet::{Floquet, Multiplier, Place, Resonance, TRIALS, exponent};
 use crate::model::Model;
 use crate::precision::{Ball, one_digit_up, one_digit_up_text};
 
 /// A part of a multiplier by the digits that are certain; what can't be told from 0 beside its modulus is 0 with its bound.
 fn written(part: &Ball, digits: usize) -> Written {
     Written::new(part, digits)
+}
+
+/// Real part, imaginary part and modulus.
+fn parts(own: &Multiplier, digits: usize) -> [Written; 3] {
+    let precise = own.precise.as_deref();
+    let part =
+        |at: usize, value: &Ball| Written::finest(value, precise.map(|own| &own[at]), digits);
+    [part(0, &own.re), part(1, &own.im), part(2, &own.modulus)]
 }
 
 fn place_words(place: Place) -> &'static str {
@@ -41,12 +49,11 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let mut digits_bound = 0.0_f64;
     let mut texts = Vec::new();
     for own in &floquet.multipliers {
-        let parts = [&own.re, &own.im].map(|part| {
-            let part = written(part, digits);
+        let [re, im, _] = parts(own, digits).map(|part| {
             digits_bound = digits_bound.max(part.bound);
             part.digits.as_deref().map_or_else(null, string)
         });
-        texts.push(format!("[{}, {}]", parts[0], parts[1]));
+        texts.push(format!("[{re}, {im}]"));
     }
     let moduli = floquet
         .multipliers
@@ -73,10 +80,12 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let mut out = String::new();
     let _ = write!(
         out,
-        "{{\"model\": {},\n \"coordinates\": {},\n \"period\": {},\n \"about\": \"{}\",\n \"place\": {},\n \"velocities\": {},\n \"place_error_bound\": {},\n \"multipliers\": {},\n \"multipliers_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"moduli\": {},\n \"circle\": {},\n \"exponents\": {},\n \"stable\": {},\n \"growth_rate\": {},\n \"growth_rate_digits\": {},\n \"growth_rate_error_bound\": {},\n \"frequencies\": {},\n \"resonance\": {}}}\n",
+        "{{\"model\": {},\n \"coordinates\": {},\n \"period\": {},\n \"period_proved\": {},\n \"cycles\": {},\n \"about\": \"{}\",\n \"place\": {},\n \"velocities\": {},\n \"place_error_bound\": {},\n \"multipliers\": {},\n \"multipliers_digits\": {},\n \"error_bound\": {},\n \"digits_error_bound\": {},\n \"moduli\": {},\n \"circle\": {},\n \"exponents\": {},\n \"stable\": {},\n \"growth_rate\": {},\n \"growth_rate_digits\": {},\n \"growth_rate_error_bound\": {},\n \"frequencies\": {},\n \"resonance\": {}}}\n",
         model.name.as_deref().map_or_else(null, string),
         array(names),
         number(floquet.period.mid_f64()),
+        floquet.period_proved,
+        floquet.cycles,
         if floquet.rests {
             "equilibrium"
         } else {
@@ -142,30 +151,29 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         let _ = writeln!(out, "resonance: {}", resonance_text(floquet, resonance));
     }
     out.push('\n');
-    let column = |part: &dyn Fn(&Multiplier) -> String| -> Vec<String> {
-        floquet.multipliers.iter().map(part).collect()
-    };
-    let bound = |own: &Multiplier| {
-        let parts = [&own.re, &own.im].map(|part| written(part, digits).bound);
-        let bound = parts[0].max(parts[1]);
-        if bound == 0.0 {
+    let rows: Vec<[Written; 3]> = floquet
+        .multipliers
+        .iter()
+        .map(|own| parts(own, digits))
+        .collect();
+    let column = |at: usize| rows.iter().map(|row| row[at].text()).collect();
+    let bound = |row: &[Written; 3]| {
+        let bound = row[0].bound.max(row[1].bound);
+        // Beyond the range of doubles half a unit of the last place, as everywhere.
+        if bound == 0.0 || bound == f64::INFINITY && row.iter().all(|part| part.complete) {
             String::new()
         } else {
             one_digit_up_text(bound)
         }
     };
+    let places = floquet.multipliers.iter();
+    let places = places.map(|own| place_words(own.place).to_owned());
     let columns = [
-        Column::numbers("re", column(&|own| written(&own.re, digits).text())),
-        Column::numbers("im", column(&|own| written(&own.im, digits).text())),
-        Column::words("±", column(&bound)),
-        Column::numbers(
-            "modulus",
-            column(&|own| written(&own.modulus, digits).text()),
-        ),
-        Column::words(
-            "unit circle",
-            column(&|own| place_words(own.place).to_owned()),
-        ),
+        Column::numbers("re", column(0)),
+        Column::numbers("im", column(1)),
+        Column::words("±", rows.iter().map(bound).collect()),
+        Column::numbers("modulus", column(2)),
+        Column::words("unit circle", places.collect()),
     ];
     let painted = |at: usize| match floquet.multipliers[at].place {
         Place::Outside => Some((Tone::Bad, "outside")),
@@ -175,6 +183,12 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     out.push_str(&draw(&columns, floquet.multipliers.len(), painted, style));
     if floquet.stable.is_none() {
         out.push_str("\nthe bounds do not tell on which side of the unit circle every multiplier lies, or whether two on it coincide\n");
+    }
+    if !floquet.period_proved {
+        let _ = writeln!(
+            out,
+            "\nthat the drive repeats after this period was tried at {TRIALS} states, not proved"
+        );
     }
     out
 }
@@ -209,7 +223,7 @@ fn resonance_text(floquet: &Floquet, resonance: Resonance) -> String {
         format!("{value:.4}")
     };
     let (i, j) = resonance.of;
-    let drive = std::f64::consts::TAU / floquet.period.mid_f64();
+    let drive = std::f64::consts::TAU * f64::from(floquet.cycles) / floquet.period.mid_f64();
     let order = resonance.order;
     if i == j {
         let of = if order == 1 {

@@ -148,7 +148,8 @@ impl Written {
             }
         };
         Self {
-            digits: decimal.error_bound.is_finite().then_some(decimal.text),
+            // Beyond the range of doubles a bound is not finite, but digits may be decided.
+            digits: (decimal.error_bound.is_finite() || decimal.digits > 0).then_some(decimal.text),
             bound,
             complete: matches!(decimal.rounding, Rounding::Correct | Rounding::Tie),
         }

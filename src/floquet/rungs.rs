@@ -1,0 +1,321 @@
+//! Multipliers in double-double, and with more bits where that does not decide.
+
+use super::error::FloquetError;
+use super::monodromy::{FAR, Stop, Trip, short, trip};
+use super::motion::Driven;
+use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
+use super::orbit::{Guess, Lost, orbit, search};
+use crate::expr::Tape;
+use crate::flow::{Enclosure, Equations};
+use crate::precision::{Ball, Big, Magnitude};
+
+/// The order of the steps in double-double: about the best for 32 digits.
+const ORDER: usize = 34;
+/// Bits of the first rung beyond double-double, where digits do not ask for more; the second one has twice as many.
+const FIRST_BITS: usize = 192;
+/// Rungs beyond double-double.
+const RUNGS: usize = 2;
+/// Bits for eigenvalues of what leaves the range of doubles.
+const RANGE_BITS: usize = 128;
+/// Products of balls on a trip: some ten seconds.
+const WORK: f64 = 1e9;
+/// What a product of numbers of 128 bits takes beside one of balls, about.
+const WIDE: f64 = 10.0;
+/// As many steps are always made.
+const FEWEST_STEPS: usize = 2000;
+/// As many steps are the most.
+const MOST_STEPS: usize = 1_000_000;
+
+/// What is to be followed over a period.
+pub(super) struct Task<'a> {
+    pub(super) driven: &'a Driven,
+    pub(super) equations: &'a Equations,
+    pub(super) period: &'a Ball,
+    pub(super) digits: usize,
+}
+
+/// Multipliers, and what they come from.
+pub(super) struct Found {
+    /// The state at t = 0 of a periodic motion.
+    pub(super) start: Vec<Ball>,
+    pub(super) monodromy: Vec<Ball>,
+    pub(super) multipliers: Vec<Multiplier>,
+    /// How many steps a period takes.
+    steps: usize,
+}
+
+impl Task<'_> {
+    /// About what rests at all times.
+    pub(super) fn about_rest(&self) -> Result<Found, FloquetError> {
+        let steps = (ORDER, self.most_steps());
+        let there = trip::<Ball>(self.equations, self.period, &[], &[], steps, ());
+        let there = there.map_err(|stop| self.stopped(&stop))?;
+        let found = self.found(Vec::new(), &there, ());
+        let wide = |bits: usize, steps: (usize, usize), _: &Found| {
+            let period = self.precise_period(bits)?;
+            let there = trip::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
+            Some(self.found(Vec::new(), &there, bits))
+        };
+        Ok(self.climb(found, wide))
+    }
+
+    /// About the periodic motion near a state.
+    pub(super) fn about_motion(&self, start: &[f64]) -> Result<Found, FloquetError> {
+        let steps = (ORDER, self.most_steps());
+        let guess = search(self.equations, self.period.mid_f64(), start, steps.1);
+        let guess = guess.map_err(|lost| self.lost(&lost))?;
+        let wide = |bits: usize, steps: (usize, usize), nearer: Option<&[Ball]>| {
+            let period = self.precise_period(bits)?;
+            let own = orbit::<Big>(self.equations, &period, &guess, nearer, steps, bits).ok()?;
+            Some(self.found(own.start, &own.trip, bits))
+        };
+        let found = match self.in_balls(&guess, steps) {
+            Ok(found) => found,
+            Err(lost) => {
+                let failed = self.lost(&lost);
+                if matches!(lost, Lost::Way(Stop::TooLong { .. })) {
+                    return Err(failed);
+                }
+                // A motion that magnifies what is rounded more than double-double has digits.
+                let bits = (0..RUNGS).map(|rung| FIRST_BITS << rung);
+                let own = bits.map(|bits| wide(bits, self.wide_steps(bits), None));
+                let own = own.flatten().next();
+                own.ok_or(failed)?
+            }
+        };
+        Ok(self.climb(found, |bits, steps, found| {
+            wide(bits, steps, Some(&found.start))
+        }))
+    }
+
+    fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
+        let own = orbit::<Ball>(self.equations, self.period, guess, None, steps, ())?;
+        Ok(self.found(own.start, &own.trip, ()))
+    }
+
+    /// With more bits, as long as something is not decided and a rung is not too much work.
+    fn climb(
+        &self,
+        mut found: Found,
+        wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
+    ) -> Found {
+        let mut bits = FIRST_BITS;
+        if is_lacking(&found.multipliers, self.digits) {
+            let missing = missing_bits(&found.multipliers, self.digits);
+            bits = bits.max((128 + missing).next_multiple_of(64));
+        }
+        for _ in 0..RUNGS {
+            let steps = self.wide_steps(bits);
+            if !is_lacking(&found.multipliers, self.digits) || found.steps > steps.1 {
+                break;
+            }
+            let Some(finer) = wide(bits, steps, &found) else {
+                break;
+            };
+            let steps = found.steps;
+            found = Found { steps, ..finer };
+            bits *= 2;
+        }
+        found
+    }
+
+    fn found<S: Enclosure>(
+        &self,
+        start: Vec<S>,
+        there: &Trip<S>,
+        precision: S::Precision,
+    ) -> Found {
+        let n = self.equations.dimension();
+        let symplectic = !self.driven.damped;
+        let sizes = there.monodromy.iter().map(Enclosure::size);
+        let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
+        let wide = || -> Vec<Big> {
+            let entries = there.monodromy.iter();
+            entries
+                .map(|x| x.to_big(RANGE_BITS).scale(there.exponent))
+                .collect()
+        };
+        let blocks = |digits| Blocks {
+            n,
+            symplectic,
+            digits,
+        };
+        let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
+            let wide = wide();
+            let bits = wide.first().map_or(RANGE_BITS, Big::bits);
+            blocks(self.digits).multipliers(&wide, bits)
+        } else {
+            blocks(self.digits).multipliers(&there.monodromy, precision)
+        };
+        let monodromy = match there.exponent {
+            0 => there.monodromy.iter().map(Enclosure::to_ball).collect(),
+            _ => wide().iter().map(Big::to_ball).collect(),
+        };
+        Found {
+            start: start.iter().map(Enclosure::to_ball).collect(),
+            monodromy,
+            multipliers,
+            steps: there.steps,
+        }
+    }
+
+    /// The period with more bits.
+    fn precise_period(&self, bits: usize) -> Option<Big> {
+        let tape = Tape::compile(&self.driven.pool, &[self.driven.period.0], &[]).ok()?;
+        let values = tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new());
+        values.into_iter().next().filter(Big::is_positive)
+    }
+
+    /// Products of a step of an order, about.
+    fn work(&self, order: usize) -> f64 {
+        #[allow(clippy::cast_precision_loss)] // far below 2^53
+        let [rows, n, order] = [
+            self.equations.couplings(),
+            self.equations.dimension(),
+            order,
+        ]
+        .map(|x| x as f64);
+        rows * n * order.powi(2)
+    }
+
+    fn most_steps(&self) -> usize {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // it is neither large nor negative
+        let steps = (WORK / self.work(ORDER)).min(MOST_STEPS as f64) as usize;
+        steps.max(FEWEST_STEPS)
+    }
+
+    /// The order of the steps that suits a number of bits, and how many are made.
+    fn wide_steps(&self, bits: usize) -> (usize, usize) {
+        let order = bits / 3;
+        #[allow(clippy::cast_precision_loss)] // far below 2^53
+        let most = WORK / (self.work(order) * WIDE * (bits as f64 / 128.0));
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // it is neither large nor negative
+        (order, most.min(MOST_STEPS as f64) as usize)
+    }
+
+    fn stopped(&self, stop: &Stop) -> FloquetError {
+        let energy = self.driven.driven_at;
+        match stop {
+            Stop::Singular { time } => FloquetError::Singular {
+                time: short(*time),
+                span: energy,
+            },
+            Stop::TooLong { steps } => FloquetError::TooLong {
+                period: short(self.period.mid_f64()),
+                steps: *steps,
+                span: self.driven.period.1,
+                energy,
+            },
+        }
+    }
+
+    fn lost(&self, lost: &Lost) -> FloquetError {
+        match lost {
+            Lost::Search(reason) => FloquetError::NoPeriodicMotion {
+                reason: (*reason).to_owned(),
+                span: self.driven.driven_at,
+            },
+            Lost::Way(stop) => self.stopped(stop),
+        }
+    }
+}
+
+/// A monodromy matrix, of each set of coordinates by itself that nothing couples to the others: what coincides in two
+/// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
+/// symplectic matrix is symplectic.
+struct Blocks {
+    /// The size of the matrix.
+    n: usize,
+    symplectic: bool,
+    digits: usize,
+}
+
+impl Blocks {
+    fn multipliers<S: Enclosure>(
+        &self,
+        monodromy: &[S],
+        precision: S::Precision,
+    ) -> Vec<Multiplier> {
+        let half = self.n / 2;
+        let coupled = |i: usize, j: usize| {
+            [i, i + half].iter().any(|row| {
+                [j, j + half]
+                    .iter()
+                    .any(|column| !monodromy[self.n * row + column].is_zero())
+            })
+        };
+        let mut all = Vec::new();
+        let mut done = vec![false; half];
+        for first in 0..half {
+            if done[first] {
+                continue;
+            }
+            done[first] = true;
+            let mut members = vec![first];
+            let mut next = 0;
+            while let Some(own) = members.get(next).copied() {
+                next += 1;
+                for (other, done) in done.iter_mut().enumerate() {
+                    if !*done && (coupled(own, other) || coupled(other, own)) {
+                        *done = true;
+                        members.push(other);
+                    }
+                }
+            }
+            members.sort_unstable();
+            let velocities = members.iter().map(|i| i + half);
+            let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
+            let block: Vec<S> = rows
+                .iter()
+                .flat_map(|row| rows.iter().map(move |column| self.n * row + column))
+                .map(|at| monodromy[at].clone())
+                .collect();
+            all.extend(self.of_block(&block, rows.len(), precision));
+        }
+        all
+    }
+
+    /// Of what is coupled: by eigenvectors in doubles, where these do not do by better ones.
+    fn of_block<S: Enclosure>(
+        &self,
+        block: &[S],
+        n: usize,
+        precision: S::Precision,
+    ) -> Vec<Multiplier> {
+        if n == 2 {
+            return multipliers::of_two(block, self.symplectic, precision);
+        }
+        let many = |careful| multipliers::of_many(block, n, self.symplectic, careful, precision);
+        let quick = many(false);
+        if !is_lacking(&quick, self.digits) {
+            return quick;
+        }
+        let careful = many(true);
+        let undecided = |all: &[Multiplier]| {
+            let undecided = all.iter().filter(|own| own.place == Place::Undecided);
+            undecided.count() + if all.is_empty() { n + 1 } else { 0 }
+        };
+        let best = if undecided(&careful) <= undecided(&quick) {
+            careful
+        } else {
+            quick
+        };
+        if best.is_empty() {
+            unknown(block, n, precision)
+        } else {
+            best
+        }
+    }
+}
+
+/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
+fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
+    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.size());
+    let rows = monodromy.chunks_exact(n).map(row);
+    let reach = rows.fold(Magnitude::ZERO, Magnitude::max);
+    (0..n)
+        .map(|_| Multiplier::anywhere::<S>(reach, precision))
+        .collect()
+}
