@@ -29,6 +29,10 @@ const COARSE: f64 = 1e-7;
 /// The same where trace and determinant decide: what is rounded on the way over a period. Where multipliers meet at -1
 /// without growing, as they do without a drive, they would else be taken apart by it.
 const FINE: f64 = 2e-14;
+/// A trip that takes so many times the steps of the one before is none of a motion near that.
+const ASTRAY: usize = 4;
+/// Steps in time that a search at one place may take.
+const SEARCH: usize = 20_000;
 /// Steps of Newton's method to a periodic motion.
 const NEWTON: usize = 40;
 /// Halvings of an interval: 2^-44 is below 1e-13.
@@ -322,8 +326,14 @@ impl Worker<'_> {
     fn alone(&mut self, place: [f64; 2]) -> Place {
         let found = self.start(place).and_then(|(values, period, point)| {
             self.single.set_parameters(&values);
-            let point = (self.chart.equations.is_moving()).then_some(point);
-            let slopes = monodromy(&mut self.single, period, point)?;
+            let slopes = if self.chart.equations.is_moving() {
+                let mut start = point;
+                start.resize(self.chart.equations.dimension(), 0.0);
+                let start = floquet::repeating(&mut self.single, period, &start, SEARCH)?;
+                self.single.travel(0.0, period, &start, |_, _, _| {})?.1
+            } else {
+                monodromy(&mut self.single, period, None)?
+            };
             self.chart.judged(&slopes, period)
         });
         found.unwrap_or(Place {
@@ -385,8 +395,12 @@ fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, point: Option<Vec<N>>)
     };
     let n = 2 * x.len();
     x.resize(n, zero);
+    plain.set_most_steps(usize::MAX);
     for _ in 0..NEWTON {
-        let (end, slopes) = plain.travel(zero, period, &x, |_, _, _| {})?;
+        let mut steps = 0;
+        let (end, slopes) = plain.travel(zero, period, &x, |_, _, _| steps += 1)?;
+        // One that takes that much longer has gone astray.
+        plain.set_most_steps(ASTRAY * (steps + 10));
         let mut settled = true;
         let mut steps = Vec::with_capacity(N::COUNT);
         for at in 0..N::COUNT {

@@ -108,7 +108,8 @@ fn pulses_are_not_missed() {
             }
             let file = syntax::parse(&text).unwrap();
             let model = elaborate(&file, &TableTexts::new(), &own).unwrap();
-            let certified = floquet(&model).unwrap_or_else(|error| panic!("{text}: {error}"));
+            let certified = floquet(&model, &Default::default())
+                .unwrap_or_else(|error| panic!("{text}: {error}"));
             if let Some(stable) = certified.stable {
                 assert_eq!(place.stable, Some(stable), "{text} {settings:?}");
             }

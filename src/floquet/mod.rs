@@ -30,7 +30,7 @@ pub use trial::TRIALS;
 use std::cmp::Ordering;
 
 use crate::expr::ExprId;
-use crate::flow::Equations;
+use crate::flow::{Equations, Plain};
 use crate::linearize::constant;
 use crate::model::Model;
 use crate::precision::{Ball, Function, Magnitude, Scalar};
@@ -218,6 +218,17 @@ pub(crate) fn try_period(model: &Model) -> Result<(), FloquetError> {
     trial::try_period(&driven, &period, &numbers(&driven, &point))
 }
 
+/// A state that repeats after a period, as far as doubles tell, found from one near it in at most `budget` steps.
+pub(crate) fn repeating(
+    plain: &mut Plain,
+    period: f64,
+    start: &[f64],
+    budget: usize,
+) -> Option<Vec<f64>> {
+    let found = orbit::search(plain, period, start, (budget, budget));
+    Some(found.ok()?.start)
+}
+
 /// The period, which is a positive number.
 fn period(driven: &Driven) -> Result<Ball, FloquetError> {
     let (value, span) = driven.period;
@@ -295,23 +306,26 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
     if any(Place::On) && !any(Place::Outside) {
         return Some(Ball::ZERO);
     }
-    // The largest lies between the largest lower and the largest upper bound.
-    let logarithm = if multipliers.iter().all(|own| own.modulus.is_finite()) {
-        let moduli = || multipliers.iter().map(|own| own.modulus);
-        let lower = moduli().max_by(|a, b| a.lower().total_cmp(&b.lower()))?;
-        let upper = moduli().max_by(|a, b| a.upper().total_cmp(&b.upper()))?;
-        let largest = if lower == upper {
-            lower
-        } else {
-            lower.hull(&upper)
-        };
-        largest.ln()
+    // The largest is outside where any is, however near to 1 both are in doubles, and one of those that reach as far as the
+    // largest lower bound.
+    let outside = any(Place::Outside);
+    let own = || {
+        let all = multipliers.iter();
+        all.filter(|own| !outside || own.place == Place::Outside)
+    };
+    let logarithm = if own().all(|own| own.modulus.is_finite()) {
+        let least = own().map(|own| own.modulus.lower());
+        let least = least.fold(0.0_f64, f64::max);
+        let largest = own()
+            .map(|own| own.modulus)
+            .filter(|modulus| modulus.upper() >= least);
+        largest.reduce(|all, one| all.hull(&one))?.ln()
     } else {
-        let order = |a: &Magnitude, b: &Magnitude| a.partial_cmp(b).unwrap_or(Ordering::Equal);
-        let moduli = || multipliers.iter().map(Multiplier::wide_modulus);
-        let lower = moduli().max_by(|a, b| order(&a.abs_lower(), &b.abs_lower()))?;
-        let upper = moduli().max_by(|a, b| order(&a.abs_upper(), &b.abs_upper()))?;
-        lower.hull(&upper).apply(Function::Ln).to_ball()
+        let wide = || own().map(Multiplier::wide_modulus);
+        let least = wide().fold(Magnitude::ZERO, |most, one| most.max(one.abs_lower()));
+        let largest = wide().filter(|modulus| modulus.abs_upper() >= least);
+        let largest = largest.reduce(|all, one| all.hull(&one))?;
+        largest.apply(Function::Ln).to_ball()
     };
     let rate = logarithm / *period;
     rate.is_finite().then_some(rate)

@@ -13,7 +13,9 @@ use crate::precision::{Ball, Magnitude};
 /// Newton steps to a periodic motion, in doubles.
 const NEWTON: usize = 60;
 /// Steps in time that are made in doubles: some ten seconds.
-const SEARCH: usize = 2_000_000;
+pub(super) const SEARCH: usize = 2_000_000;
+/// A trip that takes so many times the steps of the first one has gone astray.
+const ASTRAY: usize = 20;
 /// Newton steps from doubles on: each about doubles the digits.
 const CORRECTIONS: usize = 7;
 /// Sizes of the box about a periodic motion, in roundings of its scale, that are tried in turn.
@@ -48,17 +50,19 @@ impl From<Stop> for Lost {
     }
 }
 
-/// Newton's method for the map over a period, in doubles. A period that takes more than `most_steps` is too long.
+/// Newton's method for the map over a period, in doubles. A period that takes more than `most_steps` is too long; all of it takes
+/// `budget` steps at most.
 pub(super) fn search(
-    equations: &Equations,
+    plain: &mut Plain,
     period: f64,
     start: &[f64],
-    most_steps: usize,
+    (most_steps, budget): (usize, usize),
 ) -> Result<Guess, Lost> {
     let n = start.len();
-    let mut plain = Plain::new(equations);
     let steps = Cell::new(0);
-    let mut travel = |x: &DVector<f64>| {
+    plain.set_most_steps(usize::MAX);
+    let mut travel = |x: &DVector<f64>, most: usize| {
+        plain.set_most_steps(most);
         let count = |_: f64, _: &[f64], _: &[f64]| steps.set(steps.get() + 1);
         let (end, slopes) = plain.travel(0.0, period, x.as_slice(), count)?;
         let difference = DVector::from_vec(end) - x;
@@ -66,7 +70,7 @@ pub(super) fn search(
         Some((difference, slopes))
     };
     let mut x = DVector::from_column_slice(start);
-    let first = travel(&x);
+    let first = travel(&x, usize::MAX);
     if steps.get() > most_steps {
         return Err(Lost::Way(Stop::TooLong { steps: most_steps }));
     }
@@ -74,6 +78,8 @@ pub(super) fn search(
         let reason = "the motion from the guess ends before the period is over";
         return Err(Lost::Search(reason));
     };
+    // Where it takes that much longer it has gone astray.
+    let most = ASTRAY * (steps.get() + 10);
     let mut found = false;
     for _ in 0..NEWTON {
         let Some(step) = slopes.clone().lu().solve(&difference) else {
@@ -84,7 +90,7 @@ pub(super) fn search(
         let mut shorter = 1.0;
         loop {
             let next = &x - &step * shorter;
-            if let Some((other, turned)) = travel(&next) {
+            if let Some((other, turned)) = travel(&next, most) {
                 let asked = slopes.clone().lu().solve(&other);
                 let asked = asked.map_or(f64::INFINITY, |asked| asked.norm());
                 if asked <= step.norm() * (1.0 - 0.25 * shorter) || small {
@@ -93,7 +99,7 @@ pub(super) fn search(
                 }
             }
             shorter *= 0.5;
-            if steps.get() > SEARCH {
+            if steps.get() > budget {
                 return Err(Lost::Search("the search takes too many steps"));
             }
             if shorter < 1e-6 {
@@ -110,6 +116,7 @@ pub(super) fn search(
     }
     // A box needs a scale where a component is 0.
     let mut scale = vec![f64::MIN_POSITIVE; n];
+    plain.set_most_steps(usize::MAX);
     plain.travel(0.0, period, x.as_slice(), |_, state, _| {
         for (s, x) in scale.iter_mut().zip(state) {
             *s = s.max(x.abs());

@@ -4,9 +4,9 @@ use super::error::FloquetError;
 use super::monodromy::{FAR, Stop, Trip, short, trip};
 use super::motion::Driven;
 use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
-use super::orbit::{Guess, Lost, orbit, search};
+use super::orbit::{Guess, Lost, SEARCH, orbit, search};
 use crate::expr::Tape;
-use crate::flow::{Enclosure, Equations};
+use crate::flow::{Enclosure, Equations, Plain};
 use crate::precision::{Ball, Big, Magnitude};
 
 /// The order of the steps in double-double: about the best for 32 digits.
@@ -62,7 +62,8 @@ impl Task<'_> {
     /// About the periodic motion near a state.
     pub(super) fn about_motion(&self, start: &[f64]) -> Result<Found, FloquetError> {
         let steps = (ORDER, self.most_steps());
-        let guess = search(self.equations, self.period.mid_f64(), start, steps.1);
+        let mut plain = Plain::new(self.equations);
+        let guess = search(&mut plain, self.period.mid_f64(), start, (steps.1, SEARCH));
         let guess = guess.map_err(|lost| self.lost(&lost))?;
         let wide = |bits: usize, steps: (usize, usize), nearer: Option<&[Ball]>| {
             let period = self.precise_period(bits)?;

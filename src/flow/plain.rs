@@ -17,7 +17,7 @@ const MOST_STEPS: usize = 100_000;
 /// The terms that the length of a step is taken from: gaps in a series are mostly shorter.
 const LAST: std::ops::Range<usize> = ORDER / 2..ORDER;
 /// Times on a trip at which the right side is looked at, at least; what is shorter than their distance may be missed.
-const LOOKS: f64 = 96.0;
+const LOOKS: f64 = 64.0;
 /// How far a series may be off its function, beside the size of J.
 const OFF: f64 = 1e-11;
 /// A step this short, beside the whole trip, passes whatever is there.
@@ -75,6 +75,7 @@ impl Doubles for Lane {
 pub struct Plain<N: Doubles = f64> {
     dimension: usize,
     moving: bool,
+    most_steps: usize,
     series: Series<N>,
     values: Prepared<N>,
     scratch: Vec<N>,
@@ -105,6 +106,7 @@ impl<N: Doubles> Plain<N> {
         Self {
             dimension: n,
             moving: equations.moving,
+            most_steps: MOST_STEPS,
             series: values.series(),
             values,
             scratch: Vec::new(),
@@ -129,6 +131,11 @@ impl<N: Doubles> Plain<N> {
         }
     }
 
+    /// A trip of more steps ends without a result.
+    pub fn set_most_steps(&mut self, most: usize) {
+        self.most_steps = most.min(MOST_STEPS);
+    }
+
     /// The state at `end` and its derivative by the state at `begin`, row by row, from that at `begin`; `None` where the
     /// solution does not reach `end`, of several where one does not. `visit` sees the time, the state and J, row by row, at
     /// the beginning of each step.
@@ -151,7 +158,7 @@ impl<N: Doubles> Plain<N> {
             N::each(|_| 1.0)
         };
         let mut gone = 0.0;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..self.most_steps {
             let t = begin.add(&pace.mul(&N::each(|_| gone)));
             self.expand(t, &state);
             if !self.is_finite() {
@@ -282,7 +289,7 @@ impl<N: Doubles> Plain<N> {
         let weights = &self.weights;
         // The largest (|term|/size)^(1/order) is one over the length at which terms would not fall.
         let mut rate = 0.0_f64;
-        for order in LAST {
+        for order in LAST.rev() {
             #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
             let pace = pace.powi(order as i32);
             #[allow(clippy::cast_precision_loss)] // orders are small
@@ -306,7 +313,11 @@ impl<N: Doubles> Plain<N> {
                     }
                 }
             }
-            rate = rate.max(term.powf(root));
+            // Mostly another term is what counts.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
+            if term > rate.powi(order as i32) {
+                rate = term.powf(root);
+            }
         }
         #[allow(clippy::cast_precision_loss)] // orders are small
         let length = TOLERANCE.powf(1.0 / (ORDER - 1) as f64) / rate;
