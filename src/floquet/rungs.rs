@@ -22,6 +22,8 @@ const RANGE_BITS: usize = 128;
 const WORK: f64 = 1e9;
 /// What a product of numbers of 128 bits takes beside one of balls, about.
 const WIDE: f64 = 5.0;
+/// Trips that it about takes to find and prove a periodic motion.
+const TRIPS: usize = 4;
 /// As many steps are always made.
 const FEWEST_STEPS: usize = 2000;
 /// As many steps are the most.
@@ -59,7 +61,7 @@ impl Task<'_> {
             let there = trip::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
             Some(self.found(Vec::new(), &there, bits))
         };
-        Ok(self.climb(found, wide))
+        Ok(self.climb(found, 1, wide))
     }
 
     /// About the periodic motion near a state.
@@ -86,7 +88,7 @@ impl Task<'_> {
                 own.ok_or(failed)?
             }
         };
-        Ok(self.climb(found, |bits, steps, found| {
+        Ok(self.climb(found, TRIPS, |bits, steps, found| {
             wide(bits, steps, Some(&found.start))
         }))
     }
@@ -100,6 +102,7 @@ impl Task<'_> {
     fn climb(
         &self,
         mut found: Found,
+        trips: usize,
         wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
     ) -> Found {
         let mut bits = FIRST_BITS;
@@ -109,11 +112,13 @@ impl Task<'_> {
         }
         for rung in 0..RUNGS {
             let steps = self.wide_steps(bits);
-            let most = steps.1 >> (4 * rung);
+            let most = (steps.1 >> (4 * rung)) / trips;
             if !is_lacking(&found.multipliers, self.digits) || found.steps > most {
                 break;
             }
-            let Some(finer) = wide(bits, steps, &found) else {
+            let finer = wide(bits, steps, &found);
+            let open = |found: &Found| undecided(&found.multipliers);
+            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else {
                 break;
             };
             let steps = found.steps;
@@ -336,21 +341,21 @@ impl Blocks {
             return quick;
         }
         let careful = many(true);
-        let undecided = |all: &[Multiplier]| {
-            let undecided = all.iter().filter(|own| own.place == Place::Undecided);
-            undecided.count() + if all.is_empty() { n + 1 } else { 0 }
-        };
-        let best = if undecided(&careful) <= undecided(&quick) {
-            careful
-        } else {
-            quick
-        };
-        if best.is_empty() {
-            unknown(block, n, precision)
-        } else {
-            best
+        match (careful.is_empty(), quick.is_empty()) {
+            (false, false) if undecided(&careful) <= undecided(&quick) => careful,
+            (false, true) => careful,
+            (_, false) => quick,
+            (true, true) => unknown(block, n, precision),
         }
     }
+}
+
+/// How many multipliers bounds do not place.
+fn undecided(multipliers: &[Multiplier]) -> usize {
+    let undecided = multipliers.iter();
+    undecided
+        .filter(|own| own.place == Place::Undecided)
+        .count()
 }
 
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
