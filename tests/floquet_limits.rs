@@ -170,23 +170,61 @@ fn borders_of_several_coordinates_are_decided() {
     assert_eq!(checked, 12);
 }
 
-/// u and v of the same kind, almost: multipliers that nearly collide on the circle.
+/// u and v are almost equal, but for the sign of their energy: multipliers that nearly collide on the circle, and could leave it
+/// if they did.
 #[test]
 fn near_collisions_on_the_circle_are_told_apart() {
     for apart in ["1e-8", "1e-12", "1e-20", "1e-40"] {
         let text = format!(
-            "coord x, y  let u = (3*x + 4*y)/5  let v = (4*x - 3*y)/5  T = 1/2*(x'^2 + y'^2)
-             V = 1/2*(3 - cos(2*t))*u^2 + 1/2*(3 + {apart} - cos(2*t))*v^2  period pi"
+            "coord x, y  let u = (5*x + 4*y)/3  let v = (4*x + 5*y)/3  T = 1/2*(u'^2 - v'^2)
+             V = 1/2*(3 - cos(2*t))*u^2 - 1/2*(3 + {apart} - cos(2*t))*v^2  period pi"
         );
         let found = found(&text).unwrap();
         assert_eq!(found.stable, Some(true), "{apart}");
+        let mut all = found.multipliers.iter();
         assert!(
-            found
-                .multipliers
-                .iter()
-                .all(|own| own.single && own.place == Place::On)
+            all.all(|own| own.single && own.place == Place::On),
+            "{apart}"
         );
     }
+}
+
+/// What symmetry makes repeat: a ring of equal oscillators, and an isotropic one in a rotating frame, about a periodic motion.
+#[test]
+fn multipliers_that_repeat_on_the_circle_are_decided_by_their_form() {
+    let ring = "coord x[1..3]  T = sum(i in 1..3, 1/2*x[i]'^2)  period 2*pi/3
+        V = sum(i in 1..3, 1/2*(1 + cos(3*t)/5)*(x[i] - x[mod(i, 3) + 1])^2 + 1/2*x[i]^2)";
+    let rotating = "param W = 3/10  coord x, y
+        let X = x*cos(W*t) - y*sin(W*t)  let Y = x*sin(W*t) + y*cos(W*t)
+        T = 1/2*(X'^2 + Y'^2)  V = x^2 + y^2 + x*cos(W*t)  period 2*pi/W";
+    for (text, rests) in [(ring, true), (rotating, false)] {
+        let found = found(text).unwrap();
+        assert_eq!((found.stable, found.rests), (Some(true), rests), "{text}");
+        let all = &found.multipliers;
+        assert!(
+            all.iter()
+                .all(|own| own.place == Place::On && own.semisimple)
+        );
+        let repeated = all.iter().filter(|own| !own.single).count();
+        assert_eq!(repeated, 4, "{text}");
+    }
+}
+
+/// Two that are equal but for the sign of their energy, mixed by a drive that changes neither: a small change could make
+/// them grow, and nothing is said.
+#[test]
+fn multipliers_of_mixed_signature_are_undecided() {
+    let text = "coord x, y  period 2*pi
+        let X = x*cosh(sin(t)) + y*sinh(sin(t))  let Y = x*sinh(sin(t)) + y*cosh(sin(t))
+        T = 1/2*(X'^2 - Y'^2)  V = X^2 - Y^2";
+    let found = found(text).unwrap();
+    assert_eq!((found.stable, found.growth_rate), (None, None));
+    assert!(
+        found
+            .multipliers
+            .iter()
+            .all(|own| own.place == Place::Undecided)
+    );
 }
 
 #[test]

@@ -58,9 +58,10 @@ pub(super) struct Cover<S> {
 }
 
 /// Covers for all eigenvalues, and the same discs without a scaling, which hold them together.
-pub(super) struct Covers<S> {
+pub(super) struct Covers<S: Enclosure> {
     pub(super) of: Vec<Cover<S>>,
     pub(super) plain: Vec<Disc<S>>,
+    form: Form<S>,
 }
 
 impl<S: Enclosure> Covers<S> {
@@ -134,7 +135,20 @@ impl<S: Enclosure> Covers<S> {
             }
         }
         let finite = of.iter().all(|own| own.disc.radius.is_finite());
-        finite.then_some(Self { of, plain })
+        finite.then_some(Self {
+            of,
+            plain,
+            form: matrix,
+        })
+    }
+
+    /// A bound of an entry of V⁻¹ΦV, on the diagonal of its distance from the center of the disc.
+    pub(super) fn coupling(&self, i: usize, j: usize) -> Magnitude {
+        if i == j {
+            self.form.own[i]
+        } else {
+            self.form.off[self.form.n * i + j]
+        }
     }
 }
 

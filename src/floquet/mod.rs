@@ -20,6 +20,7 @@ mod multipliers;
 mod orbit;
 mod resonance;
 mod rungs;
+mod signature;
 pub(crate) mod trial;
 
 pub use error::FloquetError;
@@ -140,6 +141,7 @@ pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError
         driven: &driven,
         equations: &equations,
         period: &period,
+        point: &point,
         digits: options.digits,
     };
     let found = if rests {
@@ -291,8 +293,8 @@ fn stable(multipliers: &[Multiplier]) -> Option<bool> {
     }
     let bounded = |own: &Multiplier| match own.place {
         Place::Inside => true,
-        // A single one has a vector, and no other with it that grows.
-        Place::On => own.single,
+        // With a vector for each time it repeats, nothing with it grows.
+        Place::On => own.semisimple,
         Place::Outside | Place::Undecided => false,
     };
     multipliers.iter().all(bounded).then_some(true)

@@ -28,6 +28,8 @@ pub(crate) struct Driven {
     velocities: Vec<Symbol>,
     /// M, row by row.
     mass: Vec<Vec<ExprId>>,
+    /// dp_i/dq_j, row by row.
+    slopes: Vec<Vec<ExprId>>,
     /// h.
     load: Vec<ExprId>,
     /// Whether there is friction.
@@ -63,17 +65,19 @@ impl Driven {
         let friction = written_out(model, &mut pool, friction, &known);
         let n = coordinates.len();
         let mut mass = Vec::new();
+        let mut slopes = Vec::new();
         let mut load = Vec::new();
         let mut damped = false;
         for i in 0..n {
             let momentum = pool.diff(lagrangian, velocities[i]);
             mass.push(pool.gradient(momentum, &velocities));
+            let own = pool.gradient(momentum, &coordinates);
             let mut parts = Vec::new();
-            for j in 0..n {
-                let slope = pool.diff(momentum, coordinates[j]);
-                let velocity = pool.symbol_expr(velocities[j]);
-                parts.push(pool.mul(slope, velocity));
+            for (slope, velocity) in own.iter().zip(&velocities) {
+                let velocity = pool.symbol_expr(*velocity);
+                parts.push(pool.mul(*slope, velocity));
             }
+            slopes.push(own);
             parts.push(pool.diff(momentum, time));
             let force = pool.diff(lagrangian, coordinates[i]);
             parts.push(pool.neg(force));
@@ -90,6 +94,7 @@ impl Driven {
             coordinates,
             velocities,
             mass,
+            slopes,
             load,
             damped,
             open: open.iter().map(|at| model.parameters[*at].symbol).collect(),
@@ -130,6 +135,12 @@ impl Driven {
     pub(crate) fn expressions(&self) -> Vec<ExprId> {
         let mass = self.mass.iter().flatten();
         self.load.iter().chain(mass).copied().collect()
+    }
+
+    /// dp_i/dq_j, then dp_i/dq_j' = M_ij, row by row: what makes displacements of the state ones of q and p.
+    pub(super) fn canonical(&self) -> Vec<ExprId> {
+        let slopes = self.slopes.iter().flatten();
+        slopes.chain(self.mass.iter().flatten()).copied().collect()
     }
 
     /// The time, the coordinates, their velocities.

@@ -5,10 +5,11 @@
 //! Without friction the monodromy is similar to a symplectic matrix: with z, 1/z̄ is an eigenvalue (V. I. Arnold, Mathematical
 //! Methods of Classical Mechanics, §42). An eigenvalue in a disc of its own whose mirror image by the circle meets no
 //! other disc is therefore its own image and lies on the circle; and one far inside is known from its partner outside,
-//! beside which it would be lost.
+//! beside which it would be lost. Several that are not told apart lie on it where their form is definite ([`super::signature`]).
 
 use super::basis::Basis;
 use super::discs::{Covers, Disc, connected};
+use super::signature::is_definite;
 use crate::flow::Enclosure;
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar, up};
 
@@ -43,6 +44,8 @@ pub struct Multiplier {
     pub place: Place,
     /// Whether no other multiplier is within its bounds.
     pub single: bool,
+    /// Whether it is known to have as many eigenvectors as it repeats, so that on the circle nothing grows.
+    pub semisimple: bool,
     /// Real part, imaginary part and modulus with more bits or beyond the range of doubles, where they were needed.
     pub precise: Option<Box<[Big; 3]>>,
 }
@@ -60,6 +63,7 @@ impl Multiplier {
             modulus: modulus.as_ref().map_or(Ball::ONE, Enclosure::to_ball),
             place,
             single,
+            semisimple: single,
             precise: re.precise().zip(im.precise()).map(|(re, im)| {
                 let modulus = modulus.and_then(Enclosure::precise);
                 let modulus = modulus.unwrap_or_else(|| Big::one(re.bits()));
@@ -140,7 +144,7 @@ pub(super) fn missing_bits(multipliers: &[Multiplier], digits: usize) -> usize {
 impl Multiplier {
     fn is_lacking(&self, digits: usize) -> bool {
         self.place == Place::Undecided
-            || self.place == Place::On && !self.single
+            || self.place == Place::On && !self.semisimple
             || self
                 .parts(digits)
                 .iter()
@@ -242,12 +246,13 @@ pub(super) fn of_two<S: Enclosure>(
     vec![own.clone(), own]
 }
 
-/// The eigenvalues of a matrix given row by row, each as often as it has discs; `symplectic` as above, `careful` says to take
-/// eigenvectors at the precision of the entries. Empty where eigenvectors could not be told apart.
+/// The eigenvalues of a matrix given row by row, each as often as it has discs; `symplectic` as above, and gives the form that the
+/// matrix leaves unchanged, where that is needed; `careful` says to take eigenvectors at the precision of the entries. Empty where
+/// eigenvectors could not be told apart.
 pub(super) fn of_many<S: Enclosure>(
     matrix: &[S],
     n: usize,
-    symplectic: bool,
+    symplectic: Option<&dyn Fn() -> Option<Vec<S>>>,
     careful: bool,
     precision: S::Precision,
 ) -> Vec<Multiplier> {
@@ -256,17 +261,19 @@ pub(super) fn of_many<S: Enclosure>(
     } else {
         Basis::quick(matrix, n, precision)
     };
-    let covers = basis.and_then(|basis| Covers::new(matrix, n, &basis, precision));
-    let Some(covers) = covers else {
+    let Some(basis) = basis else {
         return Vec::new();
     };
-    let partners = if symplectic {
+    let Some(covers) = Covers::new(matrix, n, &basis, precision) else {
+        return Vec::new();
+    };
+    let partners = if symplectic.is_some() {
         partners(&covers, precision)
     } else {
         vec![None; n]
     };
     let own = covers.of.iter().zip(partners);
-    own.map(|(cover, partner)| {
+    let own = own.map(|(cover, partner)| {
         let disc = &cover.disc;
         // An eigenvalue that is in none of the others is in this one.
         let is_own = |image: &Disc<S>| {
@@ -292,7 +299,7 @@ pub(super) fn of_many<S: Enclosure>(
             disc.mirrored(precision)
                 .is_some_and(|mirror| is_own(&mirror))
         };
-        let place = if symplectic && disc.single && mirrored() {
+        let place = if symplectic.is_some() && disc.single && mirrored() {
             Place::On
         } else {
             // By the disc, not by its square.
@@ -300,8 +307,47 @@ pub(super) fn of_many<S: Enclosure>(
             side(&modulus.with_spread(disc.radius), precision)
         };
         Multiplier::new(re, im, place, disc.single)
-    })
-    .collect()
+    });
+    let mut multipliers: Vec<Multiplier> = own.collect();
+    if let Some(form) = symplectic
+        && multipliers.iter().any(|own| own.place == Place::Undecided)
+        && let Some(form) = form()
+    {
+        together(&mut multipliers, &covers, &basis, &form, precision);
+    }
+    multipliers
+}
+
+/// Those that are not told apart, but stay on the circle together.
+fn together<S: Enclosure>(
+    multipliers: &mut [Multiplier],
+    covers: &Covers<S>,
+    basis: &Basis<S>,
+    form: &[S],
+    precision: S::Precision,
+) {
+    let mut done = vec![false; multipliers.len()];
+    for first in 0..multipliers.len() {
+        if done[first] {
+            continue;
+        }
+        let members = connected(first, &covers.plain, precision);
+        members.iter().for_each(|at| done[*at] = true);
+        let mut open = members.iter().map(|at| multipliers[*at].place);
+        if open.all(|place| place == Place::Undecided)
+            && is_definite(&members, covers, basis, form, precision)
+        {
+            for at in members {
+                let own = &mut multipliers[at];
+                own.place = Place::On;
+                own.semisimple = true;
+                own.modulus = Ball::ONE;
+                if let Some(precise) = &mut own.precise {
+                    precise[2] = Big::one(precise[2].bits());
+                }
+            }
+        }
+    }
 }
 
 /// Discs far inside that are known from their partners outside: for each, that of its own multiplier, and whether that is

@@ -5,7 +5,7 @@ use super::monodromy::{FAR, Stop, Trip, short, trip};
 use super::motion::Driven;
 use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
-use crate::expr::Tape;
+use crate::expr::{ExprId, Tape};
 use crate::flow::{Enclosure, Equations, Plain};
 use crate::precision::{Ball, Big, Magnitude};
 
@@ -13,14 +13,17 @@ use crate::precision::{Ball, Big, Magnitude};
 const ORDER: usize = 34;
 /// Bits of the first rung beyond double-double, where digits do not ask for more; the second one has twice as many.
 const FIRST_BITS: usize = 192;
-/// Rungs beyond double-double.
+/// Rungs beyond double-double. What the first one leaves open, most often, no bits decide: 1 twice with one vector, as a
+/// coordinate that is free has it. So the second one has to be cheap.
 const RUNGS: usize = 2;
 /// Bits for eigenvalues of what leaves the range of doubles.
 const RANGE_BITS: usize = 128;
 /// Products of balls on a trip: some ten seconds.
 const WORK: f64 = 1e9;
 /// What a product of numbers of 128 bits takes beside one of balls, about.
-const WIDE: f64 = 10.0;
+const WIDE: f64 = 5.0;
+/// Trips that it about takes to find and prove a periodic motion.
+const TRIPS: usize = 4;
 /// As many steps are always made.
 const FEWEST_STEPS: usize = 2000;
 /// As many steps are the most.
@@ -31,6 +34,8 @@ pub(super) struct Task<'a> {
     pub(super) driven: &'a Driven,
     pub(super) equations: &'a Equations,
     pub(super) period: &'a Ball,
+    /// The coordinates of what rests.
+    pub(super) point: &'a [ExprId],
     pub(super) digits: usize,
 }
 
@@ -56,7 +61,7 @@ impl Task<'_> {
             let there = trip::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
             Some(self.found(Vec::new(), &there, bits))
         };
-        Ok(self.climb(found, wide))
+        Ok(self.climb(found, 1, wide))
     }
 
     /// About the periodic motion near a state.
@@ -84,7 +89,7 @@ impl Task<'_> {
                 own.ok_or(failed)?
             }
         };
-        Ok(self.climb(found, |bits, steps, found| {
+        Ok(self.climb(found, TRIPS, |bits, steps, found| {
             wide(bits, steps, Some(&found.start))
         }))
     }
@@ -98,6 +103,7 @@ impl Task<'_> {
     fn climb(
         &self,
         mut found: Found,
+        trips: usize,
         wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
     ) -> Found {
         let mut bits = FIRST_BITS;
@@ -105,12 +111,15 @@ impl Task<'_> {
             let missing = missing_bits(&found.multipliers, self.digits);
             bits = bits.max((128 + missing).next_multiple_of(64));
         }
-        for _ in 0..RUNGS {
+        for rung in 0..RUNGS {
             let steps = self.wide_steps(bits);
-            if !is_lacking(&found.multipliers, self.digits) || found.steps > steps.1 {
+            let most = (steps.1 >> (4 * rung)) / trips;
+            if !is_lacking(&found.multipliers, self.digits) || found.steps > most {
                 break;
             }
-            let Some(finer) = wide(bits, steps, &found) else {
+            let finer = wide(bits, steps, &found);
+            let open = |found: &Found| undecided(&found.multipliers);
+            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else {
                 break;
             };
             let steps = found.steps;
@@ -136,17 +145,19 @@ impl Task<'_> {
                 .map(|x| x.to_big(RANGE_BITS).scale(there.exponent))
                 .collect()
         };
-        let blocks = |digits| Blocks {
+        let blocks = Blocks {
             n,
             symplectic,
-            digits,
+            digits: self.digits,
         };
         let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
             let wide = wide();
             let bits = wide.first().map_or(RANGE_BITS, Big::bits);
-            blocks(self.digits).multipliers(&wide, bits)
+            blocks.multipliers(&wide, bits, &|| None)
         } else {
-            blocks(self.digits).multipliers(&there.monodromy, precision)
+            blocks.multipliers(&there.monodromy, precision, &|| {
+                self.form(&start, precision)
+            })
         };
         let monodromy = match there.exponent {
             0 => there.monodromy.iter().map(Enclosure::to_ball).collect(),
@@ -158,6 +169,38 @@ impl Task<'_> {
             multipliers,
             steps: there.steps,
         }
+    }
+
+    /// The form Σ δq_i ∧ δp_i that no motion without friction changes, in displacements of q and q' at the beginning, row by row: with
+    /// δp = A δq + M δq' its entries are A - Aᵀ, M and -M.
+    fn form<S: Enclosure>(&self, start: &[S], precision: S::Precision) -> Option<Vec<S>> {
+        let (pool, half) = (&self.driven.pool, self.driven.dimension());
+        let zero = S::exact(0.0, precision);
+        let mut inputs = vec![zero.clone()];
+        if start.is_empty() {
+            let tape = Tape::compile(pool, self.point, &[]).ok()?;
+            inputs.extend(tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()));
+            inputs.resize(2 * half + 1, zero.clone());
+        } else {
+            inputs.extend(start.iter().cloned());
+        }
+        let tape = Tape::compile(pool, &self.driven.canonical(), &self.driven.symbols()).ok()?;
+        let values = tape
+            .prepare::<S>(precision)
+            .evaluate(&inputs, &mut Vec::new());
+        let entry = |at: usize| {
+            let ((i, upper), (j, left)) = [at / (2 * half), at % (2 * half)]
+                .map(|k| (k % half, k < half))
+                .into();
+            let mass = || values.get(half * half + half * i + j);
+            match (upper, left) {
+                (true, true) => Some(values.get(half * i + j)?.sub(values.get(half * j + i)?)),
+                (true, false) => mass().cloned(),
+                (false, true) => Some(mass()?.neg()),
+                (false, false) => Some(zero.clone()),
+            }
+        };
+        (0..4 * half * half).map(entry).collect()
     }
 
     /// The period with more bits.
@@ -238,6 +281,7 @@ impl Blocks {
         &self,
         monodromy: &[S],
         precision: S::Precision,
+        form: &dyn Fn() -> Option<Vec<S>>,
     ) -> Vec<Multiplier> {
         let half = self.n / 2;
         let coupled = |i: usize, j: usize| {
@@ -268,12 +312,14 @@ impl Blocks {
             members.sort_unstable();
             let velocities = members.iter().map(|i| i + half);
             let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
-            let block: Vec<S> = rows
-                .iter()
-                .flat_map(|row| rows.iter().map(move |column| self.n * row + column))
-                .map(|at| monodromy[at].clone())
-                .collect();
-            all.extend(self.of_block(&block, rows.len(), precision));
+            let part = |of: &[S]| -> Vec<S> {
+                rows.iter()
+                    .flat_map(|row| rows.iter().map(move |column| self.n * row + column))
+                    .map(|at| of[at].clone())
+                    .collect()
+            };
+            let form = || form().map(|form| part(&form));
+            all.extend(self.of_block(&part(monodromy), rows.len(), precision, &form));
         }
         all
     }
@@ -284,31 +330,33 @@ impl Blocks {
         block: &[S],
         n: usize,
         precision: S::Precision,
+        form: &dyn Fn() -> Option<Vec<S>>,
     ) -> Vec<Multiplier> {
         if n == 2 {
             return multipliers::of_two(block, self.symplectic, precision);
         }
-        let many = |careful| multipliers::of_many(block, n, self.symplectic, careful, precision);
+        let form = self.symplectic.then_some(form);
+        let many = |careful| multipliers::of_many(block, n, form, careful, precision);
         let quick = many(false);
         if !is_lacking(&quick, self.digits) {
             return quick;
         }
         let careful = many(true);
-        let undecided = |all: &[Multiplier]| {
-            let undecided = all.iter().filter(|own| own.place == Place::Undecided);
-            undecided.count() + if all.is_empty() { n + 1 } else { 0 }
-        };
-        let best = if undecided(&careful) <= undecided(&quick) {
-            careful
-        } else {
-            quick
-        };
-        if best.is_empty() {
-            unknown(block, n, precision)
-        } else {
-            best
+        match (careful.is_empty(), quick.is_empty()) {
+            (false, false) if undecided(&careful) <= undecided(&quick) => careful,
+            (false, true) => careful,
+            (_, false) => quick,
+            (true, true) => unknown(block, n, precision),
         }
     }
+}
+
+/// How many multipliers bounds do not place.
+fn undecided(multipliers: &[Multiplier]) -> usize {
+    let undecided = multipliers.iter();
+    undecided
+        .filter(|own| own.place == Place::Undecided)
+        .count()
 }
 
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
