@@ -70,7 +70,7 @@ pub(super) fn search(
         Some((difference, slopes))
     };
     let mut x = DVector::from_column_slice(start);
-    let first = travel(&x, usize::MAX);
+    let first = travel(&x, most_steps.saturating_add(1));
     if steps.get() > most_steps {
         return Err(Lost::Way(Stop::TooLong { steps: most_steps }));
     }

@@ -13,7 +13,7 @@ const ORDER: usize = 24;
 /// What a step may leave out, beside the size of the state.
 const TOLERANCE: f64 = 1e-17;
 /// More steps than this are not made.
-const MOST_STEPS: usize = 100_000;
+const MOST_STEPS: usize = 1_000_000;
 /// The terms that the length of a step is taken from: gaps in a series are mostly shorter.
 const LAST: std::ops::Range<usize> = ORDER / 2..ORDER;
 /// Times on a trip at which the right side is looked at, at least; what is shorter than their distance may be missed.
