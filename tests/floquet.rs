@@ -149,7 +149,7 @@ fn borders_of_published_tables() {
             std::fs::read_to_string(format!("tests/reference/driven/mathieu_{kind}.csv")).unwrap();
         let mut lines = text.lines();
         let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
-        for line in lines.step_by(10) {
+        for line in lines.step_by(20) {
             let cells: Vec<&str> = line.split(',').collect();
             for (order, cell) in heading.iter().zip(&cells).skip(1) {
                 assert!(
@@ -161,7 +161,7 @@ fn borders_of_published_tables() {
             }
         }
     }
-    assert_eq!(checked, 11 * 21);
+    assert_eq!(checked, 11 * 11);
 }
 
 fn chart(text: &str, ranges: [&str; 2]) -> Chart {
