@@ -13,6 +13,7 @@ mod codes;
 mod equations;
 mod error;
 mod linear;
+mod matrix;
 mod proved;
 mod start;
 mod step;
