@@ -3,7 +3,7 @@
 //!
 //! A block `lag wrong` makes exactly the mistake of its page, a block `lag` none. Further words:
 //! `set=NAME=VALUE` is a setting, `check` stops before the modes, `derive` asks for M and K in symbols, `study` for
-//! a study of many sets of parameters, `start=…`, `mode=K` and `until=TIME` for a motion, `amplitude=A` and `energy=E`
+//! a study of many sets of parameters, `start=…`, `mode=K`, `until=TIME` and `proved` for a motion, `amplitude=A` and `energy=E`
 //! for a period, `amplitude` for changes of frequencies, `floquet` for multipliers, `inertia` for its
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
@@ -29,7 +29,7 @@ use librate::inertia::{self, Amount, Mesh};
 use librate::linearize::{self, linearize};
 use librate::model::{self, Constant, Model, Settings, TableTexts, elaborate, elaborate_tensors};
 use librate::modes::{Kind, Options};
-use librate::motion::{Start, System, Times};
+use librate::motion::{Enclosed, Start, System, Times};
 use librate::oscillation::{self, normal_modes};
 use librate::period::{self, Oscillator, Request};
 use librate::syntax::{self, format};
@@ -149,6 +149,7 @@ fn asked_motion(
     start: Option<&str>,
     mode: Option<&str>,
     until: Option<&str>,
+    proved: bool,
 ) -> Option<Error> {
     if start.is_none() && mode.is_none() {
         return None;
@@ -167,7 +168,11 @@ fn asked_motion(
             None => Start::parse(start.unwrap(), model, linearized.as_ref().ok(), &system)?,
         };
         let times = Times::new(&constant(until.unwrap_or("1")), 3)?;
-        system.motion(&start, &times)?;
+        if proved {
+            Enclosed::new(model)?.motion(&start, &times, 10)?;
+        } else {
+            system.motion(&start, &times)?;
+        }
         Ok(())
     };
     follow().err()
@@ -233,7 +238,13 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         return told;
     }
     let word = |name: &str| block.words.iter().find_map(|word| word.strip_prefix(name));
-    if let Some(error) = asked_motion(&checked, word("start="), word("mode="), word("until=")) {
+    if let Some(error) = asked_motion(
+        &checked,
+        word("start="),
+        word("mode="),
+        word("until="),
+        block.words.contains(&"proved"),
+    ) {
         told.extend(error.diagnostics().into_iter().map(code));
         return told;
     }

@@ -166,6 +166,41 @@ fn amplitudes() {
     }
 }
 
+#[test]
+fn motions_with_and_without_a_proof() {
+    let schema = Schema::read("motion");
+    for how in [&["--proved"][..], &[], &["--tolerance", "1e-9"]] {
+        let mut arguments = vec!["motion", "models/spring_pendulum.lag", "--mode", "1"];
+        arguments.extend([
+            "--amplitude",
+            "1/100",
+            "--until",
+            "1",
+            "--samples",
+            "3",
+            "--json",
+        ]);
+        arguments.extend(how);
+        let run = run(&arguments);
+        assert_eq!(run.status, 0, "{}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check("a motion", &value);
+        assert_eq!(value["proved"], how == ["--proved"]);
+        let columns = value["columns"].as_array().unwrap();
+        assert_eq!(
+            columns.len(),
+            2 * value["coordinates"].as_array().unwrap().len()
+        );
+        if how == ["--proved"] {
+            value["columns"][0]
+                .as_object_mut()
+                .unwrap()
+                .remove("error_bounds");
+            assert!(schema.refuses(&value));
+        }
+    }
+}
+
 /// The schemas can fail.
 #[test]
 fn what_is_not_promised_is_refused() {

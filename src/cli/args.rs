@@ -169,11 +169,13 @@ their velocities. Numbers of --start are in the units of the coordinates; the ta
 driving are followed.
 
 The equations are integrated twice, in numbers of 31 and of 16 digits. How far these differ tells how much the motion magnifies
-errors, and only digits that this leaves are printed: a chaotic motion loses them in the course of time. With --tolerance it is
-one quick run in doubles, printed as they are. What the energy does is told beside the table.";
+errors, and only digits that this leaves are printed: a chaotic motion loses them in the course of time. That is an estimate.
+With --proved the motion is enclosed step by step, in numbers of as many bits as it takes, and every digit is proved. With
+--tolerance it is one quick run in doubles, printed as they are. What the energy does is told beside the table.";
 const MOTION_EXAMPLE: &str = "\
 Examples:
     librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --samples 1001
+    librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --digits 20 --proved
     librate motion three_pendulums.lag --mode 2 --amplitude 0.5 --until 20 --linear --svg motion.svg";
 
 /// The command line.
@@ -414,6 +416,9 @@ pub(crate) struct Motion {
     /// Significant digits of the table, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
     pub(crate) digits: usize,
+    /// Prove every digit: bounds for every value, where that can be done
+    #[arg(long, conflicts_with_all = ["tolerance", "linear"])]
+    pub(crate) proved: bool,
     /// One quick run in doubles instead, that leaves out so much in each step
     #[arg(long, value_name = "EPS", value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
@@ -423,6 +428,9 @@ pub(crate) struct Motion {
     /// Draw the coordinates into a file
     #[arg(long, value_name = "FILE")]
     pub(crate) svg: Option<PathBuf>,
+    /// JSON instead of CSV, with the error of each value
+    #[arg(long, conflicts_with = "linear")]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

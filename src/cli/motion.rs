@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use anstream::AutoStream;
 use librate::linearize::{self, LinearizeError};
 use librate::model::{Constant, ModelError};
-use librate::motion::{self, Start, System, Times};
+use librate::motion::{self, Enclosed, Start, System, Times};
 use librate::{Error, modes, oscillation, report};
 
 use super::args::{self, MessageFormat};
@@ -58,6 +58,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
             }
         };
         let trajectory = match args.tolerance {
+            None if args.proved => Enclosed::new(&model)?.motion(&start, &times, args.digits)?,
             Some(tolerance) => system.quick(&start, &times, tolerance)?,
             None => system.motion(&start, &times)?,
         };
@@ -81,8 +82,13 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         // Nobody to read it is no mistake.
         let _ = writeln!(AutoStream::auto(io::stderr()), "{remark}");
     }
+    let text = if args.json {
+        report::motion_json(&model, &trajectory, args.digits)
+    } else {
+        report::motion_csv(&model, &trajectory, linear.as_deref(), args.digits)
+    };
     Ok(Answer {
-        text: report::motion_csv(&model, &trajectory, linear.as_deref(), args.digits),
+        text,
         remarks: Some((source, warnings)),
     })
 }

@@ -120,7 +120,7 @@ impl<S: Scalar> Series<S> {
     /// [`super::Tape::compile`]; k counts up with each call. An input that is left out is not a number.
     ///
     /// What has no expansion is not finite: a root or a power that is not whole where its base begins with 0, an
-    /// absolute value where the sign is not decided. (A series whose base is constant so far is constant.)
+    /// absolute value where the sign is not decided, an angle on both sides of its jump. (A series whose base is constant so far is constant.)
     pub fn next(&mut self, inputs: &[S]) -> &[S] {
         let k = self.order;
         while self.counts.len() <= k {
@@ -268,8 +268,16 @@ impl<S: Scalar> Series<S> {
             Start::Function(function, x) => first(x).apply(function),
             Start::Power { base, exponent } => first(base).pow(first(exponent)),
             Start::ConstantPower { base, exponent } => first(base).pow(&self.constants[exponent]),
+            // Numbers on both sides of the negative x axis have angles that are no expansion of each other.
+            Start::Angle { y, x } if self.may_cross(first(y), first(x)) => self.not_a_number(),
             Start::Angle { y, x } => first(y).atan2(first(x)),
         }
+    }
+
+    /// Whether a set of points (x, y) may lie on both sides of the negative x axis; a single point does not.
+    fn may_cross(&self, y: &S, x: &S) -> bool {
+        let decided = y.is_exact_zero() || y.signum().is_finite();
+        !decided && !x.apply(Function::Ln).is_finite()
     }
 
     fn sum(&self, constant: Option<usize>, terms: &[(usize, Weight)], k: usize) -> S {

@@ -6,7 +6,7 @@
 
 use super::error::FloquetError;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
-use crate::flow::Equations;
+use crate::flow::{Equations, solved};
 use crate::linearize::{known_values, missing_value, signed_terms, written_out};
 use crate::model::{Model, SymbolKind};
 use crate::number::Number;
@@ -228,58 +228,19 @@ impl Driven {
         })
     }
 
-    /// -M⁻¹ times the right sides, by elimination; a positive M needs no exchanges of rows.
+    /// -M⁻¹ times the right sides.
     fn solved(
         &mut self,
-        mut mass: Vec<Vec<ExprId>>,
-        mut right: Vec<Vec<ExprId>>,
+        mass: Vec<Vec<ExprId>>,
+        right: Vec<Vec<ExprId>>,
     ) -> Result<Vec<Vec<ExprId>>, FloquetError> {
-        let n = mass.len();
-        let pool = &mut self.pool;
-        let zero = pool.zero();
-        let subtract = |pool: &mut Pool, from: ExprId, factor: ExprId, other: ExprId| {
-            if other == zero {
-                return from;
-            }
-            let product = pool.mul(factor, other);
-            pool.sub(from, product)
-        };
-        for k in 0..n {
-            for i in k + 1..n {
-                if mass[i][k] == zero {
-                    continue;
-                }
-                let factor = pool.div(mass[i][k], mass[k][k]);
-                for rows in [&mut mass, &mut right] {
-                    let (upper, lower) = rows.split_at_mut(i);
-                    for (entry, other) in lower[0].iter_mut().zip(&upper[k]) {
-                        *entry = subtract(pool, *entry, factor, *other);
-                    }
-                }
-            }
+        let span = self.driven_at;
+        let rows = solved(&mut self.pool, mass, right);
+        let mut rows = rows.ok_or(FloquetError::NotDefined { span })?;
+        for value in rows.iter_mut().flatten() {
+            *value = self.pool.neg(*value);
         }
-        for k in (0..n).rev() {
-            for j in 0..right[k].len() {
-                let mut value = right[k][j];
-                for l in k + 1..n {
-                    if mass[k][l] != zero {
-                        value = subtract(pool, value, mass[k][l], right[l][j]);
-                    }
-                }
-                right[k][j] = pool.div(value, mass[k][k]);
-                if pool.is_undefined(right[k][j]) {
-                    return Err(FloquetError::NotDefined {
-                        span: self.driven_at,
-                    });
-                }
-            }
-        }
-        for row in &mut right {
-            for value in row {
-                *value = pool.neg(*value);
-            }
-        }
-        Ok(right)
+        Ok(rows)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Steps whose results hold the solution.
 
 use super::Equations;
-use super::enclosure::{Enclosure, growth, onwards};
+use super::enclosure::{Enclosure, growth, norm, onwards, reached};
 use super::plain::weights;
 use crate::expr::{Prepared, Series};
 use crate::number::Number;
@@ -109,7 +109,7 @@ impl<S: Enclosure> Enclosing<S> {
             return None;
         }
         let weights = self.weights(jacobian);
-        let norm = self.norm(jacobian, &weights);
+        let norm = norm(jacobian, &weights);
         // Beside the point nothing depends on the set but T.
         let unit = self.unit();
         let mut point = std::mem::replace(&mut self.point, Expansion::empty());
@@ -178,12 +178,12 @@ impl<S: Enclosure> Enclosing<S> {
         let time = onwards(t, length, self.precision);
         let (tube, jacobian) = self.tube(&time, state, length, here, weights)?;
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
-        let a = self.norm(&jacobian, weights);
+        let a = norm(&jacobian, weights);
         let bound = growth(up(a * length));
         if !bound.is_finite() {
             return None;
         }
-        let reached = self.reached(&jacobian);
+        let reached = reached(self.dimension, &jacobian);
         let mut slopes = self.unit();
         for (at, entry) in slopes.iter_mut().enumerate() {
             if reached[at] {
@@ -197,7 +197,7 @@ impl<S: Enclosure> Enclosing<S> {
         let rounding = REMAINDER * S::rounding(self.precision);
         let mut excess = 0.0_f64;
         let last = expansion.slopes.get(self.order)?;
-        let size = self.norm(last, weights) * power;
+        let size = norm(last, weights) * power;
         excess = excess.max(size / rounding);
         if self.moving {
             let relative = |values: &[S]| {
@@ -212,26 +212,6 @@ impl<S: Enclosure> Enclosing<S> {
         }
         self.tube = expansion;
         excess.is_finite().then_some(excess.max(1e-30))
-    }
-
-    /// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
-    ///
-    /// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
-    /// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
-    /// row i too, where T_ij stays what it is at first.
-    fn reached(&self, jacobian: &[S]) -> Vec<bool> {
-        let n = self.dimension;
-        let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
-        for k in 0..n {
-            for i in 0..n {
-                if reached[n * i + k] {
-                    for j in 0..n {
-                        reached[n * i + j] |= reached[n * k + j];
-                    }
-                }
-            }
-        }
-        reached
     }
 
     /// A box that no solution from the state leaves before the end of the step, and J over it.
@@ -400,22 +380,5 @@ impl<S: Enclosure> Enclosing<S> {
     fn weights(&self, jacobian: &[S]) -> Vec<f64> {
         let sizes: Vec<f64> = jacobian.iter().map(|x| x.middle().abs()).collect();
         weights(self.dimension, &sizes)
-    }
-
-    /// max_i Σ_j |a_ij| w_j/w_i, from above.
-    fn norm(&self, matrix: &[S], weights: &[f64]) -> f64 {
-        let n = self.dimension;
-        let row = |i: usize| {
-            let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
-            // Weights are powers of two; each partial sum is rounded up.
-            parts.fold(0.0_f64, |sum, (x, w)| {
-                if x.is_zero() {
-                    sum
-                } else {
-                    up(sum + x.abs_upper() * (w / weights[i]))
-                }
-            })
-        };
-        (0..n).map(row).fold(0.0, f64::max)
     }
 }

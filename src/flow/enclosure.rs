@@ -36,6 +36,8 @@ pub trait Enclosure: Scalar {
     fn to_big(&self, bits: usize) -> Big;
     /// The number itself where it has more bits or a wider range than a ball.
     fn precise(self) -> Option<Big>;
+    /// What a ball holds.
+    fn from_ball(value: &Ball, precision: Self::Precision) -> Self;
     /// About the relative error of one operation.
     fn rounding(precision: Self::Precision) -> f64;
 }
@@ -121,6 +123,10 @@ impl Enclosure for Ball {
         None
     }
 
+    fn from_ball(value: &Ball, (): ()) -> Self {
+        *value
+    }
+
     fn rounding((): ()) -> f64 {
         crate::precision::U2
     }
@@ -200,6 +206,14 @@ impl Enclosure for Big {
         Some(self)
     }
 
+    fn from_ball(value: &Ball, bits: usize) -> Self {
+        if value.is_finite() {
+            Big::from_ball(value, bits)
+        } else {
+            Big::not_finite(bits)
+        }
+    }
+
     fn rounding(bits: usize) -> f64 {
         f64::powi(2.0, -i32::try_from(bits.min(1000)).unwrap_or(1000))
     }
@@ -218,4 +232,40 @@ pub(super) fn growth(x: f64) -> f64 {
     }
     let exponential = Ball::from(DoubleDouble::exact(x)).exp();
     up((exponential - Ball::ONE).upper().max(0.0))
+}
+
+/// max_i Σ_j |a_ij| w_j/w_i of a square matrix, row by row, from above.
+pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
+    let n = weights.len();
+    let row = |i: usize| {
+        let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
+        // Weights are powers of two; each partial sum is rounded up.
+        parts.fold(0.0_f64, |sum, (x, w)| {
+            if x.is_zero() {
+                sum
+            } else {
+                up(sum + x.abs_upper() * (w / weights[i]))
+            }
+        })
+    };
+    (0..n).map(row).fold(0.0, f64::max)
+}
+
+/// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
+///
+/// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
+/// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
+/// row i too, where T_ij stays what it is at first.
+pub(super) fn reached<S: Enclosure>(n: usize, jacobian: &[S]) -> Vec<bool> {
+    let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
+    for k in 0..n {
+        for i in 0..n {
+            if reached[n * i + k] {
+                for j in 0..n {
+                    reached[n * i + j] |= reached[n * k + j];
+                }
+            }
+        }
+    }
+    reached
 }

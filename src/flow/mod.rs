@@ -4,7 +4,8 @@
 //! that of its derivative by the initial point (the variational equations T' = J T, J = df/dx). [`Enclosing`] bounds what is
 //! left out: a box that the solution does not leave during the step, by the theorem of Picard and Lindelöf, a bound
 //! of T there by Gronwall's inequality, and Lagrange's remainder from the series over that box (R. E. Moore, Interval
-//! Analysis (1966), chapter 11; N. S. Nedialkov, K. R. Jackson, G. F. Corliss, Appl. Math. Comput. 105 (1999) 21). [`Plain`] does the
+//! Analysis (1966), chapter 11; N. S. Nedialkov, K. R. Jackson, G. F. Corliss, Appl. Math. Comput. 105 (1999) 21).
+//! [`Following`] does the same for one solution over a long time, about a centre of any precision. [`Plain`] does the
 //! same sums in doubles, with an error that is estimated only, for one set of parameters or for several at once.
 //!
 //! It never sees a model, and never says that a bound holds where a box was not shown to hold the solution: such a
@@ -12,10 +13,15 @@
 
 mod enclosing;
 mod enclosure;
+mod explicit;
+mod following;
 mod plain;
+mod set;
 
 pub use enclosing::{Enclosing, Step};
 pub use enclosure::Enclosure;
+pub(crate) use explicit::solved;
+pub use following::Following;
 pub use plain::{Doubles, Plain};
 
 use crate::expr::{ExprId, Pool, Symbol, Tape, UnboundSymbol};

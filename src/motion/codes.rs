@@ -17,6 +17,9 @@ impl MotionError {
             Self::TooLarge { .. } => "E0608",
             Self::TooManyNumbers { .. } => "E0609",
             Self::TooLong { .. } => "E0610",
+            Self::NotProved { .. } => "E0611",
+            Self::OpenStart => "E0612",
+            Self::TooLargeToProve { .. } => "E0613",
             Self::Linearize(error) => error.code(),
         }
     }

@@ -7,7 +7,8 @@
 
 use super::error::MotionError;
 use crate::derive::Simplifier;
-use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
+use crate::flow::solved;
 use crate::linearize::{
     derive_with_multipliers, known_values, missing_value, signed_terms, written_out,
 };
@@ -16,8 +17,10 @@ use crate::number::Number;
 
 /// Terms beyond this are not written out.
 const MOST_TERMS: usize = 200_000;
-/// Equations of more parts than this are left as they are.
+/// Equations of more parts than this are left as they are ...
 const MOST_SHORTENED: usize = 400;
+/// ... but for proofs, where each part that occurs twice costs bounds, too.
+const MOST_SHORTENED_FOR_PROOFS: usize = 20_000;
 
 /// The equations as tapes over the time, the coordinates and the velocities.
 #[derive(Clone, Debug)]
@@ -30,20 +33,39 @@ pub(super) struct Equations {
     pub(super) gradients: Vec<(usize, usize)>,
     /// Whether M and J are the same everywhere.
     pub(super) constant: bool,
-    /// M, h, J, gamma.
+    /// M, h, J, gamma, and what absolute values are taken of; in these |x| is s x, and the signs s are inputs behind the velocities.
     pub(super) tape: Tape,
+    /// What absolute values are taken of, at any place.
+    pub(super) kinks: Tape,
     /// c, and c' in the velocities.
     pub(super) surface: Tape,
     /// The energy function, where it is conserved.
     pub(super) energy: Option<Tape>,
 }
 
-impl Equations {
+/// The equations in symbols, brought to their shortest form where they are small.
+pub(super) struct Written<'a> {
+    model: &'a Model,
+    pool: Pool,
+    time: Symbol,
+    coordinates: Vec<Symbol>,
+    velocities: Vec<Symbol>,
+    mass: Vec<(usize, usize)>,
+    gradients: Vec<(usize, usize)>,
+    constraints: usize,
+    constant: bool,
+    /// M, h, J, gamma.
+    outputs: Vec<ExprId>,
+    surface: Vec<ExprId>,
+    energy: Option<ExprId>,
+}
+
+impl<'a> Written<'a> {
     /// Writes the equations out, with the values of the parameters.
     ///
     /// # Errors
-    /// Parameters without a value, and models with too many terms.
-    pub(super) fn new(model: &Model) -> Result<Self, MotionError> {
+    /// Models with too many terms.
+    pub(super) fn new(model: &'a Model, for_proofs: bool) -> Result<Self, MotionError> {
         let families = model.kinetic.iter().chain(&model.potential);
         let families = families.chain(&model.friction);
         let terms: usize = families.map(|family| family.count).sum();
@@ -125,16 +147,13 @@ impl Equations {
                 })
             })
         });
-        let mut inputs = vec![time];
-        inputs.extend(coordinates.iter().chain(&velocities));
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
-        shorten(&mut pool, &mut outputs);
-        let compile = |pool: &Pool, roots: &[ExprId]| {
-            Tape::compile(pool, roots, &inputs).map_err(|missing| {
-                // All that is no input is a parameter.
-                MotionError::Linearize(missing_value(model, number(missing.symbol)))
-            })
+        let most = if for_proofs {
+            MOST_SHORTENED_FOR_PROOFS
+        } else {
+            MOST_SHORTENED
         };
+        shorten(&mut pool, &mut outputs, most);
         let conserved = model.friction.is_empty() && model.time_dependent.is_none();
         let energy = conserved.then(|| {
             let products = momenta.iter().zip(&speed);
@@ -143,23 +162,138 @@ impl Equations {
             pool.sum(&parts)
         });
         Ok(Self {
-            coordinates: n,
-            constraints: constraints.len(),
+            model,
+            pool,
+            time,
+            coordinates,
+            velocities,
             mass,
             gradients,
+            constraints: constraints.len(),
             constant,
-            tape: compile(&pool, &outputs)?,
-            surface: compile(&pool, &surface)?,
-            energy: energy.map(|e| compile(&pool, &[e])).transpose()?,
+            outputs,
+            surface,
+            energy,
+        })
+    }
+
+    /// The time, the coordinates and the velocities.
+    fn inputs(&self) -> Vec<Symbol> {
+        let state = self.coordinates.iter().chain(&self.velocities);
+        std::iter::once(&self.time).chain(state).copied().collect()
+    }
+
+    /// For what is no input: all such symbols are parameters.
+    fn missing(&self, missing: UnboundSymbol) -> MotionError {
+        let number = match self.model.symbols.get(&missing.symbol) {
+            Some(SymbolKind::Parameter(number)) => *number,
+            _ => usize::MAX,
+        };
+        MotionError::Linearize(missing_value(self.model, number))
+    }
+
+    fn compile(&self, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, MotionError> {
+        Tape::compile(&self.pool, roots, inputs).map_err(|missing| self.missing(missing))
+    }
+
+    /// (q, q')' = (q', q''), with M q'' = -h, or M q'' - Jᵀ mu = -h and J q'' = -gamma.
+    ///
+    /// The matrix is eliminated without exchanges: M is positive, and so is the complement J M⁻¹ Jᵀ that is left of the rest.
+    ///
+    /// # Errors
+    /// Parameters without a value, and an M that has no inverse anywhere.
+    pub(super) fn explicit(mut self) -> Result<crate::flow::Equations, MotionError> {
+        let (n, c) = (self.coordinates.len(), self.constraints);
+        let zero = self.pool.zero();
+        let mut matrix = vec![vec![zero; n + c]; n + c];
+        let outputs = std::mem::take(&mut self.outputs);
+        let (mass, rest) = outputs.split_at(self.mass.len());
+        for ((i, j), entry) in self.mass.iter().zip(mass) {
+            matrix[*i][*j] = *entry;
+            matrix[*j][*i] = *entry;
+        }
+        let (loads, rest) = rest.split_at(n);
+        let (slopes, bends) = rest.split_at(self.gradients.len());
+        for ((a, i), slope) in self.gradients.iter().zip(slopes) {
+            matrix[n + a][*i] = *slope;
+            matrix[*i][n + a] = self.pool.neg(*slope);
+        }
+        let right = loads.iter().chain(bends);
+        let right = right.map(|e| vec![self.pool.neg(*e)]).collect();
+        let solution = solved(&mut self.pool, matrix, right).ok_or(MotionError::NotProved {
+            reached: "0".to_owned(),
+            reason: NO_INVERSE,
+        })?;
+        let state: Vec<Symbol> = self.inputs().split_off(1);
+        let mut rates: Vec<ExprId> = Vec::with_capacity(2 * n);
+        for velocity in &self.velocities {
+            rates.push(self.pool.symbol_expr(*velocity));
+        }
+        rates.extend(solution.into_iter().take(n).flatten());
+        let time = self.time;
+        crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)
+            .map_err(|missing| self.missing(missing))
+    }
+}
+
+/// Said of a mass matrix.
+pub(super) const NO_INVERSE: &str = "the mass matrix, with the constraints, has no inverse there";
+
+impl Equations {
+    /// Compiles the equations of a model.
+    ///
+    /// # Errors
+    /// Parameters without a value, and models with too many terms.
+    pub(super) fn new(model: &Model) -> Result<Self, MotionError> {
+        let mut written = Written::new(model, false)?;
+        let inputs = written.inputs();
+        let moving = inputs.clone();
+        let (mut smooth, signs) = written
+            .pool
+            .with_signs(&written.outputs, |symbol| moving.contains(&symbol));
+        let kinks: Vec<ExprId> = signs.iter().map(|(x, _)| *x).collect();
+        smooth.extend_from_slice(&kinks);
+        let mut with_signs = inputs.clone();
+        with_signs.extend(signs.iter().map(|(_, sign)| *sign));
+        let kinks = absolute_again(&mut written.pool, &kinks, &signs);
+        let energy = written.energy.as_slice();
+        Ok(Self {
+            coordinates: written.coordinates.len(),
+            constraints: written.constraints,
+            tape: written.compile(&smooth, &with_signs)?,
+            kinks: written.compile(&kinks, &inputs)?,
+            surface: written.compile(&written.surface, &inputs)?,
+            energy: match energy {
+                [] => None,
+                energy => Some(written.compile(energy, &inputs)?),
+            },
+            mass: written.mass,
+            gradients: written.gradients,
+            constant: written.constant,
         })
     }
 }
 
+/// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
+/// stand before its own.
+fn absolute_again(pool: &mut Pool, kinks: &[ExprId], signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+    let mut known = Substitution::default();
+    let mut values = Vec::with_capacity(kinks.len());
+    for (x, (_, sign)) in kinks.iter().zip(signs) {
+        let x = pool.substitute_one(*x, &known);
+        let size = pool.abs(x);
+        let own = pool.div(size, x);
+        known.insert(*sign, own);
+        values.push(x);
+    }
+    values
+}
+
 /// Brings small equations to their shortest form: what is left of cos a cos b + sin a sin b is computed in every order
 /// of every step. Many coordinates have short equations as they stand, or none that could be found in time.
-fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>) {
+fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
     let before = pool.reachable(equations).len();
-    if before > MOST_SHORTENED {
+    if before > most {
         return;
     }
     let mut short = Simplifier::default();

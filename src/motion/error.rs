@@ -87,6 +87,27 @@ pub enum MotionError {
         /// In how many steps.
         steps: usize,
     },
+    /// A motion that can't be proved up to its end.
+    #[error("the motion is proved up to t = {reached} only: {reason}")]
+    NotProved {
+        /// How far it was followed.
+        reached: String,
+        /// What ended it.
+        reason: &'static str,
+    },
+    /// A start that is only known about.
+    #[error("the start is not known well enough for a proof")]
+    OpenStart,
+    /// Too much to solve for the accelerations.
+    #[error(
+        "{coordinates} coordinates with their constraints are too many for a proof: at most {most}"
+    )]
+    TooLargeToProve {
+        /// How many coordinates and constraints.
+        coordinates: usize,
+        /// The limit.
+        most: usize,
+    },
     /// What keeps the model from having an equilibrium or modes.
     #[error(transparent)]
     Linearize(#[from] LinearizeError),
@@ -120,6 +141,15 @@ impl From<&MotionError> for Diagnostic {
             MotionError::TooLong { .. } => told.with_help(
                 "ask for a shorter time; the steps follow the fastest oscillation, decay or turn of the model",
             ),
+            MotionError::NotProved { .. } => told.with_help(
+                "ask for a shorter time; without --proved the digits are estimates",
+            ),
+            MotionError::OpenStart => told.with_help(
+                "give every coordinate and velocity that does not rest at the equilibrium as a number",
+            ),
+            MotionError::TooLargeToProve { .. } => {
+                told.with_help("without --proved the digits are estimates")
+            }
             MotionError::TooManyNumbers { .. } => told.with_help("ask for fewer samples"),
         };
         told.with_code(error.code())

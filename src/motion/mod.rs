@@ -13,16 +13,21 @@ mod codes;
 mod equations;
 mod error;
 mod linear;
+mod matrix;
+mod proved;
 mod start;
 mod step;
 
 pub use error::MotionError;
 pub use linear::superposition;
+pub use proved::Enclosed;
 pub use start::Start;
 
 use equations::Equations;
 use step::{Real, Stepper, Trouble};
 
+use crate::expr::Tape;
+use crate::flow::Enclosure;
 use crate::model::{Constant, Model};
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
@@ -35,12 +40,16 @@ const PLAIN: (usize, f64) = (22, 1e-17);
 /// Rounding errors of double-double and doubles, beside each other.
 const FINE_UNIT: f64 = 1e-31;
 const PLAIN_UNIT: f64 = 1.2e-16;
+/// Errors of rounding may cancel, as on a top that is an equilibrium: the run that checks starts off by so much.
+const DISPLACED: f64 = 1e-31;
 /// Beyond this doubles have nothing to do with the motion any more.
 const LOST: f64 = 1e-4;
 /// A motion takes at most so many steps.
 const MOST_STEPS: usize = 300_000;
 /// After so many steps it is looked at how many it will take.
 const FIRST_STEPS: usize = 400;
+/// Runs are compared at so many times at least.
+const LOOKS: usize = 200;
 /// A table has at most so many numbers.
 const MOST_NUMBERS: usize = 50_000_000;
 
@@ -48,6 +57,7 @@ const MOST_NUMBERS: usize = 50_000_000;
 #[derive(Clone, Debug)]
 pub struct Times {
     until: Ball,
+    exact: Tape,
     samples: usize,
 }
 
@@ -70,8 +80,11 @@ impl Times {
         if samples == 0 {
             return Err(bad("a table has at least one row"));
         }
+        let exact = Tape::compile(until.pool(), &[until.value()], &[]);
+        let exact = exact.map_err(|_| bad("it is no constant"))?;
         Ok(Self {
             until: Ball::new(value.mid, 0.0),
+            exact,
             samples,
         })
     }
@@ -86,6 +99,20 @@ impl Times {
         let (row, rows) = (row as f64, (self.samples - 1) as f64);
         let time = self.until.mul(&Ball::exact(row)).div(&Ball::exact(rows));
         Ball::new(time.mid, 0.0)
+    }
+
+    /// The time of a row, with bounds of that: rows are shares of an exact number.
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
+    fn enclosed<S: Enclosure>(&self, row: usize, precision: S::Precision) -> S {
+        let zero = S::exact(0.0, precision);
+        if self.samples < 2 {
+            return zero;
+        }
+        let (row, rows) = (row as f64, (self.samples - 1) as f64);
+        let until = start::evaluated::<S>(&self.exact, precision);
+        let until = until.unwrap_or_else(|| S::from_ball(&Ball::NOT_FINITE, precision));
+        let row = until.mul(&S::exact(row, precision));
+        row.div(&S::exact(rows, precision))
     }
 
     /// How many rows there are.
@@ -115,8 +142,10 @@ pub struct Trajectory {
     pub energy_drift: Option<f64>,
     /// How many steps were made.
     pub steps: usize,
-    /// Whether the radii are estimates of the error.
+    /// Whether the radii tell the error: an estimate, or proved bounds.
     pub estimated: bool,
+    /// The bits of the numbers that the radii were proved with.
+    pub proved: Option<usize>,
 }
 
 /// A model as equations of motion.
@@ -124,6 +153,15 @@ pub struct Trajectory {
 pub struct System {
     equations: Equations,
     names: Vec<String>,
+}
+
+/// A time in a message.
+fn moment(time: f64) -> String {
+    if time == 0.0 || (1e-3..1e9).contains(&time) {
+        format!("{time:.6}")
+    } else {
+        format!("{time:.6e}")
+    }
 }
 
 /// States at the rows, and how many steps they took.
@@ -163,8 +201,15 @@ impl System {
     /// [`MotionError::Singular`] where the motion ends or M has no inverse.
     pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
-        let fine = self.run::<DoubleDouble>(start, times, FINE)?;
-        let plain = self.run::<f64>(start, times, PLAIN).ok();
+        // Runs may differ and agree again, as where a pendulum went round once or did not.
+        let stride = LOOKS.div_ceil(times.samples.saturating_sub(1).max(1));
+        let asked = times;
+        let times = &Times {
+            samples: times.samples.saturating_sub(1) * stride + 1,
+            ..times.clone()
+        };
+        let fine = self.run::<DoubleDouble>(start, times, FINE, 0.0)?;
+        let plain = self.run::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
         let sizes = self.sizes(&fine.rows);
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
@@ -174,22 +219,30 @@ impl System {
                 most.max(if off > 0.0 { off / size } else { 0.0 })
             })
         };
+        let own = start.positions.iter().chain(&start.velocities);
+        let unknown = own.zip(&sizes).fold(0.0_f64, |most, (x, size)| {
+            most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 })
+        });
         let mut check: Option<Run<Ball>> = None;
         let mut magnified = 1.0_f64;
         let mut seen = 0.0_f64;
+        // By how much what is unknown of the start grows, by which doubles tell even where they are lost.
+        let mut spread = 1.0_f64;
         let mut errors = Vec::with_capacity(fine.rows.len());
         for row in 0..fine.rows.len() {
             let off = plain
                 .as_ref()
                 .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
                 .filter(|off| off.is_finite());
+            spread = spread.max(off.map_or(f64::INFINITY, |off| off / PLAIN_UNIT));
             match off {
                 Some(off) if off < LOST && check.is_none() => {
                     magnified = magnified.max(off / PLAIN_UNIT);
                 }
                 _ => {
                     if check.is_none() {
-                        check = Some(self.run::<DoubleDouble>(start, times, CHECK)?.balls());
+                        let other = self.run::<DoubleDouble>(start, times, CHECK, DISPLACED)?;
+                        check = Some(other.balls());
                     }
                     if let Some(check) = &check {
                         // The check leaves out more than what it checks.
@@ -197,23 +250,31 @@ impl System {
                     }
                 }
             }
-            errors.push((magnified * FINE_UNIT).max(seen));
+            let mut error = (magnified * FINE_UNIT).max(seen);
+            if unknown > 0.0 {
+                error = error.max(spread * unknown);
+            }
+            errors.push(error);
         }
-        let rows = fine.rows.iter().zip(&errors).enumerate();
+        let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride);
         let rows = rows.map(|(row, (values, error))| {
-            let start = row == 0;
+            if row == 0 {
+                let own = start.positions.iter().chain(&start.velocities);
+                return own.copied().collect();
+            }
             let values = values.iter().zip(&sizes);
             values
-                .map(|(value, size)| Ball::new(value.mid, if start { 0.0 } else { error * size }))
+                .map(|(value, size)| Ball::new(value.mid, error * size))
                 .collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         Ok(Trajectory {
-            energy_drift: self.drift(times, &rows, FINE_UNIT),
-            times: (0..rows.len()).map(|row| times.at(row)).collect(),
+            energy_drift: self.drift(asked, &rows, FINE_UNIT),
+            times: (0..rows.len()).map(|row| asked.at(row)).collect(),
             rows,
             steps: fine.steps,
             estimated: true,
+            proved: None,
         })
     }
 
@@ -234,7 +295,7 @@ impl System {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
         let order = order.clamp(4.0, 22.0) as usize;
 
-        let run = self.run::<f64>(start, times, (order, tolerance))?;
+        let run = self.run::<f64>(start, times, (order, tolerance), 0.0)?;
         let Run { rows, steps } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, PLAIN_UNIT),
@@ -242,6 +303,7 @@ impl System {
             rows,
             steps,
             estimated: false,
+            proved: None,
         })
     }
 
@@ -256,25 +318,39 @@ impl System {
         })
     }
 
+    /// Follows the motion from a start whose values are displaced by so much beside their sizes.
     #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
     fn run<S: Real>(
         &self,
         start: &Start,
         times: &Times,
         (order, tolerance): (usize, f64),
+        displaced: f64,
     ) -> Result<Run<S>, MotionError> {
         let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
-        let mut q: Vec<S> = start.positions.iter().map(S::from_ball).collect();
-        let mut v: Vec<S> = start.velocities.iter().map(S::from_ball).collect();
+        let moved = |(at, value): (usize, &Ball)| {
+            let by = if at % 2 == 0 { displaced } else { -displaced };
+            let value = S::from_ball(value);
+            value.add(&value.mul(&S::exact(by)))
+        };
+        let mut q: Vec<S> = start.positions.iter().enumerate().map(moved).collect();
+        let mut v: Vec<S> = start.velocities.iter().enumerate().map(moved).collect();
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
         let mut rows = Vec::with_capacity(times.samples);
         let mut steps = 0;
+        let mut resting = 0;
         loop {
             let left = end.sub(&t);
-            let length = stepper
+            let trouble = |trouble, q: &[S]| self.trouble(trouble, &t, q);
+            let mut length = stepper
                 .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
-                .map_err(|trouble| self.trouble(trouble, &t, &q))?;
+                .map_err(|own| trouble(own, &q))?;
+            let longest = length.min(left.middle().max(0.0));
+            let kink = stepper.kink(longest).map_err(|own| trouble(own, &q))?;
+            if let Some(kink) = &kink {
+                length = kink.middle();
+            }
             while rows.len() < times.samples {
                 let after = S::from_ball(&times.at(rows.len())).sub(&t);
                 if after.middle() > length {
@@ -290,19 +366,24 @@ impl System {
             if rows.len() == times.samples {
                 return Ok(Run { rows, steps });
             }
-            let h = S::exact(length.min(left.middle()));
+            let h = kink.unwrap_or_else(|| S::exact(longest));
             let next = t.add(&h);
             // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
             let share = next.middle() / end.middle();
             let expected = FIRST_STEPS as f64 / share;
             if steps >= MOST_STEPS || steps == FIRST_STEPS && expected > 10.0 * MOST_STEPS as f64 {
                 return Err(MotionError::TooLong {
-                    reached: format!("{:.6}", next.middle()),
+                    reached: moment(next.middle()),
                     steps,
                 });
             }
-            // A step that does not move the time ends in a singularity.
-            if next.sub(&t).middle() <= 1e-15 * t.middle() {
+            // Steps that do not move the time end in a singularity, unless several kinks meet.
+            resting = if next.sub(&t).middle() <= 1e-15 * t.middle() {
+                resting + 1
+            } else {
+                0
+            };
+            if resting > self.equations.kinks.outputs() {
                 return Err(self.trouble(Trouble::NoStep, &t, &q));
             }
             (q, v) = stepper.at(&next.sub(&t));
@@ -319,12 +400,15 @@ impl System {
             place.push("…".to_owned());
         }
         MotionError::Singular {
-            time: format!("{:.6}", t.middle()),
+            time: moment(t.middle()),
             place: place.join(", "),
             reason: match trouble {
                 Trouble::Singular => "the mass matrix, with the constraints, has no inverse there",
                 Trouble::NotFinite => "the equations of motion are not defined there",
                 Trouble::NoStep => "the motion can't be continued beyond it",
+                Trouble::Kink => {
+                    "forces on both sides lead to the kink of an absolute value, where there is none"
+                }
             }
             .to_owned(),
         }

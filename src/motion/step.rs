@@ -7,6 +7,7 @@
 //! coefficients of molecules and planets alike are of moderate size.
 
 use super::equations::Equations;
+use super::matrix::Matrix;
 use crate::expr::{Prepared, Series};
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
@@ -73,6 +74,11 @@ pub(super) struct Stepper<'a, S: Real> {
     multipliers: Vec<Vec<S>>,
     mass: Vec<Vec<S>>,
     gradients: Vec<Vec<S>>,
+    /// What absolute values are taken of, in rows, and the signs that these have in the step; none before the first one.
+    kinks: Vec<Vec<S>>,
+    signs: Vec<f64>,
+    /// The one whose kink the last step ended at.
+    fresh: Option<usize>,
     inputs: Vec<S>,
     right: Vec<S>,
     matrix: Option<Matrix<S>>,
@@ -90,6 +96,8 @@ pub(super) enum Trouble {
     NotFinite,
     /// The solution ends, or the constraints can't be kept.
     NoStep,
+    /// An absolute value has its kink, and forces from both sides lead to it.
+    Kink,
 }
 
 /// How often a point is brought back to the constraints at most.
@@ -113,7 +121,10 @@ impl<'a, S: Real> Stepper<'a, S> {
             multipliers: rows(c),
             mass: rows(equations.mass.len()),
             gradients: rows(equations.gradients.len()),
-            inputs: vec![zero; 1 + 2 * n],
+            kinks: rows(equations.kinks.outputs()),
+            signs: Vec::new(),
+            fresh: None,
+            inputs: vec![zero; 1 + 2 * n + equations.kinks.outputs()],
             right: vec![zero; n + c],
             matrix: None,
             unit: 1.0,
@@ -130,6 +141,9 @@ impl<'a, S: Real> Stepper<'a, S> {
         v: &mut [S],
         longest: f64,
     ) -> Result<f64, Trouble> {
+        if self.signs.is_empty() {
+            self.settle_signs(t, q, v)?;
+        }
         self.correct(t, q, v)?;
         self.begin(q, v);
         if self.next_unit == 0.0 {
@@ -157,6 +171,99 @@ impl<'a, S: Real> Stepper<'a, S> {
                 return Ok(reach);
             }
         }
+    }
+
+    /// The signs at the start. Where something begins with 0, its sign is the one that it gets when it moves with that
+    /// sign; a place that draws everything back to it has none.
+    fn settle_signs(&mut self, t: &S, q: &[S], v: &[S]) -> Result<(), Trouble> {
+        let count = self.kinks.len();
+        if count == 0 {
+            return Ok(());
+        }
+        let inputs = [t]
+            .into_iter()
+            .chain(q)
+            .chain(v)
+            .cloned()
+            .collect::<Vec<S>>();
+        let kinks = self.equations.kinks.prepare::<S>(());
+        let values = kinks.evaluate(&inputs, &mut self.scratch);
+        self.signs = values.iter().map(|x| sign(x.middle())).collect();
+        let open: Vec<usize> = (0..count)
+            .filter(|at| values[*at].middle() == 0.0)
+            .collect();
+        if open.len() > MOST_OPEN_SIGNS {
+            return Err(Trouble::Kink);
+        }
+        for choice in 0..1_usize << open.len() {
+            for (place, at) in open.iter().enumerate() {
+                self.signs[*at] = if choice >> place & 1 == 0 { 1.0 } else { -1.0 };
+            }
+            self.begin(q, v);
+            self.unit = 1.0;
+            self.coefficients(t, FIRST.min(self.order))?;
+            let own = |at: &usize| {
+                let row = self.kinks[*at].iter().take(FIRST);
+                let first = row.map(Real::middle).find(|x| *x != 0.0);
+                first.is_none_or(|x| x * self.signs[*at] > 0.0)
+            };
+            if open.iter().all(own) {
+                return Ok(());
+            }
+        }
+        Err(Trouble::Kink)
+    }
+
+    /// Where within a length the first absolute value has its kink, if one has: the time from the expansion, behind which its
+    /// sign is the other one.
+    ///
+    /// It is looked for at places of the step, so that two kinks of one value between two of these are missed.
+    pub(super) fn kink(&mut self, length: f64) -> Result<Option<S>, Trouble> {
+        if self.kinks.is_empty() {
+            return Ok(None);
+        }
+        let fresh = self.fresh.take();
+        let mut first: Option<(f64, f64, usize)> = None;
+        for (at, row) in self.kinks.iter().enumerate() {
+            let value =
+                |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
+            let mut before = 0.0;
+            for place in 1..=LOOKS {
+                let after = length * count(place) / count(LOOKS);
+                if first.is_some_and(|known| known.0 <= before) {
+                    break;
+                }
+                if value(after) < 0.0 {
+                    if first.is_none_or(|known| after <= known.1) {
+                        first = Some((before, after, at));
+                    }
+                    break;
+                }
+                before = after;
+            }
+        }
+        let Some((low, high, at)) = first else {
+            return Ok(None);
+        };
+        // It turns back at once: forces on both sides lead to the kink.
+        let turns_back = self.signs[at] * self.kinks[at][1].middle() < 0.0;
+        if low == 0.0 && turns_back && fresh == Some(at) {
+            return Err(Trouble::Kink);
+        }
+        let unit = S::exact(self.unit);
+        let (mut low, mut high) = (S::exact(low), S::exact(high));
+        let sign = self.signs[at];
+        for _ in 0..BISECTIONS {
+            let middle = low.add(&high).mul(&S::exact(0.5));
+            if sign * horner(&self.kinks[at], &middle.div(&unit)).middle() < 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        self.signs[at] = -sign;
+        self.fresh = Some(at);
+        Ok(Some(high))
     }
 
     /// Writes the state to order 0.
@@ -216,11 +323,20 @@ impl<'a, S: Real> Stepper<'a, S> {
         for (input, row) in self.inputs[1..].iter_mut().zip(rows) {
             *input = row[k];
         }
+        let first = 1 + 2 * n;
+        for (input, sign) in self.inputs[first..].iter_mut().zip(&self.signs) {
+            *input = S::exact(if k == 0 { *sign } else { 0.0 });
+        }
         let out = self.series.next(&self.inputs);
         let (mass, rest) = out.split_at(self.equations.mass.len());
         let (load, rest) = rest.split_at(n);
         let (gradients, bend) = rest.split_at(self.equations.gradients.len());
-        for (rows, values) in [(&mut self.mass, mass), (&mut self.gradients, gradients)] {
+        let (bend, kinks) = bend.split_at(self.equations.constraints);
+        for (rows, values) in [
+            (&mut self.mass, mass),
+            (&mut self.gradients, gradients),
+            (&mut self.kinks, kinks),
+        ] {
             for (row, value) in rows.iter_mut().zip(values) {
                 row[k] = *value;
             }
@@ -366,18 +482,27 @@ impl<'a, S: Real> Stepper<'a, S> {
         Err(Trouble::NoStep)
     }
 
-    /// A length in units of time at which the last two terms are what is allowed beside the size of each coordinate.
+    /// A length in units of time at which the last two terms are what is allowed beside the size of each coordinate; where
+    /// both vanish (the force may go with t⁸), the last one that does not.
     fn length(&self) -> Result<f64, Trouble> {
         let mut length = f64::INFINITY;
         for (rows, degree) in [(&self.positions, 2), (&self.velocities, 1)] {
-            let coordinates = 0..self.equations.coordinates;
-            length = coordinates.fold(length, |length, i| {
-                let sizes = |k: usize| rows[i][k].middle().abs();
-                let last = [self.order - 1, self.order].into_iter();
-                last.fold(length, |length, k| {
-                    length.min(self.reach(&sizes, k, degree, length))
-                })
-            });
+            for row in rows.iter().take(self.equations.coordinates) {
+                let sizes = |k: usize| row[k].middle().abs();
+                let last = if sizes(self.order - 1) != 0.0 || sizes(self.order) != 0.0 {
+                    [self.order - 1, self.order]
+                } else {
+                    let last = (1..self.order).rev().find(|k| sizes(*k) != 0.0);
+                    // What has ended before is a polynomial, as far as can be told.
+                    [last.filter(|k| 2 * k > self.order).unwrap_or(0); 2]
+                };
+                // What moves with a high power of the time at first has no size but from that.
+                let first = (0..=self.order).find(|k| sizes(*k) != 0.0);
+                let degree = first.unwrap_or(0).max(degree);
+                for k in last {
+                    length = length.min(self.reach(&sizes, k, degree, length));
+                }
+            }
         }
         if length.is_nan() || length <= 0.0 {
             return Err(Trouble::NoStep);
@@ -387,31 +512,37 @@ impl<'a, S: Real> Stepper<'a, S> {
 
     /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
     /// its terms up to a degree tell about. `length` stands for what is not known better.
-    fn reach(&self, sizes: &dyn Fn(usize) -> f64, k: usize, degree: i32, length: f64) -> f64 {
+    fn reach(&self, sizes: &dyn Fn(usize) -> f64, k: usize, degree: usize, length: f64) -> f64 {
         let last = sizes(k);
         let mut own = f64::INFINITY;
-        if last == 0.0 {
+        if last == 0.0 || k == 0 {
             return own;
         }
+        // A term before the last one is allowed as much more.
+        let tolerance = self
+            .tolerance
+            .powf(count(k) / count(self.order - 1))
+            .max(self.tolerance);
         let mut size = sizes(0);
+        let power = |reach: f64, k: usize| reach.powi(i32::try_from(k).unwrap_or(i32::MAX));
         // Mostly another term is what counts.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)] // orders are small
-        if length.is_finite() && last * length.powi(k as i32) <= self.tolerance * size {
+        if length.is_finite() && last * power(length, k) <= tolerance * size {
             return own;
         }
         for _ in 0..3 {
             own = if size > 0.0 {
-                (self.tolerance * size / last).powf(1.0 / count(k))
+                (tolerance * size / last).powf(1.0 / count(k))
             } else {
                 f64::INFINITY
             };
             let reach = own.min(length);
+            let terms = 0..=degree.min(k);
             size = if reach.is_finite() {
-                (0..=degree).zip(0..).fold(0.0, |most, (power, term)| {
-                    f64::max(most, sizes(term) * reach.powi(power))
+                terms.fold(0.0, |most, term| {
+                    f64::max(most, sizes(term) * power(reach, term))
                 })
             } else {
-                sizes(1).max(sizes(2))
+                terms.skip(1).map(sizes).fold(0.0, f64::max)
             };
         }
         own
@@ -420,15 +551,28 @@ impl<'a, S: Real> Stepper<'a, S> {
     /// Coordinates and velocities at a time after that of the expansion.
     pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
         let after = after.div(&S::exact(self.unit));
-        let sum = |row: &Vec<S>| {
-            let terms = row.iter().rev().copied();
-            terms.reduce(|value, lower| value.mul(&after).add(&lower))
-        };
-        let values = |rows: &[Vec<S>]| rows.iter().filter_map(sum).collect();
+        let values = |rows: &[Vec<S>]| rows.iter().map(|row| horner(row, &after)).collect();
         (values(&self.positions), values(&self.velocities))
     }
 }
 
+/// A polynomial at a place.
+fn horner<S: Real>(row: &[S], place: &S) -> S {
+    let terms = row.iter().rev().copied();
+    let sum = terms.reduce(|value, lower| value.mul(place).add(&lower));
+    sum.unwrap_or_else(|| S::exact(0.0))
+}
+
+fn sign(x: f64) -> f64 {
+    if x < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// So many places of a step are looked at for kinks.
+const LOOKS: usize = 64;
+/// Halvings of an interval that holds a kink: more than numbers have bits.
+const BISECTIONS: usize = 128;
+/// Absolute values that begin with 0 at the same time.
+const MOST_OPEN_SIGNS: usize = 6;
 /// So many coefficients tell the unit of time to begin with.
 const FIRST: usize = 4;
 /// Attempts at a unit of time.
@@ -449,101 +593,4 @@ fn power_of_two(value: f64) -> f64 {
 #[allow(clippy::cast_precision_loss)] // orders are small
 fn count(k: usize) -> f64 {
     k as f64
-}
-
-/// A matrix that equations are solved with again and again.
-enum Matrix<S> {
-    Diagonal(Vec<S>),
-    /// L and U in one, row by row, and which row each one was.
-    Full {
-        order: usize,
-        entries: Vec<S>,
-        rows: Vec<usize>,
-    },
-}
-
-impl<S: Real> Matrix<S> {
-    /// Elimination with partial pivoting, rows scaled by their largest entries.
-    fn factored(mut entries: Vec<S>, order: usize) -> Result<Self, Trouble> {
-        let size = |x: &S| x.middle().abs();
-        let mut rows: Vec<usize> = (0..order).collect();
-        let mut scales: Vec<f64> = entries
-            .chunks(order.max(1))
-            .map(|row| row.iter().map(size).fold(0.0, f64::max))
-            .collect();
-        for k in 0..order {
-            let pivot = (k..order).max_by(|a, b| {
-                let of = |row: usize| size(&entries[order * row + k]) / scales[row];
-                of(*a).total_cmp(&of(*b))
-            });
-            let pivot = pivot.unwrap_or(k);
-            let value = size(&entries[order * pivot + k]);
-            if !(value > 0.0 && value.is_finite()) {
-                return Err(Trouble::Singular);
-            }
-            if pivot != k {
-                for column in 0..order {
-                    entries.swap(order * pivot + column, order * k + column);
-                }
-                rows.swap(pivot, k);
-                scales.swap(pivot, k);
-            }
-            for row in k + 1..order {
-                if entries[order * row + k].is_exact_zero() {
-                    continue;
-                }
-                let factor = entries[order * row + k].div(&entries[order * k + k]);
-                for column in k + 1..order {
-                    let above = &entries[order * k + column];
-                    if !above.is_exact_zero() {
-                        let part = factor.mul(above);
-                        entries[order * row + column] = entries[order * row + column].sub(&part);
-                    }
-                }
-                entries[order * row + k] = factor;
-            }
-        }
-        Ok(Self::Full {
-            order,
-            entries,
-            rows,
-        })
-    }
-
-    /// `x` is memory to work in.
-    fn solve(&self, right: &mut [S], x: &mut Vec<S>) {
-        match self {
-            Self::Diagonal(entries) => {
-                for (x, entry) in right.iter_mut().zip(entries) {
-                    *x = x.div(entry);
-                }
-            }
-            Self::Full {
-                order,
-                entries,
-                rows,
-            } => {
-                x.clear();
-                x.extend(rows.iter().map(|row| right[*row]));
-                for i in 0..*order {
-                    for j in 0..i {
-                        let entry = &entries[order * i + j];
-                        if !entry.is_exact_zero() {
-                            x[i] = x[i].sub(&entry.mul(&x[j]));
-                        }
-                    }
-                }
-                for i in (0..*order).rev() {
-                    for j in i + 1..*order {
-                        let entry = &entries[order * i + j];
-                        if !entry.is_exact_zero() {
-                            x[i] = x[i].sub(&entry.mul(&x[j]));
-                        }
-                    }
-                    x[i] = x[i].div(&entries[order * i + i]);
-                }
-                right[..*order].copy_from_slice(x);
-            }
-        }
-    }
 }

@@ -2,11 +2,11 @@
 
 use plotters::prelude::*;
 
-use super::Written;
-use super::json::number;
+use super::json::{array, null, number, string};
 use super::picture::{self, Drawing, FAINT, FONT, INK, PAPER};
 use crate::model::Model;
 use crate::motion::Trajectory;
+use crate::precision::{Ball, decimal, one_digit_up};
 
 /// More curves than this tell nobody anything.
 const MOST_CURVES: usize = 10;
@@ -14,7 +14,7 @@ const MOST_CURVES: usize = 10;
 /// A table with one line a row: `t`, the coordinates, their velocities (`x'`), and with a superposition of modes the same once more,
 /// `linear x` and `linear x'`.
 ///
-/// Numbers are in SI, with so many correctly rounded digits as far as the error estimates allow; an empty cell has lost all
+/// Numbers are in SI, with so many correctly rounded digits as far as bounds or error estimates allow; an empty cell has lost all
 /// of them. Values of quick runs are doubles as they are, and so is the superposition.
 #[must_use]
 pub fn motion_csv(
@@ -45,7 +45,7 @@ pub fn motion_csv(
         let mut cells = vec![number(time.mid_f64())];
         cells.extend(row.iter().map(|value| {
             if trajectory.estimated {
-                Written::new(value, digits).digits.unwrap_or_default()
+                decided(value, digits)
             } else {
                 number(value.mid_f64())
             }
@@ -58,12 +58,71 @@ pub fn motion_csv(
     String::from_utf8(bytes).unwrap_or_default()
 }
 
+/// A motion as a JSON object, a column for each coordinate and each velocity: doubles, the digits of [`motion_csv`], and what the doubles
+/// are off by, as `error_bounds` where that is proved and as `error_estimates` where it is not. A quick run has neither.
+/// The schema is `motion.schema.json`.
+#[must_use]
+pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> String {
+    let names = || model.coordinates.iter().map(|own| own.name.clone());
+    let columns = names().chain(names().map(|name| format!("{name}'")));
+    let columns = columns.enumerate().map(|(at, name)| {
+        let values = || trajectory.rows.iter().map(move |row| &row[at]);
+        let middles = array(values().map(|value| number(value.mid_f64())));
+        let mut text = format!("\n  {{\"name\": {}, \"values\": {middles}", string(&name));
+        if trajectory.estimated {
+            let digits = values().map(|value| match decided(value, digits) {
+                text if text.is_empty() => null(),
+                text => string(&text),
+            });
+            let errors = values().map(|value| number(one_digit_up(value.mid_f64_error())));
+            let what = if trajectory.proved.is_some() {
+                "error_bounds"
+            } else {
+                "error_estimates"
+            };
+            text.push_str(&format!(
+                ", \"digits\": {}, \"{what}\": {}",
+                array(digits),
+                array(errors)
+            ));
+        }
+        text.push('}');
+        text
+    });
+    let columns: Vec<String> = columns.collect();
+    format!(
+        "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": {},\n \"columns\": [{}]}}\n",
+        model.name.as_deref().map_or_else(null, string),
+        array(names().map(|name| string(&name))),
+        trajectory.proved.is_some(),
+        trajectory.steps,
+        trajectory.energy_drift.map_or_else(null, number),
+        array(trajectory.times.iter().map(|time| number(time.mid_f64()))),
+        columns.join(",")
+    )
+}
+
+/// The digits that are certain; nothing where none is.
+fn decided(value: &Ball, digits: usize) -> String {
+    let own = decimal(value, digits);
+    if own.digits > 0 {
+        own.text
+    } else {
+        String::new()
+    }
+}
+
 /// How a motion was computed, in a line for people: the number of steps, and what the energy does.
 #[must_use]
 pub fn motion_remark(trajectory: &Trajectory) -> String {
     let steps = trajectory.steps;
     let plural = if steps == 1 { "" } else { "s" };
     let mut text = format!("{steps} step{plural}");
+    if let Some(bits) = trajectory.proved {
+        text.push_str(&format!(
+            " in numbers of {bits} bits; every digit is proved"
+        ));
+    }
     match trajectory.energy_drift {
         Some(0.0) => text.push_str("; the energy stays what it is but for rounding"),
         Some(drift) => text.push_str(&format!(

@@ -3,12 +3,13 @@
     python3 tests/reference/motion.py > tests/reference/motion.json
 
 Closed forms where there are any (Jacobi's elliptic functions for the pendulum, Kepler's equation for the planet, exponentials for
-what is linear); the double pendulum by Taylor series of order 60 at 60 digits, its equations written by hand.
+what is linear, parabolas and arcs of circles between kinks); the double pendulum by Taylor series of order 60 at 60 digits (of
+order 80 at 80 digits where it is chaotic), its equations written by hand.
 """
 
 import json
 
-from mpmath import acos, asin, cos, ellipfun, exp, findroot, mp, mpf, nstr, sin, sqrt
+from mpmath import acos, asin, cos, ellipfun, exp, findroot, floor, mp, mpf, nstr, pi, quad, sin, sqrt, tanh
 
 mp.dps = 60
 
@@ -65,7 +66,89 @@ def free_fall(g, height, times):
     return [digits([height - g * t * t / 2, -g * t]) for t in times]
 
 
-def double_pendulum(g, start, times, order=60):
+def bounce(times):
+    """x'' = -sign(x) from rest at 1: parabolas, each of them gone through in 2 sqrt 2."""
+    rows, half = [], 2 * sqrt(mpf(2))
+    for t in times:
+        number = int(floor((t + half / 2) / half))
+        s = t - number * half
+        sign = (-1) ** number
+        rows.append(digits([sign * (1 - s * s / 2), -sign * s]))
+    return rows
+
+
+def edge(place, start, times):
+    """x'' = -x - sign(x - place) from rest, arcs about -1 above the place and about 1 below it."""
+    t, x, v, todo, rows = mpf(0), start, mpf(0), list(times), []
+    side = 1 if x > place else -1
+    while todo:
+        centre = mpf(-side)
+        size = sqrt((x - centre) ** 2 + v * v)
+        # x = centre + size cos(s + phase), v = -size sin(s + phase)
+        phase = acos((x - centre) / size) if v <= 0 else -acos((x - centre) / size)
+        angle = acos((place - centre) / size)
+        leaves = [a - phase + 2 * pi * k for a in (angle, -angle) for k in range(3)]
+        leave = min(s for s in leaves if s > mpf(10) ** -40)
+        while todo and todo[0] <= t + leave:
+            s = todo.pop(0) - t
+            rows.append(digits([centre + size * cos(s + phase), -size * sin(s + phase)]))
+        x, v, t = place, -size * sin(leave + phase), t + leave
+        side = 1 if v > 0 else -1
+    return rows
+
+
+def drag(start, times, order=60):
+    """x'' = -x - |x'| x' from rest, by Taylor series from one turning point to the next."""
+
+    def expand(x, v, sign):
+        xs, vs = [x], [v]
+        for k in range(order):
+            square = sum(vs[j] * vs[k - j] for j in range(k + 1))
+            xs.append(vs[k] / (k + 1))
+            vs.append((-xs[k] - sign * square) / (k + 1))
+        return xs, vs
+
+    def at(row, h):
+        total = mpf(0)
+        for c in reversed(row):
+            total = total * h + c
+        return total
+
+    t, x, v, rows, todo = mpf(0), start, mpf(0), [], list(times)
+    sign = -1 if x > 0 else 1
+    while todo:
+        xs, vs = expand(x, v, sign)
+        h = mpf(1) / 16
+        end = at(vs, h)
+        turns = end * sign < 0
+        if turns:
+            h = findroot(lambda s: at(vs, s), (0 if v else h / 2, h), solver="anderson" if v else "secant", tol=mpf(10) ** -110)
+        while todo and todo[0] <= t + h:
+            s = todo.pop(0) - t
+            rows.append(digits([at(xs, s), at(vs, s)]))
+        x, v, t = at(xs, h), mpf(0) if turns else at(vs, h), t + h
+        if turns:
+            sign = -sign
+    return rows
+
+
+def switched(times):
+    """x'' + x = tanh(50 sin t) from rest at 0: a convolution with the sine."""
+    rows = []
+    for t in times:
+        ends = {mpf(0), t}
+        for k in range(int(t / pi) + 2):
+            for off in (-0.6, -0.2, -0.06, -0.02, 0, 0.02, 0.06, 0.2, 0.6):
+                place = k * pi + mpf(off)
+                if 0 < place < t:
+                    ends.add(place)
+        ends = sorted(ends)
+        force = lambda s: tanh(50 * sin(s))
+        rows.append(digits([quad(lambda s: f(t - s) * force(s), ends) if t else t for f in (sin, cos)]))
+    return rows
+
+
+def double_pendulum(g, start, times, order=60, tolerance=-55):
     """Masses and lengths 1, from rest. c = cos(p - q), s = sin(p - q):
     2 p'' + c q'' + s q'^2 + 2 g sin p = 0,  c p'' + q'' - s p'^2 + g sin q = 0."""
 
@@ -114,7 +197,7 @@ def double_pendulum(g, start, times, order=60):
     while todo:
         series = expand(state)
         last = max(abs(row[order]) for row in series)
-        h = (mpf(10) ** -55 / last) ** (mpf(1) / order)
+        h = (mpf(10) ** tolerance / last) ** (mpf(1) / order)
         while todo and todo[0] <= t + h:
             rows.append(digits(at(series, todo.pop(0) - t)))
         state, t = at(series, h), t + h
@@ -129,5 +212,12 @@ cases = {
     "driven": driven(mpf(4), mpf(1) / 2, mpf(19) / 10, [mpf(100) * i / 4 for i in range(5)]),
     "free_fall": free_fall(g, mpf(10), [mpf(2) * i / 2 for i in range(3)]),
     "double_pendulum": double_pendulum(g, [mpf(3) / 10] * 2, [mpf(25) * i for i in range(5)]),
+    "bounce": bounce([mpf(20) * i / 4 for i in range(5)]),
+    "edge": edge(mpf(1) / 3, mpf(2), [mpf(20) * i / 4 for i in range(5)]),
+    "drag": drag(mpf(1), [mpf(10) * i / 4 for i in range(5)]),
+    "switched": switched([mpf(30) * i / 3 for i in range(4)]),
 }
+mp.dps = 80
+g = mpf(981) / 100
+cases["chaotic"] = double_pendulum(g, [mpf(2), mpf(5) / 2], [mpf(10) * i for i in range(3)], 80, -75)
 print(json.dumps(cases, indent=1))

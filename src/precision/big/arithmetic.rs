@@ -98,6 +98,57 @@ pub(super) fn quotient(
     Big::rounded(IBig::from_parts(sign, digits), exponent, bits, radius)
 }
 
+/// Bits of a sum of products beyond those that are kept.
+const GUARD: i64 = 32;
+
+/// Σ left_j right_(n-1-j), rounded once. `None` for n = 0.
+///
+/// Products are whole numbers times powers of two. They are added in units of 2^e, where what is cut off below is less than
+/// a unit each; e lies `GUARD` bits below the last place of the largest product. The errors of the factors enter as in a
+/// product: |a| rb + |b| ra + ra rb for each.
+pub(super) fn convolution(left: &[Big], right: &[Big]) -> Option<Big> {
+    let pairs = || left.iter().zip(right.iter().rev());
+    let bits = pairs().map(|(x, y)| x.bits.max(y.bits)).max()?;
+    let mut radius = Magnitude::ZERO;
+    let mut top = i64::MIN;
+    for (x, y) in pairs() {
+        let (ra, rb) = (x.radius, y.radius);
+        if !(ra.is_finite() && rb.is_finite()) {
+            return Some(Big::not_finite(bits));
+        }
+        if !rb.is_zero() {
+            radius = radius.add(x.mid_upper().add(ra).mul(rb));
+        }
+        if !ra.is_zero() {
+            radius = radius.add(y.mid_upper().mul(ra));
+        }
+        if !x.is_mid_zero() && !y.is_mid_zero() {
+            top = top.max(x.top() + y.top());
+        }
+    }
+    let unit = top.saturating_sub(bits as i64 + GUARD);
+    let mut sum = IBig::ZERO;
+    for (x, y) in pairs() {
+        if x.is_mid_zero() || y.is_mid_zero() {
+            continue;
+        }
+        let place = x.exponent + y.exponent - unit;
+        if place >= 0 {
+            sum += (&x.significand * &y.significand) << place as usize;
+        } else if x.top() + y.top() < unit {
+            radius = radius.add(Magnitude::power_of_two(unit));
+        } else {
+            let cut = place.unsigned_abs() as usize;
+            let (sign, product) = (&x.significand * &y.significand).into_parts();
+            if product.trailing_zeros().is_some_and(|zeros| zeros < cut) {
+                radius = radius.add(Magnitude::power_of_two(unit));
+            }
+            sum += IBig::from_parts(sign, product >> cut);
+        }
+    }
+    Some(Big::rounded(sum, unit, bits, radius))
+}
+
 impl Neg for &Big {
     type Output = Big;
 

@@ -550,6 +550,10 @@ impl Scalar for Big {
         }
     }
 
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        super::arithmetic::convolution(left, right)
+    }
+
     fn is_finite(&self) -> bool {
         Big::is_finite(self)
     }

@@ -6,6 +6,7 @@ use proptest::prelude::*;
 
 use super::super::*;
 use crate::number::Number;
+use crate::precision::Scalar;
 
 fn power(exponent: i64) -> RBig {
     let size = RBig::from(UBig::ONE << exponent.unsigned_abs() as usize);
@@ -329,4 +330,46 @@ fn digits_are_printed_as_many_as_wanted() {
         Rounding::Undecided
     );
     assert_eq!(text(&Big::one(80).scale(-(1 << 30)), 3), "0");
+}
+
+#[test]
+fn convolutions_enclose_sums_of_products() {
+    let number = |k: i64| Number::ratio(7 * k - 40, 3 + k * k).unwrap();
+    for (bits, many) in [(60, 1), (90, 5), (200, 40)] {
+        let row = |shift: i64| -> Vec<Big> {
+            let numbers = (0..many).map(|k| Big::from_number(&number(k + shift), bits));
+            // Some of very different size.
+            numbers
+                .enumerate()
+                .map(|(k, x)| if k % 7 == 3 { x.scale(-150) } else { x })
+                .collect()
+        };
+        let (left, right) = (row(0), row(5));
+        let found = Big::convolution(&left, &right).unwrap();
+        let exact = |shift: i64, k: i64| {
+            let x = Big::from_number(&number(k + shift), 2000);
+            if k % 7 == 3 { x.scale(-150) } else { x }
+        };
+        let sum = (0..many).fold(Big::zero(2000), |sum, k| {
+            &sum + &(&exact(0, k) * &exact(5, many - 1 - k))
+        });
+        assert!((&found - &sum).contains_zero());
+        // A few roundings of the largest products, and no more.
+        let sizes = left.iter().zip(right.iter().rev());
+        let size = sizes.fold(Magnitude::ZERO, |sum, (x, y)| {
+            sum + x.abs_upper() * y.abs_upper()
+        });
+        assert!(found.radius() < size.scale(2 - bits as i64));
+    }
+    let whole: Vec<Big> = (0..6)
+        .map(|k| Big::from_number(&Number::from(k), 80))
+        .collect();
+    let sum = Big::convolution(&whole, &whole).unwrap();
+    assert!(sum.is_exact() && sum.contains_integer(20));
+    assert!(Big::convolution(&[], &[]).is_none());
+    assert!(
+        !Big::convolution(&[Big::not_finite(80)], &whole[..1])
+            .unwrap()
+            .is_finite()
+    );
 }
