@@ -12,6 +12,7 @@
 mod codes;
 mod equations;
 mod error;
+mod length;
 mod linear;
 mod matrix;
 mod proved;
@@ -48,6 +49,8 @@ const LOST: f64 = 1e-4;
 const MOST_STEPS: usize = 300_000;
 /// After so many steps it is looked at how many it will take.
 const FIRST_STEPS: usize = 400;
+/// Forces are looked at so many times in a run at least; what is much shorter than their distance may be missed.
+const LOOKS_A_RUN: f64 = 256.0;
 /// Runs are compared at so many times at least.
 const LOOKS: usize = 200;
 /// A table has at most so many numbers.
@@ -346,7 +349,11 @@ impl System {
             let mut length = stepper
                 .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
                 .map_err(|own| trouble(own, &q))?;
-            let longest = length.min(left.middle().max(0.0));
+            let mut longest = length.min(left.middle().max(0.0));
+            let fitting = stepper.fitting(&t, longest, end.middle() / LOOKS_A_RUN);
+            if fitting < longest {
+                (length, longest) = (fitting, fitting);
+            }
             let kink = stepper.kink(longest).map_err(|own| trouble(own, &q))?;
             if let Some(kink) = &kink {
                 length = kink.middle();

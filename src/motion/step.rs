@@ -2,8 +2,7 @@
 //!
 //! Coefficients of q and q' follow each other order by order: those of M, h, J and gamma up to the k-th give q''_k from one
 //! linear system, whose matrix is that of order 0 in every order (A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed.
-//! (2008), chapter 13). The length of a step is what the last two terms allow (À. Jorba and M. Zou, Experimental Mathematics 14
-//! (2005) 99). The polynomials are their own dense output. Time is counted in a power of two near the length of the step, so that
+//! (2008), chapter 13). How long a step may be, `length` tells. The polynomials are their own dense output. Time is counted in a power of two near the length of the step, so that
 //! coefficients of molecules and planets alike are of moderate size.
 
 use super::equations::Equations;
@@ -21,6 +20,8 @@ pub(super) trait Real: Scalar<Precision = ()> + Copy {
     fn middle(&self) -> f64;
     /// As an enclosure that knows of no error.
     fn to_ball(self) -> Ball;
+    /// About the relative error of one operation.
+    const ROUNDING: f64;
 }
 
 impl Real for f64 {
@@ -39,6 +40,8 @@ impl Real for f64 {
     fn to_ball(self) -> Ball {
         Ball::exact(self)
     }
+
+    const ROUNDING: f64 = 1.2e-16;
 }
 
 impl Real for DoubleDouble {
@@ -57,33 +60,36 @@ impl Real for DoubleDouble {
     fn to_ball(self) -> Ball {
         Ball::from(self)
     }
+
+    const ROUNDING: f64 = 1e-31;
 }
 
 /// Steps of some order, with what is left out of each beside the size of each coordinate.
 pub(super) struct Stepper<'a, S: Real> {
-    equations: &'a Equations,
-    order: usize,
-    tolerance: f64,
+    pub(super) equations: &'a Equations,
+    pub(super) order: usize,
+    pub(super) tolerance: f64,
     series: Series<S>,
+    pub(super) values: Prepared<S>,
     surface: Prepared<S>,
-    scratch: Vec<S>,
+    pub(super) scratch: Vec<S>,
     /// The coefficients of each coordinate, velocity, acceleration, multiplier and entry of M and J, in rows.
-    positions: Vec<Vec<S>>,
-    velocities: Vec<Vec<S>>,
-    accelerations: Vec<Vec<S>>,
-    multipliers: Vec<Vec<S>>,
+    pub(super) positions: Vec<Vec<S>>,
+    pub(super) velocities: Vec<Vec<S>>,
+    pub(super) accelerations: Vec<Vec<S>>,
+    pub(super) multipliers: Vec<Vec<S>>,
     mass: Vec<Vec<S>>,
     gradients: Vec<Vec<S>>,
     /// What absolute values are taken of, in rows, and the signs that these have in the step; none before the first one.
     kinks: Vec<Vec<S>>,
-    signs: Vec<f64>,
+    pub(super) signs: Vec<f64>,
     /// The one whose kink the last step ended at.
     fresh: Option<usize>,
     inputs: Vec<S>,
     right: Vec<S>,
     matrix: Option<Matrix<S>>,
     /// The unit of time of the coefficients, and that of the next step; 0 before the first one.
-    unit: f64,
+    pub(super) unit: f64,
     next_unit: f64,
 }
 
@@ -108,11 +114,13 @@ impl<'a, S: Real> Stepper<'a, S> {
         let zero = S::exact(0.0);
         let (n, c) = (equations.coordinates, equations.constraints);
         let rows = |count: usize| vec![vec![zero; order + 1]; count];
+        let values = equations.tape.prepare::<S>(());
         Self {
             equations,
             order,
             tolerance,
-            series: equations.tape.prepare::<S>(()).series(),
+            series: values.series(),
+            values,
             surface: equations.surface.prepare::<S>(()),
             scratch: Vec::new(),
             positions: rows(n),
@@ -482,72 +490,6 @@ impl<'a, S: Real> Stepper<'a, S> {
         Err(Trouble::NoStep)
     }
 
-    /// A length in units of time at which the last two terms are what is allowed beside the size of each coordinate; where
-    /// both vanish (the force may go with t⁸), the last one that does not.
-    fn length(&self) -> Result<f64, Trouble> {
-        let mut length = f64::INFINITY;
-        for (rows, degree) in [(&self.positions, 2), (&self.velocities, 1)] {
-            for row in rows.iter().take(self.equations.coordinates) {
-                let sizes = |k: usize| row[k].middle().abs();
-                let last = if sizes(self.order - 1) != 0.0 || sizes(self.order) != 0.0 {
-                    [self.order - 1, self.order]
-                } else {
-                    let last = (1..self.order).rev().find(|k| sizes(*k) != 0.0);
-                    // What has ended before is a polynomial, as far as can be told.
-                    [last.filter(|k| 2 * k > self.order).unwrap_or(0); 2]
-                };
-                // What moves with a high power of the time at first has no size but from that.
-                let first = (0..=self.order).find(|k| sizes(*k) != 0.0);
-                let degree = first.unwrap_or(0).max(degree);
-                for k in last {
-                    length = length.min(self.reach(&sizes, k, degree, length));
-                }
-            }
-        }
-        if length.is_nan() || length <= 0.0 {
-            return Err(Trouble::NoStep);
-        }
-        Ok(length)
-    }
-
-    /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
-    /// its terms up to a degree tell about. `length` stands for what is not known better.
-    fn reach(&self, sizes: &dyn Fn(usize) -> f64, k: usize, degree: usize, length: f64) -> f64 {
-        let last = sizes(k);
-        let mut own = f64::INFINITY;
-        if last == 0.0 || k == 0 {
-            return own;
-        }
-        // A term before the last one is allowed as much more.
-        let tolerance = self
-            .tolerance
-            .powf(count(k) / count(self.order - 1))
-            .max(self.tolerance);
-        let mut size = sizes(0);
-        let power = |reach: f64, k: usize| reach.powi(i32::try_from(k).unwrap_or(i32::MAX));
-        // Mostly another term is what counts.
-        if length.is_finite() && last * power(length, k) <= tolerance * size {
-            return own;
-        }
-        for _ in 0..3 {
-            own = if size > 0.0 {
-                (tolerance * size / last).powf(1.0 / count(k))
-            } else {
-                f64::INFINITY
-            };
-            let reach = own.min(length);
-            let terms = 0..=degree.min(k);
-            size = if reach.is_finite() {
-                terms.fold(0.0, |most, term| {
-                    f64::max(most, sizes(term) * power(reach, term))
-                })
-            } else {
-                terms.skip(1).map(sizes).fold(0.0, f64::max)
-            };
-        }
-        own
-    }
-
     /// Coordinates and velocities at a time after that of the expansion.
     pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
         let after = after.div(&S::exact(self.unit));
@@ -557,7 +499,7 @@ impl<'a, S: Real> Stepper<'a, S> {
 }
 
 /// A polynomial at a place.
-fn horner<S: Real>(row: &[S], place: &S) -> S {
+pub(super) fn horner<S: Real>(row: &[S], place: &S) -> S {
     let terms = row.iter().rev().copied();
     let sum = terms.reduce(|value, lower| value.mul(place).add(&lower));
     sum.unwrap_or_else(|| S::exact(0.0))
@@ -591,6 +533,6 @@ fn power_of_two(value: f64) -> f64 {
 }
 
 #[allow(clippy::cast_precision_loss)] // orders are small
-fn count(k: usize) -> f64 {
+pub(super) fn count(k: usize) -> f64 {
     k as f64
 }
