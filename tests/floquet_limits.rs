@@ -1,6 +1,6 @@
 //! Driven models at their limits: periods that are proved, tried or none, borders of stability with several coordinates,
 //! multipliers beyond the range of doubles, ways that are too long or end.
-#![cfg(feature = "engine")]
+#![cfg(feature = "cli")]
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

@@ -23,6 +23,10 @@ impl<S: Enclosure> Basis<S> {
     /// In doubles.
     pub(super) fn quick(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         use nalgebra::{Complex as Double, DMatrix};
+        // Beyond the range of doubles there are no vectors in doubles.
+        if !matrix.iter().all(|x| x.middle().is_finite()) {
+            return None;
+        }
         let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].middle());
         let eigen = middle.eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
