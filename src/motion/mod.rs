@@ -137,7 +137,7 @@ impl Times {
 pub struct Trajectory {
     /// The times, in SI.
     pub times: Vec<Ball>,
-    /// Per row: the coordinates, then their velocities, in SI. The radius is what the value is estimated to be off by; 0
+    /// Per row: the coordinates, then their velocities, in SI. The radius bounds what the value is off by, or estimates it; 0
     /// for a quick run.
     pub rows: Vec<Vec<Ball>>,
     /// How far the energy strays from where it started, beside the largest kinetic energy, 0 where that is rounding; `None`

@@ -100,15 +100,17 @@ impl Enclosed {
             if more > MOST_BITS || !start.is_exact() {
                 break;
             }
-            bits = more;
             // About the best order for numbers that take longer than those of its bounds.
-            let order = 3 * bits / 10;
+            let order = 3 * more / 10;
             let most_steps = MOST_STEPS * ORDER * ORDER / (4 * order * order);
-            let before = run.stuck.map_or(0.0, |stuck| stuck.time);
-            run = self.run::<Big>(start, times, order, most_steps, bits)?;
-            if let Some(stuck) = &mut run.stuck {
-                stuck.time = stuck.time.max(before);
+            let mut next = self.run::<Big>(start, times, order, most_steps, more)?;
+            match (&run.stuck, &mut next.stuck) {
+                // What is there already has fewer digits, and is proved all the same.
+                (None, Some(_)) => break,
+                (Some(before), Some(stuck)) => stuck.time = stuck.time.max(before.time),
+                (_, None) => {}
             }
+            (run, bits) = (next, more);
         }
         if let Some(stuck) = run.stuck {
             let reason = if stuck.steps {
