@@ -329,7 +329,7 @@ impl<N: Doubles> Plain<N> {
         let mut length = longest;
         while !self.fits(length, whole, t, pace) {
             length *= 0.5;
-            if !(length > SHORTEST * whole) {
+            if length.is_nan() || length <= SHORTEST * whole {
                 // A jump: it is where it is to this distance.
                 return (longest > 0.0).then_some(longest.min(2.0 * SHORTEST * whole));
             }

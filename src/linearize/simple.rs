@@ -38,7 +38,8 @@ impl Search<'_> {
         for i in &self.free {
             let own = at[*i].mid_f64();
             let simple = (own / GRID).round() * GRID;
-            if !((simple - own).abs() <= NEAR * own.abs().max(1.0)) {
+            let off = (simple - own).abs();
+            if off.is_nan() || off > NEAR * own.abs().max(1.0) {
                 return None;
             }
             // No negative zero.

@@ -9,7 +9,7 @@ const WITHOUT_UNIT: &str =
 /// The first of the errors, or what is to be said of a unit.
 pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
     match errors.first() {
-        Some(error) if matches!(error, SyntaxError::UnitBehindValue { .. }) => of_units.to_owned(),
+        Some(SyntaxError::UnitBehindValue { .. }) => of_units.to_owned(),
         Some(error) => error.to_string(),
         None => String::new(),
     }

@@ -175,7 +175,7 @@ impl<S: Real> Field<S> {
         }
         // The rest of sqrt(2M/h), then what is left of D.
         let share = left / least;
-        if !(share < Magnitude::power_of_two(-1)) {
+        if !share.is_finite() || share > Magnitude::power_of_two(-1) {
             return None;
         }
         let rest = top.largest() * whole;
