@@ -129,7 +129,7 @@ fn references_are_held_by_what_is_found() {
 
 #[test]
 fn a_degenerate_equilibrium_is_not_called_proved() {
-    let flat = at("coord x  T = 1/2*x'^2  V = x^4  guess x = 1");
+    let flat = at("coord x  T = 1/2*x'^2  V = (x^2 - 2)^4  guess x = 1");
     let equilibrium = flat.equilibrium();
     assert!(!equilibrium.proved);
     let precise = flat.precisely(200).unwrap();
@@ -137,6 +137,13 @@ fn a_degenerate_equilibrium_is_not_called_proved() {
         precise.equilibrium[0].to_ball().mid_f64(),
         equilibrium.values[0].mid_f64()
     );
+    // Where it is a simple number no force acts there exactly, and that is seen.
+    for (well, want) in [("x^4", 0.0), ("(x - 3/2)^4", 1.5), ("(x + 1)^6 - 7", -1.0)] {
+        let simple = at(&format!("coord x  T = 1/2*x'^2  V = {well}  guess x = 1"));
+        let equilibrium = simple.equilibrium();
+        assert!(equilibrium.proved, "{well}");
+        assert!(equilibrium.values[0].is_exact() && equilibrium.values[0].mid_f64() == want);
+    }
     // A valley along no straight line and no circle: nothing is neutral by a symmetry.
     let valley = at("coord x, y  T = x'^2 + y'^2  V = (y - cos(x))^2  guess x = 1  guess y = 2");
     assert!(!valley.equilibrium().proved);
