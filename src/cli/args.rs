@@ -4,6 +4,29 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+/// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
+/// what stands behind a colon keeps its lines.
+fn flowing(text: &str) -> String {
+    let mut out = String::new();
+    let mut before = "";
+    for line in text.lines() {
+        let apart = [before, line];
+        let apart = apart
+            .iter()
+            .any(|own| own.is_empty() || own.starts_with(' '));
+        if !out.is_empty() {
+            out.push(if apart || before.ends_with(':') {
+                '\n'
+            } else {
+                ' '
+            });
+        }
+        out.push_str(line);
+        before = line;
+    }
+    out
+}
+
 const ABOUT: &str = "\
 Small oscillations: write T and V as they stand on the blackboard, get normal frequencies in which
 every printed digit is right.";
@@ -113,8 +136,10 @@ the end of its name (.lag, .csv, .stl) or else by how it begins:
 
 A model: all tensors it names, that is each `let` which is a symmetric 3 x 3 matrix of parameters and
 numbers alone. T and coordinates may be missing.
+
 A table of points: CSV with a header that has the columns m (or mass), x, y and z. Mass, centre of mass
 and tensor about the centre of mass, too.
+
 A mesh: STL, binary or ASCII, a closed surface whose triangles run counterclockwise seen from outside;
 surfaces of cavities the other way round. Volume, too. Coordinates are the single-precision numbers
 of the file, and numbers are in its units.";
@@ -180,7 +205,7 @@ Examples:
 
 /// The command line.
 #[derive(Debug, Parser)]
-#[command(name = "librate", version, about = ABOUT, after_help = EXAMPLE)]
+#[command(name = "librate", version, about = ABOUT, after_help = flowing(EXAMPLE))]
 #[command(
     arg_required_else_help = true,
     disable_help_subcommand = true,
@@ -213,40 +238,40 @@ pub(crate) enum MessageFormat {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Frequencies and mode shapes about the equilibrium
-    #[command(long_about = MODES, after_help = MODES_EXAMPLE)]
+    #[command(long_about = flowing(MODES), after_help = flowing(MODES_EXAMPLE))]
     Modes(Modes),
     /// Frequencies over a range of a parameter, as CSV
-    #[command(long_about = SWEEP, after_help = SWEEP_EXAMPLE)]
+    #[command(long_about = flowing(SWEEP), after_help = flowing(SWEEP_EXAMPLE))]
     Sweep(Sweep),
     /// The exact period of one coordinate at finite amplitude
-    #[command(long_about = PERIOD, after_help = PERIOD_EXAMPLE)]
+    #[command(long_about = flowing(PERIOD), after_help = flowing(PERIOD_EXAMPLE))]
     Period(Period),
     /// How the frequency of each mode changes with its amplitude
-    #[command(long_about = AMPLITUDE)]
+    #[command(long_about = flowing(AMPLITUDE))]
     Amplitude(Amplitude),
     /// How much each frequency changes with each parameter
-    #[command(long_about = SENSITIVITY)]
+    #[command(long_about = flowing(SENSITIVITY))]
     Sensitivity(Sensitivity),
     /// Stability of a model that is driven periodically: Floquet multipliers
-    #[command(long_about = FLOQUET, after_help = FLOQUET_EXAMPLE)]
+    #[command(long_about = flowing(FLOQUET), after_help = flowing(FLOQUET_EXAMPLE))]
     Floquet(Floquet),
     /// Time evolution, as CSV
-    #[command(long_about = MOTION, after_help = MOTION_EXAMPLE)]
+    #[command(long_about = flowing(MOTION), after_help = flowing(MOTION_EXAMPLE))]
     Motion(Motion),
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
-    #[command(long_about = INERTIA, after_help = INERTIA_EXAMPLE)]
+    #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
     /// Check a model file, compute nothing
-    #[command(long_about = CHECK)]
+    #[command(long_about = flowing(CHECK))]
     Check(Check),
     /// Lagrange's equations, mass and stiffness matrices in symbols
-    #[command(long_about = DERIVE, after_help = DERIVE_EXAMPLE)]
+    #[command(long_about = flowing(DERIVE), after_help = flowing(DERIVE_EXAMPLE))]
     Derive(Derive),
     /// What the code of a mistake means, with an example
-    #[command(long_about = EXPLAIN)]
+    #[command(long_about = flowing(EXPLAIN))]
     Explain(Explain),
     /// Put model files in canonical layout, comments kept
-    #[command(long_about = FMT, after_help = FMT_EXAMPLE)]
+    #[command(long_about = flowing(FMT), after_help = flowing(FMT_EXAMPLE))]
     Fmt(Fmt),
 }
 
@@ -405,7 +430,13 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "NUMBER", value_parser = positive, requires = "amplitude")]
     pub(crate) mode: Option<usize>,
     /// With --mode: the displacement of its largest component
-    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "mode")]
+    #[arg(
+        long,
+        value_name = "A",
+        allow_hyphen_values = true,
+        requires = "mode",
+        conflicts_with = "start"
+    )]
     pub(crate) amplitude: Option<String>,
     /// The time that the table ends at
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]

@@ -13,8 +13,10 @@ const LEFT: f64 = 1e6;
 const MOVED: f64 = 1e4;
 /// ... or by this, in SI: where nothing moves yet, a force far below it is none.
 const NOTHING: f64 = 1e-200;
-/// A step is looked at in so many places at least.
-const LEAST: f64 = 2.0;
+/// A step is looked at in so many places at least: what is missing is most at its end.
+const LEAST: f64 = 1.0;
+/// A term before the last two may be so many times what it would be if all fell evenly: they count where those vanish.
+const UNEVEN: f64 = 10.0;
 /// Halvings of a step.
 const HALVINGS: usize = 60;
 /// Halvings after which what does not get smaller counts as rounding.
@@ -32,6 +34,9 @@ impl<S: Real> Stepper<'_, S> {
                 let first = (0..=self.order).find(|k| sizes(*k) != 0.0);
                 let degree = first.unwrap_or(0).max(degree);
                 for k in (self.order.div_ceil(2)..=self.order).rev() {
+                    if sizes(k) == 0.0 {
+                        continue;
+                    }
                     length = length.min(self.reach(&sizes, k, degree, length));
                 }
             }
@@ -54,16 +59,14 @@ impl<S: Real> Stepper<'_, S> {
             let terms = (0..=degree.min(k)).map(|term| sizes(term) * power(reach, term));
             terms.fold(0.0, f64::max)
         };
-        let share = count(k) / count((self.order - 1).max(k));
-        let tolerance = || self.tolerance.powf(share);
+        let tolerance = self.allowed[k];
         // Mostly another term is what counts.
         if length.is_finite() {
             let part = last * power(length, k) / on_the_way(length);
-            if part <= self.tolerance || part <= tolerance() {
+            if part <= tolerance {
                 return f64::INFINITY;
             }
         }
-        let tolerance = tolerance();
         let mut size = sizes(0);
         let mut own = f64::INFINITY;
         for _ in 0..3 {
@@ -109,72 +112,114 @@ impl<S: Real> Stepper<'_, S> {
 
     /// The largest part of the equations of motion that is left over somewhere in a step, if it is more than may be.
     fn left(&mut self, t: &S, length: f64, looks: f64) -> Option<f64> {
-        let n = self.equations.coordinates;
-        let rounding = S::ROUNDING.max(self.tolerance);
+        let mut room = std::mem::take(&mut self.room);
+        let mut worst = None;
         let mut look = 1.0;
-        while look <= looks {
-            let after = S::exact(length * (look / looks));
+        while look <= looks && worst.is_none() {
+            worst = self.left_at(&mut room, t, length * (look / looks));
             look += 1.0;
-            let place = after.div(&S::exact(self.unit));
-            let at = |rows: &[Vec<S>], terms: usize| -> Vec<S> {
-                rows.iter()
-                    .map(|row| horner(&row[..terms], &place))
-                    .collect()
-            };
-            let q = at(&self.positions, self.order + 1);
-            let v = at(&self.velocities, self.order + 1);
-            // In time, not in units of it.
-            let a = at(&self.accelerations, self.order);
-            let mu = at(&self.multipliers, self.order);
-            let mut inputs = Vec::with_capacity(1 + 2 * n + self.signs.len());
-            inputs.push(t.add(&after));
-            inputs.extend(q.iter().chain(&v));
-            inputs.extend(self.signs.iter().map(|sign| S::exact(*sign)));
-            let out = self.values.evaluate(&inputs, &mut self.scratch);
-            let (mass, rest) = out.split_at(self.equations.mass.len());
-            let (load, rest) = rest.split_at(n);
-            let mut sums: Vec<S> = load.to_vec();
-            let mut sizes: Vec<f64> = load.iter().map(|x| x.middle().abs()).collect();
-            let mut inertia = vec![0.0_f64; n];
-            let mut put = |row: usize, part: S| {
-                sums[row] = sums[row].add(&part);
-                sizes[row] += part.middle().abs();
-            };
-            for ((i, j), entry) in self.equations.mass.iter().zip(mass) {
-                put(*i, entry.mul(&a[*j]));
-                inertia[*i] = inertia[*i].max(entry.middle().abs());
-                if i != j {
-                    put(*j, entry.mul(&a[*i]));
-                    inertia[*j] = inertia[*j].max(entry.middle().abs());
-                }
-            }
-            for ((row, i), entry) in self.equations.gradients.iter().zip(rest) {
-                put(*i, entry.mul(&mu[*row]).neg());
-            }
-            // A coordinate at rest has nothing but what is rounded of others.
-            let way = (0..n).fold(0.0_f64, |most, i| {
-                let own = self.positions[i][0].middle().abs();
-                let own = own.max(q[i].middle().abs());
-                let own = own.max(v[i].middle().abs() * length);
-                most.max(own * inertia[i].sqrt())
-            });
-            let mut worst: Option<f64> = None;
-            for i in 0..n {
-                let left = sums[i].middle().abs();
-                if !left.is_finite() {
-                    return Some(f64::INFINITY);
-                }
-                let moved = left * length * length;
-                let root = inertia[i].sqrt();
-                let counts = moved > (MOVED * rounding * way).max(NOTHING * root) * root;
-                if counts && left > LEFT * rounding * sizes[i] {
-                    worst = Some(worst.unwrap_or(0.0).max(left / sizes[i]));
-                }
-            }
-            if worst.is_some() {
-                return worst;
+        }
+        self.room = room;
+        worst
+    }
+
+    /// The same at one place.
+    fn left_at(&mut self, room: &mut Room<S>, t: &S, after: f64) -> Option<f64> {
+        let equations = self.equations;
+        let n = equations.coordinates;
+        let rounding = S::ROUNDING.max(self.tolerance);
+        let time = S::exact(after);
+        let place = time.div(&S::exact(self.unit));
+        let order = self.order;
+        room.inputs.clear();
+        room.inputs.push(t.add(&time));
+        let state = self.positions.iter().chain(&self.velocities);
+        room.inputs.extend(state.map(|row| horner(row, &place)));
+        room.inputs
+            .extend(self.signs.iter().map(|sign| S::exact(*sign)));
+        // Accelerations and multipliers have a term less.
+        let forces = self.accelerations.iter().chain(&self.multipliers);
+        room.forces.clear();
+        room.forces
+            .extend(forces.map(|row| horner(&row[..order], &place)));
+        room.out.resize(self.values.outputs(), S::exact(0.0));
+        self.values
+            .evaluate_into(&room.inputs, &mut self.scratch, &mut room.out);
+        let (mass, rest) = room.out.split_at(equations.mass.len());
+        let (load, rest) = rest.split_at(n);
+        room.sums.clear();
+        room.sums.extend_from_slice(load);
+        room.sizes.clear();
+        room.sizes.extend(load.iter().map(|x| x.middle().abs()));
+        room.inertia.clear();
+        room.inertia.resize(n, 0.0);
+        let (sums, sizes, forces) = (&mut room.sums, &mut room.sizes, &room.forces);
+        let mut put = |row: usize, part: S| {
+            sums[row] = sums[row].add(&part);
+            sizes[row] += part.middle().abs();
+        };
+        for ((i, j), entry) in equations.mass.iter().zip(mass) {
+            let size = entry.middle().abs();
+            put(*i, entry.mul(&forces[*j]));
+            room.inertia[*i] = room.inertia[*i].max(size);
+            if i != j {
+                put(*j, entry.mul(&forces[*i]));
+                room.inertia[*j] = room.inertia[*j].max(size);
             }
         }
-        None
+        for ((row, i), entry) in equations.gradients.iter().zip(rest) {
+            put(*i, entry.mul(&forces[n + *row]).neg());
+        }
+        // A coordinate at rest has nothing but what is rounded of others.
+        let way = (0..n).fold(0.0_f64, |most, i| {
+            let own = self.positions[i][0].middle().abs();
+            let own = own.max(room.inputs[1 + i].middle().abs());
+            let own = own.max(room.inputs[1 + n + i].middle().abs() * after);
+            most.max(own * room.inertia[i].sqrt())
+        });
+        let mut worst: Option<f64> = None;
+        for i in 0..n {
+            let left = room.sums[i].middle().abs();
+            if !left.is_finite() {
+                return Some(f64::INFINITY);
+            }
+            let moved = left * after * after;
+            let root = room.inertia[i].sqrt();
+            let counts = moved > (MOVED * rounding * way).max(NOTHING * root) * root;
+            if counts && left > LEFT * rounding * room.sizes[i] {
+                worst = Some(worst.unwrap_or(0.0).max(left / room.sizes[i]));
+            }
+        }
+        worst
+    }
+}
+
+/// What each term may be beside the size of a coordinate: the last ones as much as is left out, one before them more.
+pub(super) fn allowed(order: usize, tolerance: f64) -> Vec<f64> {
+    let even = |k: usize| tolerance.powf(count(k) / count((order - 1).max(k).max(1)));
+    let uneven = |k: usize| if k + 1 < order { UNEVEN } else { 1.0 };
+    (0..=order).map(|k| uneven(k) * even(k)).collect()
+}
+
+/// Memory to look at a place with.
+pub(super) struct Room<S> {
+    inputs: Vec<S>,
+    forces: Vec<S>,
+    out: Vec<S>,
+    sums: Vec<S>,
+    sizes: Vec<f64>,
+    inertia: Vec<f64>,
+}
+
+impl<S> Default for Room<S> {
+    fn default() -> Self {
+        Self {
+            inputs: Vec::new(),
+            forces: Vec::new(),
+            out: Vec::new(),
+            sums: Vec::new(),
+            sizes: Vec::new(),
+            inertia: Vec::new(),
+        }
     }
 }

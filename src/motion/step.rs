@@ -6,6 +6,7 @@
 //! coefficients of molecules and planets alike are of moderate size.
 
 use super::equations::Equations;
+use super::length::{Room, allowed};
 use super::matrix::Matrix;
 use crate::expr::{Prepared, Series};
 use crate::precision::{Ball, DoubleDouble, Scalar};
@@ -69,6 +70,8 @@ pub(super) struct Stepper<'a, S: Real> {
     pub(super) equations: &'a Equations,
     pub(super) order: usize,
     pub(super) tolerance: f64,
+    pub(super) allowed: Vec<f64>,
+    pub(super) room: Room<S>,
     series: Series<S>,
     pub(super) values: Prepared<S>,
     surface: Prepared<S>,
@@ -119,6 +122,8 @@ impl<'a, S: Real> Stepper<'a, S> {
             equations,
             order,
             tolerance,
+            allowed: allowed(order, tolerance),
+            room: Room::default(),
             series: values.series(),
             values,
             surface: equations.surface.prepare::<S>(()),
