@@ -49,6 +49,20 @@ fn series_with_gaps() {
     assert_ends(&flat(8), "x' = 1", "10", 0.667_185_359_797_238_2);
     assert_ends(&flat(20), "x' = 1", "3", -0.925_863_698_674_628_2);
     assert_ends(&flat(20), "x' = 1", "10", 0.313_036_229_048_016);
+    // For a loose tolerance, too, where both last terms vanish.
+    for tolerance in [1e-4, 1e-8, 1e-12] {
+        for (n, want) in [(8, 0.667_185_359_797_238_2), (20, 0.313_036_229_048_016)] {
+            let model = flat(n);
+            let file = syntax::parse(&model).unwrap();
+            let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+            let system = System::new(&model).unwrap();
+            let start = Start::parse("x' = 1", &model, None, &system).unwrap();
+            let times = Times::new(&Constant::parse("10").unwrap(), 2).unwrap();
+            let found = system.quick(&start, &times, tolerance).unwrap();
+            let off = (found.rows[1][0].mid_f64() - want).abs();
+            assert!(off < 1e3 * tolerance, "x^{n} to {tolerance}: {off:e}");
+        }
+    }
 }
 
 #[test]

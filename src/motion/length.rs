@@ -9,8 +9,9 @@ use super::step::{Real, Stepper, Trouble, count, horner};
 
 /// What is left of the equations of motion, relative to their terms, may be so many roundings ...
 const LEFT: f64 = 1e6;
-/// ... or move a coordinate by so many roundings of what moves in the step, each times the root of its inertia ...
-const MOVED: f64 = 1e4;
+/// ... or move a coordinate, in the step, by so many times the square of the order times what may be left out of what moves, each
+/// times the root of its inertia (two derivatives of the last term make that of it) ...
+const MOVED: f64 = 10.0;
 /// ... or by this, in SI: where nothing moves yet, a force far below it is none.
 const NOTHING: f64 = 1e-200;
 /// A step is looked at in so many places at least: what is missing is most at its end.
@@ -26,19 +27,38 @@ impl<S: Real> Stepper<'_, S> {
     /// A length in units of time at which the last terms are what is allowed beside the size of each coordinate; a term before
     /// the last one may be as much larger.
     pub(super) fn length(&self) -> Result<f64, Trouble> {
+        let order = self.order;
+        let all = [(&self.positions, 2), (&self.velocities, 1)];
+        let rows = || {
+            all.into_iter().flat_map(|(rows, degree)| {
+                let rows = rows.iter().take(self.equations.coordinates);
+                rows.map(move |row| {
+                    // What moves with a high power of the time at first has no size but from that.
+                    let first = row.iter().position(|term| term.middle() != 0.0);
+                    (row, first.unwrap_or(0).max(degree))
+                })
+            })
+        };
         let mut length = f64::INFINITY;
-        for (rows, degree) in [(&self.positions, 2), (&self.velocities, 1)] {
-            for row in rows.iter().take(self.equations.coordinates) {
-                let sizes = |k: usize| row[k].middle().abs();
-                // What moves with a high power of the time at first has no size but from that.
-                let first = (0..=self.order).find(|k| sizes(*k) != 0.0);
-                let degree = first.unwrap_or(0).max(degree);
-                for k in (self.order.div_ceil(2)..=self.order).rev() {
-                    if sizes(k) == 0.0 {
-                        continue;
-                    }
-                    length = length.min(self.reach(&sizes, k, degree, length));
+        for (row, degree) in rows() {
+            for k in [order, order - 1] {
+                length = length.min(self.reach(row, k, degree, length));
+            }
+        }
+        // Mostly the others are small by far where these are.
+        for (row, degree) in rows() {
+            let mut power = power(length, order - 1);
+            let mut size = on_the_way(row, degree, length);
+            for k in (order.div_ceil(2)..order - 1).rev() {
+                power /= length;
+                let term = row[k].middle().abs();
+                let fine = length.is_finite() && term * power <= self.allowed[k] * size;
+                if term == 0.0 || fine {
+                    continue;
                 }
+                length = length.min(self.reach(row, k, degree, length));
+                power = self::power(length, k);
+                size = on_the_way(row, degree, length);
             }
         }
         if length.is_nan() || length <= 0.0 {
@@ -49,37 +69,32 @@ impl<S: Real> Stepper<'_, S> {
 
     /// Where the k-th term of a coordinate is what is allowed beside the largest that the coordinate gets on the way, which
     /// its terms up to a degree tell about, if that is nearer than `length`; infinite otherwise.
-    fn reach(&self, sizes: &dyn Fn(usize) -> f64, k: usize, degree: usize, length: f64) -> f64 {
-        let last = sizes(k);
+    fn reach(&self, row: &[S], k: usize, degree: usize, length: f64) -> f64 {
+        let last = row[k].middle().abs();
         if last == 0.0 || k == 0 {
             return f64::INFINITY;
         }
-        let power = |reach: f64, k: usize| reach.powi(i32::try_from(k).unwrap_or(i32::MAX));
-        let on_the_way = |reach: f64| {
-            let terms = (0..=degree.min(k)).map(|term| sizes(term) * power(reach, term));
-            terms.fold(0.0, f64::max)
-        };
-        let tolerance = self.allowed[k];
+        let allowed = self.allowed[k];
         // Mostly another term is what counts.
-        if length.is_finite() {
-            let part = last * power(length, k) / on_the_way(length);
-            if part <= tolerance {
-                return f64::INFINITY;
-            }
+        if length.is_finite()
+            && last * power(length, k) <= allowed * on_the_way(row, degree, length)
+        {
+            return f64::INFINITY;
         }
-        let mut size = sizes(0);
+        let mut size = row[0].middle().abs();
         let mut own = f64::INFINITY;
         for _ in 0..3 {
             own = if size > 0.0 {
-                (tolerance * size / last).powf(1.0 / count(k))
+                (allowed * size / last).powf(1.0 / count(k))
             } else {
                 f64::INFINITY
             };
             let reach = own.min(length);
             size = if reach.is_finite() {
-                on_the_way(reach)
+                on_the_way(row, degree, reach)
             } else {
-                (1..=degree.min(k)).map(sizes).fold(0.0, f64::max)
+                let terms = row.iter().take(degree + 1).skip(1);
+                terms.map(|x| x.middle().abs()).fold(0.0, f64::max)
             };
         }
         own
@@ -127,7 +142,7 @@ impl<S: Real> Stepper<'_, S> {
     fn left_at(&mut self, room: &mut Room<S>, t: &S, after: f64) -> Option<f64> {
         let equations = self.equations;
         let n = equations.coordinates;
-        let rounding = S::ROUNDING.max(self.tolerance);
+        let may = MOVED * count(self.order).powi(2) * S::ROUNDING.max(self.tolerance);
         let time = S::exact(after);
         let place = time.div(&S::exact(self.unit));
         let order = self.order;
@@ -185,13 +200,27 @@ impl<S: Real> Stepper<'_, S> {
             }
             let moved = left * after * after;
             let root = room.inertia[i].sqrt();
-            let counts = moved > (MOVED * rounding * way).max(NOTHING * root) * root;
-            if counts && left > LEFT * rounding * room.sizes[i] {
+            let counts = moved > (may * way).max(NOTHING * root) * root;
+            if counts && left > LEFT * S::ROUNDING * room.sizes[i] {
                 worst = Some(worst.unwrap_or(0.0).max(left / room.sizes[i]));
             }
         }
         worst
     }
+}
+
+fn power(length: f64, k: usize) -> f64 {
+    length.powi(i32::try_from(k).unwrap_or(i32::MAX))
+}
+
+/// The largest of the first terms at a length.
+fn on_the_way<S: Real>(row: &[S], degree: usize, length: f64) -> f64 {
+    let (mut most, mut power) = (0.0_f64, 1.0);
+    for term in row.iter().take(degree + 1) {
+        most = most.max(term.middle().abs() * power);
+        power *= length;
+    }
+    most
 }
 
 /// What each term may be beside the size of a coordinate: the last ones as much as is left out, one before them more.
