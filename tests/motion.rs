@@ -19,7 +19,7 @@ use librate::motion::{MotionError, Start, System, Times, superposition};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
 use librate::report::{motion_csv, motion_svg};
-use motion_support::{check, motion, reference, signed, start, times};
+use motion_support::{check, motion, reference, share, signed, start, times};
 
 #[test]
 fn a_pendulum_follows_elliptic_functions() {
@@ -167,15 +167,7 @@ fn modes_start_small_motions() {
         };
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
         let system = System::new(&model).unwrap();
-        // Small beside what the model is made of: a molecule is not a metre long.
-        let places = linearized.equilibrium().values.iter();
-        let large = places.map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
-        let small = if large > 0.0 && large < 1e-3 {
-            large
-        } else {
-            1.0
-        };
-        let amplitude = Constant::parse(&format!("{:e}", 1e-7 * small)).unwrap();
+        let amplitude = share(&linearized, 1e-7);
         for (at, mode) in modes.modes.iter().enumerate() {
             let (omega, growth) = (mode.omega.mid_f64(), mode.growth.mid_f64());
             if omega == 0.0 || growth > 0.0 {

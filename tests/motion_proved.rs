@@ -13,13 +13,13 @@ mod motion_support;
 
 use common::{load, model, model_files};
 use librate::linearize::linearize;
-use librate::model::{Constant, Model};
+use librate::model::Model;
 use librate::modes::Options;
 use librate::motion::{Enclosed, MotionError, Start, System, Trajectory};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
 use librate::report::{motion_csv, motion_json};
-use motion_support::{check, motion, proved, times};
+use motion_support::{check, motion, proved, share, times};
 use proptest::prelude::*;
 
 /// That two enclosures of the same motion have points in common.
@@ -193,14 +193,7 @@ fn modes_start_within_their_bounds() {
         };
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
         let system = System::new(&model).unwrap();
-        let places = linearized.equilibrium().values.iter();
-        let large = places.map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
-        let scale = if large > 0.0 && large < 1e-3 {
-            large
-        } else {
-            1.0
-        };
-        let amplitude = Constant::parse(&format!("{:e}", 1e-2 * scale)).unwrap();
+        let amplitude = share(&linearized, 1e-2);
         for (at, mode) in modes.modes.iter().enumerate() {
             let omega = mode.omega.mid_f64();
             if omega == 0.0 {

@@ -5,10 +5,10 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::Equations;
 use super::enclosure::{Enclosure, growth, norm, onwards, reached};
 use super::plain::weights;
 use super::set::Set;
+use super::{Equations, count, nearest_power_of_two};
 use crate::expr::{Prepared, Series};
 use crate::precision::{Ball, Scalar, power_of_two, up};
 
@@ -88,7 +88,7 @@ impl<S: Enclosure> Following<S> {
             rates,
             scratch: Vec::new(),
             time: 0.0,
-            grid: nearest_power(until) * power_of_two(GRID),
+            grid: nearest_power_of_two(until) * power_of_two(GRID),
             center: start.iter().map(S::center).collect(),
             set: Set::new(start.iter().map(S::radius).collect()),
             next: f64::INFINITY,
@@ -171,7 +171,7 @@ impl<S: Enclosure> Following<S> {
         length: f64,
     ) -> Option<(f64, Stretch<S>)> {
         let n = self.dimension;
-        let unit = nearest_power(length);
+        let unit = nearest_power_of_two(length);
         let share = length / unit;
         let time = onwards(&Ball::exact(self.time), up(length * BEYOND), ());
         let tube = self.tube(&time, start, rates, length)?;
@@ -455,18 +455,4 @@ fn sums<S: Scalar>(rows: &[Vec<S>], place: &S) -> Vec<S> {
 fn unit_matrix(n: usize) -> Vec<Ball> {
     let entries = (0..n * n).map(|at| f64::from(u8::from(at / n == at % n)));
     entries.map(Ball::exact).collect()
-}
-
-fn nearest_power(value: f64) -> f64 {
-    let power = value.log2().round();
-    if power.is_finite() {
-        power.clamp(-900.0, 900.0).exp2()
-    } else {
-        1.0
-    }
-}
-
-#[allow(clippy::cast_precision_loss)] // orders are small
-fn count(k: usize) -> f64 {
-    k as f64
 }

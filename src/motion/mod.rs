@@ -38,9 +38,6 @@ const FINE: (usize, f64) = (36, 1e-33);
 const CHECK: (usize, f64) = (30, 1e-30);
 /// The same in doubles.
 const PLAIN: (usize, f64) = (22, 1e-17);
-/// Rounding errors of double-double and doubles, beside each other.
-const FINE_UNIT: f64 = 1e-31;
-const PLAIN_UNIT: f64 = 1.2e-16;
 /// Errors of rounding may cancel, as on a top that is an equilibrium: the run that checks starts off by so much.
 const DISPLACED: f64 = 1e-31;
 /// Beyond this doubles have nothing to do with the motion any more.
@@ -237,10 +234,10 @@ impl System {
                 .as_ref()
                 .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
                 .filter(|off| off.is_finite());
-            spread = spread.max(off.map_or(f64::INFINITY, |off| off / PLAIN_UNIT));
+            spread = spread.max(off.map_or(f64::INFINITY, |off| off / f64::ROUNDING));
             match off {
                 Some(off) if off < LOST && check.is_none() => {
-                    magnified = magnified.max(off / PLAIN_UNIT);
+                    magnified = magnified.max(off / f64::ROUNDING);
                 }
                 _ => {
                     if check.is_none() {
@@ -253,7 +250,7 @@ impl System {
                     }
                 }
             }
-            let mut error = (magnified * FINE_UNIT).max(seen);
+            let mut error = (magnified * DoubleDouble::ROUNDING).max(seen);
             if unknown > 0.0 {
                 error = error.max(spread * unknown);
             }
@@ -272,7 +269,7 @@ impl System {
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         Ok(Trajectory {
-            energy_drift: self.drift(asked, &rows, FINE_UNIT),
+            energy_drift: self.drift(asked, &rows, DoubleDouble::ROUNDING),
             times: (0..rows.len()).map(|row| asked.at(row)).collect(),
             rows,
             steps: fine.steps,
@@ -301,7 +298,7 @@ impl System {
         let run = self.run::<f64>(start, times, (order, tolerance), 0.0)?;
         let Run { rows, steps } = run.balls();
         Ok(Trajectory {
-            energy_drift: self.drift(times, &rows, PLAIN_UNIT),
+            energy_drift: self.drift(times, &rows, f64::ROUNDING),
             times: (0..rows.len()).map(|row| times.at(row)).collect(),
             rows,
             steps,

@@ -9,7 +9,7 @@
 use super::equations::Written;
 use super::error::MotionError;
 use super::{FIRST_STEPS, MOST_NUMBERS, Start, Times, Trajectory, moment};
-use crate::flow::{Enclosure, Equations, Following};
+use crate::flow::{Enclosure, Equations, Following, count};
 use crate::model::Model;
 use crate::precision::{Ball, Big};
 
@@ -240,9 +240,4 @@ fn missing_bits(rows: &[Vec<Ball>], digits: usize) -> f64 {
         }
     }
     missing
-}
-
-#[allow(clippy::cast_precision_loss)] // small numbers
-fn count(value: usize) -> f64 {
-    value as f64
 }

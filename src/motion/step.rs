@@ -9,6 +9,7 @@ use super::equations::Equations;
 use super::length::{Room, allowed};
 use super::matrix::Matrix;
 use crate::expr::{Prepared, Series};
+use crate::flow::{count, nearest_power_of_two};
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
 /// Numbers that motions are computed in. Nothing is proved of them.
@@ -162,7 +163,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         if self.next_unit == 0.0 {
             self.unit = 1.0;
             self.coefficients(t, FIRST.min(self.order))?;
-            self.next_unit = power_of_two(1.0 / self.rate());
+            self.next_unit = nearest_power_of_two(1.0 / self.rate());
         }
         let mut left = MOST_UNITS;
         loop {
@@ -177,7 +178,7 @@ impl<'a, S: Real> Stepper<'a, S> {
                 Err(trouble) => return Err(trouble),
             };
             let reach = length * self.unit;
-            self.next_unit = power_of_two(reach.min(longest));
+            self.next_unit = nearest_power_of_two(reach.min(longest));
             // Within this no coefficient that matters has got lost below the smallest double.
             let off = self.next_unit / self.unit;
             if left == 0 || (1.0 / FAR_OFF..=FAR_OFF).contains(&off) {
@@ -526,18 +527,3 @@ const FIRST: usize = 4;
 const MOST_UNITS: usize = 8;
 /// Steps that are so many units long, or a unit so many steps, have another unit.
 const FAR_OFF: f64 = 1_048_576.0;
-
-/// The nearest one.
-fn power_of_two(value: f64) -> f64 {
-    let power = value.log2().round();
-    if power.is_finite() {
-        power.clamp(-900.0, 900.0).exp2()
-    } else {
-        1.0
-    }
-}
-
-#[allow(clippy::cast_precision_loss)] // orders are small
-pub(super) fn count(k: usize) -> f64 {
-    k as f64
-}

@@ -1,11 +1,12 @@
 //! From a request to a period, with as many bits as it takes, and what is to be said where bits do not help.
 
 use super::barrier::Height;
+use super::panel::Field;
 use super::real::Real;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
 use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
-use crate::linearize::short;
+use crate::linearize::{Equilibrium, short};
 use crate::precision::{Ball, Big, Magnitude, Rounding, Scalar};
 
 /// The rest that is asked for at least: the period is then known better than doubles tell.
@@ -71,11 +72,7 @@ pub(super) fn period(
         match task.run(request) {
             Ok(found) if decides(&found.period, options.digits) => {
                 let mut field = task.field;
-                let (small, bend) = if equilibrium.proved {
-                    small(&mut field, &place)
-                } else {
-                    (None, None)
-                };
+                let (small, bend) = small_about(equilibrium, &mut field, &place);
                 check_range(request, &found)?;
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
@@ -111,11 +108,7 @@ pub(super) fn period(
                 let complete = matches!(rounding, Rounding::Correct | Rounding::Tie);
                 if complete || attempts > 6 {
                     let mut field = task.field;
-                    let (small_precise, bend) = if equilibrium.proved {
-                        small(&mut field, &centre)
-                    } else {
-                        (None, None)
-                    };
+                    let (small_precise, bend) = small_about(equilibrium, &mut field, &centre);
                     check_range(request, &found)?;
                     let period = found.period.clone();
                     let small = small_precise.as_ref().map(Big::to_ball);
@@ -162,6 +155,19 @@ pub(super) fn period(
                 }
             }
         }
+    }
+}
+
+/// Small oscillations and the change of their frequency, where the equilibrium is known.
+fn small_about<S: Real>(
+    equilibrium: &Equilibrium,
+    field: &mut Field<S>,
+    at: &S,
+) -> (Option<S>, Option<S>) {
+    if equilibrium.proved {
+        small(field, at)
+    } else {
+        (None, None)
     }
 }
 

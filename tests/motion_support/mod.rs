@@ -7,7 +7,7 @@
     reason = "tests stop at the first surprise, and no test uses all of this"
 )]
 
-use librate::linearize::linearize;
+use librate::linearize::{Linearized, linearize};
 use librate::model::{Constant, Model};
 use librate::motion::{Enclosed, MotionError, Start, System, Times, Trajectory};
 use librate::number::Number;
@@ -18,6 +18,18 @@ pub(crate) const BITS: usize = 200;
 
 pub(crate) fn times(until: &str, samples: usize) -> Times {
     Times::new(&Constant::parse(until).unwrap(), samples).unwrap()
+}
+
+/// An amplitude that is a part of what the model is made of: a molecule is not a metre long.
+pub(crate) fn share(linearized: &Linearized, part: f64) -> Constant {
+    let places = linearized.equilibrium().values.iter();
+    let large = places.map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
+    let size = if large > 0.0 && large < 1e-3 {
+        large
+    } else {
+        1.0
+    };
+    Constant::parse(&format!("{:e}", part * size)).unwrap()
 }
 
 pub(crate) fn start(model: &Model, text: &str) -> Start {
