@@ -68,7 +68,7 @@ Frequencies and mode shapes about the equilibrium.
 
 The equilibrium is the one the file gives with `equilibrium`, else all coordinates 0 if no force acts
 there, else it is searched for, starting from `guess`. Unstable modes come first, then zero modes,
-then oscillations by rising omega. Each number has the digits that are certain; ± is the bound of
+then oscillations by rising omega. Each number has the digits that are certain; `bound` is the bound of
 the error of omega and growth as printed.";
 
 const MODES_EXAMPLE: &str = "\

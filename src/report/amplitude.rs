@@ -121,7 +121,7 @@ pub fn amplitude_text(
                 .collect(),
         ),
         Column::numbers("change", changes),
-        Column::words("±", bounds),
+        Column::words("bound", bounds),
         Column::words("amplitude of", found.iter().map(name).collect()),
         Column::words("up to about", reach.collect()),
     ];

@@ -171,7 +171,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     let columns = [
         Column::numbers("re", column(0)),
         Column::numbers("im", column(1)),
-        Column::words("±", rows.iter().map(bound).collect()),
+        Column::words("bound", rows.iter().map(bound).collect()),
         Column::numbers("modulus", column(2)),
         Column::words("unit circle", places.collect()),
     ];

@@ -128,7 +128,7 @@ fn principal_text(
         Column::right("axis", (1..=moments.len()).map(|n| n.to_string()).collect()),
         Column::numbers(&heading, all.iter().map(Written::text).collect()),
         Column::right(
-            "±",
+            "bound",
             all.iter().map(|one| one_digit_up_text(one.bound)).collect(),
         ),
     ];

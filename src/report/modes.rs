@@ -187,7 +187,7 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
     } else if nothing {
         "0".to_owned()
     } else {
-        format!("{} ± {}", written.text(), one_digit_up_text(written.bound))
+        format!("{} (bound {})", written.text(), one_digit_up_text(written.bound))
     }
 }
 
@@ -284,7 +284,7 @@ fn table(
             of(|row| &row.growth),
         ));
     }
-    columns.push(Column::right("±", of(|row| &row.bound)));
+    columns.push(Column::right("bound", of(|row| &row.bound)));
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }

@@ -44,7 +44,7 @@ pub fn period_text(
     let mut rows = vec![(
         "period",
         format!(
-            "{}{}  ± {}",
+            "{}{}  bound {}",
             period.text(),
             behind(" s"),
             one_digit(period.bound)
