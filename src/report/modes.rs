@@ -187,7 +187,11 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
     } else if nothing {
         "0".to_owned()
     } else {
-        format!("{} (bound {})", written.text(), one_digit_up_text(written.bound))
+        format!(
+            "{} (bound {})",
+            written.text(),
+            one_digit_up_text(written.bound)
+        )
     }
 }
 
