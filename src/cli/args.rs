@@ -283,6 +283,9 @@ pub(crate) struct ModelArgs {
     /// Give a parameter a value: `k=8`, `m[2]=3/2`, `N=50`; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) settings: Vec<String>,
+    /// Let tables lie in or below this folder too, not only that of the model; may be repeated
+    #[arg(long = "allow-path", value_name = "DIR")]
+    pub(crate) allow_paths: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -6,11 +6,12 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use librate::chart::{Border, Chart, Place};
 use librate::model::ModelError;
 use librate::sweep::Range;
-use librate::{Error, report, syntax};
+use librate::{Error, report};
 
 use super::args;
+use super::output::write_file;
 use super::progress::Counter;
-use super::{Answer, Failure, input, read, settings, write_file, wrong_request};
+use super::{Answer, Failure, Parsed, input, parsed, wrong_request};
 
 fn wrong_map(message: String) -> Failure {
     let help =
@@ -25,13 +26,12 @@ fn range(text: &str) -> Result<Range, Failure> {
 /// `librate floquet --map`
 pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Answer, Failure> {
     let ranges = [range(first)?, range(second)?];
-    let settings = settings(&args.model)?;
-    let source = read(&args.model)?;
-    let file = match syntax::parse(&source.text) {
-        Ok(file) => file,
-        Err(errors) => return Err(Failure::Model(source, Error::from(errors).diagnostics())),
-    };
-    let tables = input::read_tables(&args.model.file, &file);
+    let Parsed {
+        mut source,
+        file,
+        tables,
+        settings,
+    } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let chart = match Chart::new(&file, &tables, &settings, ranges) {
         Ok(chart) => chart,
         Err(Error::Model(errors))
@@ -59,10 +59,10 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
             }
         });
         let text = report::borders_csv(&chart, &borders.concat());
-        write_file(path, &text)?;
+        write_file(path, &text, &mut source)?;
     }
     if let Some(path) = &args.svg {
-        write_file(path, &report::chart_svg(&chart, &rows))?;
+        write_file(path, &report::chart_svg(&chart, &rows), &mut source)?;
     }
     Ok(Answer {
         text: report::chart_csv(&chart, &rows),

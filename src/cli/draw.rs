@@ -1,5 +1,7 @@
 //! Drawing diagnostics below the lines they are about.
 
+use std::borrow::Cow;
+
 use annotate_snippets::{
     Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet,
     normalize_untrusted_str,
@@ -53,7 +55,7 @@ pub(crate) fn diagnostics(
         } else {
             String::new()
         };
-        let title = format!("{} has {errors} mistakes{shown}", source.name);
+        let title = format!("{} has {errors} mistakes{shown}", page.name);
         let title = Level::ERROR.primary_title(title);
         out.push_str(&renderer.render(&[Group::with_title(title)]));
         out.push('\n');
@@ -95,7 +97,7 @@ fn without_place(
 
 /// The text with the places of its lines.
 struct Page<'a> {
-    name: &'a str,
+    name: Cow<'a, str>,
     /// Without a byte order mark, which would be a column of its own.
     text: &'a str,
     /// How many bytes of the mark were dropped.
@@ -110,7 +112,7 @@ impl<'a> Page<'a> {
         let mut lines = vec![0];
         lines.extend(text.match_indices('\n').map(|(at, _)| at + 1));
         Self {
-            name: &source.name,
+            name: source.shown(),
             text,
             mark: source.text.len() - text.len(),
             lines,
@@ -225,7 +227,7 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
     vec![
         Snippet::source(text)
             .line_start(first + 1)
-            .path(page.name)
+            .path(page.name.clone())
             .annotations(annotations)
             .into(),
     ]
@@ -245,7 +247,7 @@ fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> 
 fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
     let line_start = page.lines[mark.first];
     let column = page.text[line_start..mark.start].chars().count() + 1;
-    let origin = Origin::path(page.name)
+    let origin = Origin::path(page.name.clone())
         .line(mark.first + 1)
         .char_column(column);
     let border = |mut at: usize| {

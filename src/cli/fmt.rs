@@ -1,8 +1,6 @@
 //! `librate fmt`: rewrites model files in canonical layout, or shows what would change.
 
-use std::fs;
-use std::io::{self, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -12,7 +10,8 @@ use similar::TextDiff;
 
 use super::args::{Fmt, MessageFormat};
 use super::input::{self, Source};
-use super::{FAULT, Failure, complain, write_out};
+use super::output::{self, write_data, write_out};
+use super::{FAULT, Failure, complain, fault};
 
 /// The least difference is looked for so long; only huge files with changes everywhere need more,
 /// and are shown as replaced in larger pieces then.
@@ -37,7 +36,7 @@ pub(super) fn run(args: &Fmt, format: MessageFormat) -> ExitCode {
 
 /// Formats a file; says whether all is well with it: not so if it was to be checked and differs.
 fn one(file: &Path, check: bool) -> Result<bool, Failure> {
-    let source = input::read_model(file).map_err(fault)?;
+    let source = input::read_model(file)?;
     let formatted = match syntax::format(&source.text) {
         Ok(formatted) => formatted,
         Err(errors) => return Err(Failure::Model(source, Error::from(errors).diagnostics())),
@@ -49,14 +48,11 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
         }
         return Ok(same);
     }
-    if input::is_standard_input(file) {
-        write_out(&formatted)?;
+    if input::is_stream(file) {
+        write_data(&formatted)?;
     } else if !same {
-        replace(file, &formatted).map_err(|error| {
-            let reason = match error.kind() {
-                ErrorKind::PermissionDenied => "writing it is not permitted".to_owned(),
-                _ => input::in_words(&error),
-            };
+        output::replace(file, &formatted, Some(&source.text)).map_err(|error| {
+            let reason = output::in_words(&error);
             fault(format!(
                 "can't write the model file `{}`: {reason}",
                 source.name
@@ -64,14 +60,6 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
         })?;
     }
     Ok(true)
-}
-
-fn fault(message: String) -> Failure {
-    Failure::Other {
-        message,
-        help: None,
-        status: FAULT,
-    }
 }
 
 /// A unified diff from the file to its canonical layout.
@@ -84,39 +72,4 @@ fn difference(source: &Source, formatted: &str) -> String {
         .context_radius(CONTEXT)
         .header(&source.name, &format!("{} (formatted)", source.name));
     unified.to_string()
-}
-
-/// Writes the text to a new file beside the old one, which it then replaces: whatever happens in
-/// between, one of the two is whole. A link stays a link, and permissions stay as they are.
-fn replace(file: &Path, text: &str) -> io::Result<()> {
-    let target = fs::canonicalize(file)?;
-    let permissions = fs::metadata(&target)?.permissions();
-    if permissions.readonly() {
-        return Err(ErrorKind::PermissionDenied.into());
-    }
-    let (path, mut beside) = create_beside(&target)?;
-    let written = beside
-        .write_all(text.as_bytes())
-        .and_then(|()| beside.set_permissions(permissions))
-        .and_then(|()| beside.sync_all())
-        .and_then(|()| fs::rename(&path, &target));
-    if written.is_err() {
-        // The first error is the one to report.
-        let _ = fs::remove_file(&path);
-    }
-    written
-}
-
-/// A new file in the folder of another, under a name that nothing has.
-fn create_beside(target: &Path) -> io::Result<(PathBuf, fs::File)> {
-    let name = target.file_name().unwrap_or_default().to_string_lossy();
-    let mut attempt = 0_u32;
-    loop {
-        let path = target.with_file_name(format!(".{name}.{}.{attempt}", std::process::id()));
-        match fs::File::create_new(&path) {
-            Ok(file) => return Ok((path, file)),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists && attempt < 100 => attempt += 1,
-            Err(error) => return Err(error),
-        }
-    }
 }

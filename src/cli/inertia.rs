@@ -5,12 +5,12 @@ use std::path::Path;
 use librate::diagnostic::{Diagnostic, Label};
 use librate::inertia::{self, Amount, InertiaError, Mesh};
 use librate::span::Span;
-use librate::{Error, model, report, syntax};
+use librate::{model, report};
 
 use super::args::Inertia;
 use super::input::{self, Source};
 use super::progress::Progress;
-use super::{Answer, FAULT, Failure, USAGE, settings, style};
+use super::{Answer, Failure, Parsed, USAGE, failed, parsed, style};
 
 /// What a file describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,16 +59,7 @@ fn kind(file: &Path, bytes: &[u8]) -> Kind {
 /// The result for a file of any kind.
 pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
     let amount = amount(args)?;
-    let bytes = input::read_bytes(&args.model.file).map_err(|message| Failure::Other {
-        message,
-        help: None,
-        status: FAULT,
-    })?;
-    let name = if input::is_standard_input(&args.model.file) {
-        "<stdin>".to_owned()
-    } else {
-        args.model.file.display().to_string()
-    };
+    let bytes = input::read_bytes(&args.model.file)?;
     let kind = kind(&args.model.file, &bytes);
     let wrong = |option: &str, only: &str| Failure::Other {
         message: format!("{option} is for {only}"),
@@ -91,23 +82,15 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         let body = Mesh::read_stl(&bytes);
         let body = body.and_then(|mesh| mesh.body(&amount.unwrap_or_default(), args.digits));
         drop(progress);
-        let source = Source {
-            name,
-            text: String::new(),
-        };
+        let source = Source::of(&args.model.file, String::new());
         return body_answer(args, source, body);
     }
-    let text = input::utf8(bytes, u64::MAX).map_err(|reason| Failure::Other {
-        message: format!("can't read the file `{name}`: {reason}"),
-        help: None,
-        status: FAULT,
-    })?;
-    let source = Source { name, text };
     if kind == Kind::Points {
+        let source = input::points_text(&args.model.file, bytes)?;
         let body = inertia::of_points(&source.text, args.digits);
         return body_answer(args, source, body);
     }
-    model_answer(args, source)
+    model_answer(args, input::model_text(&args.model.file, bytes)?)
 }
 
 /// What `--density` or `--mass` say.
@@ -137,7 +120,7 @@ fn body_answer(
             text: if args.json {
                 report::body_json(&body, args.digits)
             } else {
-                report::body_text(&source.name, &body, args.digits, &style())
+                report::body_text(&source.shown(), &body, args.digits, &style())
             },
             remarks: None,
         }),
@@ -166,16 +149,15 @@ fn line_label(text: &str, number: u64) -> Option<Label> {
 }
 
 fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
-    let settings = settings(&args.model)?;
-    let checked = syntax::parse(&source.text)
-        .map_err(Error::from)
-        .and_then(|file| {
-            let tables = input::read_tables(&args.model.file, &file);
-            Ok(model::elaborate_tensors(&file, &tables, &settings)?)
-        });
-    let model = match checked {
+    let Parsed {
+        source,
+        file,
+        tables,
+        settings,
+    } = parsed(&args.model, source)?;
+    let model = match model::elaborate_tensors(&file, &tables, &settings) {
         Ok(model) => model,
-        Err(error) => return Err(Failure::Model(source, error.diagnostics())),
+        Err(errors) => return Err(failed(source, Vec::new(), errors)),
     };
     match inertia::of_model(&model, args.digits) {
         Ok(tensors) => {

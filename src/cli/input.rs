@@ -1,51 +1,116 @@
-//! Reading what the library is handed: the model file and its tables.
+//! Reading what the library is handed: the model file, its tables, points and meshes.
+//!
+//! Everything is judged by the bytes that were read; what is larger than its limit is refused and never cut.
 
-use std::fs::File;
+use std::borrow::Cow;
+use std::fs::{self, File};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
+use librate::diagnostic::Diagnostic;
 use librate::model::TableTexts;
-use librate::syntax::{self, StatementKind};
+use librate::syntax::{self, StatementKind, SyntaxError};
+
+use super::args::ModelArgs;
+use super::output::visible;
+use super::{Failure, fault};
 
 /// Larger tables are not read.
-const MOST_TABLE_BYTES: u64 = 256 << 20;
+const MOST_TABLE_BYTES: usize = 256 << 20;
+/// The largest mesh that is read: ten million triangles.
+const MOST_MESH_BYTES: usize = 512 << 20;
 
 /// The text of a model file, and what to call it in messages.
+#[derive(Clone)]
 pub(crate) struct Source {
     pub(crate) name: String,
     pub(crate) text: String,
+    /// What results are not written over: files that were read, and those written so far.
+    pub(crate) taken: Vec<PathBuf>,
+}
+
+impl Source {
+    /// A file as it was read, with `text` for messages.
+    pub(crate) fn of(file: &Path, text: String) -> Self {
+        if is_stream(file) {
+            let opened = if file.as_os_str() == "-" {
+                Path::new("/dev/stdin")
+            } else {
+                file
+            };
+            return Self {
+                name: "<stdin>".to_owned(),
+                text,
+                taken: vec![opened.to_owned()],
+            };
+        }
+        Self {
+            name: file.display().to_string(),
+            text,
+            taken: vec![file.to_owned()],
+        }
+    }
+
+    /// The name for a terminal, beside colours of our own.
+    pub(crate) fn shown(&self) -> Cow<'_, str> {
+        visible(&self.name, false)
+    }
 }
 
 /// Reads the model file, or standard input for `-`.
-pub(crate) fn read_model(file: &Path) -> Result<Source, String> {
-    // One byte more than the parser reads, so that it can say that this is too much.
-    let most = syntax::MOST_BYTES as u64 + 1;
-    if is_standard_input(file) {
-        let text = read_text(io::stdin().lock(), most);
-        return match text {
-            Ok(text) => Ok(Source {
-                name: "<stdin>".to_owned(),
-                text,
-            }),
-            Err(reason) => Err(format!(
-                "can't read the model from standard input: {reason}"
-            )),
-        };
+pub(crate) fn read_model(file: &Path) -> Result<Source, Failure> {
+    let bytes =
+        read(file, syntax::MOST_BYTES).map_err(|reason| cannot_read("model", file, &reason))?;
+    model_text(file, bytes)
+}
+
+/// The bytes of a model as text.
+pub(crate) fn model_text(file: &Path, bytes: Vec<u8>) -> Result<Source, Failure> {
+    let (read, most) = (bytes.len(), syntax::MOST_BYTES);
+    if read > most {
+        let error = Diagnostic::from(&SyntaxError::FileTooLarge { bytes: read, most });
+        return Err(Failure::Model(Source::of(file, String::new()), vec![error]));
     }
-    let name = file.display().to_string();
-    match open(file).and_then(|opened| read_text(opened, most)) {
-        Ok(text) => Ok(Source { name, text }),
-        Err(reason) => Err(format!("can't read the model file `{name}`: {reason}")),
+    match utf8(bytes) {
+        Ok(text) => Ok(Source::of(file, text)),
+        Err(reason) => Err(cannot_read("model", file, &reason)),
     }
 }
 
-/// Reads the tables that a model names, relative to its file.
-pub(crate) fn read_tables(file: &Path, model: &syntax::File) -> TableTexts {
-    let folder = if is_standard_input(file) {
-        None
+/// Reads a table of points as text.
+pub(crate) fn points_text(file: &Path, bytes: Vec<u8>) -> Result<Source, Failure> {
+    let text = within(bytes, MOST_TABLE_BYTES).and_then(utf8);
+    match text {
+        Ok(text) => Ok(Source::of(file, text)),
+        Err(reason) => Err(cannot_read("table", file, &reason)),
+    }
+}
+
+/// Reads a file of any kind, or standard input for `-`.
+pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, Failure> {
+    let bytes = read(file, MOST_MESH_BYTES).and_then(|bytes| within(bytes, MOST_MESH_BYTES));
+    bytes.map_err(|reason| cannot_read("", file, &reason))
+}
+
+fn cannot_read(what: &str, file: &Path, reason: &str) -> Failure {
+    let space = if what.is_empty() { "" } else { " " };
+    fault(if is_stream(file) {
+        format!("can't read the {what}{space}from standard input: {reason}")
     } else {
-        file.parent()
-    };
+        format!(
+            "can't read the {what}{space}file `{}`: {reason}",
+            file.display()
+        )
+    })
+}
+
+/// Reads the tables that a model names, relative to its file; they are in `source` then.
+pub(crate) fn read_tables(
+    args: &ModelArgs,
+    model: &syntax::File,
+    source: &mut Source,
+) -> Result<TableTexts, Failure> {
+    let allowed = Allowed::new(args)?;
     let mut texts = TableTexts::new();
     let mut seen: Vec<&str> = Vec::new();
     for statement in &model.statements {
@@ -56,93 +121,131 @@ pub(crate) fn read_tables(file: &Path, model: &syntax::File) -> TableTexts {
             continue;
         }
         seen.push(path);
-        let place = folder.map_or_else(|| Path::new(path).to_owned(), |folder| folder.join(path));
-        texts = match read_table(&place) {
+        let text = allowed.place(path).and_then(|place| {
+            let text = utf8(within(
+                read_file(&place, MOST_TABLE_BYTES)?,
+                MOST_TABLE_BYTES,
+            )?)?;
+            source.taken.push(place);
+            Ok(text)
+        });
+        texts = match text {
             Ok(text) => texts.with(path.clone(), text),
             Err(reason) => texts.with_failure(path.clone(), reason),
         };
     }
-    texts
+    Ok(texts)
 }
 
-/// The largest file of points or triangles that is read.
-const MOST_BYTES: u64 = 2 << 30;
+/// Where tables may lie: in or below the folder of the model file, or of one given with `--allow-path`.
+struct Allowed {
+    /// What paths are relative to.
+    folder: PathBuf,
+    /// Without symbolic links.
+    roots: Vec<PathBuf>,
+}
 
-/// Reads a file of any kind, or standard input for `-`.
-pub(crate) fn read_bytes(file: &Path) -> Result<Vec<u8>, String> {
-    let mut bytes = Vec::new();
-    let name = file.display();
-    let read = if is_standard_input(file) {
-        let read = io::stdin()
-            .lock()
-            .take(MOST_BYTES + 1)
-            .read_to_end(&mut bytes);
-        read.map_err(|error| in_words(&error))
-    } else {
-        open(file).and_then(|opened| {
-            let read = opened.take(MOST_BYTES + 1).read_to_end(&mut bytes);
-            read.map_err(|error| in_words(&error))
-        })
-    };
-    match read {
-        Ok(_) if bytes.len() as u64 > MOST_BYTES => Err(format!(
-            "the file `{name}` is larger than {} GB",
-            MOST_BYTES >> 30
-        )),
-        Ok(_) => Ok(bytes),
-        Err(reason) if is_standard_input(file) => {
-            Err(format!("can't read standard input: {reason}"))
+impl Allowed {
+    fn new(args: &ModelArgs) -> Result<Self, Failure> {
+        let folder = match args.file.parent() {
+            Some(folder) if !is_stream(&args.file) && !folder.as_os_str().is_empty() => folder,
+            Some(_) | None => Path::new("."),
+        };
+        let mut roots: Vec<PathBuf> = folder.canonicalize().into_iter().collect();
+        // Of a model that is a symbolic link, the folder that it leads to as well.
+        if !is_stream(&args.file)
+            && let Ok(file) = args.file.canonicalize()
+        {
+            roots.extend(file.parent().map(Path::to_owned));
         }
-        Err(reason) => Err(format!("can't read the file `{name}`: {reason}")),
+        for root in &args.allow_paths {
+            roots.push(root.canonicalize().map_err(|error| {
+                let reason = in_words(&error);
+                fault(format!(
+                    "can't use the folder `{}`: {reason}",
+                    root.display()
+                ))
+            })?);
+        }
+        Ok(Self {
+            folder: folder.to_owned(),
+            roots,
+        })
+    }
+
+    /// The file that a model calls `path`. Of what lies elsewhere nothing is said, not even whether it is there.
+    fn place(&self, path: &str) -> Result<PathBuf, String> {
+        let leads_out = !Path::new(path)
+            .components()
+            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        match self.folder.join(path).canonicalize() {
+            Ok(place) if self.roots.iter().any(|root| place.starts_with(root)) => Ok(place),
+            Err(error) if !leads_out => Err(in_words(&error)),
+            Ok(_) | Err(_) => Err(
+                "there is no such file in or below the folder of the model; `--allow-path DIR` adds another folder"
+                    .to_owned(),
+            ),
+        }
     }
 }
 
-fn read_table(place: &Path) -> Result<String, String> {
-    let text = read_text(open(place)?, MOST_TABLE_BYTES + 1)?;
-    if text.len() as u64 > MOST_TABLE_BYTES {
-        return Err(format!("it is larger than {} MB", MOST_TABLE_BYTES >> 20));
-    }
-    Ok(text)
+/// Standard input, or what a shell has opened, as for `<(…)`: read to its end like a pipe.
+pub(crate) fn is_stream(file: &Path) -> bool {
+    let file = file.as_os_str().to_str().unwrap_or_default();
+    matches!(file, "-" | "/dev/stdin") || file.starts_with("/dev/fd/")
 }
 
-pub(crate) fn is_standard_input(file: &Path) -> bool {
-    file.as_os_str() == "-"
+/// At most one byte more than `most`, so that one can tell that this is too much.
+fn read(file: &Path, most: usize) -> Result<Vec<u8>, String> {
+    if file.as_os_str() == "-" {
+        return all(io::stdin().lock(), most);
+    }
+    if is_stream(file) {
+        return all(open(file)?, most);
+    }
+    read_file(file, most)
+}
+
+/// The same of a file on a disk. Devices and named pipes would keep one waiting, or have no end.
+fn read_file(file: &Path, most: usize) -> Result<Vec<u8>, String> {
+    let kind = fs::metadata(file)
+        .map_err(|error| in_words(&error))?
+        .file_type();
+    if kind.is_dir() {
+        return Err("it is a directory".to_owned());
+    }
+    if !kind.is_file() {
+        return Err("it is a pipe or a device and no file; `-` reads standard input".to_owned());
+    }
+    all(open(file)?, most)
 }
 
 fn open(file: &Path) -> Result<File, String> {
-    let opened = File::open(file).map_err(|error| in_words(&error))?;
-    match opened.metadata() {
-        Ok(metadata) if metadata.is_dir() => Err("it is a directory".to_owned()),
-        Ok(_) | Err(_) => Ok(opened),
-    }
+    File::open(file).map_err(|error| in_words(&error))
 }
 
-/// At most `most` bytes of UTF-8; a character cut in two at the end is dropped.
-fn read_text(source: impl Read, most: u64) -> Result<String, String> {
+fn all(source: impl Read, most: usize) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
-    source
-        .take(most)
-        .read_to_end(&mut bytes)
-        .map_err(|error| in_words(&error))?;
-    utf8(bytes, most)
+    let read = source.take(most as u64 + 1).read_to_end(&mut bytes);
+    read.map_err(|error| in_words(&error))?;
+    Ok(bytes)
 }
 
-/// The bytes as text; of `most` bytes a character cut in two at the end is dropped.
-pub(crate) fn utf8(bytes: Vec<u8>, most: u64) -> Result<String, String> {
-    let length = bytes.len() as u64;
-    String::from_utf8(bytes).or_else(|error| {
-        let fault = error.utf8_error();
-        let mut bytes = error.into_bytes();
-        let good = fault.valid_up_to();
-        if length == most && fault.error_len().is_none() {
-            bytes.truncate(good);
-            return String::from_utf8(bytes).map_err(|_| "it is not UTF-8 text".to_owned());
-        }
+/// Refuses what is more than `most` bytes.
+fn within(bytes: Vec<u8>, most: usize) -> Result<Vec<u8>, String> {
+    if bytes.len() > most {
+        return Err(format!("it is larger than {} MB", most >> 20));
+    }
+    Ok(bytes)
+}
+
+fn utf8(bytes: Vec<u8>) -> Result<String, String> {
+    String::from_utf8(bytes).map_err(|error| {
+        let good = error.utf8_error().valid_up_to();
+        let bytes = error.into_bytes();
         let line = bytes[..good].iter().filter(|byte| **byte == b'\n').count() + 1;
-        Err(format!(
-            "it is not UTF-8 text (byte {good} in line {line}, {:#04x})",
-            bytes.get(good).copied().unwrap_or(0)
-        ))
+        let byte = bytes.get(good).copied().unwrap_or(0);
+        format!("it is not UTF-8 text (byte {good} in line {line}, {byte:#04x})")
     })
 }
 

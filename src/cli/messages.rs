@@ -5,6 +5,7 @@ use librate::span::Span;
 use serde_json::{Value, json};
 
 use super::input::Source;
+use super::output::visible_json;
 
 /// Where the lines of a text begin, so that every place is found without reading it again.
 struct Lines<'a> {
@@ -65,7 +66,7 @@ fn object(
         "secondary": secondary,
         "help": help,
     });
-    format!("{value}\n")
+    format!("{}\n", visible_json(&value.to_string()))
 }
 
 /// All diagnostics, one JSON object a line, in the order given.

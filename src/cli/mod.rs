@@ -9,18 +9,18 @@ mod inertia;
 mod input;
 mod messages;
 mod motion;
+mod output;
 mod period;
 mod progress;
 
-use std::io::{self, IsTerminal, Write};
-use std::path::Path;
+use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
-use librate::model::{self, Model, Settings};
+use librate::model::{self, Model, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
 use librate::sweep::{Place, Range};
@@ -28,6 +28,7 @@ use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivit
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
 use input::Source;
+use output::write_out;
 use progress::Progress;
 
 /// The model or the request is at fault.
@@ -69,7 +70,10 @@ struct Loaded {
 
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
     let format = cli.message_format;
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
@@ -97,6 +101,23 @@ pub(crate) fn run() -> ExitCode {
     match written {
         Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
         Err(failure) => ExitCode::from(complain(failure, format)),
+    }
+}
+
+/// Help, or what is wrong about the arguments; these may be names of files.
+fn usage(error: &clap::Error) -> ExitCode {
+    let text = error.render();
+    let colored = |choice| match choice {
+        ColorChoice::Never => text.to_string(),
+        _ => text.ansi().to_string(),
+    };
+    if error.use_stderr() {
+        output::write_messages(&colored(AutoStream::choice(&io::stderr())));
+        return ExitCode::from(USAGE);
+    }
+    match write_out(&colored(AutoStream::choice(&io::stdout()))) {
+        Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
+        Err(failure) => ExitCode::from(complain(failure, MessageFormat::Text)),
     }
 }
 
@@ -278,7 +299,7 @@ fn check_text(args: &args::Check) -> Result<Answer, Failure> {
         model,
         warnings,
     } = load(&args.model, Size::Any)?;
-    let name = model.name.as_ref().unwrap_or(&source.name);
+    let name = model.name.clone().unwrap_or(source.shown().into_owned());
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };
     let energies = if model.lagrangian {
@@ -403,13 +424,12 @@ fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
     Ok(settings)
 }
 
-/// Writes a picture.
-fn write_file(file: &Path, text: &str) -> Result<(), Failure> {
-    std::fs::write(file, text).map_err(|error| Failure::Other {
-        message: format!("can't write {}: {error}", file.display()),
+fn fault(message: String) -> Failure {
+    Failure::Other {
+        message,
         help: None,
         status: FAULT,
-    })
+    }
 }
 
 fn wrong_setting(error: &model::ModelError) -> Failure {
@@ -421,54 +441,69 @@ fn wrong_setting(error: &model::ModelError) -> Failure {
     }
 }
 
-fn read(args: &ModelArgs) -> Result<Source, Failure> {
-    input::read_model(&args.file).map_err(|message| Failure::Other {
-        message,
-        help: None,
-        status: FAULT,
+/// A model file that was read and parsed, with what belongs to it.
+struct Parsed {
+    source: Source,
+    file: syntax::File,
+    tables: TableTexts,
+    settings: Settings,
+}
+
+/// Parses a model and reads its tables.
+fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
+    let settings = settings(args)?;
+    let file = match syntax::parse(&source.text) {
+        Ok(file) => file,
+        Err(errors) => return Err(failed(source, Vec::new(), errors)),
+    };
+    Ok(Parsed {
+        tables: input::read_tables(args, &file, &mut source)?,
+        source,
+        file,
+        settings,
     })
 }
 
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    let settings = settings(args)?;
-    let source = read(args)?;
-    let checked = syntax::parse(&source.text)
-        .map_err(Error::from)
-        .and_then(|file| {
-            let tables = input::read_tables(&args.file, &file);
-            if size == Size::Dense {
-                linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
-            }
-            let model = model::elaborate(&file, &tables, &settings)?;
-            let suspicious = model::warnings(&file, &model);
-            let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
-            let impossible = librate::inertia::warnings(&model);
-            told.extend(impossible.iter().map(Diagnostic::from));
-            Ok((model, told))
-        });
-    match checked {
+    let Parsed {
+        source,
+        file,
+        tables,
+        settings,
+    } = parsed(args, input::read_model(&args.file)?)?;
+    let checked = || -> Result<_, Error> {
+        if size == Size::Dense {
+            linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
+        }
+        let model = model::elaborate(&file, &tables, &settings)?;
+        let suspicious = model::warnings(&file, &model);
+        let mut told: Vec<Diagnostic> = suspicious.iter().map(Diagnostic::from).collect();
+        let impossible = librate::inertia::warnings(&model);
+        told.extend(impossible.iter().map(Diagnostic::from));
+        Ok((model, told))
+    };
+    match checked() {
         Ok((model, warnings)) => Ok(Loaded {
             source,
             model,
             warnings,
         }),
-        Err(error) => Err(Failure::Model(source, error.diagnostics())),
+        Err(error) => Err(failed(source, Vec::new(), error)),
     }
 }
 
 fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
-    let settings = settings(&args.model)?;
     let range = Range::parse(&args.over).map_err(|error| {
         let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
         wrong_request(error.to_string(), help)
     })?;
-    let source = read(&args.model)?;
-    let file = match syntax::parse(&source.text) {
-        Ok(file) => file,
-        Err(errors) => return Err(Failure::Model(source, Error::from(errors).diagnostics())),
-    };
-    let tables = input::read_tables(&args.model.file, &file);
+    let Parsed {
+        source,
+        file,
+        tables,
+        settings,
+    } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = args.json && !args.no_vectors;
@@ -518,19 +553,6 @@ fn terminal_width(stream: &impl IsTerminal) -> Option<usize> {
     Some(usize::from(width).max(40))
 }
 
-fn write_out(text: &str) -> Result<(), Failure> {
-    let mut out = io::stdout().lock();
-    let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
-    written.map_err(|error| match error.kind() {
-        io::ErrorKind::BrokenPipe => Failure::BrokenPipe,
-        _ => Failure::Other {
-            message: format!("can't write the result: {error}"),
-            help: None,
-            status: FAULT,
-        },
-    })
-}
-
 /// Writes diagnostics to standard error.
 fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
     let stream = io::stderr();
@@ -542,8 +564,7 @@ fn tell(source: &Source, all: &[Diagnostic], format: MessageFormat) {
             draw::diagnostics(source, all, color, width)
         }
     };
-    // Where not even this can be written, the exit status has to do.
-    let _ = stream.lock().write_all(text.as_bytes());
+    output::write_messages(&text);
 }
 
 /// Writes what went wrong to standard error; gives the exit status.
@@ -566,7 +587,7 @@ fn complain(failure: Failure, format: MessageFormat) -> u8 {
                     draw::message(&message, help.as_deref(), color)
                 }
             };
-            let _ = stream.lock().write_all(text.as_bytes());
+            output::write_messages(&text);
             status
         }
         Failure::BrokenPipe => 0,

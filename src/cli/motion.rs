@@ -9,8 +9,9 @@ use librate::motion::{self, Enclosed, Start, System, Times};
 use librate::{Error, modes, oscillation, report};
 
 use super::args::{self, MessageFormat};
+use super::output::write_file;
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load, write_file, wrong_request};
+use super::{Answer, Failure, Loaded, Size, failed, load, wrong_request};
 
 /// A number on the command line.
 fn constant(text: &str) -> Result<Constant, Failure> {
@@ -28,7 +29,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     let until = constant(&args.until)?;
     let amplitude = args.amplitude.as_deref().map(constant).transpose()?;
     let Loaded {
-        source,
+        mut source,
         model,
         warnings,
     } = load(&args.model, Size::Dense)?;
@@ -75,6 +76,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         write_file(
             file,
             &report::motion_svg(&model, &trajectory, linear.as_deref()),
+            &mut source,
         )?;
     }
     if format == MessageFormat::Text {

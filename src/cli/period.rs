@@ -8,8 +8,9 @@ use librate::{Error, linearize, report};
 
 use super::args;
 use super::input::Source;
+use super::output::write_file;
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, load, style, write_file, wrong_request, wrong_setting};
+use super::{Answer, Failure, Loaded, Size, failed, load, style, wrong_request, wrong_setting};
 
 /// What is asked for.
 enum Wish {
@@ -51,7 +52,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
     let Loaded {
-        source,
+        mut source,
         model,
         mut warnings,
     } = load(&args.model, Size::Dense)?;
@@ -61,7 +62,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     };
     let oscillator = match prepared() {
         Ok(oscillator) => oscillator,
-        Err(error) => return Err(failed(source, warnings, &error)),
+        Err(error) => return Err(failed(source, warnings, error)),
     };
     let text = match wish {
         Wish::One(request) => {
@@ -70,7 +71,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             drop(progress);
             let found = match found {
                 Ok(found) => found,
-                Err(error) => return Err(failed(source, warnings, &error.into())),
+                Err(error) => return Err(failed(source, warnings, error)),
             };
             if args.json {
                 report::period_json(&oscillator, &found, &options)
@@ -88,7 +89,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             if let Some(file) = &args.svg {
                 let unit = oscillator.linearized().model().has_units;
                 let picture = report::period_svg(&range, &places, unit);
-                write_file(file, &picture)?;
+                write_file(file, &picture, &mut source)?;
             }
             if args.json {
                 report::period_curve_json(&oscillator, &places, &options)
@@ -124,16 +125,7 @@ fn remark(
     }
     warnings.extend(told);
     if !places.is_empty() && errors.len() == places.len() {
-        let source = Source {
-            name: source.name.clone(),
-            text: source.text.clone(),
-        };
-        return Err(Failure::Model(source, std::mem::take(warnings)));
+        return Err(Failure::Model(source.clone(), std::mem::take(warnings)));
     }
     Ok(())
-}
-
-fn failed(source: Source, mut warnings: Vec<Diagnostic>, error: &Error) -> Failure {
-    warnings.extend(error.diagnostics());
-    Failure::Model(source, warnings)
 }

@@ -55,7 +55,7 @@ pub enum InertiaError {
     MissingColumn {
         /// What it may be called.
         wanted: Vec<&'static str>,
-        /// The columns that there are.
+        /// The first columns that there are.
         found: Vec<String>,
     },
     /// Two columns that mean the same.

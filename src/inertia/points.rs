@@ -28,7 +28,7 @@ fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> 
         }),
         (None, _) => Err(InertiaError::MissingColumn {
             wanted: names.to_vec(),
-            found: table.columns.clone(),
+            found: table.some_columns(),
         }),
     }
 }

@@ -337,7 +337,7 @@ impl Compiler<'_> {
             let error = ModelError::UnknownColumn {
                 table: known.name.clone(),
                 column: field.text.to_string(),
-                available: known.columns.join(", "),
+                available: known.some_columns().join(", "),
                 nearest: nearest(&field.text, known.columns.iter().map(String::as_str))
                     .map(str::to_owned),
                 span: field.span,

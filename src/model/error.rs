@@ -217,7 +217,7 @@ pub enum ModelError {
         table: String,
         /// The column.
         column: String,
-        /// All columns.
+        /// The first columns.
         available: String,
         /// A column that it may have been meant to be.
         nearest: Option<String>,

@@ -72,6 +72,17 @@ impl Table {
         line.copied().unwrap_or(1)
     }
 
+    /// The first names of columns, shortened, for messages: no more of a file than it takes to see what it is.
+    pub(crate) fn some_columns(&self) -> Vec<String> {
+        const MOST: usize = 8;
+        let names = self.columns.iter().take(MOST);
+        let mut names: Vec<String> = names.map(|name| excerpt(name)).collect();
+        if self.columns.len() > MOST {
+            names.push("…".to_owned());
+        }
+        names
+    }
+
     /// The field in a row counted from 1.
     pub(crate) fn field(&self, row: i64, column: usize) -> Option<&Cell> {
         let row = usize::try_from(row).ok()?.checked_sub(1)?;
@@ -140,6 +151,7 @@ impl Table {
         }
         for (at, column) in columns.iter().enumerate() {
             if columns[..at].contains(column) {
+                let column = excerpt(column);
                 return Err(bad(1, format!("the column `{column}` stands twice")));
             }
         }
@@ -153,7 +165,7 @@ impl Table {
             for field in record.iter().take(columns.len()) {
                 cells.push(match parse_field(field) {
                     Some(number) => Cell::Number(number),
-                    None => Cell::Text(field.chars().take(40).collect()),
+                    None => Cell::Text(excerpt(field)),
                 });
             }
             lines.push(record.position().map_or(0, csv::Position::line));
@@ -166,6 +178,15 @@ impl Table {
             cells,
             lines,
         })
+    }
+}
+
+/// What messages quote of a field.
+fn excerpt(field: &str) -> String {
+    const MOST: usize = 40;
+    match field.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &field[..end]),
+        None => field.to_owned(),
     }
 }
 

@@ -10,9 +10,9 @@ use crate::span::Span;
 #[non_exhaustive]
 pub enum SyntaxError {
     /// The file is longer than the parser accepts.
-    #[error("the file is too large: {bytes} bytes, at most {most} are read")]
+    #[error("the file is too large: at most {most} bytes are read")]
     FileTooLarge {
-        /// Its length.
+        /// Its length, or so much of it as was read.
         bytes: usize,
         /// The greatest length read.
         most: usize,
