@@ -246,6 +246,13 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
     let off = sigma(&["--set", "l=1±0.1"]).unwrap() - omega * 0.05;
     assert!(off.abs() < 1e-15, "{off}");
     assert_eq!(sigma(&["--set", "l=1"]), None);
+    // What is left out is said, where it is.
+    let run = cli_support::run(&["period", PENDULUM, "--amplitude", "1", "--set", "l=1 ± 0.1"]);
+    assert!(
+        run.err.contains("the uncertainty of `l` is left out here"),
+        "{}",
+        run.err
+    );
 }
 
 #[test]

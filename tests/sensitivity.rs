@@ -16,7 +16,8 @@ use librate::linearize::{Linearized, linearize};
 use librate::modes::Options;
 use librate::oscillation::{NormalModes, normal_modes};
 use librate::precision::{Ball, Big};
-use librate::sensitivity::{Sensitivities, sensitivities};
+use librate::report::{Style, modes_text};
+use librate::sensitivity::{Sensitivities, put_uncertainties, sensitivities};
 
 fn solve(text: &str, settings: &[&str], digits: usize) -> (Linearized, NormalModes) {
     let linearized = linearize(model_in(text, Path::new("models"), settings)).unwrap();
@@ -313,7 +314,7 @@ fn uncertainties_add_up_by_squares() {
     let text = "param k = 4 +/- 0.1  param m = 1 +/- 0.02  param c = 3
         coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2 + c*x^4";
     let (linearized, _, found) = sensitivity(text);
-    let sigma = found.omega_sigma(&linearized).unwrap()[0].unwrap();
+    let sigma = found.uncertainties(&linearized).unwrap()[0].omega.unwrap();
     // omega (σ_k/k)/2 and omega (σ_m/m)/2
     let want = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
     assert!(
@@ -321,7 +322,66 @@ fn uncertainties_add_up_by_squares() {
         "{sigma:?}"
     );
     let without = sensitivity("param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*x^2");
-    assert!(without.2.omega_sigma(&without.0).is_none());
+    assert!(without.2.uncertainties(&without.0).is_none());
+}
+
+/// The lines of the table of modes, and what stands below it.
+fn printed(text: &str) -> String {
+    let (linearized, mut modes) = solve(text, &[], 10);
+    put_uncertainties(&linearized, &mut modes, &Options::default()).unwrap();
+    modes_text(&linearized, &modes, &Options::default(), &Style::default())
+}
+
+#[test]
+fn uncertain_numbers_end_where_their_uncertainty_does() {
+    let one = |k: &str| {
+        printed(&format!(
+            "param k = {k}  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"
+        ))
+    };
+    // omega = sqrt(k), sigma = sigma_k/(2 omega)
+    for (k, row) in [
+        ("4 ± 0.1", "1  2.000  0.025   5e-4  oscillation"),
+        // 9.996…: carried to the second decimal place.
+        ("99.92 ± 1", "1  9.996  0.050   5e-4  oscillation"),
+        ("99.95 ± 0.8", "1  9.997  0.040   5e-4  oscillation"),
+        ("99.99 ± 8", "1  10.00  0.40   5e-3  oscillation"),
+        ("2 ± 1e-15", "1  1.414213562  3.5e-16  5e-10  oscillation"),
+        // Larger than the number itself: one digit is left, and a word of warning.
+        ("1e-4 ± 1", "1  0.01   50     5e-3  oscillation"),
+        // A growth has one as well.
+        (
+            "-4 ± 0.1",
+            "1  0      0      2.000   0.025   5e-4  unstable",
+        ),
+        // sqrt(k) has no derivative at 0.
+        ("0 ± 0.1", "1  0      none       0  zero"),
+        ("4", "1  2.000000000  5e-10  oscillation"),
+    ] {
+        let text = one(k);
+        let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
+        let row = words(row);
+        assert!(
+            text.lines().any(|line| words(line).starts_with(&row)),
+            "{k}: {row}\n{text}"
+        );
+        assert_eq!(text.contains("sigma"), k != "4", "{text}");
+        assert_eq!(
+            text.contains("only a rough guide"),
+            k.starts_with("1e-4"),
+            "{text}"
+        );
+        assert_eq!(
+            text.contains("no derivative"),
+            k.starts_with("0 "),
+            "{text}"
+        );
+    }
+    // Friction: both parts, lambda = -c/2 + i sqrt(1 - c²/4).
+    let text = printed(
+        "param c = 0.3 ± 0.05  coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/2*c*x'^2",
+    );
+    assert!(text.contains("0.9887  0.0038  -0.150  0.025"), "{text}");
 }
 
 #[test]

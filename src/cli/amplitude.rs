@@ -5,7 +5,7 @@ use librate::{Error, amplitude, linearize, modes, oscillation, report};
 
 use super::args;
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load, style};
+use super::{Answer, Failure, Loaded, Size, failed, load_values, style};
 
 /// Shapes to fewer digits would cost digits of the change.
 const SHAPE_DIGITS: usize = 14;
@@ -15,7 +15,7 @@ pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
         source,
         model,
         mut warnings,
-    } = load(&args.model, Size::Dense)?;
+    } = load_values(&args.model, Size::Dense)?;
     let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
     let progress = Progress::start("computing the modes and their change");
     let computed = || -> Result<_, Error> {

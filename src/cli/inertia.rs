@@ -10,7 +10,7 @@ use librate::{model, report};
 use super::args::Inertia;
 use super::input::{self, Source};
 use super::progress::Progress;
-use super::{Answer, Failure, Parsed, USAGE, failed, parsed, style};
+use super::{Answer, Failure, Parsed, USAGE, failed, left_out, parsed, style};
 
 /// What a file describes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -163,7 +163,8 @@ fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
         Ok(tensors) => {
             let name = model.name.as_deref();
             let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
-            let warnings = warnings.map(|warning| Diagnostic::from(&warning)).collect();
+            let warnings = warnings.map(|warning| Diagnostic::from(&warning));
+            let warnings = warnings.chain(left_out(&model)).collect();
             Ok(Answer {
                 text: if args.json {
                     report::tensors_json(name, &tensors, args.digits)

@@ -179,19 +179,16 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     let progress = Progress::start("computing the modes");
     let computed = solved(model, &options);
     drop(progress);
-    let (linearized, modes) = match computed {
+    let (linearized, mut modes) = match computed {
         Ok(computed) => computed,
         Err(error) => return Err(failed(source, warnings, error)),
     };
     let suspicious = oscillation::warnings(&linearized, &modes);
     warnings.extend(suspicious.iter().map(Diagnostic::from));
-    let sigmas = match sigmas(&linearized, &modes, &options) {
-        Ok(sigmas) => sigmas,
-        Err(error) => return Err(failed(source, warnings, error)),
-    };
-    let text = if let Some(sigmas) = sigmas.filter(|_| args.json) {
-        report::modes_json_with_sigma(&linearized, &modes, &sigmas, &options)
-    } else if args.json {
+    if let Err(error) = sensitivity::put_uncertainties(&linearized, &mut modes, &options) {
+        return Err(failed(source, warnings, error));
+    }
+    let text = if args.json {
         report::modes_json(&linearized, &modes, &options)
     } else {
         report::modes_text(&linearized, &modes, &options, &style())
@@ -212,24 +209,6 @@ fn solved(
     Ok((linearized, modes))
 }
 
-/// The uncertainties of the frequencies, where the model states some of parameters.
-fn sigmas(
-    linearized: &linearize::Linearized,
-    modes: &oscillation::NormalModes,
-    options: &modes::Options,
-) -> Result<Option<Vec<Option<librate::precision::Ball>>>, linearize::LinearizeError> {
-    if !sensitivity::has_uncertainties(linearized) {
-        return Ok(None);
-    }
-    if options.vectors {
-        return Ok(sensitivity::sensitivities(linearized, modes).omega_sigma(linearized));
-    }
-    let mut options = options.clone();
-    options.vectors = true;
-    let with_shapes = oscillation::normal_modes(linearized, &options)?;
-    Ok(sensitivity::sensitivities(linearized, &with_shapes).omega_sigma(linearized))
-}
-
 fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     let Loaded {
         source,
@@ -240,11 +219,12 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     options.lowest = args.lowest;
     let progress = Progress::start("computing the modes");
     let computed = solved(model, &options);
-    let (linearized, modes) = match computed {
+    let (linearized, mut modes) = match computed {
         Ok(computed) => computed,
         Err(error) => return Err(failed(source, warnings, error)),
     };
     let found = sensitivity::sensitivities(&linearized, &modes);
+    sensitivity::put(&linearized, &mut modes, &found);
     drop(progress);
     let suspicious = oscillation::warnings(&linearized, &modes);
     warnings.extend(suspicious.iter().map(Diagnostic::from));
@@ -273,7 +253,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
         source,
         model,
         warnings,
-    } = load(&args.model, Size::Any)?;
+    } = load_values(&args.model, Size::Any)?;
     let progress = Progress::start("following the motion over a period");
     let options = floquet::Options::default().digits(args.digits);
     let computed = floquet::floquet(&model, &options);
@@ -493,6 +473,36 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
     }
 }
 
+/// As [`load`], for what takes parameters at their values and says so where these are uncertain.
+fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
+    let mut loaded = load(args, size)?;
+    loaded.warnings.extend(left_out(&loaded.model));
+    Ok(loaded)
+}
+
+/// That the uncertainties of parameters are not carried on.
+fn left_out(model: &Model) -> Option<Diagnostic> {
+    let uncertain = model
+        .parameters
+        .iter()
+        .filter(|own| own.uncertainty.is_some());
+    let count = uncertain.clone().count();
+    let first = uncertain.map(|own| (&own.name, own.span)).next();
+    let (name, span) = first?;
+    let message = match count {
+        1 => format!("the uncertainty of `{name}` is left out here"),
+        _ => format!(
+            "the uncertainties of `{name}` and {} more are left out here",
+            count - 1
+        ),
+    };
+    Some(
+        Diagnostic::warning(message, span, "taken at its value, as if it were exact").with_help(
+            "digits and bounds are those of the values; `modes` and `sensitivity` carry uncertainties on",
+        ),
+    )
+}
+
 fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
     let range = Range::parse(&args.over).map_err(|error| {
         let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
@@ -528,6 +538,8 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
             }
         }
     }
+    let models = places.iter().filter_map(|place| place.result.as_ref().ok());
+    remarks.extend(models.map(|(own, _)| own.model()).next().and_then(left_out));
     let text = if args.json {
         report::sweep_json(&range, &places, &options)
     } else {

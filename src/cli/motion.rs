@@ -11,7 +11,7 @@ use librate::{Error, modes, oscillation, report};
 use super::args::{self, MessageFormat};
 use super::output::write_file;
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load, wrong_request};
+use super::{Answer, Failure, Loaded, Size, failed, load_values, wrong_request};
 
 /// A number on the command line.
 fn constant(text: &str) -> Result<Constant, Failure> {
@@ -32,7 +32,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         mut source,
         model,
         warnings,
-    } = load(&args.model, Size::Dense)?;
+    } = load_values(&args.model, Size::Dense)?;
     let progress = Progress::start("following the motion");
     let computed = || -> Result<_, Error> {
         let system = System::new(&model)?;

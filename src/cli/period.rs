@@ -10,7 +10,9 @@ use super::args;
 use super::input::Source;
 use super::output::write_file;
 use super::progress::Progress;
-use super::{Answer, Failure, Loaded, Size, failed, load, style, wrong_request, wrong_setting};
+use super::{
+    Answer, Failure, Loaded, Size, failed, load_values, style, wrong_request, wrong_setting,
+};
 
 /// What is asked for.
 enum Wish {
@@ -55,7 +57,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
         mut source,
         model,
         mut warnings,
-    } = load(&args.model, Size::Dense)?;
+    } = load_values(&args.model, Size::Dense)?;
     let prepared = || -> Result<Oscillator, Error> {
         period::check(&model)?;
         Ok(Oscillator::new(&linearize::linearize(model.clone())?)?)

@@ -139,6 +139,7 @@ fn mode(linearized: &Linearized, entry: Exponent, meaning: Option<String>) -> No
         symmetry: None,
         meaning,
         limit: entry.limit,
+        uncertainty: None,
     }
 }
 

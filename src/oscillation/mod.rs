@@ -69,6 +69,24 @@ pub struct NormalMode {
     /// Why digits are missing, or that the exponent has fewer vectors than its multiplicity; only with
     /// gyroscopic forces or friction.
     pub limit: Option<Limit>,
+    /// What the uncertainties of parameters make of these numbers, where that was asked for and there are any.
+    pub uncertainty: Option<Uncertainty>,
+}
+
+/// The standard uncertainty of a mode's exponent, of first order; `None` where there is no derivative.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Uncertainty {
+    /// Of omega, in rad/s.
+    pub omega: Option<Ball>,
+    /// Of growth, in 1/s.
+    pub growth: Option<Ball>,
+}
+
+impl Uncertainty {
+    pub(crate) fn new(omega: Option<Ball>, growth: Option<Ball>) -> Self {
+        Self { omega, growth }
+    }
 }
 
 /// Finds the normal modes.
@@ -179,6 +197,7 @@ pub fn normal_modes(
                 symmetry,
                 meaning: meaning.flatten(),
                 limit: None,
+                uncertainty: None,
             }
         })
         .collect();

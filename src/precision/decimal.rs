@@ -59,6 +59,7 @@ struct Rounded {
 }
 
 enum Direction {
+    Down,
     Nearest,
     Up,
 }
@@ -69,11 +70,45 @@ enum Direction {
 /// Positional for exponents from -5 to 15 as far as the digits reach the decimal point, else
 /// scientific. A number that may be zero but is not known to be prints as `0` with its bound.
 pub fn decimal(value: &Ball, digits: usize) -> Decimal {
-    let wanted = digits.clamp(1, MOST_DIGITS);
+    written(value, Wanted::digits(digits.min(MOST_DIGITS)))
+}
+
+/// The number in `value` rounded to a multiple of 10^place by the rules of [`decimal`], with at most `digits`
+/// significant digits and at least one.
+pub fn decimal_to_place(value: &Ball, place: i32, digits: usize) -> Decimal {
+    written(value, Wanted::digits(digits.min(MOST_DIGITS)).to(place))
+}
+
+fn written(value: &Ball, wanted: Wanted) -> Decimal {
     if value.is_finite() {
         between(ends(value), wanted)
     } else {
         not_a_number()
+    }
+}
+
+/// How far a number is written out.
+#[derive(Clone, Copy)]
+struct Wanted {
+    /// So many significant digits, at least 1.
+    digits: usize,
+    /// And none behind this power of ten, as far as one is left.
+    place: Option<i32>,
+}
+
+impl Wanted {
+    fn digits(digits: usize) -> Self {
+        Self {
+            digits: digits.max(1),
+            place: None,
+        }
+    }
+
+    fn to(self, place: i32) -> Self {
+        Self {
+            place: Some(place),
+            ..self
+        }
     }
 }
 
@@ -84,7 +119,16 @@ impl Big {
     /// the bound (in doubles, so at least 5e-324).
     #[must_use]
     pub fn decimal(&self, digits: usize) -> Decimal {
-        let wanted = digits.clamp(1, MOST_BIG_DIGITS);
+        self.written(Wanted::digits(digits.min(MOST_BIG_DIGITS)))
+    }
+
+    /// The number rounded to a multiple of 10^place, by the rules of [`decimal_to_place`].
+    #[must_use]
+    pub fn decimal_to_place(&self, place: i32, digits: usize) -> Decimal {
+        self.written(Wanted::digits(digits.min(MOST_BIG_DIGITS)).to(place))
+    }
+
+    fn written(&self, wanted: Wanted) -> Decimal {
         let size = self.abs_upper();
         if !size.is_finite() || size >= Magnitude::power_of_two(WIDEST) {
             return not_a_number();
@@ -127,12 +171,12 @@ fn not_a_number() -> Decimal {
 }
 
 /// The digits of the numbers from `low` 2^exponent to `high` 2^exponent.
-fn between((low, high, exponent): (IBig, IBig, i32), wanted: usize) -> Decimal {
+fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal {
     let zero = IBig::ZERO;
     if low == zero && high == zero {
         return Decimal {
             text: "0".to_owned(),
-            digits: wanted,
+            digits: wanted.digits,
             error_bound: 0.0,
             rounding: Rounding::Correct,
         };
@@ -171,11 +215,24 @@ fn between((low, high, exponent): (IBig, IBig, i32), wanted: usize) -> Decimal {
 }
 
 /// The digits common to both ends, as many as `wanted` if possible.
-fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: usize) -> (Rounded, Rounding) {
+fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> (Rounded, Rounding) {
     let (low, high) = (
         fraction(least.clone(), exponent),
         fraction(most.clone(), exponent),
     );
+    // The power of ten of the first digit, before anything is rounded.
+    let leading = round(&low, 1, &Direction::Down).exponent;
+    let Wanted {
+        digits: most,
+        place,
+    } = wanted;
+    let wanted = match place {
+        Some(place) => {
+            let count = leading.saturating_sub(place).saturating_add(1);
+            usize::try_from(count).unwrap_or(0).clamp(1, most)
+        }
+        None => most,
+    };
     let at = |count| {
         let below = round(&low, count, &Direction::Nearest);
         let above = round(&high, count, &Direction::Nearest);
@@ -183,7 +240,7 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: usize) -> (Rounded, 
     };
     let (below, above) = at(wanted);
     if below == above {
-        return (below, Rounding::Correct);
+        return (below.carried(leading, place, most), Rounding::Correct);
     }
     // A tie: both ends within a thousandth of a unit of the last place, on both sides of a middle.
     let unit = below.unit();
@@ -229,6 +286,16 @@ impl Rounded {
             numerator: unit.numerator * &self.digits,
             denominator: unit.denominator,
         }
+    }
+
+    /// Where rounding has carried beyond the leading digit, as 9.96 to 10.0, the last place is the one that was asked for.
+    fn carried(mut self, leading: i32, place: Option<i32>, most: usize) -> Self {
+        let ends_there = place.is_some_and(|place| leading - self.count as i32 + 1 == place);
+        if self.exponent > leading && ends_there && self.count < most {
+            self.digits *= UBig::from(10u8);
+            self.count += 1;
+        }
+        self
     }
 
     /// One unit of the last place.
@@ -358,6 +425,7 @@ fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
             continue;
         }
         let up = match direction {
+            Direction::Down => false,
             Direction::Up => rest != UBig::ZERO,
             Direction::Nearest => {
                 let twice = rest << 1;
@@ -475,6 +543,22 @@ mod tests {
         assert_eq!(d.rounding, Rounding::Undecided);
         assert!(d.error_bound >= 0.3);
         assert_eq!(decimal(&Ball::NOT_FINITE, 10).error_bound, f64::INFINITY);
+    }
+
+    #[test]
+    fn numbers_end_at_a_place() {
+        let to = |x: f64, place| decimal_to_place(&Ball::from(x), place, 10).text;
+        assert_eq!(to(2.004_996, -3), "2.005");
+        assert_eq!(to(9.996, -2), "10.00");
+        assert_eq!(to(9.6, 0), "10");
+        assert_eq!(to(-0.000_996, -5), "-0.00100");
+        assert_eq!(to(1234.5, 2), "1.2e3");
+        // At least one digit, at most as many as asked for.
+        assert_eq!(to(0.034, 0), "0.03");
+        assert_eq!(to(0.096, 1), "0.1");
+        assert_eq!(to(1.0 / 3.0, -20), "0.3333333333");
+        assert_eq!(to(0.999_999_999_99, -20), "1.000000000");
+        assert_eq!(Big::pi(200).decimal_to_place(-4, 50).text, "3.1416");
     }
 
     #[test]

@@ -26,7 +26,7 @@ mod system;
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
 pub use big::Big;
-pub use decimal::{Decimal, Rounding, decimal, one_digit_up, one_digit_up_text};
+pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub(crate) use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;

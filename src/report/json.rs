@@ -16,7 +16,7 @@ use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
 use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::one_digit_up;
+use crate::precision::{Ball, one_digit_up};
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `equilibrium_error_bound`,
 /// `stability`, `modes`.
@@ -29,7 +29,8 @@ use crate::precision::one_digit_up;
 /// in which the equilibrium is given and the vectors have xᵀMx = 1 kg m². A steady motion adds `rates`, one
 /// a coordinate, 0 for those that rest. Components of shapes that do not move in phase are pairs of real and
 /// imaginary part; `limit` says why an exponent is known less well, `gyroscopically_stabilised` that the
-/// potential has no minimum and the motion is stable all the same.
+/// potential has no minimum and the motion is stable all the same. `omega_sigma` and, where growth is not 0, `growth_sigma` are the
+/// standard uncertainties that those of parameters give.
 #[must_use]
 pub fn modes_json(linearized: &Linearized, modes: &NormalModes, options: &Options) -> String {
     modes_with(linearized, modes, options, &|_| String::new())
@@ -142,6 +143,13 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
             array(components),
             number(one_digit_up(mode.vector_error_bound)),
         );
+    }
+    if let Some(own) = &mode.uncertainty {
+        let sigma = |own: Option<Ball>| own.map_or_else(null, |own| number(own.mid_f64()));
+        let _ = write!(out, ", \"omega_sigma\": {}", sigma(own.omega));
+        if !mode.growth.is_zero() {
+            let _ = write!(out, ", \"growth_sigma\": {}", sigma(own.growth));
+        }
     }
     out.push_str(more);
     out.push('}');

@@ -33,7 +33,7 @@ pub use modes::modes_text;
 pub use motion::{motion_csv, motion_json, motion_remark, motion_svg};
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
-pub use sensitivity::{modes_json_with_sigma, sensitivity_json, sensitivity_text};
+pub use sensitivity::{sensitivity_json, sensitivity_text};
 pub use sweep::{sweep_csv, sweep_json};
 
 use anstyle::{AnsiColor, Effects};
@@ -41,8 +41,8 @@ use anstyle::{AnsiColor, Effects};
 use crate::model::Coordinate;
 use crate::modes::Kind;
 use crate::modes::exponents::Limit;
-use crate::oscillation::NormalModes;
-use crate::precision::{Ball, Big, Decimal, Rounding, decimal, one_digit_up};
+use crate::oscillation::{NormalMode, NormalModes};
+use crate::precision::{Ball, Big, Decimal, Rounding, decimal, decimal_to_place, one_digit_up};
 
 /// How text is laid out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -115,6 +115,11 @@ impl Style {
     }
 }
 
+/// Digits of a standard uncertainty.
+const SIGMA_DIGITS: usize = 2;
+/// In place of a number that may be 0 or near.
+const UNDECIDED: &str = "~0";
+
 /// A number with a bound, in decimal.
 struct Written {
     /// The digits that are certain; `None` where nothing is.
@@ -136,6 +141,33 @@ impl Written {
             Some(precise) => Self::from_decimal(precise.decimal(digits), precise.is_zero()),
             None => Self::new(value, digits),
         }
+    }
+
+    /// The digits that a standard uncertainty leaves: those down to the second digit of it, but at least one. With the
+    /// uncertainty itself in two digits; `none` where it has no first order.
+    fn measured(
+        value: &Ball,
+        precise: Option<&Big>,
+        sigma: Option<&Ball>,
+        digits: usize,
+    ) -> (Self, String) {
+        let full = || Self::finest(value, precise, digits);
+        let Some(sigma) = sigma else {
+            return (full(), "none".to_owned());
+        };
+        if sigma.contains_zero() {
+            let word = if sigma.is_zero() { "0" } else { UNDECIDED };
+            return (full(), word.to_owned());
+        }
+        let written = decimal(sigma, SIGMA_DIGITS).text;
+        let place = i32::try_from(last_place(&written)).unwrap_or(i32::MIN);
+        let own = match precise {
+            Some(precise) => {
+                Self::from_decimal(precise.decimal_to_place(place, digits), precise.is_zero())
+            }
+            None => Self::from_decimal(decimal_to_place(value, place, digits), value.is_zero()),
+        };
+        (own, written)
     }
 
     fn from_decimal(decimal: Decimal, is_zero: bool) -> Self {
@@ -161,17 +193,58 @@ impl Written {
     }
 }
 
-/// Half a unit of the last place of a number as [`decimal`] writes it.
-fn half_unit(number: &str) -> f64 {
+/// The power of ten of the last place of a number as [`decimal`] writes it.
+fn last_place(number: &str) -> i64 {
     let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
     let decimals = mantissa
         .split_once('.')
         .map_or(0, |(_, decimals)| decimals.len());
     let exponent: i64 = exponent.parse().unwrap_or(0);
-    let place = exponent - i64::try_from(decimals).unwrap_or(0);
-    let bound: f64 = format!("5e{}", place - 1).parse().unwrap_or(f64::INFINITY);
+    exponent - i64::try_from(decimals).unwrap_or(0)
+}
+
+/// Half a unit of that place.
+fn half_unit(number: &str) -> f64 {
+    let bound: f64 = format!("5e{}", last_place(number) - 1)
+        .parse()
+        .unwrap_or(f64::INFINITY);
     // Below all doubles it is still not 0.
     bound.max(f64::from_bits(1))
+}
+
+/// The numbers of a mode in writing.
+struct Exponent {
+    omega: Written,
+    omega_sigma: String,
+    growth: Written,
+    growth_sigma: String,
+}
+
+impl Exponent {
+    fn new(mode: &NormalMode, digits: usize) -> Self {
+        let precise = mode.precise.as_deref();
+        let part = |value: &Ball, precise: Option<&Big>, sigma: Option<Option<&Ball>>| match sigma {
+            Some(sigma) => Written::measured(value, precise, sigma, digits),
+            None => (Written::finest(value, precise, digits), String::new()),
+        };
+        let sigmas = mode.uncertainty.as_ref();
+        let (omega, omega_sigma) = part(
+            &mode.omega,
+            precise.map(|own| &own.omega),
+            sigmas.map(|own| own.omega.as_ref()),
+        );
+        let (growth, growth_sigma) = part(
+            &mode.growth,
+            precise.map(|own| &own.growth),
+            sigmas.map(|own| own.growth.as_ref()),
+        );
+        Self {
+            omega,
+            omega_sigma,
+            growth,
+            growth_sigma,
+        }
+    }
 }
 
 /// The unit of a coordinate, in SI; none where there is nothing to say.

@@ -2,7 +2,8 @@
 
 use super::table::{Column, GAP, draw};
 use super::{
-    Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions,
+    Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit,
+    zero_motions,
 };
 use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
@@ -18,6 +19,8 @@ const SHAPE_DIGITS: usize = 4;
 const ROUGH_DIGITS: usize = 2;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
+/// Beyond this share of a frequency an uncertainty is not small: the second order is felt.
+const ROUGH_SHARE: f64 = 0.3;
 /// With less room than this beside the frequencies, shapes stand below them.
 const LEAST_SHAPE: usize = 30;
 
@@ -229,7 +232,9 @@ impl<'a> Heading<'a> {
 /// The numbers of a mode in writing.
 struct Row {
     omega: String,
+    omega_sigma: String,
     growth: String,
+    growth_sigma: String,
     hertz: String,
     bound: String,
     /// Whether all digits asked for are there.
@@ -238,21 +243,30 @@ struct Row {
 
 impl Row {
     fn new(mode: &NormalMode, options: &Options, has_units: bool) -> Self {
-        let precise = mode.precise.as_deref();
-        let omega = Written::finest(&mode.omega, precise.map(|x| &x.omega), options.digits);
-        let growth = Written::finest(&mode.growth, precise.map(|x| &x.growth), options.digits);
+        let own = Exponent::new(mode, options.digits);
         let hertz = if has_units {
-            let turns = mode.omega / Ball::PI.scale(1);
+            let precise = mode.precise.as_deref();
+            let turn = Ball::PI.scale(1);
+            let turns = mode.omega / turn;
             let precise = precise.map(|x| &x.omega / &Big::pi(x.omega.bits()).scale(1));
-            Written::finest(&turns, precise.as_ref(), options.digits).text()
+            match mode.uncertainty.as_ref().and_then(|own| own.omega) {
+                Some(sigma) => {
+                    let sigma = sigma / turn;
+                    Written::measured(&turns, precise.as_ref(), Some(&sigma), options.digits).0
+                }
+                None => Written::finest(&turns, precise.as_ref(), options.digits),
+            }
+            .text()
         } else {
             String::new()
         };
         Self {
-            bound: one_digit_up_text(omega.bound.max(growth.bound)),
-            complete: omega.complete && growth.complete,
-            omega: omega.text(),
-            growth: growth.text(),
+            bound: one_digit_up_text(own.omega.bound.max(own.growth.bound)),
+            complete: own.omega.complete && own.growth.complete,
+            omega: own.omega.text(),
+            omega_sigma: own.omega_sigma,
+            growth: own.growth.text(),
+            growth_sigma: own.growth_sigma,
             hertz,
         }
     }
@@ -282,11 +296,18 @@ fn table(
         counting(modes),
         Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
     ];
+    let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
+    if uncertain {
+        columns.push(Column::numbers("sigma", of(|row| &row.omega_sigma)));
+    }
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
         columns.push(Column::numbers(
             &heading("growth", "1/s"),
             of(|row| &row.growth),
         ));
+        if uncertain {
+            columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
+        }
     }
     columns.push(Column::right("bound", of(|row| &row.bound)));
     if has_units {
@@ -522,6 +543,7 @@ fn remarks(
             out.push_str(&format!("{}: {}\n", numbered(&[at]), limit_words(limit)));
         }
     }
+    out.push_str(&uncertainty_remark(modes));
     let undecided = of_kind(modes, Kind::Undecided);
     let damped = undecided
         .iter()
@@ -556,6 +578,45 @@ fn remarks(
     }
     if !out.is_empty() {
         out.insert(0, '\n');
+    }
+    out
+}
+
+/// What the columns of uncertainties mean, and where they mean little.
+fn uncertainty_remark(modes: &NormalModes) -> String {
+    if modes.modes.iter().all(|mode| mode.uncertainty.is_none()) {
+        return String::new();
+    }
+    let mut out = "sigma is the standard uncertainty that those of the parameters give; numbers end at its second digit\n\
+                   shapes and the equilibrium are those of the values, as if these were exact\n"
+        .to_owned();
+    let among = |test: &dyn Fn(&Ball, Option<Ball>) -> bool| -> Vec<usize> {
+        let parts = |mode: &NormalMode| {
+            let own = mode.uncertainty.as_ref()?;
+            Some(test(&mode.omega, own.omega) || test(&mode.growth, own.growth))
+        };
+        let modes = modes.modes.iter().enumerate();
+        modes
+            .filter(|(_, mode)| parts(mode) == Some(true))
+            .map(|(at, _)| at)
+            .collect()
+    };
+    let missing = among(&|_, sigma| sigma.is_none());
+    if !missing.is_empty() {
+        let list = numbered(&missing);
+        out.push_str(&format!(
+            "sigma of {list} is none: the exponent has no derivative there, and all digits are those of the values\n"
+        ));
+    }
+    let rough = among(&|value, sigma| {
+        let sigma = sigma.map_or(0.0, |sigma| sigma.mid_f64());
+        !value.contains_zero() && sigma > ROUGH_SHARE * value.mid_f64().abs()
+    });
+    if !rough.is_empty() {
+        let list = numbered(&rough);
+        out.push_str(&format!(
+            "sigma of {list} is not small beside the number itself: it is of first order, and only a rough guide there\n"
+        ));
     }
     out
 }
@@ -633,6 +694,7 @@ mod tests {
             symmetry: None,
             meaning: None,
             limit: None,
+            uncertainty: None,
         }
     }
 

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::json::{modes_with, null, number, string};
 use super::table::{Column, draw};
-use super::{Style, Tone, Written, headline, listed};
+use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed};
 use crate::linearize::Linearized;
 use crate::modes::Options;
 use crate::oscillation::NormalModes;
@@ -14,15 +14,12 @@ use crate::sensitivity::Sensitivities;
 /// Digits of a derivative in a table.
 const DIGITS: usize = 6;
 
-/// In place of a derivative whose sign is not decided.
-const UNDECIDED: &str = "~0";
-
 /// Beside the frequencies at most so many parameters have columns of their own.
 const MOST_COLUMNS: usize = 6;
 
 /// The modes as [`super::modes_json`] has them, each with `derivatives`: d omega / d parameter by the name of the parameter,
 /// `null` where there is none, and `derivative_error_bounds` of them; and `growth_derivatives` with their
-/// bounds where some growth is not 0, or ceases to be. `omega_sigma` where parameters have uncertainties.
+/// bounds where some growth is not 0, or ceases to be.
 #[must_use]
 pub fn sensitivity_json(
     linearized: &Linearized,
@@ -31,7 +28,6 @@ pub fn sensitivity_json(
     options: &Options,
 ) -> String {
     let model = linearized.model();
-    let sigmas = sensitivities.omega_sigma(linearized);
     let begins = |own: &Ball| !own.contains_zero();
     let grows = modes.modes.iter().any(|mode| !mode.growth.is_zero())
         || sensitivities.growth.iter().flatten().flatten().any(begins);
@@ -61,9 +57,6 @@ pub fn sensitivity_json(
             let names = ["growth_derivatives", "growth_derivative_error_bounds"];
             both(&mut more, names, &sensitivities.growth[at]);
         }
-        if let Some(sigmas) = &sigmas {
-            more.push_str(&sigma_field(sigmas[at]));
-        }
         more
     })
 }
@@ -86,25 +79,6 @@ fn bound(derivative: &Ball) -> f64 {
     })
 }
 
-/// `omega_sigma` of a mode.
-fn sigma_field(sigma: Option<Ball>) -> String {
-    let value = sigma.map(|sigma| sigma.mid_f64());
-    format!(", \"omega_sigma\": {}", value.map_or_else(null, number))
-}
-
-/// The modes as [`super::modes_json`] has them, with the uncertainty of each omega that those of the parameters give.
-#[must_use]
-pub fn modes_json_with_sigma(
-    linearized: &Linearized,
-    modes: &NormalModes,
-    sigmas: &[Option<Ball>],
-    options: &Options,
-) -> String {
-    modes_with(linearized, modes, options, &|at| {
-        sigma_field(sigmas.get(at).copied().flatten())
-    })
-}
-
 /// The frequencies and their derivatives as a table to read.
 #[must_use]
 pub fn sensitivity_text(
@@ -124,17 +98,18 @@ pub fn sensitivity_text(
         Some(value) if value.contains_zero() => UNDECIDED.to_owned(),
         Some(value) => Written::new(&value, DIGITS).text(),
     };
-    let omega = modes.modes.iter().map(|mode| {
-        let precise = mode.precise.as_deref().map(|precise| &precise.omega);
-        Written::finest(&mode.omega, precise, options.digits).text()
-    });
     let numbers = (1..=modes.modes.len()).map(|at| at.to_string()).collect();
+    let rows = modes.modes.iter();
+    let rows: Vec<Exponent> = rows
+        .map(|mode| Exponent::new(mode, options.digits))
+        .collect();
+    let omega = rows.iter().map(|row| row.omega.text());
     let mut columns = vec![
         Column::right("mode", numbers),
         Column::numbers("omega", omega.collect()),
     ];
-    if let Some(sigmas) = sensitivities.omega_sigma(linearized) {
-        let cells = sigmas.into_iter().map(written);
+    if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {
+        let cells = rows.iter().map(|row| row.omega_sigma.clone());
         columns.push(Column::numbers("sigma", cells.collect()));
     }
     let names: Vec<&str> = sensitivities

@@ -15,10 +15,13 @@ mod complex;
 mod split;
 
 use crate::expr::{ExprId, Pool, ZeroVerdict};
-use crate::linearize::{Linearized, Slopes, Structure, WithMultipliers, ZeroMode, constant};
-use crate::modes::Kind;
+use crate::linearize::{
+    LinearizeError, Linearized, Slopes, Structure, WithMultipliers, ZeroMode, constant,
+};
+use crate::model::Model;
+use crate::modes::{Kind, Options};
 use crate::number::Number;
-use crate::oscillation::{NormalMode, NormalModes};
+use crate::oscillation::{NormalMode, NormalModes, Uncertainty, normal_modes};
 use crate::precision::Ball;
 use bordered::Place;
 use complex::{Enclosed, Rows};
@@ -37,10 +40,10 @@ pub struct Sensitivities {
 }
 
 impl Sensitivities {
-    /// The standard uncertainty of omega of each mode, from those of the parameters that are stated, taken as independent and
-    /// small; `None` without any, or where a derivative that counts is missing.
+    /// The standard uncertainty of each mode, from those of the parameters that are stated, taken as independent and
+    /// small; `None` without any. Where a derivative that counts is missing there is none either.
     #[must_use]
-    pub fn omega_sigma(&self, linearized: &Linearized) -> Option<Vec<Option<Ball>>> {
+    pub fn uncertainties(&self, linearized: &Linearized) -> Option<Vec<Uncertainty>> {
         let model = linearized.model();
         let stated = |parameter: &usize| {
             let uncertainty = model.parameters.get(*parameter)?.uncertainty?;
@@ -50,7 +53,7 @@ impl Sensitivities {
         if sigmas.iter().all(Option::is_none) {
             return None;
         }
-        let of = |derivatives: &Vec<Option<Ball>>| {
+        let of = |derivatives: &[Option<Ball>]| {
             let mut squares = Ball::ZERO;
             for (derivative, sigma) in derivatives.iter().zip(&sigmas) {
                 if let Some(sigma) = sigma {
@@ -59,17 +62,52 @@ impl Sensitivities {
             }
             Some(squares.sqrt()).filter(Ball::is_finite)
         };
-        Some(self.omega.iter().map(of).collect())
+        let both = self.omega.iter().zip(&self.growth);
+        Some(
+            both.map(|(omega, growth)| Uncertainty::new(of(omega), of(growth)))
+                .collect(),
+        )
+    }
+}
+
+/// Puts the uncertainties into modes of a model that states some of parameters, which were computed with `options`.
+///
+/// # Errors
+/// Those of [`normal_modes`], where shapes have to be computed for this.
+pub fn put_uncertainties(
+    linearized: &Linearized,
+    modes: &mut NormalModes,
+    options: &Options,
+) -> Result<(), LinearizeError> {
+    if !has_uncertainties(linearized.model()) {
+        return Ok(());
+    }
+    let found = if options.vectors {
+        sensitivities(linearized, modes)
+    } else {
+        let options = Options {
+            vectors: true,
+            ..options.clone()
+        };
+        sensitivities(linearized, &normal_modes(linearized, &options)?)
+    };
+    put(linearized, modes, &found);
+    Ok(())
+}
+
+/// Puts the uncertainties into modes, by their derivatives.
+pub fn put(linearized: &Linearized, modes: &mut NormalModes, found: &Sensitivities) {
+    let own = found.uncertainties(linearized).into_iter().flatten();
+    for (mode, own) in modes.modes.iter_mut().zip(own) {
+        mode.uncertainty = Some(own);
     }
 }
 
 /// Whether a model states the uncertainty of a parameter.
 #[must_use]
-pub fn has_uncertainties(linearized: &Linearized) -> bool {
-    let parameters = linearized.model().parameters.iter();
-    parameters
-        .clone()
-        .any(|parameter| parameter.uncertainty.is_some())
+pub fn has_uncertainties(model: &Model) -> bool {
+    let mut parameters = model.parameters.iter();
+    parameters.any(|parameter| parameter.uncertainty.is_some())
 }
 
 /// The derivatives for all parameters that have a value, are not defined from others and set no range; `modes` with their
