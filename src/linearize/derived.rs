@@ -149,7 +149,12 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     model.pool = pool;
     let settled = !guessed
         && determined.is_some()
-        && symbolic::forces_vanish(&model, &assembly, &point) == Some(true);
+        && symbolic::forces_vanish(
+            &model,
+            &assembly,
+            &point,
+            &crate::expr::Substitution::default(),
+        ) == Some(true);
     if !settled {
         let values = assembly
             .values::<Ball>(&model, ())

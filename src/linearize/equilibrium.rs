@@ -20,11 +20,11 @@ use super::descent::Energy;
 use super::error::LinearizeError;
 use super::existence::{Axes, Products, Proof, Setting};
 use super::newton::{Force, Spectrum};
-use super::simple::vanishes_identically;
 use super::symbolic::force_text;
 use super::symmetry::symmetries;
 use super::undefined::{given_not_finite, point_text};
 use super::zero::independent_symmetries;
+use crate::expr::ExprId;
 use crate::model::Model;
 use crate::precision::{Ball, Big, DoubleDouble, Scalar};
 
@@ -62,9 +62,21 @@ pub struct Equilibrium {
     pub(crate) proof: Option<Arc<Proof>>,
     /// The multipliers of constraints follow from the coordinates, which were not searched for.
     pub(crate) multipliers_given: bool,
+    /// The coordinates that were to be searched for are those that the search was to start from, exactly.
+    pub(crate) at_guess: bool,
 }
 
 impl Equilibrium {
+    /// What a coordinate is exactly, without parameters, where the model says it.
+    pub(super) fn expression(&self, model: &Model, coordinate: usize) -> Option<ExprId> {
+        let stated = match self.origins[coordinate] {
+            Origin::Given => &model.equilibria,
+            Origin::Found if self.at_guess => &model.guesses,
+            Origin::Found | Origin::Zero => return None,
+        };
+        stated.get(coordinate).copied().flatten()?.value
+    }
+
     /// What belongs to the first coordinates: those before multipliers.
     pub(super) fn first(&self, count: usize) -> Self {
         let mut own = self.clone();
@@ -149,47 +161,48 @@ pub(crate) fn find(
     if visible < count {
         return search.constrained(point, origins, &closed);
     }
-    if !search.free.is_empty() {
-        let force = search.gradient(&point);
-        let vanishes = !guessed
-            && search
-                .free
-                .iter()
-                .all(|i| force[*i].contains_zero() && force[*i].is_finite());
-        // A force that is zero within its bounds may still be one.
-        let exactly = || search.free.iter().all(|i| force[*i].is_zero());
-        if !(vanishes && (exactly() || vanishes_identically(model, assembly))) {
-            for i in &search.free {
-                origins[*i] = Origin::Found;
-                if let Some(value) = closed(&model.guesses[*i])? {
-                    point[*i] = Ball::exact(value.mid_f64());
-                }
-            }
-            let (steps, proof) = search.search(&mut point)?;
-            search.verify_given(&point, proof.as_ref())?;
-            let mut proved = proof.is_some() || search.vanishes_exactly(&point);
-            if !proved && let Some(simple) = search.simple_place(&point) {
-                (point, proved) = (simple, true);
-            }
-            return Ok(Equilibrium {
-                values: point,
-                origins,
-                steps,
-                proved,
-                proof: proof.map(Arc::new),
-                multipliers_given: false,
-            });
+    for i in &search.free {
+        if let Some(value) = closed(&model.guesses[*i])? {
+            point[*i] = value;
         }
-        search.free.clear();
+        if guessed {
+            origins[*i] = Origin::Found;
+        }
     }
-    search.verify_given(&point, None)?;
-    Ok(Equilibrium {
+    let mut start = Equilibrium {
         values: point,
         origins,
         steps: 0,
         proved: true,
         proof: None,
         multipliers_given: false,
+        at_guess: guessed,
+    };
+    if search.is_equilibrium(&start) {
+        if !guessed {
+            search.free.clear();
+        }
+        search.verify_given(&start.values, None)?;
+        return Ok(start);
+    }
+    let mut point = std::mem::take(&mut start.values);
+    for i in &search.free {
+        start.origins[*i] = Origin::Found;
+        point[*i] = Ball::exact(point[*i].mid_f64());
+    }
+    let (steps, proof) = search.search(&mut point)?;
+    search.verify_given(&point, proof.as_ref())?;
+    let mut proved = proof.is_some() || search.vanishes_exactly(&point);
+    if !proved && let Some(simple) = search.simple_place(&point) {
+        (point, proved) = (simple, true);
+    }
+    Ok(Equilibrium {
+        values: point,
+        steps,
+        proved,
+        proof: proof.map(Arc::new),
+        at_guess: false,
+        ..start
     })
 }
 

@@ -3,19 +3,24 @@
 //! On the way there numbers may be rational multiples of square roots: distances between rational
 //! points are, and in the stiffness of an unstressed spring between them they appear squared.
 
+use std::collections::{BTreeMap, VecDeque};
+
 use dashu_int::ops::Gcd;
 use dashu_int::{IBig, UBig};
 
-use super::assemble::Assembly;
+use super::assemble::{Assembly, Part};
+use super::elimination;
 use super::equilibrium::Equilibrium;
 use super::velocity::Matrix;
-use crate::expr::{PRIME, nullspace_mod};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, DoubleDouble, Function, Scalar};
 
-/// Exact elimination is for small systems.
+/// Exact characteristic polynomials are for small systems.
 const MOST: usize = 60;
+
+/// A matrix with more entries in its lower triangle is too much work to eliminate.
+const MOST_ENTRIES: usize = 1_000_000;
 
 /// A rational multiple of the square root of a rational number, or `None` for what is no such.
 #[derive(Clone, Debug)]
@@ -23,7 +28,7 @@ struct Exact(Option<Surd>);
 
 /// factor·√radicand; the radicand is positive, and 1 where its root is rational.
 #[derive(Clone, Debug)]
-struct Surd {
+pub(super) struct Surd {
     factor: Number,
     radicand: Number,
 }
@@ -39,6 +44,14 @@ impl Surd {
     /// The number as a fraction, if it is one.
     fn as_rational(&self) -> Option<&Number> {
         self.radicand.is_one().then_some(&self.factor)
+    }
+
+    pub(super) fn in_numbers<S: Scalar>(&self, precision: S::Precision) -> S {
+        let factor = S::from_number(&self.factor, precision);
+        if self.radicand.is_one() {
+            return factor;
+        }
+        factor.mul(&S::from_number(&self.radicand, precision).sqrt())
     }
 }
 
@@ -209,85 +222,132 @@ impl Scalar for Exact {
     }
 }
 
-/// A basis of the kernel of K, where K is rational; `None` where it is not, or too large, or where its
-/// kernel has no more dimensions than the `known` ones.
-pub(crate) fn kernel(
+/// Vectors of the kernel of K, independent of each other, where K is rational in units of its own for each
+/// coordinate, which may be square roots; `None` where it is not, or too large, and none where its kernel has no
+/// more dimensions than the `known` ones.
+pub(super) fn kernel(
     model: &Model,
     assembly: &Assembly,
-    at: &[Ball],
+    equilibrium: &Equilibrium,
     known: usize,
-) -> Option<Vec<Vec<Number>>> {
+) -> Option<Vec<Vec<Surd>>> {
     let n = model.coordinates.len();
-    if n > MOST {
-        return None;
-    }
     let values = assembly.values::<Exact>(model, ()).ok()?;
-    let stiffness = assembly.stiffness(&point(model, at)?, &values);
-    let entries = stiffness.iter().map(|entry| entry.as_rational().cloned());
-    let entries = entries.collect::<Option<Vec<Number>>>()?;
-    let mut rows: Vec<Vec<Number>> = entries.chunks(n).map(<[Number]>::to_vec).collect();
-    // Rows that are independent modulo a prime are so in true numbers.
-    if let Some(mut modular) = residues(&rows)
-        && nullspace_mod(&mut modular, n).len() <= known
-    {
+    let at = point(model, equilibrium)?;
+    let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
+    let mut count = 0;
+    assembly.entries(Part::Stiffness, &at, &values, |i, j, share| {
+        match lower[i as usize].get_mut(&j) {
+            Some(entry) => *entry = entry.add(share),
+            None if count > MOST_ENTRIES => {}
+            None => {
+                count += 1;
+                lower[i as usize].insert(j, share.clone());
+            }
+        }
+    });
+    if count > MOST_ENTRIES {
         return None;
     }
-    // Gauss-Jordan elimination.
-    let mut pivots: Vec<usize> = Vec::new();
-    for column in 0..n {
-        let done = pivots.len();
-        let Some(found) = (done..n).find(|row| !rows[*row][column].is_zero()) else {
-            continue;
-        };
-        rows.swap(done, found);
-        let inverse = rows[done][column].recip()?;
-        for entry in rows[done].iter_mut().filter(|entry| !entry.is_zero()) {
-            *entry = entry.mul(&inverse);
+    for row in &mut lower {
+        row.retain(|_, entry| !entry.is_exact_zero());
+    }
+    let units = units(&lower)?;
+    let mut rows: elimination::Rows = vec![Vec::new(); n];
+    for (i, row) in (0_u32..).zip(&lower) {
+        for (j, entry) in row {
+            let (own, other) = (&units[i as usize], &units[*j as usize]);
+            let entry = entry.mul(own).mul(other).as_rational()?.clone();
+            if *j != i {
+                rows[*j as usize].push((i, entry.clone()));
+            }
+            rows[i as usize].push((*j, entry));
         }
-        let nonzero = rows[done].iter().enumerate();
-        let nonzero = nonzero.filter(|(_, entry)| !entry.is_zero());
-        let pivot: Vec<(usize, Number)> = nonzero.map(|(at, x)| (at, x.clone())).collect();
-        for (row, own) in rows.iter_mut().enumerate() {
-            if row != done && !own[column].is_zero() {
-                let factor = own[column].clone();
-                for (at, above) in &pivot {
-                    own[*at] = own[*at].sub(&factor.mul(above));
-                    if own[*at].is_oversized() {
-                        return None;
-                    }
+    }
+    for row in &mut rows {
+        row.sort_unstable_by_key(|(j, _)| *j);
+    }
+    let vectors = elimination::kernel(&rows, known)?;
+    let in_units = |vector: Vec<Number>| -> Option<Vec<Surd>> {
+        let components = vector.into_iter().zip(&units);
+        components
+            .map(|(x, unit)| Exact::rational(Some(x)).mul(unit).0)
+            .collect()
+    };
+    vectors.into_iter().map(in_units).collect()
+}
+
+/// Units of the coordinates in which K may be rational: square roots that those of its entries say, from
+/// neighbour to neighbour.
+fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
+    let n = lower.len();
+    let mut neighbours: Vec<Vec<(usize, &Number)>> = vec![Vec::new(); n];
+    let mut rational = true;
+    for (i, row) in lower.iter().enumerate() {
+        for (j, entry) in row {
+            let radicand = &entry.0.as_ref()?.radicand;
+            rational &= radicand.is_one();
+            neighbours[i].push((*j as usize, radicand));
+            neighbours[*j as usize].push((i, radicand));
+        }
+    }
+    let one = || Exact::new(Number::ONE, Number::ONE);
+    if rational {
+        return Some(vec![one(); n]);
+    }
+    let mut squares: Vec<Option<Number>> = vec![None; n];
+    let mut queue = VecDeque::new();
+    for start in 0..n {
+        if squares[start].is_none() {
+            squares[start] = Some(Number::ONE);
+            queue.push_back(start);
+        }
+        while let Some(i) = queue.pop_front() {
+            let own = squares[i].clone()?;
+            for (j, radicand) in &neighbours[i] {
+                if squares[*j].is_none() {
+                    // What both have in common is there twice.
+                    let common = own.gcd(radicand);
+                    let square = own.div(&common)?.mul(&radicand.div(&common)?);
+                    let whole = square.sqrt_exact().is_some();
+                    squares[*j] = Some(if whole { Number::ONE } else { square });
+                    queue.push_back(*j);
                 }
             }
         }
-        pivots.push(column);
     }
-    let free = (0..n).filter(|column| !pivots.contains(column));
-    Some(
-        free.map(|column| {
-            let mut vector = vec![Number::from(0); n];
-            vector[column] = Number::from(1);
-            for (row, pivot) in pivots.iter().enumerate() {
-                vector[*pivot] = rows[row][column].neg();
-            }
-            vector
-        })
-        .collect(),
-    )
+    let unit = |square: Option<Number>| square.map(|square| Exact::new(Number::ONE, square));
+    squares.into_iter().map(unit).collect()
+}
+
+/// Whether all forces on some coordinates are exactly 0 at an equilibrium.
+pub(super) fn forces_vanish(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    on: &[usize],
+) -> bool {
+    let (Ok(values), Some(at)) = (
+        assembly.values::<Exact>(model, ()),
+        point(model, equilibrium),
+    ) else {
+        return false;
+    };
+    let force = assembly.gradient(&at, &values);
+    on.iter().all(|i| force[*i].is_exact_zero())
 }
 
 /// The equilibrium in exact numbers, if it is known in such.
-fn point(model: &Model, at: &[Ball]) -> Option<Vec<Exact>> {
-    at.iter()
-        .enumerate()
-        .map(|(i, value)| {
-            let given = model.equilibria[i].and_then(|given| given.value);
-            let exact = match given {
-                Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
-                None if value.is_exact() => Exact::rational(exact_number(value.mid)),
-                None => Exact(None),
-            };
-            exact.is_finite().then_some(exact)
-        })
-        .collect()
+fn point(model: &Model, equilibrium: &Equilibrium) -> Option<Vec<Exact>> {
+    let place = |(i, value): (usize, &Ball)| {
+        let exact = match equilibrium.expression(model, i) {
+            Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
+            None if value.is_exact() => Exact::rational(exact_number(value.mid)),
+            None => Exact(None),
+        };
+        exact.is_finite().then_some(exact)
+    };
+    equilibrium.values.iter().enumerate().map(place).collect()
 }
 
 /// M, G + C and K + N times one positive number, column by column, where all entries are rational.
@@ -301,7 +361,7 @@ pub(crate) fn integers(
         return None;
     }
     let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = point(model, &equilibrium.values)?;
+    let at = point(model, equilibrium)?;
     let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
     let zeros = || vec![Exact::rational(Some(Number::ZERO)); n * n];
     let sum = |left: Vec<Exact>, right: Option<Vec<Exact>>| -> Vec<Exact> {
@@ -337,12 +397,6 @@ pub(crate) fn integers(
         .iter()
         .map(|entries| entries.iter().map(whole).collect::<Vec<IBig>>());
     Some([whole.next()?, whole.next()?, whole.next()?])
-}
-
-/// The rows modulo the prime, unless that divides a denominator.
-fn residues(rows: &[Vec<Number>]) -> Option<Vec<Vec<u64>>> {
-    let row = |row: &Vec<Number>| row.iter().map(|x| x.mod_prime(PRIME)).collect();
-    rows.iter().map(row).collect()
 }
 
 /// A double-double as a rational number.

@@ -14,6 +14,7 @@ mod constrained;
 mod derived;
 mod descent;
 mod elements;
+mod elimination;
 mod enclosure;
 mod entries;
 mod equilibrium;
@@ -520,7 +521,7 @@ impl Linearized {
     /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
     #[must_use]
     pub fn zero_modes(&self) -> Vec<ZeroMode> {
-        let at = &self.equilibrium.values;
+        let at = &self.equilibrium;
         let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
         match &self.constrained {
             Some(own) => modes

@@ -91,6 +91,7 @@ pub(crate) fn parametric(
         proved: false,
         proof: None,
         multipliers_given: false,
+        at_guess: false,
     };
     let matrices = symbolic::matrices(&model, &assembly, &place);
     model.pool = matrices.pool;

@@ -45,13 +45,11 @@ pub(super) fn equilibrium(
     let bits = values.precision();
     let mut equilibrium = Vec::with_capacity(found.values.len());
     for (i, value) in found.values.iter().enumerate() {
-        equilibrium.push(match found.origins[i] {
-            Origin::Given => {
-                let given = model.equilibria[i].and_then(|given| given.value)?;
-                evaluate_closed(&model.pool, given, bits)?
-            }
-            Origin::Zero => Big::zero(bits),
-            Origin::Found => Big::from_ball(value, bits),
+        equilibrium.push(match (found.expression(model, i), found.origins[i]) {
+            (Some(exact), _) => evaluate_closed(&model.pool, exact, bits)?,
+            (None, Origin::Found) => Big::from_ball(value, bits),
+            (None, Origin::Zero) => Big::zero(bits),
+            (None, Origin::Given) => return None,
         });
     }
     match found.proof.as_deref() {

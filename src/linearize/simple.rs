@@ -1,9 +1,9 @@
 //! Equilibria that are known without a proof about a box: points of simple numbers at which forces are exactly 0.
 
-use super::assemble::Assembly;
-use super::equilibrium::Search;
+use super::assemble::known_values;
+use super::equilibrium::{Equilibrium, Search};
+use super::exact;
 use super::symbolic::{equilibrium_expressions, forces_vanish};
-use crate::model::Model;
 use crate::precision::Ball;
 
 /// A search that creeps to where nothing holds a motion to second order ends this near, beside the size of the
@@ -13,17 +13,42 @@ const NEAR: f64 = 1e-6;
 /// Whole multiples of this are simple numbers.
 const GRID: f64 = 0.0625;
 
-/// Whether the forces vanish where the model says, or at 0, for any values of the parameters.
-pub(super) fn vanishes_identically(model: &Model, assembly: &Assembly) -> bool {
-    if assembly.acts_at_rest() {
-        return false;
-    }
-    let mut pool = model.pool.clone();
-    let point = equilibrium_expressions(model, &mut pool, None);
-    forces_vanish(model, assembly, &point) == Some(true)
-}
-
 impl Search<'_> {
+    /// Whether no force acts where a search is to start: the forces are 0 without any rounding, in exact numbers, or
+    /// as expressions.
+    pub(super) fn is_equilibrium(&self, start: &Equilibrium) -> bool {
+        let force = self.gradient(&start.values);
+        let mut own = self.free.iter().map(|i| &force[*i]);
+        if !own
+            .clone()
+            .all(|force| force.is_finite() && force.contains_zero())
+        {
+            return false;
+        }
+        // A force that is zero within its bounds may still be one.
+        own.all(Ball::is_zero)
+            || exact::forces_vanish(self.model, self.assembly, start, &self.free)
+            || self.vanishes_identically(start.at_guess)
+    }
+
+    /// Whether all forces vanish where the model says, or where it guesses, or at 0, for the values of the parameters.
+    fn vanishes_identically(&self, guessed: bool) -> bool {
+        let model = self.model;
+        if self.assembly.acts_at_rest() {
+            return false;
+        }
+        let mut pool = model.pool.clone();
+        let mut point = equilibrium_expressions(model, &mut pool, None);
+        if guessed {
+            for (i, guess) in model.guesses.iter().enumerate() {
+                if let Some(guess) = guess.filter(|_| model.equilibria[i].is_none()) {
+                    point[i] = guess.symbolic;
+                }
+            }
+        }
+        forces_vanish(model, self.assembly, &point, &known_values(model)) == Some(true)
+    }
+
     /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
     pub(super) fn vanishes_exactly(&self, at: &[Ball]) -> bool {
         let force = self.gradient(at);

@@ -215,7 +215,7 @@ impl Linearized {
         if let Some(system) = System::new(n, entries.collect()) {
             return system.solve(&right);
         }
-        let at = &self.equilibrium.values;
+        let at = &self.equilibrium;
         let zeros = zero_modes(&self.model, &self.assembly, at, &self.values);
         // Motions of what is held are none.
         let held = |i: &usize| !free.contains(i);

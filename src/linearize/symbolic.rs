@@ -199,9 +199,14 @@ pub(crate) fn equilibrium_expressions(
     result
 }
 
-/// Whether all forces vanish identically at a point, whatever the parameters; `None` if that can't
-/// be said.
-pub(crate) fn forces_vanish(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<bool> {
+/// Whether all forces vanish identically at a point, whatever the parameters but for those `known`; `None` if
+/// that can't be said.
+pub(crate) fn forces_vanish(
+    model: &Model,
+    assembly: &Assembly,
+    point: &[ExprId],
+    known: &Substitution,
+) -> Option<bool> {
     let mut pool = model.pool.clone();
     let mut forces: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
     for family in &assembly.families {
@@ -225,16 +230,17 @@ pub(crate) fn forces_vanish(model: &Model, assembly: &Assembly, point: &[ExprId]
             forces.entry(coordinate).or_default().push(part);
         }
     }
-    let mut known = true;
+    let mut decided = true;
     for parts in forces.values() {
         let force = pool.sum(parts);
+        let force = pool.substitute_one(force, known);
         match pool.is_zero(force) {
             ZeroVerdict::Zero => {}
             ZeroVerdict::NonZero => return Some(false),
-            ZeroVerdict::Unknown => known = false,
+            ZeroVerdict::Unknown => decided = false,
         }
     }
-    known.then_some(true)
+    decided.then_some(true)
 }
 
 /// Writes M and K out at an equilibrium.

@@ -6,13 +6,16 @@
 //! rotations of coordinates that come as vectors or as equally long families. Whether an identity
 //! holds is decided family by family at random points modulo a large prime.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, HashMap, HashSet};
 
 use super::assemble::{Assembly, ElementFamily};
+use super::elimination::{Elimination, Row};
 use super::naming;
+use super::symbolic::instance;
 use super::verify::hold_in_true_numbers;
 use crate::expr::{
-    ExprId, ModularPoint, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod,
+    ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod,
     rational_reconstruct,
 };
 use crate::model::{CoordinateFamily, Model};
@@ -22,11 +25,11 @@ use crate::precision::{Ball, Scalar};
 /// An identity is tested at so many points.
 const POINTS: u64 = 6;
 
+/// Energies are written out and added up where terms and coordinates are no more than this, multiplied.
+const MOST_TOGETHER: usize = 1000;
+
 /// Stands for a coordinate that a term does not contain; any element but 0 would do.
 const STRANGER: u64 = 0x0123_4567_89ab_cdef;
-
-/// Beyond this many elementary steps the search for constant generators is given up.
-const MOST_WORK: usize = 100_000_000;
 
 /// A motion along which the potential does not change anywhere, identically.
 #[derive(Clone, Debug)]
@@ -95,16 +98,66 @@ pub(crate) fn symmetries(
     allowed: &[bool],
 ) -> Vec<Symmetry> {
     let mut pool = model.pool.clone();
-    let gradients: Vec<Vec<ExprId>> = assembly
-        .families
-        .iter()
-        .map(|family| gradient(&mut pool, family))
-        .collect();
-    let found = constant_generators(model, assembly, &pool, &gradients, allowed);
-    let mut found = hold_in_true_numbers(model, assembly, at, found);
-    found.extend(rotations(model, assembly, &pool, &gradients));
+    let families = || assembly.families.iter();
+    let instances: usize = families().map(|family| family.terms.count).sum();
+    let together = instances * at.len() <= MOST_TOGETHER;
+    let bodies = if together {
+        vec![whole(model, &mut pool, assembly)]
+    } else {
+        families().map(|family| body(&mut pool, family)).collect()
+    };
+    let found = constant_generators(model, &pool, &bodies, allowed);
+    let mut found = hold_in_true_numbers(model, assembly, at, found, together);
+    found.extend(rotations(model, assembly, &pool, &bodies, together));
     found.retain(|symmetry| symmetry.moves_only(allowed));
     found
+}
+
+/// An energy that is to stay unchanged, as its instances fill it in.
+struct Body<'a> {
+    /// Its coordinates.
+    symbols: Vec<Symbol>,
+    /// ∂U/∂q by these.
+    gradient: Vec<ExprId>,
+    /// The coordinates of the model that instances take for them, one after the other.
+    coordinates: Cow<'a, [u32]>,
+}
+
+impl Body<'_> {
+    fn instances(&self) -> impl Iterator<Item = &[u32]> {
+        self.coordinates.chunks(self.symbols.len().max(1))
+    }
+}
+
+/// The energy of a family.
+fn body<'a>(pool: &mut Pool, family: &'a ElementFamily) -> Body<'a> {
+    let terms = &family.terms;
+    Body {
+        symbols: terms.locals.iter().map(|local| local.coordinate).collect(),
+        gradient: gradient(pool, family),
+        coordinates: Cow::Borrowed(&terms.coordinates),
+    }
+}
+
+/// The sum of all energies, written out: terms may change as long as their sum doesn't.
+fn whole(model: &Model, pool: &mut Pool, assembly: &Assembly) -> Body<'static> {
+    let n = model.coordinates.len();
+    let mut parts: Vec<Vec<ExprId>> = vec![Vec::new(); n];
+    for family in &assembly.families {
+        let gradient = gradient(pool, family);
+        for at in 0..family.terms.count {
+            let map = instance(model, pool, &family.terms, at, None);
+            let own = pool.substitute(&gradient, &map);
+            for (i, slope) in family.terms.coordinates_of(at).iter().zip(own) {
+                parts[*i as usize].push(slope);
+            }
+        }
+    }
+    Body {
+        symbols: model.coordinates.iter().map(|own| own.symbol).collect(),
+        gradient: parts.iter().map(|parts| pool.sum(parts)).collect(),
+        coordinates: (0..u32::try_from(n).unwrap_or(0)).collect(),
+    }
 }
 
 /// ∂U/∂q of a family's body by its locals, as expressions.
@@ -134,25 +187,26 @@ fn sample(pool: &Pool, roots: &[ExprId], seed: u64) -> Option<Vec<u64>> {
 /// Constant vectors along which no term changes, and which move only what is allowed to.
 fn constant_generators(
     model: &Model,
-    assembly: &Assembly,
     pool: &Pool,
-    gradients: &[Vec<ExprId>],
+    bodies: &[Body<'_>],
     allowed: &[bool],
 ) -> Vec<Symmetry> {
     let n = model.coordinates.len();
     let mut eliminated = Elimination::default();
     for (i, _) in allowed.iter().enumerate().filter(|(_, ok)| !**ok) {
-        eliminated.add(vec![(i as u32, 1)]);
+        if eliminated.add(vec![(i as u32, 1)]).is_none() {
+            return Vec::new();
+        }
     }
-    for (family, gradient) in assembly.families.iter().zip(gradients) {
-        if family.potential.is_empty() {
+    let zero = |slope: &ExprId| pool.as_number(*slope).is_some_and(Number::is_zero);
+    for body in bodies {
+        if body.gradient.iter().all(zero) {
             continue;
         }
-        let Some(rows) = functionals(pool, gradient) else {
+        let Some(rows) = functionals(pool, &body.gradient) else {
             return Vec::new();
         };
-        for instance in 0..family.terms.count {
-            let coordinates = family.terms.coordinates_of(instance);
+        for coordinates in body.instances() {
             for row in &rows {
                 let entries = coordinates.iter().copied().zip(row.iter().copied());
                 let mut entries: Row = entries.collect();
@@ -162,8 +216,8 @@ fn constant_generators(
                     (group[0].0, value)
                 };
                 let groups = entries.chunk_by(|a, b| a.0 == b.0).map(of_one);
-                eliminated.add(groups.filter(|(_, value)| *value != 0).collect());
-                if eliminated.work > MOST_WORK {
+                let row = groups.filter(|(_, value)| *value != 0).collect();
+                if eliminated.add(row).is_none() {
                     return Vec::new();
                 }
             }
@@ -201,105 +255,6 @@ fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
     let kernel = nullspace_mod(&mut rows, d);
     let mut kernel_rows = kernel;
     Some(nullspace_mod(&mut kernel_rows, d))
-}
-
-/// A sparse row modulo the prime: places in ascending order, with entries that are not 0.
-type Row = Vec<(u32, u64)>;
-
-/// row + factor · other.
-fn combined(row: &[(u32, u64)], factor: u64, other: &[(u32, u64)]) -> Row {
-    let mut sum = Row::with_capacity(row.len() + other.len());
-    let (mut row, mut other) = (row.iter().peekable(), other.iter().peekable());
-    loop {
-        let (place, value) = match (row.peek(), other.peek()) {
-            (None, None) => return sum,
-            (Some((i, x)), Some((j, y))) if i == j => {
-                let value = (*i, add_mod(*x, mul_mod(factor, *y)));
-                row.next();
-                other.next();
-                value
-            }
-            (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => {
-                let value = (*i, *x);
-                row.next();
-                value
-            }
-            (_, Some((j, y))) => {
-                let value = (*j, mul_mod(factor, *y));
-                other.next();
-                value
-            }
-            (Some(_), None) => return sum,
-        };
-        if value != 0 {
-            sum.push((place, value));
-        }
-    }
-}
-
-/// Gaussian elimination modulo the prime, row by row, sparse.
-#[derive(Default)]
-struct Elimination {
-    /// By pivot column; the pivot entry is 1 and stands first.
-    rows: BTreeMap<u32, Row>,
-    work: usize,
-}
-
-impl Elimination {
-    fn add(&mut self, mut row: Row) {
-        while let Some(&(column, value)) = row.first() {
-            let Some(pivot) = self.rows.get(&column) else {
-                let Some(inverse) = inverse_mod(value) else {
-                    return;
-                };
-                for (_, entry) in &mut row {
-                    *entry = mul_mod(*entry, inverse);
-                }
-                self.rows.insert(column, row);
-                return;
-            };
-            self.work += pivot.len();
-            row = combined(&row, neg_mod(value), pivot);
-        }
-    }
-
-    /// A basis of the vectors that all rows annihilate; one per column without a pivot.
-    fn kernel(mut self, columns: usize) -> Vec<Vec<u64>> {
-        // From the last pivot upwards every row loses its entries in later pivot columns.
-        let pivots: Vec<u32> = self.rows.keys().copied().rev().collect();
-        for column in &pivots {
-            let Some(mut row) = self.rows.remove(column) else {
-                continue;
-            };
-            let later: Vec<(u32, u64)> = row
-                .iter()
-                .filter(|(other, _)| *other != *column && self.rows.contains_key(other))
-                .copied()
-                .collect();
-            for (other, value) in later {
-                if let Some(pivot) = self.rows.get(&other) {
-                    self.work += pivot.len();
-                    row = combined(&row, neg_mod(value), pivot);
-                }
-            }
-            self.rows.insert(*column, row);
-        }
-        let free: Vec<u32> = (0..u32::try_from(columns).unwrap_or(0))
-            .filter(|column| !self.rows.contains_key(column))
-            .collect();
-        free.iter()
-            .map(|column| {
-                let mut vector = vec![0; columns];
-                vector[*column as usize] = 1;
-                for (pivot, row) in &self.rows {
-                    if let Ok(at) = row.binary_search_by_key(column, |(place, _)| *place) {
-                        vector[*pivot as usize] = neg_mod(row[at].1);
-                    }
-                }
-                vector
-            })
-            .collect()
-    }
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.
@@ -415,25 +370,29 @@ fn rotations(
     model: &Model,
     assembly: &Assembly,
     pool: &Pool,
-    gradients: &[Vec<ExprId>],
+    bodies: &[Body<'_>],
+    together: bool,
 ) -> Vec<Symmetry> {
     let mut found = Vec::new();
+    let holds = |rotation: &Rotation| bodies.iter().all(|body| is_invariant(pool, body, rotation));
     for rotation in candidate_rotations(model) {
-        let holds = assembly
-            .families
-            .iter()
-            .zip(gradients)
-            .all(|(family, gradient)| is_invariant(pool, family, gradient, &rotation));
-        if !holds {
+        if !holds(&rotation) {
             continue;
         }
         let components = components(model.coordinates.len(), assembly, &rotation);
         let whole = components.len() == 1 && rotation.turns_all(model);
         for component in &components {
-            let parts = component
-                .iter()
-                .filter_map(|i| rotation.partner.get(i).map(|(j, minus)| (*i, *j, *minus)))
-                .collect();
+            let parts = component.iter();
+            let parts = parts.filter_map(|i| rotation.partner.get(i).map(|own| (*i, *own)));
+            let own = Rotation {
+                partner: parts.clone().collect(),
+                about: rotation.about,
+            };
+            // What one part gains may be what another loses.
+            if together && components.len() > 1 && !holds(&own) {
+                continue;
+            }
+            let parts = parts.map(|(i, (j, minus))| (i, j, minus)).collect();
             let meaning = naming::rotation(model, component, rotation.about, whole);
             found.push(Symmetry {
                 generator: Generator::Rotation(parts),
@@ -444,17 +403,10 @@ fn rotations(
     found
 }
 
-/// Whether a family's terms do not change under a rotation, identically: Σ xi_i ∂U/∂q_i = 0.
-fn is_invariant(
-    pool: &Pool,
-    family: &ElementFamily,
-    gradient: &[ExprId],
-    rotation: &Rotation,
-) -> bool {
-    let locals = &family.terms.locals;
+/// Whether an energy does not change under a rotation, identically: Σ xi_i ∂U/∂q_i = 0.
+fn is_invariant(pool: &Pool, body: &Body<'_>, rotation: &Rotation) -> bool {
     let mut tested: HashSet<Vec<Option<(usize, bool)>>> = HashSet::new();
-    for instance in 0..family.terms.count {
-        let coordinates = family.terms.coordinates_of(instance);
+    for coordinates in body.instances() {
         // The partner of every local: a local too, or one that the term does not contain.
         let pattern: Vec<Option<(usize, bool)>> = coordinates
             .iter()
@@ -470,7 +422,7 @@ fn is_invariant(
         for point in 0..POINTS {
             let seed = 1000 + point;
             let value = |symbol| ModularPoint::random_value(seed, symbol);
-            let Some(slopes) = pool.evaluate_mod(gradient, value, seed) else {
+            let Some(slopes) = pool.evaluate_mod(&body.gradient, value, seed) else {
                 return false;
             };
             let mut sum = 0;
@@ -478,8 +430,8 @@ fn is_invariant(
                 let Some((partner, minus)) = partner else {
                     continue;
                 };
-                let velocity = match locals.get(*partner) {
-                    Some(local) => value(local.coordinate),
+                let velocity = match body.symbols.get(*partner) {
+                    Some(symbol) => value(*symbol),
                     // The term does not contain the partner: any value will do.
                     None => STRANGER + place as u64,
                 };

@@ -75,6 +75,7 @@ impl Search<'_> {
                         proved: true,
                         proof: None,
                         multipliers_given: true,
+                        at_guess: false,
                     });
                 }
                 Some(error) if all_given => return Err(error),
@@ -116,6 +117,7 @@ impl Search<'_> {
             proved,
             proof: proof.map(Arc::new),
             multipliers_given: false,
+            at_guess: false,
         })
     }
 

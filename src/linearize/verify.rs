@@ -14,7 +14,8 @@ const BITS_TO_CHECK: usize = 256;
 /// ... in which what vanishes leaves less than this power of 1/2 of its parts.
 const LEFT_OVER: i64 = 160;
 
-/// Those of the constant generators along which no term changes in true numbers either, near `at`.
+/// Those of the constant generators along which no term (`together`: not the sum of all) changes in true numbers
+/// either, near `at`.
 ///
 /// Most residues are those of some fraction with numerator and denominator below 1e9. Where the
 /// generator is irrational, the residue stands for an algebraic number, and the fraction has nothing
@@ -26,6 +27,7 @@ pub(crate) fn hold_in_true_numbers(
     assembly: &Assembly,
     at: &[Ball],
     mut found: Vec<Symmetry>,
+    together: bool,
 ) -> Vec<Symmetry> {
     if found.is_empty() {
         return found;
@@ -37,7 +39,7 @@ pub(crate) fn hold_in_true_numbers(
         // Nearer where a term is not defined further off.
         let tried = [10, 30, 60].into_iter().find_map(|halvings| {
             let near = beside(at, point, halvings);
-            changes(assembly, &near, &values, &found)
+            changes(assembly, &near, &values, &found, together)
         });
         let Some(changes) = tried else {
             return Vec::new();
@@ -64,47 +66,63 @@ fn beside(at: &[Ball], point: u64, halvings: i32) -> Vec<Big> {
     at.iter().map(moved).map(|x| x.center()).collect()
 }
 
-/// For each constant generator whether some term changes along it or may do so by more than 2^-[`LEFT_OVER`]
-/// of its parts; `None` where a term is not defined.
+/// For each constant generator whether some term (`together`: the sum of all) changes along it or may do so by
+/// more than 2^-[`LEFT_OVER`] of its parts; `None` where a term is not defined.
 fn changes(
     assembly: &Assembly,
     at: &[Big],
     values: &Values<Big>,
     found: &[Symmetry],
+    together: bool,
 ) -> Option<Vec<bool>> {
+    // What the parts come to, and how large they are.
+    let nothing = (Big::zero(BITS_TO_CHECK), Magnitude::ZERO);
+    let mut sums = vec![nothing.clone(); found.len()];
     let mut changes = vec![false; found.len()];
+    let mut compare = |sums: &mut Vec<(Big, Magnitude)>| {
+        for ((total, size), changes) in sums.iter().zip(&mut changes) {
+            *changes |= !total.contains_zero() || total.abs_upper() > size.scale(-LEFT_OVER);
+        }
+        sums.fill(nothing.clone());
+    };
     let mut defined = true;
     assembly.run(Part::Force, at, values, |family, instance, numbers| {
         let coordinates = family.terms.coordinates_of(instance);
-        let nothing = (Big::zero(BITS_TO_CHECK), Magnitude::ZERO);
-        // What the parts come to, and how large they are.
-        let mut gradient = vec![nothing; coordinates.len()];
+        let mut gradient = vec![nothing.clone(); coordinates.len()];
         let mut rest = numbers;
         for element in &family.potential {
             let (first, slopes) = head(&mut rest, 1, element.slope.len());
-            for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                let part = first[0].mul(slope);
-                defined &= part.is_finite();
+            let parts: Vec<Big> = slopes.iter().map(|slope| first[0].mul(slope)).collect();
+            defined &= parts.iter().all(Big::is_finite);
+            // A slope that is what is left of terms that cancel says nothing of how large these are; those in
+            // other directions do.
+            let own = parts.iter().filter(|part| !part.contains_zero());
+            let Some(own) = own.map(Big::abs_upper).reduce(Magnitude::max) else {
+                continue;
+            };
+            for ((place, _), part) in element.slope.iter().zip(parts) {
                 let (total, size) = &mut gradient[*place];
-                *size = *size + part.abs_upper();
+                *size = *size + own;
                 *total = total.add(&part);
             }
         }
-        for (symmetry, changes) in found.iter().zip(&mut changes) {
+        for (symmetry, (total, size)) in found.iter().zip(&mut sums) {
             let Some(vector) = symmetry.constant() else {
                 continue;
             };
-            let (mut total, mut size) = (Big::zero(BITS_TO_CHECK), Magnitude::ZERO);
             for (i, (slope, own)) in coordinates.iter().zip(&gradient) {
                 let Some(factor) = vector.get(*i as usize).filter(|x| !x.is_zero()) else {
                     continue;
                 };
                 let factor = Big::from_number(factor, BITS_TO_CHECK);
-                size = size + *own * factor.abs_upper();
-                total = total.add(&slope.mul(&factor));
+                *size = *size + *own * factor.abs_upper();
+                *total = total.add(&slope.mul(&factor));
             }
-            *changes |= !total.contains_zero() || total.abs_upper() > size.scale(-LEFT_OVER);
+        }
+        if !together {
+            compare(&mut sums);
         }
     });
+    compare(&mut sums);
     defined.then_some(changes)
 }

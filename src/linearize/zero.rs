@@ -1,17 +1,18 @@
 //! Zero modes are proved: motions along which the potential does not change to second order.
 //!
 //! [`Symmetry`] gives those that hold everywhere. What the exact
-//! matrix K of rational numbers shows beyond that is added, and what counting unstressed elements
+//! matrix K of rational numbers shows beyond that is added ([`exact`], at any size), and what counting unstressed elements
 //! shows ([`mechanism`]). Smallness of a number proves nothing
 //! and is never asked for.
 
 use super::assemble::{Assembly, Values};
 use super::enclosure::Enclosure;
+use super::equilibrium::Equilibrium;
+use super::exact::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{exact, mechanism};
 use crate::model::Model;
-use crate::number::Number;
-use crate::precision::{Ball, Scalar};
+use crate::precision::Ball;
 
 /// A motion that is proved to cost no energy to second order.
 #[derive(Clone, Debug)]
@@ -43,8 +44,8 @@ impl<N> ZeroMode<N> {
 #[derive(Clone, Debug)]
 enum Ground {
     Symmetry(Symmetry),
-    /// K is rational, and this is a vector of its kernel.
-    Exact(Vec<Number>),
+    /// K is known exactly, and this is a vector of its kernel.
+    Exact(Vec<Surd>),
     /// The kernel of the slopes of unstressed elements: the coordinates that have pivots, and the one
     /// without that this vector belongs to.
     Mechanism {
@@ -57,9 +58,10 @@ enum Ground {
 pub(crate) fn zero_modes(
     model: &Model,
     assembly: &Assembly,
-    at: &[Ball],
+    equilibrium: &Equilibrium,
     values: &Values<Ball>,
 ) -> Vec<ZeroMode> {
+    let at = &equilibrium.values;
     let mut sieve = Sieve::default();
     let mut kept = Vec::new();
     let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
@@ -79,8 +81,8 @@ pub(crate) fn zero_modes(
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
     }
     let nothing = "no restoring force";
-    for vector in exact::kernel(model, assembly, at, count).unwrap_or_default() {
-        let balls = vector.iter().map(|x| Ball::from_number(x, ())).collect();
+    for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
+        let balls = vector.iter().map(|x| x.in_numbers(())).collect();
         add(balls, nothing, Ground::Exact(vector));
     }
     if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
@@ -106,7 +108,7 @@ pub(crate) fn in_numbers<S: Enclosure>(
         let vector = match &mode.ground {
             Ground::Symmetry(symmetry) => symmetry.vector(at, precision),
             Ground::Exact(vector) => {
-                let numbers = vector.iter().map(|x| S::from_number(x, precision));
+                let numbers = vector.iter().map(|x| x.in_numbers(precision));
                 numbers.collect()
             }
             Ground::Mechanism { pivots, own } => {

@@ -1,0 +1,346 @@
+//! Sparse linear algebra modulo one prime, and vectors of fractions lifted from there.
+//!
+//! A rank modulo a prime is at most the rank in true numbers, so that a kernel modulo the prime is never too
+//! small. A vector of it becomes one of fractions digit by digit in base p (Dixon, "Exact solution of linear
+//! equations using p-adic expansions", Numer. Math. 40 (1982) 137): each digit is one solution modulo p with the
+//! rows as they were eliminated. What comes out is multiplied by the matrix in whole numbers, and only where
+//! that gives exactly 0 it is a vector of the kernel.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dashu_int::ops::{BitTest, Gcd, UnsignedAbs};
+use dashu_int::{IBig, UBig};
+
+use crate::expr::{PRIME, add_mod, inverse_mod, mul_mod, neg_mod, sub_mod};
+use crate::number::Number;
+
+/// Beyond this many elementary steps an elimination is given up.
+pub(super) const MOST_WORK: usize = 100_000_000;
+
+/// Fractions are looked for in so many digits of base p at most: numerators and denominators of 2000 bits.
+const MOST_DIGITS: u32 = 64;
+
+/// A sparse row modulo the prime: places in ascending order, with entries that are not 0.
+pub(super) type Row = Vec<(u32, u64)>;
+
+/// row + factor · other.
+fn combined(row: &[(u32, u64)], factor: u64, other: &[(u32, u64)]) -> Row {
+    let mut sum = Row::with_capacity(row.len() + other.len());
+    let (mut row, mut other) = (row.iter().peekable(), other.iter().peekable());
+    loop {
+        let (place, value) = match (row.peek(), other.peek()) {
+            (None, None) => return sum,
+            (Some((i, x)), Some((j, y))) if i == j => {
+                let value = (*i, add_mod(*x, mul_mod(factor, *y)));
+                row.next();
+                other.next();
+                value
+            }
+            (Some((i, x)), other) if other.is_none_or(|(j, _)| i < j) => {
+                let value = (*i, *x);
+                row.next();
+                value
+            }
+            (_, Some((j, y))) => {
+                let value = (*j, mul_mod(factor, *y));
+                other.next();
+                value
+            }
+            (Some(_), None) => return sum,
+        };
+        if value != 0 {
+            sum.push((place, value));
+        }
+    }
+}
+
+/// Gaussian elimination modulo the prime, row by row, sparse.
+#[derive(Default)]
+pub(super) struct Elimination {
+    /// By pivot column.
+    rows: BTreeMap<u32, Eliminated>,
+    /// The pivot columns in the order in which they were found.
+    order: Vec<u32>,
+    added: usize,
+    work: usize,
+}
+
+/// What is left of a row.
+struct Eliminated {
+    /// The entries behind the pivot, which is 1.
+    rest: Row,
+    /// The number of the row that it was.
+    source: usize,
+    /// The pivots that were taken away, how often, and what the rest was multiplied with then.
+    steps: Row,
+    inverse: u64,
+}
+
+impl Elimination {
+    /// Adds a row; `None` where all together are too much work.
+    pub(super) fn add(&mut self, mut row: Row) -> Option<()> {
+        let source = self.added;
+        self.added += 1;
+        let mut steps = Row::new();
+        while let Some((&(column, value), rest)) = row.split_first() {
+            let Some(pivot) = self.rows.get(&column) else {
+                let inverse = inverse_mod(value)?;
+                let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse)));
+                let rest = rest.collect();
+                self.order.push(column);
+                let own = Eliminated {
+                    rest,
+                    source,
+                    steps,
+                    inverse,
+                };
+                self.rows.insert(column, own);
+                return Some(());
+            };
+            self.work += pivot.rest.len() + rest.len();
+            if self.work > MOST_WORK {
+                return None;
+            }
+            steps.push((column, value));
+            row = combined(rest, neg_mod(value), &pivot.rest);
+        }
+        Some(())
+    }
+
+    fn free(&self, columns: usize) -> Vec<u32> {
+        let all = 0..u32::try_from(columns).unwrap_or(0);
+        all.filter(|column| !self.rows.contains_key(column))
+            .collect()
+    }
+
+    /// A basis of the vectors that all rows annihilate; one per column without a pivot.
+    pub(super) fn kernel(&self, columns: usize) -> Vec<Vec<u64>> {
+        let vector = |free: u32| {
+            let mut vector = vec![0; columns];
+            vector[free as usize] = 1;
+            self.substitute_back(&mut vector);
+            vector
+        };
+        self.free(columns).into_iter().map(vector).collect()
+    }
+
+    /// From the last pivot upwards: what the columns behind a pivot leave for it.
+    fn substitute_back(&self, x: &mut [u64]) {
+        for (column, own) in self.rows.iter().rev() {
+            let taken = own.rest.iter().fold(0, |sum, (j, factor)| {
+                add_mod(sum, mul_mod(*factor, x[*j as usize]))
+            });
+            x[*column as usize] = sub_mod(x[*column as usize], taken);
+        }
+    }
+
+    /// The x that the rows with pivots take to what stands on the right, one number a row, with 0 at the columns
+    /// without.
+    fn solve(&self, right: &[u64], columns: usize) -> Vec<u64> {
+        let mut x = vec![0; columns];
+        for column in &self.order {
+            let own = &self.rows[column];
+            let taken = own.steps.iter().fold(0, |sum, (pivot, factor)| {
+                add_mod(sum, mul_mod(*factor, x[*pivot as usize]))
+            });
+            x[*column as usize] = mul_mod(sub_mod(right[own.source], taken), own.inverse);
+        }
+        self.substitute_back(&mut x);
+        x
+    }
+
+    fn entries(&self) -> usize {
+        let entries = |own: &Eliminated| own.rest.len() + own.steps.len() + 1;
+        self.rows.values().map(entries).sum()
+    }
+}
+
+/// A sparse symmetric matrix of fractions by rows; places in ascending order, with entries that are not 0.
+pub(super) type Rows = Vec<Vec<(u32, Number)>>;
+
+/// Vectors of the kernel of a symmetric matrix, independent of each other, all of them but where numbers get too
+/// long; none where the kernel has no more dimensions than the `known` ones, `None` where it is too much work.
+pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
+    let n = matrix.len();
+    let neighbours = matrix.iter().zip(0..).map(|(row, i)| {
+        let places = row.iter().map(|(j, _)| *j);
+        places.filter(|j| *j != i).collect()
+    });
+    let order = minimum_degree(neighbours.collect())?;
+    let mut place = vec![0_u32; n];
+    for (new, old) in (0..).zip(&order) {
+        place[*old as usize] = new;
+    }
+    // Rows times their denominators, in the new order.
+    let mut whole: Vec<Vec<(u32, IBig)>> = Vec::with_capacity(n);
+    let mut elimination = Elimination::default();
+    for old in &order {
+        let row = &matrix[*old as usize];
+        let denominators = row.iter().map(|(_, entry)| entry.denominator());
+        let common = denominators.fold(UBig::ONE, |common, denominator| {
+            let shared = (&common).gcd(&denominator);
+            common * (denominator / shared)
+        });
+        let common = IBig::from(common);
+        let mut own = Vec::with_capacity(row.len());
+        for (j, entry) in row {
+            let entry = entry.numerator() * (&common / IBig::from(entry.denominator()));
+            own.push((place[*j as usize], entry));
+        }
+        own.sort_unstable_by_key(|(j, _)| *j);
+        let residues = own.iter().map(|(j, entry)| (*j, residue(entry)));
+        elimination.add(residues.filter(|(_, x)| *x != 0).collect())?;
+        whole.push(own);
+    }
+    let free = elimination.free(n);
+    if free.len() <= known {
+        return Some(Vec::new());
+    }
+    let mut left = MOST_WORK;
+    let vectors = free
+        .into_iter()
+        .filter_map(|column| lifted(&elimination, &whole, column, &mut left));
+    let in_old_places = |vector: Vec<Number>| {
+        let places = place.iter();
+        places.map(|new| vector[*new as usize].clone()).collect()
+    };
+    Some(vectors.map(in_old_places).collect())
+}
+
+/// The vector of the kernel with 1 at one column without a pivot and 0 at the others, if it is one in true numbers;
+/// `work` is what may still be done.
+fn lifted(
+    elimination: &Elimination,
+    matrix: &[Vec<(u32, IBig)>],
+    column: u32,
+    work: &mut usize,
+) -> Option<Vec<Number>> {
+    let n = matrix.len();
+    let prime = UBig::from(PRIME);
+    let once = elimination.entries() + matrix.iter().map(Vec::len).sum::<usize>();
+    let mut vector = vec![IBig::ZERO; n];
+    vector[column as usize] = IBig::ONE;
+    // -A x over the power of p that was reached.
+    let mut left: Vec<IBig> = vec![IBig::ZERO; n];
+    for (left, row) in left.iter_mut().zip(matrix) {
+        if let Ok(at) = row.binary_search_by_key(&column, |(j, _)| *j) {
+            *left = -&row[at].1;
+        }
+    }
+    let mut power = UBig::ONE;
+    for digit in 1..=MOST_DIGITS {
+        *work = work.checked_sub(once)?;
+        let right: Vec<u64> = left.iter().map(residue).collect();
+        let digits = elimination.solve(&right, n);
+        for (left, row) in left.iter_mut().zip(matrix) {
+            for (j, entry) in row {
+                *left -= entry * IBig::from(digits[*j as usize]);
+            }
+            // What is left over here is a row that depends on others modulo p alone.
+            if residue(left) != 0 {
+                return None;
+            }
+            *left /= IBig::from(PRIME);
+        }
+        for (x, digit) in vector.iter_mut().zip(digits) {
+            *x += IBig::from(&power * digit);
+        }
+        power *= &prime;
+        if !digit.is_power_of_two() {
+            continue;
+        }
+        let fractions = vector.iter().map(|x| fraction(x, &power));
+        if let Some(found) = fractions.collect::<Option<Vec<Number>>>()
+            && matrix.iter().all(|row| annihilates(row, &found))
+        {
+            return Some(found);
+        }
+    }
+    None
+}
+
+/// Whether a row takes a vector to exactly 0.
+fn annihilates(row: &[(u32, IBig)], vector: &[Number]) -> bool {
+    let terms = row
+        .iter()
+        .map(|(j, entry)| Number::from_integer(entry.clone()).mul(&vector[*j as usize]));
+    terms
+        .fold(Number::ZERO, |sum, term| sum.add(&term))
+        .is_zero()
+}
+
+fn residue(value: &IBig) -> u64 {
+    let magnitude = value.unsigned_abs() % PRIME;
+    if *value < IBig::ZERO {
+        neg_mod(magnitude)
+    } else {
+        magnitude
+    }
+}
+
+/// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's
+/// algorithm: the extended Euclidean algorithm stopped half way.
+fn fraction(residue: &IBig, modulus: &UBig) -> Option<Number> {
+    let bound = IBig::from(UBig::ONE << (modulus.bit_len().saturating_sub(2) / 2));
+    let (mut r0, mut r1) = (IBig::from(modulus.clone()), residue.clone());
+    let (mut t0, mut t1) = (IBig::ZERO, IBig::ONE);
+    while r1 > bound {
+        let quotient = &r0 / &r1;
+        (r0, r1) = (r1.clone(), r0 - &quotient * r1);
+        (t0, t1) = (t1.clone(), t0 - quotient * t1);
+    }
+    let (numerator, denominator) = if t1 < IBig::ZERO {
+        (-r1, (-t1).unsigned_abs())
+    } else {
+        (r1, t1.unsigned_abs())
+    };
+    if IBig::from(denominator.clone()) > bound {
+        return None;
+    }
+    Number::from_parts(numerator, denominator)
+}
+
+/// An order in which elimination leaves rows short: always the vertex with the fewest neighbours next, which are
+/// neighbours of each other from then on (Tinney, Walker, Proc. IEEE 55 (1967) 1801). `None` where it is too
+/// much work.
+fn minimum_degree(mut neighbours: Vec<Vec<u32>>) -> Option<Vec<u32>> {
+    let all = neighbours.iter().zip(0..);
+    let mut queue: BTreeSet<(usize, u32)> = all.map(|(own, i)| (own.len(), i)).collect();
+    let mut order = Vec::with_capacity(neighbours.len());
+    let mut work = 0;
+    while let Some((degree, least)) = queue.pop_first() {
+        order.push(least);
+        let own = std::mem::take(&mut neighbours[least as usize]);
+        if degree == queue.len() {
+            // All that are left are neighbours of each other.
+            order.extend(queue.iter().map(|(_, i)| *i));
+            break;
+        }
+        for i in &own {
+            let before = std::mem::take(&mut neighbours[*i as usize]);
+            work += before.len() + own.len();
+            queue.remove(&(before.len(), *i));
+            let mut after = Vec::with_capacity(before.len() + own.len());
+            let (mut old, mut new) = (before.into_iter().peekable(), own.iter().peekable());
+            loop {
+                let next = match (old.peek(), new.peek()) {
+                    (Some(a), Some(b)) => *a.min(b),
+                    (Some(a), None) => *a,
+                    (None, Some(b)) => **b,
+                    (None, None) => break,
+                };
+                old.next_if_eq(&next);
+                new.next_if(|b| **b == next);
+                if next != *i && next != least {
+                    after.push(next);
+                }
+            }
+            queue.insert((after.len(), *i));
+            neighbours[*i as usize] = after;
+        }
+        if work > MOST_WORK {
+            return None;
+        }
+    }
+    Some(order)
+}
