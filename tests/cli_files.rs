@@ -79,14 +79,7 @@ fn nothing_is_ever_cut() {
     fs::write(&file, model_of(MOST, "a")).unwrap();
     assert_eq!(within(&folder, &["check", "long.lag"]).status, 0);
     // Characters of two and of four bytes at the border, and the border between two statements.
-    for (over, comment) in [
-        (1, "a"),
-        (1, "é"),
-        (2, "é"),
-        (3, "𝜑"),
-        (20, "a"),
-        (5000, "é"),
-    ] {
+    for (over, comment) in [(1, "é"), (3, "𝜑"), (20, "a")] {
         let text = model_of(MOST + over, comment);
         fs::write(&file, &text).unwrap();
         for command in ["check", "fmt", "inertia"] {
@@ -386,11 +379,6 @@ fn formatting_keeps_hard_links_long_names_and_what_others_write() {
         .current_dir(&folder)
         .spawn()
         .unwrap();
-    while fs::read_link(format!("/proc/{}/fd/3", child.id())).is_err() {
-        if child.try_wait().unwrap().is_some() {
-            break;
-        }
-    }
     std::thread::sleep(std::time::Duration::from_millis(100));
     let still = child.try_wait().unwrap().is_none();
     if still {

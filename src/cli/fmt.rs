@@ -10,7 +10,7 @@ use similar::TextDiff;
 
 use super::args::{Fmt, MessageFormat};
 use super::input::{self, Source};
-use super::output::{self, write_data, write_out};
+use super::output::{self, visible, write_data, write_out};
 use super::{FAULT, Failure, complain, fault};
 
 /// The least difference is looked for so long; only huge files with changes everywhere need more,
@@ -44,7 +44,7 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
     let same = formatted == source.text;
     if check {
         if !same {
-            write_out(&difference(&source, &formatted))?;
+            write_out(&visible(&difference(&source, &formatted), false))?;
         }
         return Ok(same);
     }

@@ -13,6 +13,7 @@ mod output;
 mod period;
 mod progress;
 
+use std::ffi::OsString;
 use std::io::{self, IsTerminal};
 use std::process::ExitCode;
 
@@ -107,8 +108,15 @@ pub(crate) fn run() -> ExitCode {
 /// Help, or what is wrong about the arguments; these may be names of files.
 fn usage(error: &clap::Error) -> ExitCode {
     let text = error.render();
+    // Beside colours of ours there are none of an argument's.
+    let foreign = |argument: OsString| {
+        let argument = argument.to_string_lossy();
+        output::visible(&argument, false) != argument
+    };
+    let plain = std::env::args_os().any(foreign);
     let colored = |choice| match choice {
         ColorChoice::Never => text.to_string(),
+        _ if plain => text.to_string(),
         _ => text.ansi().to_string(),
     };
     if error.use_stderr() {
