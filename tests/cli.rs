@@ -438,6 +438,7 @@ fn modes_as_json() {
             "equilibrium",
             "equilibrium_error_bound",
             "stability",
+            "secular",
             "modes",
             "units"
         ]

@@ -1,4 +1,4 @@
-//! Motions that no friction reaches, beside damped ones, in models whose numbers are irrational: what they are is decided.
+//! Motions that no friction reaches beside damped ones, and repeated exponents: what they are is decided.
 #![cfg(feature = "engine")]
 #![allow(
     clippy::unwrap_used,
@@ -99,10 +99,7 @@ fn irrational_critical_damping_is_recognised() {
             for mode in double {
                 assert_eq!(mode.kind, Kind::Overdamped);
                 assert!((mode.growth.mid_f64() + want).abs() < 1e-15, "{mode:?}");
-                let limit = Limit::Defective {
-                    multiplicity: 2,
-                    vectors: 1,
-                };
+                let limit = Limit::Defective { order: 2 };
                 assert_eq!(mode.limit, Some(limit));
                 assert_eq!(mode.precise.is_some(), digits == 60);
                 assert!((mode.vector[0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-15);
@@ -150,7 +147,7 @@ fn zero_modes_of_parts_keep_their_names() {
     let (_, found) = solve(text, &Options::default());
     assert_eq!(found.stability, Stability::Neutral);
     assert_eq!(found.modes[0].kind, Kind::Zero);
-    assert!(found.modes[0].meaning.is_some());
+    assert_eq!(found.zero_motions.len(), 1);
     assert_eq!(found.modes[1].kind, Kind::Damped);
 }
 
@@ -196,4 +193,234 @@ fn friction_that_drives_loops_is_told() {
             .collect();
         assert_eq!(codes.contains(&"W0106"), told, "{friction}: {codes:?}");
     }
+}
+
+/// What is known of a repeated exponent: growth, omega, and the sizes of its Jordan blocks, one for each entry.
+type Repeated = (f64, f64, &'static [usize]);
+
+/// The entries at an exponent have the blocks that are expected, with one shape each; shapes solve λ²Mx + λDx + Sx = 0 and
+/// are orthonormal.
+fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated]) {
+    let (linearized, found) = solve(text, &Options::default());
+    assert_eq!(
+        (found.stability, found.secular),
+        (stability, Some(secular)),
+        "{text}"
+    );
+    let n = linearized.dimension();
+    let mass = linearized.mass();
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    for (growth, omega, orders) in repeated {
+        let own: Vec<_> = found
+            .modes
+            .iter()
+            .filter(|mode| {
+                (mode.growth.mid_f64() - growth).hypot(mode.omega.mid_f64() - omega) < 1e-9
+            })
+            .collect();
+        let sizes: Vec<usize> = own
+            .iter()
+            .map(|mode| match mode.limit {
+                Some(Limit::Defective { order }) => order,
+                None => 1,
+                other => panic!("{text}: {other:?}"),
+            })
+            .collect();
+        assert_eq!(sizes, *orders, "{text}: {growth} {omega}");
+        // Real and imaginary parts, and their products.
+        let part = |x: &[f64], i: usize| x.get(i).copied().unwrap_or(0.0);
+        let shape = |at: usize, i: usize| (part(&own[at].vector, i), part(&own[at].imaginary, i));
+        let times = |x: (f64, f64), y: (f64, f64)| (x.0 * y.0 - x.1 * y.1, x.0 * y.1 + x.1 * y.0);
+        let lambda = (*growth, *omega);
+        for at in 0..own.len() {
+            assert!(own[at].vector_error_bound < 1e-12, "{text}: {:?}", own[at]);
+            for i in 0..n {
+                let mut sum = (0.0, 0.0);
+                for j in 0..n {
+                    let k = i + n * j;
+                    let l = times(times(lambda, lambda), (mass[k].mid_f64(), 0.0));
+                    let d = times(lambda, (velocity[k].mid_f64(), 0.0));
+                    let term = times(
+                        (l.0 + d.0 + stiffness[k].mid_f64(), l.1 + d.1),
+                        shape(at, j),
+                    );
+                    sum = (sum.0 + term.0, sum.1 + term.1);
+                }
+                assert!(sum.0.hypot(sum.1) < 1e-11, "{text}: {sum:?} {:?}", own[at]);
+            }
+            for other in 0..at {
+                let mut product = (0.0, 0.0);
+                for i in 0..n {
+                    for j in 0..n {
+                        let (x, y) = (shape(other, i), shape(at, j));
+                        let term = times((x.0, -x.1), y);
+                        let m = mass[i + n * j].mid_f64();
+                        product = (product.0 + m * term.0, product.1 + m * term.1);
+                    }
+                }
+                let size = product.0.hypot(product.1);
+                let same = own[at].vector == own[other].vector;
+                assert!(
+                    (size - if same { 1.0 } else { 0.0 }).abs() < 1e-12,
+                    "{text}: {size}"
+                );
+            }
+        }
+        // One shape a block; a block of even size at 0 without friction has half as many entries.
+        let mut shapes: Vec<&Vec<f64>> = own.iter().map(|mode| &mode.vector).collect();
+        shapes.dedup();
+        let mut blocks = 0;
+        let mut at = 0;
+        while at < sizes.len() {
+            let entries = match own[at].kind {
+                Kind::Zero if sizes[at] > 2 => {
+                    sizes.iter().filter(|size| **size == sizes[at]).count()
+                }
+                Kind::Zero => 1,
+                _ => sizes[at],
+            };
+            blocks += 1;
+            at += entries;
+        }
+        assert_eq!(shapes.len(), blocks, "{text}: {growth} {omega}");
+    }
+}
+
+/// Every mode once for its multiplicity, Jordan blocks by their sizes, shapes that span what they claim.
+#[test]
+fn jordan_blocks_have_their_sizes() {
+    let two = "coord x, y  T = 1/2*(x'^2 + y'^2)";
+    let cases: &[(String, Stability, bool, &[Repeated])] = &[
+        // Two oscillators damped critically: twice a block of 2.
+        (
+            format!("{two}  V = 1/2*(x^2 + y^2)  dissipation = x'^2 + y'^2"),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 2, 2])],
+        ),
+        // The same in other coordinates.
+        (
+            "coord x, y  T = 1/2*((x' + 2*y')^2 + (3*x' + 5*y')^2)
+             V = 1/2*((x + 2*y)^2 + (3*x + 5*y)^2)
+             dissipation = (x' + 2*y')^2 + (3*x' + 5*y')^2"
+                .to_owned(),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 2, 2])],
+        ),
+        // One critical, one with -1 and -3; and free ones with -1.
+        (
+            format!("{two}  V = 1/2*x^2 + 3/2*y^2  dissipation = x'^2 + 2*y'^2"),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 1]), (-3.0, 0.0, &[1])],
+        ),
+        (
+            "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*x^2
+             dissipation = x'^2 + 1/2*(y'^2 + z'^2)"
+                .to_owned(),
+            Stability::Neutral,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 1, 1]), (0.0, 0.0, &[1, 1])],
+        ),
+        // A degenerate real exponent with enough shapes.
+        (
+            format!("{two}  V = 1/2*(x - y)^2  dissipation = 1/2*((x' - y')^2 + x'^2 + y'^2)"),
+            Stability::Neutral,
+            false,
+            &[(-1.0, 0.0, &[1, 1]), (-2.0, 0.0, &[1]), (0.0, 0.0, &[1])],
+        ),
+        // λ³(λ + 1), and λ⁴ without friction: motions grow as t² and t³.
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*x*y'  V = -2*x^2  dissipation = 1/2*x'^2".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[3]), (-1.0, 0.0, &[1])],
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*x*y'  V = -2*x^2".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[4, 4])],
+        ),
+        // A charge in a magnetic field: a drift along it, a guiding centre, a gyration.
+        (
+            "coord x, y, z
+             lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + 1/2*(x*y' - y*x')"
+                .to_owned(),
+            Stability::Neutral,
+            false,
+            &[(0.0, 0.0, &[1, 1]), (0.0, 1.0, &[1])],
+        ),
+        // Where a top falls asleep, alone and beside two oscillators of its frequency, of which one is a second such top.
+        (
+            "coord x, y  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2])],
+        ),
+        (
+            "coord x, y, z, w  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'
+             + 1/2*(z'^2 + w'^2 - z^2 - w^2)"
+                .to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2, 1, 1])],
+        ),
+        (
+            "coord x, y, z, w  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'
+             + 1/2*(z'^2 + w'^2 + z^2 + w^2) + w*z' - z*w'"
+                .to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2, 2, 2])],
+        ),
+        // A ring of four with friction: equal complex exponents, and their shapes are real.
+        (
+            "coord x[1..4]  T = 1/2*sum(i in 1..4, x[i]'^2)
+             V = 1/2*sum(i in 1..3, (x[i+1] - x[i])^2) + 1/2*(x[1] - x[4])^2 + 1/2*sum(i in 1..4, x[i]^2)
+             dissipation = 1/10*sum(i in 1..4, x[i]'^2)"
+                .to_owned(),
+            Stability::Stable,
+            false,
+            &[(-0.1, 2.99_f64.sqrt(), &[1, 1])],
+        ),
+        // Irrational numbers: friction alone leaves both matrices symmetric, and equal real exponents have their shapes.
+        (
+            format!("{two}  V = sqrt(2)/2*(x^2 + y^2)  dissipation = 2*(x'^2 + y'^2)"),
+            Stability::Stable,
+            false,
+            &[],
+        ),
+    ];
+    for (text, stability, secular, repeated) in cases {
+        holds(text, *stability, *secular, repeated);
+    }
+}
+
+/// Equal real exponents of irrational matrices: kinds are decided, shapes are the coordinates.
+#[test]
+fn equal_real_exponents_of_irrational_numbers_are_real() {
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = sqrt(2)/2*(x^2 + y^2)
+        dissipation = 2*(x'^2 + y'^2)";
+    let (_, found) = solve(text, &Options::default());
+    assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    let shapes: Vec<Vec<f64>> = found.modes.iter().map(|mode| mode.vector.clone()).collect();
+    let (x, y) = (vec![1.0, 0.0], vec![0.0, 1.0]);
+    assert_eq!(shapes, [x.clone(), y.clone(), x, y]);
+}
+
+/// All directions that are free are named, more than there are entries.
+#[test]
+fn the_kernel_is_named_as_a_whole() {
+    let text = "coord x, y, z
+        lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + 1/2*(x*y' - y*x')";
+    let (_, found) = solve(text, &Options::default());
+    assert_eq!(found.zero_motions, ["x is free", "y is free", "z is free"]);
+    let zero = &found.modes[..2];
+    assert_eq!(zero[0].vector, [0.0, 0.0, 1.0]);
+    let half = 0.5_f64.sqrt();
+    assert!(
+        (zero[1].vector[0] - half).abs() < 1e-15 && (zero[1].imaginary[1] - half).abs() < 1e-15
+    );
 }

@@ -208,13 +208,7 @@ fn critical_damping() {
     let found = solved_exactly(critical(), 4, 50);
     assert_eq!(kinds(&found), [ExponentKind::Overdamped; 2]);
     for entry in &found.entries {
-        assert_eq!(
-            entry.limit,
-            Some(Limit::Defective {
-                multiplicity: 2,
-                vectors: 1
-            })
-        );
+        assert_eq!(entry.limit, Some(Limit::Defective { order: 2 }));
         assert!((entry.growth - Ball::exact(-1.5)).contains_zero());
         let precise = entry.precise.as_ref().unwrap();
         assert_eq!(
@@ -304,13 +298,7 @@ fn where_a_top_falls_asleep() {
     for entry in &found.entries {
         assert!(entry.growth.is_zero());
         assert!((entry.omega - Ball::ONE).contains_zero() && entry.omega.radius < 1e-28);
-        assert_eq!(
-            entry.limit,
-            Some(Limit::Defective {
-                multiplicity: 2,
-                vectors: 1
-            })
-        );
+        assert_eq!(entry.limit, Some(Limit::Defective { order: 2 }));
     }
 }
 

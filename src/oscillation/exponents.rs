@@ -64,7 +64,8 @@ pub(super) fn normal_modes(
         velocity,
         stiffness,
         structure: match linearized.structure() {
-            Structure::Damped => Form::Damped,
+            Structure::Damped if circulatory || linearized.gyroscopic().is_some() => Form::Damped,
+            Structure::Damped => Form::Symmetric,
             Structure::Conservative | Structure::Gyroscopic => Form::Gyroscopic,
         },
         zero_vectors: zero_modes.iter().map(|mode| mode.vector.clone()).collect(),
@@ -87,29 +88,22 @@ pub(super) fn normal_modes(
             other => break other.map_err(|error| named(linearized, &error))?,
         }
     };
-    let mut meanings = zero_modes.iter().map(|mode| mode.meaning.clone());
-    let modes: Vec<NormalMode> = found
-        .entries
-        .into_iter()
-        .map(|entry| {
-            let meaning = (entry.kind == ExponentKind::Zero)
-                .then(|| meanings.next())
-                .flatten();
-            mode(linearized, entry, meaning)
-        })
-        .collect();
+    let modes = found.entries.into_iter();
+    let modes = modes.map(|entry| mode(linearized, entry)).collect();
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable
         && falling_direction(&problem.mass, &problem.stiffness).is_some();
     Ok(NormalModes {
         stability: found.stability,
+        secular: found.secular,
+        zero_motions: super::zero_motions(zero_modes),
         modes,
         rung: found.rung,
         gyroscopically_stabilised: stabilised,
     })
 }
 
-fn mode(linearized: &Linearized, entry: Exponent, meaning: Option<String>) -> NormalMode {
+fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     let (vector, imaginary, vector_error_bound) =
         shape(linearized, &entry.vector, entry.vector_error_bound);
     NormalMode {
@@ -137,7 +131,6 @@ fn mode(linearized: &Linearized, entry: Exponent, meaning: Option<String>) -> No
         vector_error_bound,
         cluster: entry.cluster,
         symmetry: None,
-        meaning,
         limit: entry.limit,
         uncertainty: None,
     }

@@ -29,10 +29,15 @@ const MOST_SHAPES_FOR_CLASSES: usize = 600;
 pub struct NormalModes {
     /// What the modes together say about the equilibrium.
     pub stability: Stability,
+    /// Whether some motion grows in powers of t beyond the uniform drift of a zero mode; `None` where that is not decided.
+    pub secular: Option<bool>,
     /// Unstable modes by falling growth, then zero modes, then by rising frequency.
     pub modes: Vec<NormalMode>,
     /// The highest rung of the precision ladder that any of the numbers comes from.
     pub rung: Rung,
+    /// What the zero modes are together, each in words: "translation", "rotation about z", …; their vectors, real and
+    /// imaginary parts of complex ones, are some basis of these motions.
+    pub zero_motions: Vec<String>,
     /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
     pub gyroscopically_stabilised: bool,
 }
@@ -64,8 +69,6 @@ pub struct NormalMode {
     /// The class under the model's symmetry: `even` or `odd` for a mirror (in a row for several that
     /// commute), `wave number j` for a ring, else `class j`.
     pub symmetry: Option<String>,
-    /// What a zero mode is: "translation", "rotation about z", …
-    pub meaning: Option<String>,
     /// Why digits are missing, or that the exponent has fewer vectors than its multiplicity; only with
     /// gyroscopic forces or friction.
     pub limit: Option<Limit>,
@@ -162,22 +165,16 @@ pub fn normal_modes(
             spectrum = solve(&mut problem, &mut zero_modes)?;
         }
     }
-    let meanings = meanings(&zero_modes);
     let vectors = spectrum.modes.iter();
     let vectors: Vec<(&[f64], f64)> = vectors
         .map(|mode| (mode.vector.as_slice(), mode.vector_error_bound))
         .collect();
     let classes = labels.map_or_else(Vec::new, |labels| labels.of(&vectors));
     let mut classes = classes.into_iter();
-    let mut zeros = 0;
     let modes = spectrum
         .modes
         .into_iter()
         .map(|mode| {
-            let meaning = (mode.kind == Kind::Zero).then(|| {
-                zeros += 1;
-                meanings.get(zeros - 1).cloned()
-            });
             let symmetry = classes.next().flatten();
             let (vector, vector_error_bound) = if options.vectors {
                 shape(linearized, mode.vector, mode.vector_error_bound)
@@ -195,7 +192,6 @@ pub fn normal_modes(
                 vector_error_bound,
                 cluster: mode.cluster,
                 symmetry,
-                meaning: meaning.flatten(),
                 limit: None,
                 uncertainty: None,
             }
@@ -203,6 +199,9 @@ pub fn normal_modes(
         .collect();
     Ok(NormalModes {
         stability: spectrum.stability,
+        // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
+        secular: Some(false),
+        zero_motions: zero_motions(zero_modes),
         modes,
         rung: spectrum.rung,
         gyroscopically_stabilised: false,
@@ -255,8 +254,9 @@ impl Source for Model<'_> {
 
 /// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they
 /// span together, so that a mode alone has a meaning only where it is the only one.
-fn meanings(zero_modes: &[ZeroMode]) -> Vec<String> {
-    zero_modes.iter().map(|mode| mode.meaning.clone()).collect()
+fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
+    let named = zero_modes.into_iter();
+    named.map(|mode| mode.meaning).collect()
 }
 
 /// Whether a Cholesky decomposition of K in doubles fails or nearly does: only then zero modes are

@@ -70,7 +70,7 @@ pub(super) fn solve(
     zero_modes: &mut Vec<ZeroMode>,
     options: &Options,
 ) -> Option<Exponents> {
-    if problem.structure != Structure::Damped {
+    if problem.structure == Structure::Gyroscopic {
         return None;
     }
     let n = problem.dimension;
@@ -128,7 +128,7 @@ pub(super) fn solve(
     if !undamped.entries.iter().all(|entry| alike(entry.kind)) {
         return None;
     }
-    let mut parts = vec![undamped, part(&rest, &others, Structure::Damped)?];
+    let mut parts = vec![undamped, part(&rest, &others, problem.structure)?];
     *zero_modes = first;
     zero_modes.extend(others);
     for i in critical {

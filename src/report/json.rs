@@ -19,7 +19,7 @@ use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::{Ball, one_digit_up};
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `equilibrium_error_bound`,
-/// `stability`, `modes`.
+/// `stability`, `secular`, `modes`.
 ///
 /// `options` are those that the modes were computed with. Frequencies are in rad/s where the model
 /// has units; `error_bound` bounds the errors of `omega` and `growth` as they stand here, their
@@ -60,12 +60,15 @@ pub(super) fn modes_with(
     let mut out = String::new();
     let _ = write!(
         out,
-        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"equilibrium_error_bound\": {},\n \"stability\": \"{}\",\n \"modes\": [",
+        "{{\"model\": {},\n \"coordinates\": {},\n \"equilibrium\": {},\n \"equilibrium_error_bound\": {},\n \"stability\": \"{}\",\n \"secular\": {},\n \"modes\": [",
         model.name.as_deref().map_or_else(null, string),
         array(names),
         array(values),
         array(bounds),
         modes.stability.as_str(),
+        modes
+            .secular
+            .map_or_else(null, |secular| secular.to_string()),
     );
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
@@ -124,7 +127,11 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
         mode.kind.as_str(),
     );
     if let Some(limit) = &mode.limit {
-        let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit)));
+        let _ = write!(
+            out,
+            ", \"limit\": {}",
+            string(&super::limit_words(limit, mode.kind))
+        );
     }
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));

@@ -275,22 +275,19 @@ fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
             .modes
             .last()
             .is_some_and(|mode| mode.kind != Kind::Zero);
-    let named = modes
-        .modes
-        .iter()
-        .filter_map(|mode| mode.meaning.as_deref());
+    let named = modes.zero_motions.iter().map(String::as_str);
     if all { named.collect() } else { Vec::new() }
 }
 
 /// Why an exponent is known less well than was asked for, or is a peculiar one.
-fn limit_words(limit: &Limit) -> String {
+fn limit_words(limit: &Limit, kind: Kind) -> String {
     match limit {
-        Limit::Defective {
-            multiplicity,
-            vectors,
-        } => format!(
-            "an exponent of multiplicity {multiplicity} with {}: it depends on the parameters as a root of order {multiplicity} does",
-            counted(*vectors, "shape")
+        Limit::Defective { order } if kind == Kind::Zero => format!(
+            "a Jordan block of size {order} at the exponent 0: the motion grows as t^{}",
+            order - 1
+        ),
+        Limit::Defective { order } => format!(
+            "a Jordan block, one shape for {order} equal exponents: they depend on the parameters as a root of order {order} does"
         ),
         Limit::Unresolved { count } => {
             format!("{count} exponents are too close together to be told apart")

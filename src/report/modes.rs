@@ -7,6 +7,7 @@ use super::{
 };
 use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
+use crate::modes::exponents::Limit;
 use crate::modes::{Kind, Options, Stability};
 use crate::oscillation::{NormalMode, NormalModes};
 use crate::precision::{Ball, Big, one_digit_up_text};
@@ -48,7 +49,14 @@ pub fn modes_text(
     out.push_str(&equilibrium_text(linearized, options, style));
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
-    out.push_str(&format!("stability: {}\n\n", style.paint(tone, word)));
+    let secular = match modes.secular {
+        Some(true) => ", secular growth: motions grow in powers of t",
+        Some(false) | None => "",
+    };
+    out.push_str(&format!(
+        "stability: {}{secular}\n\n",
+        style.paint(tone, word)
+    ));
     match modes.modes.len() {
         some if some >= count => {}
         1 => out.push_str(&format!("the lowest of {count} modes\n")),
@@ -538,9 +546,12 @@ fn remarks(
     if modes.gyroscopically_stabilised {
         out.push_str("gyroscopically stabilised: the potential has no minimum here, and the motion is stable all the same\n");
     }
-    for (at, mode) in modes.modes.iter().enumerate() {
-        if let Some(limit) = &mode.limit {
-            out.push_str(&format!("{}: {}\n", numbered(&[at]), limit_words(limit)));
+    for block in limited(&modes.modes) {
+        if let Some(mode) = block.first().and_then(|at| modes.modes.get(*at))
+            && let Some(limit) = &mode.limit
+        {
+            let words = limit_words(limit, mode.kind);
+            out.push_str(&format!("{}: {words}\n", numbered(&block)));
         }
     }
     out.push_str(&uncertainty_remark(modes));
@@ -621,6 +632,34 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
     out
 }
 
+/// Modes whose digits or vectors are limited, those together that share the reason: the members of a Jordan block, or
+/// exponents that are not told apart.
+fn limited(modes: &[NormalMode]) -> Vec<Vec<usize>> {
+    let mut blocks: Vec<Vec<usize>> = Vec::new();
+    for (at, mode) in modes.iter().enumerate() {
+        let together = |count: usize| match mode.limit {
+            None | Some(Limit::Open) => false,
+            Some(Limit::Defective { order }) => mode.kind == Kind::Zero || count < order,
+            Some(Limit::Unresolved { count: all }) => count < all,
+        };
+        if mode.limit.is_none() {
+            continue;
+        }
+        let follows = |block: &&mut Vec<usize>| {
+            let before = &modes[block[0]];
+            together(block.len())
+                && block.last() == Some(&(at - 1))
+                && (before.limit, before.cluster, before.kind)
+                    == (mode.limit, mode.cluster, mode.kind)
+        };
+        match blocks.last_mut().filter(follows) {
+            Some(block) => block.push(at),
+            None => blocks.push(vec![at]),
+        }
+    }
+    blocks
+}
+
 fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
     let modes = modes.modes.iter().enumerate();
     modes
@@ -692,7 +731,6 @@ mod tests {
             vector_error_bound: 1e-15,
             cluster: 0,
             symmetry: None,
-            meaning: None,
             limit: None,
             uncertainty: None,
         }

@@ -91,6 +91,11 @@ impl Wide {
         }
     }
 
+    /// Whether it is exactly 0.
+    pub(super) fn is_zero(&self) -> bool {
+        self.re.is_zero() && self.im.is_zero()
+    }
+
     pub(super) fn from_complex(value: Complex, bits: usize) -> Self {
         Self {
             re: Big::from_double_double(value.re, bits),

@@ -1,5 +1,5 @@
 //! What bounds never decide, decided for rational matrices of moderate size: repeated exponents, growth 0, the
-//! multiplicity of the exponent 0.
+//! multiplicity of the exponent 0, and the blocks of each ([`super::blocks`]).
 //!
 //! The characteristic polynomial p(λ) = det(λ²M + λD + S) is interpolated from exact determinants and taken apart by
 //! multiplicity, which leaves factors f with simple roots. An imaginary root iω of f has the root -iω beside it,
@@ -10,33 +10,36 @@
 use dashu_int::IBig;
 
 use super::IntegerQuadratic;
+use super::basis::{Metric, finished};
+use super::blocks::{Blocks, Pencil, Search};
 use super::complex::Wide;
 use super::polynomial::{
-    Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, primitive, roots, through,
+    Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through,
 };
 use crate::precision::{Big, Rounding};
 
 /// Up to this number of coordinates.
 pub(super) const LARGEST: usize = 20;
-/// Minors of matrices up to this size are looked at one by one.
-const MINORS: usize = 8;
 /// The most bits that roots are separated with.
 const MOST_BITS: usize = 8192;
+/// So often the bits are doubled for blocks and vectors.
+const RISES: usize = 4;
+/// Vectors shall be known as well as this.
+const FINE: f64 = 1e-14;
 
 /// An exponent with its multiplicity, growth or omega exactly 0 where they are.
-#[derive(Clone, Debug)]
 pub(super) struct ExactRoot {
     pub(super) growth: Big,
     pub(super) omega: Big,
     pub(super) multiplicity: usize,
-    /// The number of independent vectors; `None` where it is not known.
-    pub(super) vectors: Option<usize>,
+    /// `None` where it is not known.
+    pub(super) blocks: Option<Blocks>,
 }
 
 /// All exponents: conjugates once, of real pairs ±s both.
 pub(super) struct ExactSpectrum {
-    /// The multiplicity of the exponent 0.
-    pub(super) zeros: usize,
+    /// The exponent 0, if it is one.
+    pub(super) zero: Option<ExactRoot>,
     pub(super) roots: Vec<ExactRoot>,
 }
 
@@ -51,12 +54,13 @@ fn at(matrices: &IntegerQuadratic, n: usize, lambda: &IBig) -> Vec<Vec<IBig>> {
         .collect()
 }
 
-/// The exact spectrum with so many digits of every growth and omega; `None` where it is out of reach.
+/// The exact spectrum; `None` where it is out of reach.
 pub(super) fn exact(
     matrices: &IntegerQuadratic,
     n: usize,
     digits: usize,
     semisimple: bool,
+    metric: Option<&Metric<'_>>,
 ) -> Option<ExactSpectrum> {
     let square = n * n;
     let whole = [&matrices.mass, &matrices.velocity, &matrices.stiffness];
@@ -70,6 +74,14 @@ pub(super) fn exact(
     }
     let zeros = p.iter().take_while(|c| c.is_zero()).count();
     p.drain(..zeros);
+    let pencil = Pencil { matrices, n };
+    let mut zero = None;
+    if zeros > 0 {
+        let line: Polynomial = vec![IBig::ZERO, IBig::ONE];
+        let origin = |bits: usize| Some(vec![(Big::zero(bits), Big::zero(bits))]);
+        let found = with_blocks(&pencil, (&line, zeros), &origin, 128, false, metric)?;
+        zero = found.into_iter().next();
+    }
     let mut found = Vec::new();
     for (factor, multiplicity) in by_multiplicity(&p)? {
         let even = gcd(&factor, &mirrored(&factor));
@@ -79,41 +91,78 @@ pub(super) fn exact(
             return None;
         }
         let squares: Polynomial = even.iter().step_by(2).cloned().collect();
-        let enough = (multiplicity > 1 && !semisimple)
-            .then(|| has_enough_vectors(matrices, n, &factor, multiplicity));
-        let mut bits = 128 + 4 * digits;
-        let parts = loop {
-            let parts = separated(&squares, &rest, digits, bits);
-            if parts.is_some() || bits >= MOST_BITS {
-                break parts;
-            }
+        let parts = |bits: usize| separated(&squares, &rest, digits, bits);
+        let bits = 128 + 4 * digits;
+        let factor = (&factor, multiplicity);
+        found.extend(with_blocks(
+            &pencil, factor, &parts, bits, semisimple, metric,
+        )?);
+    }
+    Some(ExactSpectrum { zero, roots: found })
+}
+
+/// The roots of a factor: growth and omega from `parts` with as many bits as separate them and show their blocks.
+fn with_blocks(
+    pencil: &Pencil<'_>,
+    (factor, multiplicity): (&Polynomial, usize),
+    parts: &dyn Fn(usize) -> Option<Vec<(Big, Big)>>,
+    mut bits: usize,
+    semisimple: bool,
+    metric: Option<&Metric<'_>>,
+) -> Option<Vec<ExactRoot>> {
+    let mut best: Option<Vec<ExactRoot>> = None;
+    let mut rises = 0;
+    while bits <= MOST_BITS && rises < RISES {
+        let Some(parts) = parts(bits) else {
             bits *= 2;
-        }?;
-        for (growth, omega) in parts {
-            let vectors = match enough {
-                None | Some(Some(true)) => Some(multiplicity),
-                Some(_) => {
-                    let lambda = Wide {
-                        re: growth.clone(),
-                        im: omega.clone(),
-                    };
-                    // At most so many; fewer than the multiplicity is what it proves.
-                    let most = n - rank_at_least(matrices, n, &lambda, bits);
-                    (most < multiplicity).then_some(most)
-                }
+            continue;
+        };
+        let lambda = |(growth, omega): &(Big, Big)| Wide {
+            re: growth.clone(),
+            im: omega.clone(),
+        };
+        let lambdas: Vec<Wide> = parts.iter().map(lambda).collect();
+        let search = if metric.is_none() && (multiplicity == 1 || semisimple) {
+            let single = Blocks {
+                sizes: vec![1; multiplicity],
+                heads: Vec::new(),
             };
-            found.push(ExactRoot {
+            Search::Found(vec![single; parts.len()])
+        } else {
+            pencil.blocks(factor, &lambdas, multiplicity, semisimple, metric)
+        };
+        let roots = |blocks: Vec<Option<Blocks>>| -> Vec<ExactRoot> {
+            let both = parts.iter().cloned().zip(blocks);
+            both.map(|((growth, omega), blocks)| ExactRoot {
                 growth,
                 omega,
                 multiplicity,
-                vectors,
-            });
+                blocks,
+            })
+            .collect()
+        };
+        let last = match search {
+            Search::Found(found) => {
+                let fine = found.iter().flat_map(|own| &own.heads).all(|head| {
+                    let (vector, bound) = finished(head);
+                    let sizes = vector.iter().map(|x| x.re.hypot(x.im));
+                    bound <= FINE * sizes.fold(0.0, f64::max)
+                });
+                best = Some(roots(found.into_iter().map(Some).collect()));
+                fine
+            }
+            Search::Finer | Search::TooLarge => {
+                best = best.or_else(|| Some(roots(vec![None; parts.len()])));
+                matches!(search, Search::TooLarge)
+            }
+        };
+        if last {
+            break;
         }
+        rises += 1;
+        bits *= 2;
     }
-    Some(ExactSpectrum {
-        zeros,
-        roots: found,
-    })
+    best
 }
 
 /// Growth and omega of all roots, λ² a root of `squares` or λ one of `rest`, with omega >= 0.
@@ -170,97 +219,4 @@ fn separated(
         .iter()
         .all(|(growth, omega)| covered(growth) && covered(omega))
         .then_some(parts)
-}
-
-/// Whether every root of the factor has as many vectors as its multiplicity m: exactly if its (m - 1)th power divides
-/// all minors of order n - 1 (the elementary divisors of λ²M + λD + S at the root are then all linear). `None` where
-/// that is too much to look at.
-fn has_enough_vectors(
-    matrices: &IntegerQuadratic,
-    n: usize,
-    factor: &Polynomial,
-    multiplicity: usize,
-) -> Option<bool> {
-    if n > MINORS {
-        return None;
-    }
-    let mut power: Polynomial = vec![IBig::ONE];
-    for _ in 1..multiplicity {
-        let mut product = vec![IBig::ZERO; power.len() + factor.len() - 1];
-        for (i, a) in power.iter().enumerate() {
-            for (j, b) in factor.iter().enumerate() {
-                product[i + j] += a * b;
-            }
-        }
-        power = primitive(product);
-    }
-    let samples: Vec<Vec<Vec<IBig>>> = (0..2 * n - 1)
-        .map(|k| at(matrices, n, &IBig::from(k)))
-        .collect();
-    for row in 0..n {
-        for column in 0..n {
-            let values = samples.iter().map(|whole| {
-                let rows = whole.iter().enumerate().filter(|(i, _)| *i != row);
-                determinant(
-                    rows.map(|(_, r)| {
-                        let kept = r.iter().enumerate().filter(|(j, _)| *j != column);
-                        kept.map(|(_, x)| x.clone()).collect()
-                    })
-                    .collect(),
-                )
-            });
-            let minor = through(values.collect());
-            if !minor.is_empty() && divided(&minor, &power).is_none() {
-                return Some(false);
-            }
-        }
-    }
-    Some(true)
-}
-
-/// A lower bound of the rank of λ²M + λD + S: pivots that are certainly not 0.
-fn rank_at_least(matrices: &IntegerQuadratic, n: usize, lambda: &Wide, bits: usize) -> usize {
-    let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
-    let mut rows: Vec<Vec<Wide>> = (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| {
-                    let k = j * n + i;
-                    let mut inner = lambda.times(&big(&matrices.mass[k]));
-                    inner.re = &inner.re + &big(&matrices.velocity[k]);
-                    let mut value = inner.mul(lambda);
-                    value.re = &value.re + &big(&matrices.stiffness[k]);
-                    value
-                })
-                .collect()
-        })
-        .collect();
-    let least = |x: &Wide| x.re.abs_lower().max(x.im.abs_lower());
-    let mut rank = 0;
-    while rank < n {
-        let mut best = None;
-        for (i, row) in rows.iter().enumerate().skip(rank) {
-            for (j, x) in row.iter().enumerate().skip(rank) {
-                let size = least(x);
-                if !size.is_zero() && best.as_ref().is_none_or(|(_, _, most)| size > *most) {
-                    best = Some((i, j, size));
-                }
-            }
-        }
-        let Some((i, j, _)) = best else { break };
-        rows.swap(rank, i);
-        for row in &mut rows {
-            row.swap(rank, j);
-        }
-        let (above, below) = rows.split_at_mut(rank + 1);
-        let pivot = &above[rank];
-        for row in below {
-            let factor = row[rank].div(&pivot[rank]);
-            for column in rank..n {
-                row[column] = row[column].sub(&factor.mul(&pivot[column]));
-            }
-        }
-        rank += 1;
-    }
-    rank
 }

@@ -16,6 +16,8 @@
 //! their looks: real and imaginary ones are those whose discs hold one exponent and meet no other disc
 //! on the other side of the axis.
 
+mod basis;
+mod blocks;
 mod certify;
 mod columns;
 mod complex;
@@ -23,6 +25,7 @@ mod couplings;
 mod definite;
 mod exact;
 mod polynomial;
+mod repeated;
 mod resolve;
 mod scale;
 mod shape;
@@ -63,6 +66,8 @@ pub struct QuadraticProblem {
 pub enum Structure {
     /// Nothing is damped: D is skew and S symmetric, exactly.
     Gyroscopic,
+    /// D and S are symmetric, exactly: friction, and neither gyroscopic forces nor friction that acts at rest.
+    Symmetric,
     /// Anything.
     Damped,
 }
@@ -121,6 +126,9 @@ pub struct Exponents {
     pub entries: Vec<Exponent>,
     /// What all exponents together say.
     pub stability: Stability,
+    /// Whether some motion grows in powers of t beyond a uniform drift: a Jordan block of an imaginary exponent, at 0
+    /// one larger than 2. `None` where that is not decided.
+    pub secular: Option<bool>,
     /// The highest rung that any of the numbers comes from.
     pub rung: Rung,
 }
@@ -166,13 +174,12 @@ pub struct PreciseExponent {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Limit {
-    /// The exponent is repeated and has fewer vectors than its multiplicity, proved: it depends on the
-    /// parameters as their root of that order does.
+    /// The exponent belongs to a Jordan block, proved: one vector for so many equal exponents, which depend on the
+    /// parameters as a root of that order does, and motions of powers of t below that. At the exponent 0 only where the block
+    /// is larger than that of a uniform drift, 2.
     Defective {
-        /// The algebraic multiplicity.
-        multiplicity: usize,
-        /// The number of independent vectors.
-        vectors: usize,
+        /// The size of the block.
+        order: usize,
     },
     /// So many exponents are not separated at the highest precision that was tried.
     Unresolved {
@@ -311,10 +318,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
         vector: vec![c64::new(x.mid_f64(), 0.0)],
         vector_error_bound: x.mid_f64_error(),
         cluster: 0,
-        limit: Some(Limit::Defective {
-            multiplicity: 2,
-            vectors: 1,
-        }),
+        limit: Some(Limit::Defective { order: 2 }),
     };
     let stability = match kind {
         ExponentKind::Unstable => Stability::Unstable,
@@ -324,6 +328,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
     Exponents {
         entries: vec![entry.clone(), entry],
         stability,
+        secular: Some(false),
         rung: Rung::Refined,
     }
 }

@@ -9,31 +9,45 @@ use crate::precision::{Big, Magnitude};
 /// Coefficients by rising power, the last one not 0; empty for 0.
 pub(super) type Polynomial = Vec<IBig>;
 
-/// The determinant, by elimination without fractions (Bareiss, Math. Comp. 22 (1968) 565).
-pub(super) fn determinant(mut rows: Vec<Vec<IBig>>) -> IBig {
+/// The determinant, by elimination without fractions.
+pub(super) fn determinant(rows: Vec<Vec<IBig>>) -> IBig {
     let n = rows.len();
+    let (rank, minor) = eliminated(rows);
+    if rank < n { IBig::ZERO } else { minor }
+}
+
+/// The rank, likewise.
+pub(super) fn rank(rows: Vec<Vec<IBig>>) -> usize {
+    eliminated(rows).0
+}
+
+/// The rank and, up to sign the minor of that order, with its sign where the matrix is regular: elimination in which
+/// every entry is a minor, so that the divisions are exact (Bareiss, Math. Comp. 22 (1968) 565).
+fn eliminated(mut rows: Vec<Vec<IBig>>) -> (usize, IBig) {
+    let width = rows.first().map_or(0, Vec::len);
     let mut sign = false;
     let mut last = IBig::ONE;
-    for k in 0..n {
-        let Some(at) = (k..n).find(|&i| !rows[i][k].is_zero()) else {
-            return IBig::ZERO;
+    let mut rank = 0;
+    for k in 0..width {
+        let Some(at) = (rank..rows.len()).find(|&i| !rows[i][k].is_zero()) else {
+            continue;
         };
-        if at != k {
-            rows.swap(at, k);
+        if at != rank {
+            rows.swap(at, rank);
             sign = !sign;
         }
-        let (above, below) = rows.split_at_mut(k + 1);
-        let pivot = &above[k];
+        let (above, below) = rows.split_at_mut(rank + 1);
+        let pivot = &above[rank];
         for row in below {
-            for j in k + 1..n {
-                // The division is exact.
+            for j in k + 1..width {
                 row[j] = (&row[j] * &pivot[k] - &row[k] * &pivot[j]) / &last;
             }
             row[k] = IBig::ZERO;
         }
-        last = rows[k][k].clone();
+        last = rows[rank][k].clone();
+        rank += 1;
     }
-    if sign { -last } else { last }
+    (rank, if sign { -last } else { last })
 }
 
 /// The polynomial of the given degree at most with these values at 0, 1, 2, …, times a positive number.

@@ -2,23 +2,25 @@
 
 use faer::c64;
 
+use super::basis::Metric;
 use super::certify::{Certificate, certify};
 use super::columns::{Columns, improve, measure};
 use super::complex::Complex;
 use super::couplings::{Couplings, Sheet};
 use super::definite::is_positive_definite;
-use super::exact;
+use super::exact::{self, ExactSpectrum, exact};
+use super::repeated::exact_spectrum;
 use super::resolve::{Turn, members, turn};
 use super::scale::Scaled;
-use super::spectrum::{Facts, Status, Value, exact_spectrum, mark_rough, spectrum, status};
+use super::spectrum::{Facts, Status, Value, mark_rough, spectrum, status};
 use super::start::{cholesky, start};
 use super::wide::climb;
 use super::wide_columns::WideColumns;
 use super::{
-    Exponents, ExponentsError, Options, QuadraticProblem, QuadraticSource, Rung, Stability,
-    Structure,
+    Exponents, ExponentsError, IntegerQuadratic, Options, QuadraticProblem, QuadraticSource, Rung,
+    Stability, Structure,
 };
-use crate::precision::{Ball, DoubleDouble};
+use crate::precision::{Ball, Big, DoubleDouble};
 
 /// Rounds in double-double, the first one included.
 const ROUNDS: usize = 12;
@@ -43,6 +45,7 @@ pub(super) fn solve(
         return Ok(Exponents {
             entries: Vec::new(),
             stability: Stability::Stable,
+            secular: Some(false),
             rung: Rung::Doubles,
         });
     }
@@ -51,15 +54,38 @@ pub(super) fn solve(
         if undecided(&solution)
             && scaled.n <= exact::LARGEST
             && let Some(matrices) = source.integers()
-            && let Some(found) =
-                exact::exact(&matrices, scaled.n, options.digits, solution.facts.definite)
+            && let Some(found) = decided(&scaled, &matrices, &solution.facts, options)
         {
             solution.rung = Rung::Precise;
-            return Ok(exact_spectrum(&scaled, &solution, found, options));
+            return Ok(exact_spectrum(
+                &scaled, &solution, &matrices, found, options,
+            ));
         }
         solution = climb(&scaled, problem, source, solution, options);
     }
     Ok(spectrum(&scaled, &solution, options))
+}
+
+/// The exact spectrum of matrices that are known exactly.
+fn decided(
+    scaled: &Scaled,
+    matrices: &IntegerQuadratic,
+    facts: &Facts,
+    options: &Options,
+) -> Option<ExactSpectrum> {
+    let n = scaled.n;
+    let bits = 128 + 4 * options.digits;
+    let mass = |i: usize, j: usize| {
+        let entry = matrices.mass.get(j * n + i);
+        Big::from_parts(entry.cloned().unwrap_or_default(), 0, bits)
+    };
+    let metric = Metric {
+        n,
+        mass: &mass,
+        shift: &scaled.shift,
+    };
+    let metric = options.vectors.then_some(&metric);
+    exact(matrices, n, options.digits, facts.definite, metric)
 }
 
 /// Whether more digits may not decide what is open: exponents that are not separated, signs, the multiplicity
@@ -319,15 +345,21 @@ impl Columns {
 impl Facts {
     fn new(scaled: &Scaled) -> Self {
         let gyroscopic = scaled.structure == Structure::Gyroscopic;
+        let (least_zeros, zero_heads) = least_zeros(scaled);
         Self {
             gyroscopic,
             definite: gyroscopic
                 && scaled.zero.is_empty()
                 && is_positive_definite(&scaled.stiffness),
-            symmetric: !gyroscopic
-                && scaled.velocity.is_symmetric()
-                && scaled.stiffness.is_symmetric(),
-            least_zeros: least_zeros(scaled),
+            symmetric: match scaled.structure {
+                Structure::Gyroscopic => false,
+                Structure::Symmetric => true,
+                Structure::Damped => {
+                    scaled.velocity.is_symmetric() && scaled.stiffness.is_symmetric()
+                }
+            },
+            least_zeros,
+            zero_heads,
         }
     }
 }
@@ -365,47 +397,35 @@ fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
     None
 }
 
-/// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given.
+/// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given, and those of them that
+/// are seen to be heads.
 ///
 /// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Without dissipation S is symmetric, so
 /// that S z₁ = -D Z a can be solved where ZᵀDZ a = 0: z - rank(ZᵀDZ) heads; the rank of a skew matrix is
 /// even, and not above the number of rows that are not 0 as they stand. The multiplicity is even, the spectrum
 /// being symmetric and of even order.
-fn least_zeros(scaled: &Scaled) -> usize {
+fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
     let z = scaled.zero.len();
-    if z == 0 {
-        return 0;
-    }
     let n = scaled.n;
-    let images: Vec<Vec<Ball>> = scaled
-        .zero
-        .iter()
-        .map(|v| {
-            (0..n)
-                .map(|i| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]))
-                .collect()
+    let is_head = |v: &Vec<Ball>| {
+        let image =
+            |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
+        let image: Vec<Ball> = (0..n).map(image).collect();
+        if scaled.structure != Structure::Gyroscopic {
+            return image.iter().all(Ball::is_zero);
+        }
+        scaled.zero.iter().all(|other| {
+            let parts = other.iter().zip(&image);
+            parts
+                .fold(Ball::ZERO, |sum, (a, b)| sum + *a * *b)
+                .is_zero()
         })
-        .collect();
-    if scaled.structure == Structure::Damped {
-        let heads = images
-            .iter()
-            .filter(|v| v.iter().all(Ball::is_zero))
-            .count();
-        return z + heads;
+    };
+    let heads: Vec<usize> = (0..z).filter(|at| is_head(&scaled.zero[*at])).collect();
+    if scaled.structure != Structure::Gyroscopic {
+        return (z + heads.len(), heads);
     }
-    let rows = images
-        .iter()
-        .filter(|image| {
-            scaled.zero.iter().any(|v| {
-                let form = v
-                    .iter()
-                    .zip(*image)
-                    .fold(Ball::ZERO, |s, (a, b)| s + *a * *b);
-                !form.is_zero()
-            })
-        })
-        .count();
-    let rank = rows & !1;
+    let rank = (z - heads.len()) & !1;
     let least = 2 * z - rank;
-    least + (least & 1)
+    (least + (least & 1), heads)
 }

@@ -2,20 +2,16 @@
 
 use std::cell::OnceCell;
 
-use faer::c64;
-
-use super::certify::Certificate;
+use super::certify::{Certificate, Group};
 use super::columns::Columns;
 use super::complex::Complex;
 use super::couplings::Sheet;
-use super::exact::ExactSpectrum;
+use super::repeated::{cluster_shapes, zero, zero_shapes};
 use super::scale::Scaled;
 use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
-use super::{
-    Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Stability, Structure,
-};
+use super::{Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Stability};
 use crate::precision::{Ball, Big, Rounding, decimal, up};
 
 /// What is proved about the problem as a whole.
@@ -29,6 +25,8 @@ pub(super) struct Facts {
     pub(super) symmetric: bool,
     /// A lower bound of the multiplicity of the exponent 0.
     pub(super) least_zeros: usize,
+    /// Zero vectors that head a chain as they stand.
+    pub(super) zero_heads: Vec<usize>,
 }
 
 /// What is known of the exponent of a column.
@@ -178,7 +176,8 @@ pub(super) fn status(
         .collect()
 }
 
-/// What vectors are off by beside their largest component, at most, before another round is spent on them.
+/// What vectors are off by beside their largest component, at most, before another round is spent on them; and what
+/// shapes of a group may be off by.
 const ROUGH: f64 = 1e-11;
 
 /// Marks columns whose vectors are [`Status::rough`].
@@ -269,30 +268,83 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     for j in real {
         entries.push(entry(scaled, solution, j, &shapes, options));
     }
+    if options.vectors {
+        for group in &certificate.groups {
+            orthonormal(scaled, solution, &shapes, group, &mut entries);
+        }
+    }
     let z = columns.zeros;
     if z > 0 {
-        let gyroscopic = scaled.structure == Structure::Gyroscopic;
-        let zeros = if gyroscopic { facts.least_zeros / 2 } else { z };
+        let zeros = if facts.gyroscopic {
+            facts.least_zeros / 2
+        } else {
+            z
+        };
+        let basis = options
+            .vectors
+            .then(|| zero_shapes(scaled, solution, zeros));
+        let mut basis = basis.flatten().unwrap_or_default().into_iter();
         for k in 0..zeros {
-            let (vector, vector_error_bound) = shapes.of(k % z);
-            entries.push(zero(vector, vector_error_bound, certificate.of[0] as u32));
+            let shape = basis.next().unwrap_or_else(|| shapes.of(k % z));
+            entries.push(zero(shape, None, certificate.of[0] as u32));
         }
         // Columns of the exponent 0 that are not proved to be of it.
         let left = columns.together().saturating_sub(facts.least_zeros);
-        let left = if gyroscopic { left / 2 } else { left };
+        let left = if facts.gyroscopic { left / 2 } else { left };
         for k in 0..left {
-            let mut open = entry(
-                scaled,
-                solution,
-                columns.together() - 1 - k,
-                &shapes,
-                options,
-            );
+            let j = columns.together() - 1 - k;
+            let mut open = entry(scaled, solution, j, &shapes, options);
             open.kind = ExponentKind::Undecided;
+            open.limit = Some(Limit::Unresolved {
+                count: columns.together(),
+            });
             entries.push(open);
         }
     }
-    finish(entries, solution, options)
+    // On the axis several exponents are known to be there because their form is definite, and then each has its vector.
+    finish(entries, solution, options, &|entry| entry.growth.is_zero())
+}
+
+/// Puts an orthonormal basis in the place of the shapes of a group of exponents that the bounds do not separate, if they
+/// show as many vectors as there are of them.
+fn orthonormal(
+    scaled: &Scaled,
+    solution: &Solution,
+    shapes: &Shapes<'_>,
+    group: &Group,
+    entries: &mut [Exponent],
+) {
+    let columns = &solution.columns.base;
+    let Some(&first) = group.members.first() else {
+        return;
+    };
+    let one_place = group.members.len() > 1
+        && group.members.iter().zip(&group.shared).all(|(&j, shared)| {
+            let paired = columns.twin.iter().position(|twin| *twin == Some(j));
+            *shared == group.members.len()
+                && j >= columns.together()
+                && columns.twin[j].is_none()
+                && paired.is_none_or(|other| !group.members.contains(&other))
+        });
+    if !one_place {
+        return;
+    }
+    let Some(basis) = cluster_shapes(scaled, shapes, &group.members) else {
+        return;
+    };
+    let fine = basis.iter().all(|(vector, bound)| {
+        let sizes = vector.iter().map(|x| x.re.hypot(x.im));
+        *bound <= ROUGH * sizes.fold(0.0, f64::max)
+    });
+    if !fine {
+        return;
+    }
+    let cluster = solution.certificate.of[first] as u32;
+    let own = entries.iter_mut().filter(|entry| entry.cluster == cluster);
+    for (entry, (vector, bound)) in own.zip(basis) {
+        entry.vector = vector;
+        entry.vector_error_bound = bound;
+    }
 }
 
 fn entry(
@@ -377,104 +429,8 @@ fn entry(
     }
 }
 
-/// The entries of a spectrum that was decided exactly, vectors from the nearest columns.
-pub(super) fn exact_spectrum(
-    scaled: &Scaled,
-    solution: &Solution,
-    exact: ExactSpectrum,
-    options: &Options,
-) -> Exponents {
-    let columns = &solution.columns.base;
-    let shapes = Shapes::new(scaled, solution, options.vectors);
-    let mut entries = Vec::new();
-    let mut used = vec![false; columns.count()];
-    let mut cluster = 0;
-    for root in exact.roots {
-        let (growth, omega) = (root.growth.to_ball(), root.omega.to_ball());
-        if solution.facts.gyroscopic && omega.is_zero() && growth.is_negative() {
-            // The growing one stands for the pair.
-            continue;
-        }
-        cluster += 1;
-        let limit = match root.vectors {
-            Some(vectors) => (vectors < root.multiplicity).then_some(Limit::Defective {
-                multiplicity: root.multiplicity,
-                vectors,
-            }),
-            None => Some(Limit::Unresolved {
-                count: root.multiplicity,
-            }),
-        };
-        let (re, im) = (
-            growth.scale(-scaled.power).mid.hi,
-            omega.scale(-scaled.power).mid.hi,
-        );
-        for _ in 0..root.multiplicity {
-            let far =
-                |j: &usize| (columns.mu[*j].re.hi - re).hypot(columns.mu[*j].im.hi.abs() - im);
-            let nearest = (columns.together()..columns.count())
-                .filter(|&j| columns.twin[j].is_none() && !used[j])
-                .min_by(|a, b| far(a).total_cmp(&far(b)));
-            let (vector, vector_error_bound) = match nearest {
-                Some(j) => {
-                    // A column above the axis serves once, its pair being one entry; a pair of columns near the axis
-                    // may stand for two real exponents.
-                    used[j] = !omega.is_zero() || !columns.twin.contains(&Some(j));
-                    shapes.of(j)
-                }
-                None => (Vec::new(), f64::INFINITY),
-            };
-            entries.push(Exponent {
-                kind: kind(&growth, &omega),
-                growth,
-                omega,
-                omega_squared: omega_squared(&growth, &omega),
-                precise: Some(Box::new(PreciseExponent {
-                    growth: root.growth.clone(),
-                    omega: root.omega.clone(),
-                })),
-                vector,
-                vector_error_bound,
-                cluster,
-                limit,
-            });
-        }
-    }
-    let z = columns.zeros;
-    let zeros = if solution.facts.gyroscopic {
-        exact.zeros / 2
-    } else if exact.zeros > 0 {
-        z.max(1)
-    } else {
-        0
-    };
-    for k in 0..zeros {
-        let (vector, vector_error_bound) = if z > 0 {
-            shapes.of(k % z)
-        } else {
-            (Vec::new(), f64::INFINITY)
-        };
-        entries.push(zero(vector, vector_error_bound, 0));
-    }
-    finish(entries, solution, options)
-}
-
-fn zero(vector: Vec<c64>, vector_error_bound: f64, cluster: u32) -> Exponent {
-    Exponent {
-        kind: ExponentKind::Zero,
-        growth: Ball::ZERO,
-        omega: Ball::ZERO,
-        omega_squared: Some(Ball::ZERO),
-        precise: None,
-        vector,
-        vector_error_bound,
-        cluster,
-        limit: None,
-    }
-}
-
 /// -exponent² where one part is exactly 0.
-fn omega_squared(growth: &Ball, omega: &Ball) -> Option<Ball> {
+pub(super) fn omega_squared(growth: &Ball, omega: &Ball) -> Option<Ball> {
     if growth.is_zero() {
         Some(*omega * *omega)
     } else if omega.is_zero() {
@@ -528,6 +484,7 @@ fn sort(entries: &mut [Exponent]) {
 pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     let mut entries: Vec<Exponent> = Vec::new();
     let (mut stability, mut rung) = (Stability::Stable, super::Rung::Doubles);
+    let mut secular = Some(false);
     // What one part says of the whole, the graver the later.
     let gravity = |stability: Stability| match stability {
         Stability::Stable => 0,
@@ -540,6 +497,11 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
             stability = part.stability;
         }
         rung = rung.max(part.rung);
+        secular = match (secular, part.secular) {
+            (Some(true), _) | (_, Some(true)) => Some(true),
+            (None, _) | (_, None) => None,
+            (Some(false), Some(false)) => Some(false),
+        };
         let numbers = entries.iter().map(|entry| entry.cluster + 1);
         let next = numbers.max().unwrap_or(0);
         let known = entries.len();
@@ -571,6 +533,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     Exponents {
         entries,
         stability,
+        secular,
         rung,
     }
 }
@@ -588,25 +551,35 @@ fn number(entries: &mut [Exponent]) {
     }
 }
 
-/// Sorted, numbered and judged.
-fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) -> Exponents {
+/// Sorted, numbered and judged; `semisimple` tells of an exponent that is not separated from others whether all of these
+/// are known to have their own vectors.
+pub(super) fn finish(
+    mut entries: Vec<Exponent>,
+    solution: &Solution,
+    options: &Options,
+    semisimple: &dyn Fn(&Exponent) -> bool,
+) -> Exponents {
     sort(&mut entries);
     let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
+    let on_axis =
+        |entry: &Exponent| matches!(entry.kind, ExponentKind::Oscillation | ExponentKind::Zero);
+    let secular =
+        |entry: &Exponent| on_axis(entry) && matches!(entry.limit, Some(Limit::Defective { .. }));
+    let may_be_secular = |entry: &Exponent| {
+        entry.growth.contains_zero()
+            && matches!(entry.limit, Some(Limit::Unresolved { .. }))
+            && !semisimple(entry)
+    };
+    let grows = entries.iter().any(secular);
+    let may_grow = entries.iter().any(may_be_secular);
     let stability = if some(ExponentKind::Unstable) {
         Stability::Unstable
     } else if entries.iter().any(|entry| {
         let open = entry.growth.contains_zero() && !entry.growth.is_zero();
-        let repeated = matches!(entry.limit, Some(Limit::Unresolved { .. }));
-        let semisimple = solution.facts.definite;
-        open || repeated && !semisimple && entry.kind == ExponentKind::Oscillation
+        open || entry.kind == ExponentKind::Oscillation && may_be_secular(entry)
     }) {
         Stability::Undecided
-    } else if some(ExponentKind::Zero)
-        || entries.iter().any(|entry| {
-            entry.kind == ExponentKind::Oscillation
-                && matches!(entry.limit, Some(Limit::Defective { .. }))
-        })
-    {
+    } else if some(ExponentKind::Zero) || grows {
         Stability::Neutral
     } else {
         Stability::Stable
@@ -618,6 +591,11 @@ fn finish(mut entries: Vec<Exponent>, solution: &Solution, options: &Options) ->
     Exponents {
         entries,
         stability,
+        secular: if grows {
+            Some(true)
+        } else {
+            (!may_grow).then_some(false)
+        },
         rung: solution.rung,
     }
 }

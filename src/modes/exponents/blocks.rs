@@ -1,0 +1,301 @@
+//! The structure of λ²M + λD + S at an exponent: how many Jordan blocks it has, of which sizes, and the vectors that
+//! head them.
+//!
+//! A chain of length k at λ is x_0 ≠ 0, x_1, …, x_{k-1} with Σ_j L⁽ʲ⁾(λ)/j! x_{i-j} = 0 for i < k: a vector of the
+//! kernel of the block Toeplitz matrix T_k of L, L' and L''/2 = M. Its kernel has the dimension Σ min(k, κ) over the
+//! sizes κ of the blocks at λ (Gohberg, Lancaster, Rodman, Matrix Polynomials, 1.5), so that the dimensions for k = 1, 2, …
+//! tell how many blocks are at least that long, and the heads of chains of length k are the space that these begin with.
+//!
+//! An upper bound of a dimension is what elimination leaves whose pivots exclude 0 (at enclosures of λ). A lower one
+//! comes from exact numbers: for C the companion matrix of a polynomial f with simple roots, M⊗C² + D⊗C + S⊗1 is
+//! similar to the direct sum of L over all roots of f, and so is T_k; its rank is that of a whole matrix. Where
+//! the two meet in the sum over the roots, they meet at each.
+
+use dashu_int::IBig;
+
+use super::IntegerQuadratic;
+use super::basis::{Metric, subtract};
+use super::complex::Wide;
+use super::polynomial::{Polynomial, rank};
+use crate::precision::{Big, Magnitude};
+
+/// Products of words that an exact rank may cost, about: a second.
+const MOST_WORK: f64 = 1e9;
+
+/// The blocks at a root by falling size, and for each the vector that heads it: xᴴMx = 1, all of them orthogonal. Those that
+/// are longest span the heads of chains of that length, and so on down.
+#[derive(Clone, Debug)]
+pub(super) struct Blocks {
+    pub(super) sizes: Vec<usize>,
+    /// Empty if not asked for.
+    pub(super) heads: Vec<Vec<Wide>>,
+}
+
+/// What came of looking for blocks.
+pub(super) enum Search {
+    Found(Vec<Blocks>),
+    /// The enclosures are too wide.
+    Finer,
+    /// Exact ranks cost too much.
+    TooLarge,
+}
+
+/// λ²M + λD + S with whole entries.
+pub(super) struct Pencil<'a> {
+    pub(super) matrices: &'a IntegerQuadratic,
+    pub(super) n: usize,
+}
+
+impl Pencil<'_> {
+    fn entry(&self, matrix: &'_ [IBig], i: usize, j: usize) -> IBig {
+        matrix.get(j * self.n + i).cloned().unwrap_or_default()
+    }
+
+    /// The blocks at the roots of f, a polynomial with simple roots, all of the given multiplicity;
+    /// `semisimple` where it is known that all blocks have size 1.
+    pub(super) fn blocks(
+        &self,
+        f: &Polynomial,
+        roots: &[Wide],
+        multiplicity: usize,
+        semisimple: bool,
+        metric: Option<&Metric<'_>>,
+    ) -> Search {
+        // Dimensions of the kernels of T_1, T_2, …, one list a root.
+        let mut dimensions: Vec<Vec<usize>> = vec![Vec::new(); roots.len()];
+        let mut kernels: Vec<Vec<Echelon>> = roots.iter().map(|_| Vec::new()).collect();
+        let mut level = 0;
+        while level < multiplicity
+            && dimensions
+                .iter()
+                .any(|own| own.last() != Some(&multiplicity))
+        {
+            level += 1;
+            let (mut total, mut certain) = (0, true);
+            for ((lambda, own), kernels) in roots.iter().zip(&mut dimensions).zip(&mut kernels) {
+                let before = own.last().copied().unwrap_or(0);
+                let echelon = Echelon::new(self.chains(lambda, level));
+                let dimension = level * self.n - echelon.rank;
+                if dimension > multiplicity {
+                    return Search::Finer;
+                }
+                // One chain at least is a step longer, as long as the multiplicity is not reached.
+                certain &= dimension == (before + 1).min(multiplicity);
+                // One above the axis stands for its conjugate, too.
+                total += dimension * if lambda.im.is_zero() { 1 } else { 2 };
+                own.push(dimension);
+                kernels.push(echelon);
+            }
+            let known = certain || semisimple && total == multiplicity * (f.len() - 1);
+            if !known {
+                match self.exact_dimension(f, level) {
+                    None => return Search::TooLarge,
+                    Some(exact) if exact != total => return Search::Finer,
+                    Some(_) => {}
+                }
+            }
+        }
+        let mut found = Vec::with_capacity(roots.len());
+        for (dimensions, kernels) in dimensions.iter().zip(&kernels) {
+            match self.headed(dimensions, kernels, metric) {
+                Some(blocks) => found.push(blocks),
+                None => return Search::Finer,
+            }
+        }
+        Search::Found(found)
+    }
+
+    /// Sizes from the dimensions of the kernels, and heads from the longest chains down.
+    fn headed(
+        &self,
+        dimensions: &[usize],
+        kernels: &[Echelon],
+        metric: Option<&Metric<'_>>,
+    ) -> Option<Blocks> {
+        let (mut sizes, mut heads) = (Vec::new(), Vec::new());
+        for level in (1..=dimensions.len()).rev() {
+            let before = level.checked_sub(2).map_or(0, |at| dimensions[at]);
+            // So many blocks are of this size at least.
+            let count = dimensions[level - 1].checked_sub(before)?;
+            let more = count.checked_sub(sizes.len())?;
+            if more == 0 {
+                continue;
+            }
+            sizes.extend(std::iter::repeat_n(level, more));
+            if let Some(metric) = metric {
+                let mut chains = kernels.get(level - 1)?.kernel();
+                chains.iter_mut().for_each(|chain| chain.truncate(self.n));
+                let new = metric.orthonormal(&heads, chains, more)?;
+                heads.extend(new);
+            }
+        }
+        Some(Blocks { sizes, heads })
+    }
+
+    /// T_k at λ.
+    fn chains(&self, lambda: &Wide, level: usize) -> Vec<Vec<Wide>> {
+        let (n, bits) = (self.n, lambda.re.bits());
+        let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
+        let IntegerQuadratic {
+            mass,
+            velocity,
+            stiffness,
+        } = self.matrices;
+        let mut rows = vec![vec![Wide::zero(bits); n * level]; n * level];
+        for i in 0..n {
+            for j in 0..n {
+                let k = j * n + i;
+                let m = big(&mass[k]);
+                let product = lambda.times(&m);
+                let plus = |mut x: Wide, y: &IBig| {
+                    x.re = &x.re + &big(y);
+                    x
+                };
+                let value = plus(
+                    plus(product.clone(), &velocity[k]).mul(lambda),
+                    &stiffness[k],
+                );
+                let slope = plus(product.times(&big(&IBig::from(2))), &velocity[k]);
+                let curve = Wide {
+                    re: m,
+                    im: Big::zero(bits),
+                };
+                for (down, part) in [value, slope, curve].into_iter().enumerate() {
+                    for at in down..level {
+                        rows[at * n + i][(at - down) * n + j] = part.clone();
+                    }
+                }
+            }
+        }
+        rows
+    }
+
+    /// The dimension of the kernel of T_k summed over the roots of f, exactly.
+    ///
+    /// With a the leading coefficient of f and C = aC₁ for C₁ the companion matrix, T_k times a².
+    fn exact_dimension(&self, f: &Polynomial, level: usize) -> Option<usize> {
+        let (n, d) = (self.n, f.len().checked_sub(1)?);
+        let lead = f.last()?;
+        let zero = || vec![vec![IBig::ZERO; d]; d];
+        let (mut one, mut c) = (zero(), zero());
+        for i in 0..d {
+            one[i][i] = IBig::ONE;
+            if i > 0 {
+                c[i][i - 1] = lead.clone();
+            }
+            c[i][d - 1] -= &f[i];
+        }
+        let mut square = zero();
+        for i in 0..d {
+            for j in 0..d {
+                square[i][j] = (0..d).map(|k| &c[i][k] * &c[k][j]).sum();
+            }
+        }
+        let size = n * d * level;
+        let mut rows = vec![vec![IBig::ZERO; size]; size];
+        let curvature = lead * lead;
+        for i in 0..n {
+            for j in 0..n {
+                let m = self.entry(&self.matrices.mass, i, j);
+                let v = self.entry(&self.matrices.velocity, i, j) * lead;
+                let s = self.entry(&self.matrices.stiffness, i, j) * &curvature;
+                let twice = &m * lead * IBig::from(2);
+                for p in 0..d {
+                    for q in 0..d {
+                        let parts = [
+                            &m * &square[p][q] + &v * &c[p][q] + &s * &one[p][q],
+                            &twice * &c[p][q] + &v * lead * &one[p][q],
+                            &m * &curvature * &one[p][q],
+                        ];
+                        for (down, part) in parts.iter().enumerate() {
+                            for at in down..level {
+                                rows[(at * n + i) * d + p][((at - down) * n + j) * d + q] =
+                                    part.clone();
+                            }
+                        }
+                    }
+                }
+            }
+        }
+        let bits = rows.iter().flatten().map(dashu_int::ops::BitTest::bit_len);
+        let words = (bits.max().unwrap_or(0) * size / 64 + 1) as f64;
+        if (size as f64).powi(3) * words > MOST_WORK {
+            return None;
+        }
+        Some(size - rank(rows))
+    }
+}
+
+/// Rows after elimination with complete pivoting, as far as pivots exclude 0.
+struct Echelon {
+    rank: usize,
+    /// The order of the columns: those of the pivots first.
+    order: Vec<usize>,
+    rows: Vec<Vec<Wide>>,
+}
+
+impl Echelon {
+    fn new(mut rows: Vec<Vec<Wide>>) -> Self {
+        let width = rows.first().map_or(0, Vec::len);
+        let mut order: Vec<usize> = (0..width).collect();
+        let least = |x: &Wide| x.re.abs_lower().max(x.im.abs_lower());
+        let mut rank = 0;
+        while rank < rows.len() {
+            let mut best: Option<(usize, usize, Magnitude)> = None;
+            for (i, row) in rows.iter().enumerate().skip(rank) {
+                for (j, x) in row.iter().enumerate().skip(rank) {
+                    let size = least(x);
+                    if !size.is_zero() && best.is_none_or(|(_, _, most)| size > most) {
+                        best = Some((i, j, size));
+                    }
+                }
+            }
+            let Some((i, j, _)) = best else { break };
+            rows.swap(rank, i);
+            for row in &mut rows {
+                row.swap(rank, j);
+            }
+            order.swap(rank, j);
+            let (above, below) = rows.split_at_mut(rank + 1);
+            let pivot = &above[rank];
+            for row in below {
+                if !row[rank].is_zero() {
+                    let factor = row[rank].div(&pivot[rank]);
+                    subtract(&mut row[rank + 1..], &pivot[rank + 1..], &factor);
+                }
+            }
+            rank += 1;
+        }
+        Self { rank, order, rows }
+    }
+
+    /// A basis of the kernel, where the rank is no larger than what was found.
+    fn kernel(&self) -> Vec<Vec<Wide>> {
+        let width = self.order.len();
+        let Some(bits) = self
+            .rows
+            .first()
+            .and_then(|row| Some(row.first()?.re.bits()))
+        else {
+            return Vec::new();
+        };
+        let vector = |free: usize| {
+            let mut inner = vec![Wide::zero(bits); width];
+            inner[free].re = Big::one(bits);
+            for i in (0..self.rank).rev() {
+                let mut sum = self.rows[i][free].clone();
+                let known = self.rows[i].iter().zip(&inner).take(self.rank);
+                for (a, x) in known.skip(i + 1) {
+                    sum = sum.add(&a.mul(x));
+                }
+                inner[i] = Wide::zero(bits).sub(&sum.div(&self.rows[i][i]));
+            }
+            let mut outer = vec![Wide::zero(bits); width];
+            for (at, x) in self.order.iter().zip(inner) {
+                outer[*at] = x;
+            }
+            outer
+        };
+        (self.rank..width).map(vector).collect()
+    }
+}
