@@ -324,3 +324,238 @@ fn a_thousand_in_a_ring_and_in_a_row() {
         );
     }
 }
+
+/// The frequencies with their classes, `-` where there is none.
+fn classes(text: &str) -> Vec<String> {
+    let file = parse(text).unwrap_or_else(|_| panic!("{text}"));
+    let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+    let modes = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap();
+    let held = modes
+        .modes
+        .into_iter()
+        .filter(|mode| mode.omega.mid_f64() > 0.0);
+    held.map(|mode| mode.symmetry.unwrap_or_else(|| "-".to_owned()))
+        .collect()
+}
+
+/// The blocks of a derivation and how it writes its exchanges.
+fn derived(text: &str) -> (Vec<String>, usize) {
+    let model = elaborate(&parse(text).unwrap(), &TableTexts::new(), &Settings::new()).unwrap();
+    let derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+    let frequencies = derivation.linear.unwrap().frequencies.unwrap();
+    let case = frequencies.best();
+    let blocks = case.blocks.iter().map(|block| block.class.clone());
+    let exchanges = case
+        .symmetry
+        .as_ref()
+        .map_or(0, |found| found.generators.len());
+    (blocks.collect(), exchanges)
+}
+
+/// Water in coordinates of one's own choice, with the places of H, O and H in them.
+fn water(declared: &str, places: [&str; 3], equilibria: &str) -> String {
+    let [h1, o, h2] = places;
+    format!(
+        "param mH = 1  param mO = 15.87  param k = 1  param kb = 0.09  param c = 0.61
+         {declared}
+         let h1 = {h1}  let o = {o}  let h2 = {h2}  let a = h1 - o  let b = h2 - o
+         T = 1/2*mH*(dot(h1', h1') + dot(h2', h2')) + 1/2*mO*dot(o', o')
+         V = 1/2*k*(norm(a) - 1)^2 + 1/2*k*(norm(b) - 1)^2
+           + 1/2*kb*(acos(dot(a, b)/(norm(a)*norm(b))) - 2*acos(c))^2
+         {equilibria}"
+    )
+}
+
+#[test]
+fn bending_and_symmetric_stretching_of_water_are_even() {
+    let expected = ["even", "even", "odd"];
+    let s = "sqrt(1 - c^2)";
+    let vectors = ["r[1]", "r[2]", "r[3]"];
+    let alone = ["[x1, y1]", "[x2, y2]", "[x3, y3]"];
+    for text in [
+        // In a plane, about y; about x and away from the origin; in space, across all axes but one; one by one.
+        water(
+            "coord r[1..3, 1..2]",
+            vectors,
+            &format!(
+                "equilibrium r[1] = [-{s}, c]  equilibrium r[2] = [0, 0]  equilibrium r[3] = [{s}, c]"
+            ),
+        ),
+        water(
+            "coord r[1..3, 1..2]",
+            vectors,
+            &format!(
+                "equilibrium r[1] = [7 - c, 2 + {s}]  equilibrium r[2] = [7, 2]  equilibrium r[3] = [7 - c, 2 - {s}]"
+            ),
+        ),
+        water(
+            "coord r[1..3, 1..3]",
+            vectors,
+            &format!(
+                "equilibrium r[1] = [0, {s}, c]  equilibrium r[2] = [0, 0, 0]  equilibrium r[3] = [0, -{s}, c]"
+            ),
+        ),
+        water(
+            "coord x1, y1, x2, y2, x3, y3",
+            alone,
+            &format!(
+                "equilibrium x1 = -{s}  equilibrium y1 = c  equilibrium x3 = {s}  equilibrium y3 = c"
+            ),
+        ),
+    ] {
+        assert_eq!(classes(&text), expected, "{text}");
+    }
+}
+
+#[test]
+fn straight_molecules_have_sigma_and_pi() {
+    let molecule = |masses: &str, springs: &str, places: &str| {
+        format!(
+            "param m[1..3] = {masses}  param k[1..2] = {springs}  coord r[1..3, 1..3]
+             let a = r[1] - r[2]  let b = r[3] - r[2]  let bend = a/norm(a) + b/norm(b)
+             T = sum(i in 1..3, 1/2*m[i]*dot(r[i]', r[i]'))
+             V = 1/2*k[1]*(norm(a) - 1)^2 + 1/2*k[2]*(norm(b) - 1)^2 + 1/50*dot(bend, bend)
+             equilibrium r[i in 1..3] = {places}"
+        )
+    };
+    let along = |axis: &str| match axis {
+        "x" => "[i - 2, 0, 0]",
+        "z" => "[5, 3, i]",
+        _ => "[0, 4 - i, 0]",
+    };
+    for axis in ["x", "y", "z"] {
+        let same = molecule("[16, 12, 16]", "[1, 1]", along(axis));
+        assert_eq!(classes(&same), ["pi_u", "pi_u", "sigma_g", "sigma_u"]);
+        let different = molecule("[16, 12, 32]", "[1, 2]", along(axis));
+        assert_eq!(classes(&different), ["pi", "pi", "sigma", "sigma"]);
+    }
+}
+
+#[test]
+fn classes_of_point_groups() {
+    let springs = |bodies: &str, width: usize, energy: &str, places: &str| {
+        format!(
+            "coord r[1..{bodies}, 1..{width}]
+             T = sum(a in 1..{bodies}, 1/2*dot(r[a]', r[a]'))
+             V = {energy}
+             equilibrium r[a in 1..{bodies}] = {places}"
+        )
+    };
+    let all = |n: &str, length: &str| {
+        format!("sum(a in 1..{n}, b in a+1..{n}, 1/2*(norm(r[a] - r[b]) - {length})^2)")
+    };
+    // The tetrahedron: omega^2 = 1 (E), 2 (T2), 4 (A1); Landau and Lifshitz, Quantum Mechanics, §100.
+    let corners = "param c[1..4, 1..3] = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]\n";
+    let tetrahedron = springs("4", 3, &all("4", "2*sqrt(2)"), "c[a]");
+    assert_eq!(
+        classes(&format!("{corners}{tetrahedron}")),
+        ["E", "E", "T2", "T2", "T2", "A1"]
+    );
+    // A square with diagonals in its plane: the group of the square acts as C4v does. Breathing is A1; the sides stretched
+    // in turn, x against y, is B1 or B2 as the corners lie.
+    let square = "param c[1..4, 1..2] = [[1, 1], [-1, 1], [-1, -1], [1, -1]]\n";
+    let sides = "1/2*(norm(r[1] - r[2]) - 2)^2 + 1/2*(norm(r[2] - r[3]) - 2)^2
+      + 1/2*(norm(r[3] - r[4]) - 2)^2 + 1/2*(norm(r[4] - r[1]) - 2)^2
+      + 1/4*(norm(r[1] - r[3]) - 2*sqrt(2))^2 + 1/4*(norm(r[2] - r[4]) - 2*sqrt(2))^2";
+    let found = classes(&format!("{square}{}", springs("4", 2, sides, "c[a]")));
+    assert_eq!(found.iter().filter(|own| *own == "A1").count(), 1);
+    assert_eq!(found.last().unwrap(), "A1");
+    assert_eq!(found.len(), 5);
+    // An equilateral triangle: of what C3v would say, the mirror's part; breathing is even.
+    let triangle = "param c[1..3, 1..2] = [[-1, 0], [1, 0], [0, sqrt(3)]]\n";
+    let found = classes(&format!(
+        "{triangle}{}",
+        springs("3", 2, &all("3", "2"), "c[a]")
+    ));
+    assert_eq!(found.last().unwrap(), "even");
+    // Formaldehyde, C2v about y: out of the plane is B1, in the plane and across B2.
+    let formaldehyde = "param m[1..4] = [1, 1, 12, 16]
+        param c[1..4, 1..3] = [[-0.9, 0.5, 0], [0.9, 0.5, 0], [0, 0, 0], [0, -1.2, 0]]
+        coord r[1..4, 1..3]
+        T = sum(a in 1..4, 1/2*m[a]*dot(r[a]', r[a]'))
+        V = sum(a in 1..4, b in a+1..4, 1/2*(norm(r[a] - r[b]) - norm(c[a] - c[b]))^2)
+          + (r[3][3] - (r[1][3] + r[2][3] + r[4][3])/3)^2/100
+        equilibrium r[a in 1..4] = c[a]";
+    let mut found = classes(formaldehyde);
+    found.sort();
+    assert_eq!(found, ["A1", "A1", "A1", "B1", "B2", "B2"]);
+}
+
+#[test]
+fn a_symmetry_is_one_of_the_energies() {
+    let two = |energy: &str| format!("coord x[1..2]  T = 1/2*x[1]'^2 + 1/2*x[2]'^2  V = {energy}");
+    let quadratic = "1/2*x[1]^2 + 1/2*x[2]^2 + 1/2*(x[2] - x[1])^2";
+    // Where both stand the permutation without signs is the mirror; a cubic spring between walls turns around.
+    for (more, expected) in [
+        ("", ["even", "odd"]),
+        ("+ (x[2] - x[1])^4", ["even", "odd"]),
+        ("+ (x[2] - x[1])^3", ["odd", "even"]),
+        ("+ x[1]^3 + (x[2] - x[1])^3 - x[2]^3", ["odd", "even"]),
+        ("+ x[1]^3 + x[2]^3", ["even", "odd"]),
+        ("+ x[1]^3", ["-", "-"]),
+        ("+ x[1]^3 + x[2]^3 + (x[2] - x[1])^3", ["-", "-"]),
+        ("+ x[1]^4", ["-", "-"]),
+        ("+ x[1]^3 + (1 + 1e-40)*x[2]^3", ["-", "-"]),
+    ] {
+        let text = two(&format!("{quadratic} {more}"));
+        assert_eq!(classes(&text), expected, "{more}");
+        let (blocks, exchanges) = derived(&text);
+        let named = expected[0] != "-";
+        assert_eq!(exchanges, usize::from(named), "{more}");
+        assert!(blocks.is_empty() || named, "{more}: {blocks:?}");
+    }
+    // T counts, too; and an equilibrium that the permutation moves is none of its own.
+    let inertia = "coord x, y  T = 1/2*(1 + x)*x'^2 + 1/2*(1 - y)*y'^2  V = x^2 + y^2 + x*y";
+    assert_eq!(classes(inertia), ["even", "odd"]);
+    let inertia = "coord x, y  T = 1/2*(1 + x)*x'^2 + 1/2*(1 + 2*y)*y'^2  V = x^2 + y^2 + x*y";
+    assert_eq!(classes(inertia), ["-", "-"]);
+    // Friction that acts only beyond the second order counts as well.
+    let friction = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = x^2 + y^2 + x*y  dissipation = x'^4";
+    assert_eq!(classes(friction), ["-", "-"]);
+    let bobs = "coord a, b  T = 1/2*a'^2 + 1/2*b'^2
+        V = -cos(a) - cos(b) + 1/20/sqrt((sin(b) - sin(a))^2 + (cos(b) - cos(a))^2)
+        guess a = -0.3  guess b = 0.3";
+    assert_eq!(classes(bobs), ["odd", "even"]);
+    let double = "coord a, b  T = a'^2 + 1/2*b'^2 + a'*b'*cos(a - b)  V = -2*cos(a) - cos(b)";
+    assert_eq!(classes(double), ["-", "-"]);
+    // Between walls, places and not displacements, searched for: breathing is even.
+    let walls = "coord x[1..3]  T = sum(i in 1..3, 1/2*x[i]'^2)
+        V = 1/x[1] + 1/(x[2] - x[1]) + 1/(x[3] - x[2]) + 1/(4 - x[3])
+        guess x[i in 1..3] = i + 1/10";
+    assert_eq!(classes(walls), ["odd", "even", "odd"]);
+}
+
+#[test]
+fn rings_keep_their_wave_numbers_where_the_energies_turn() {
+    let ring = |cubic: &str| {
+        format!(
+            "coord x[1..5]  T = sum(i in 1..5, 1/2*x[i]'^2)
+             V = sum(i in 1..5, 1/2*x[i]^2 + 1/2*(x[mod(i, 5) + 1] - x[i])^2 + {cubic}*(x[mod(i, 5) + 1] - x[i])^3)"
+        )
+    };
+    let waves = [0, 1, 1, 2, 2].map(|j| format!("wave number {j}"));
+    assert_eq!(classes(&ring("0")), waves);
+    assert_eq!(classes(&ring("1/7")), waves);
+    assert!(classes(&ring("i/7")).iter().all(|own| own == "-"));
+}
+
+#[test]
+fn mirrors_have_one_order_in_modes_and_derive() {
+    // Four masses of a rectangle, two mirrors: the modes' names are those of the blocks.
+    let text = "coord u[1..2, 1..2]  T = sum(i in 1..2, j in 1..2, 1/2*u[i,j]'^2)
+        V = sum(i in 1..2, j in 1..2, 1/2*u[i,j]^2)
+          + sum(i in 1..2, 1/2*(u[i,2] - u[i,1])^2) + sum(j in 1..2, (u[2,j] - u[1,j])^2)";
+    // omega^2 = 1, 1 + 2 (columns against each other), 1 + 4 (rows), 1 + 6.
+    let found = classes(text);
+    assert_eq!(found, ["even, even", "odd, even", "even, odd", "odd, odd"]);
+    let model = elaborate(&parse(text).unwrap(), &TableTexts::new(), &Settings::new()).unwrap();
+    let derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+    let case = derivation.linear.unwrap().frequencies.unwrap().general;
+    for block in &case.blocks {
+        let own = derivation.pool.as_number(block.stiffness[0][0]).unwrap();
+        let mass = derivation.pool.as_number(block.mass[0][0]).unwrap();
+        let square = own.div(mass).unwrap().to_i64().unwrap();
+        let at = [1, 3, 5, 7].iter().position(|own| *own == square).unwrap();
+        assert_eq!(block.class, found[at]);
+    }
+}

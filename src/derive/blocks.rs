@@ -18,14 +18,19 @@ const MOST_ELEMENTS: usize = 200;
 /// Vectors of one symmetry under mirrors that commute, and the class they make.
 #[derive(Clone, Debug)]
 pub(super) struct Adapted {
-    /// `even`, `odd, even`, …
-    pub(super) class: String,
+    /// Under which mirrors they are odd.
+    pub(super) odd: Vec<bool>,
     /// The vectors, with whole components.
     pub(super) basis: Vec<Sparse>,
 }
 
 /// Mirrors that commute: all of the group where it is made of them, else some of it.
 pub(super) fn commuting_mirrors(symmetry: &Symmetry) -> Vec<SignedPermutation> {
+    if let GroupKind::Mirrors(mirrors) = &symmetry.kind
+        && mirrors.len() <= MOST_MIRRORS
+    {
+        return mirrors.clone();
+    }
     let mut chosen: Vec<SignedPermutation> = Vec::new();
     let generators = symmetry.generators.iter().cloned();
     for g in generators.chain(SignedPermutation::group(
@@ -58,9 +63,6 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
     let mut classes = Vec::new();
     for signs in 0_u32..1 << mirrors.len() {
         let odd = |at: usize| signs & (1 << at) != 0;
-        let words: Vec<&str> = (0..mirrors.len())
-            .map(|at| if odd(at) { "odd" } else { "even" })
-            .collect();
         let mut seen: Vec<usize> = Vec::new();
         let mut basis = Vec::new();
         for start in coordinates {
@@ -90,7 +92,7 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
         }
         if !basis.is_empty() {
             classes.push(Adapted {
-                class: words.join(", "),
+                odd: (0..mirrors.len()).map(odd).collect(),
                 basis,
             });
         }

@@ -49,12 +49,12 @@ impl Found {
     }
 }
 
-/// Looks for closed forms of all parts.
+/// Looks for closed forms of all parts. Classes have a name where the symmetry is one of the energies.
 pub(super) fn closed_forms(
     pool: &mut Pool,
     short: &mut Simplifier,
     pair: &Pair,
-    symmetry: Option<&Symmetry>,
+    (symmetry, named): (Option<&Symmetry>, bool),
     request: Request<'_>,
     found: &mut Found,
 ) {
@@ -69,7 +69,7 @@ pub(super) fn closed_forms(
                 .shapes
                 .extend(small_part(pool, short, &own, part, request));
         } else if let Some(mut lattice) = lattice(pool, short, &own) {
-            let symmetry = symmetry.filter(|_| parts.len() == 1);
+            let symmetry = symmetry.filter(|_| named && parts.len() == 1);
             add_lattice(pool, short, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
             found
@@ -97,6 +97,7 @@ pub(super) fn closed_forms(
                 for value in waves.at(pool, short, angle) {
                     let value = short.simplify(pool, value);
                     let class = usize::try_from(j).map(wave_number).ok();
+                    let class = class.filter(|_| named);
                     found.add(value, if twice { 2 } else { 1 }, class);
                 }
             }
@@ -121,15 +122,23 @@ pub(super) fn closed_forms(
         let kept =
             |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
         if !mirrors.is_empty() && mirrors.iter().all(kept) {
-            let is_class = matches!(symmetry.kind, GroupKind::Mirrors(_));
+            let is_class = named && matches!(symmetry.kind, GroupKind::Mirrors(_));
             for part in adapted(&mirrors, &rest) {
                 let block = pair.projected(pool, short, &part.basis);
-                let class = is_class.then(|| part.class.clone());
-                solve_parts(pool, short, &block, &part.basis, class, request, found);
-                if is_class {
+                let class = is_class.then(|| symmetry.class_under_mirrors(&part.odd));
+                solve_parts(
+                    pool,
+                    short,
+                    &block,
+                    &part.basis,
+                    class.clone(),
+                    request,
+                    found,
+                );
+                if let Some(class) = class {
                     let (mass, stiffness) = block.dense(pool);
                     found.blocks.push(Block {
-                        class: part.class,
+                        class,
                         basis: part.basis.into_iter().map(sorted).collect(),
                         mass,
                         stiffness,
@@ -325,8 +334,13 @@ impl Lattice {
             (GroupKind::Mirrors(mirrors), Ends::Corners(left, right))
                 if left == right && mirrors.len() == 1 =>
             {
-                let even = (j % 2 == 0) == (left == 1);
-                Some(if even { "even" } else { "odd" }.to_owned())
+                let mut signs = mirrors
+                    .iter()
+                    .flat_map(|g| self.order.iter().map(|i| g.of(*i).1));
+                let turned = signs.next()?;
+                let even = ((j % 2 == 0) == (left == 1)) != turned;
+                let one = signs.all(|sign| sign == turned);
+                one.then(|| if even { "even" } else { "odd" }.to_owned())
             }
             (GroupKind::Ring { .. } | GroupKind::Mirrors(_) | GroupKind::Other, _) => None,
         }

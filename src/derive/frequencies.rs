@@ -1,7 +1,7 @@
 //! Symmetry classes and closed forms of the frequencies.
 //!
 //! M and K are looked at twice: as they stand, and with parameters of a kind that have equal values taken
-//! as one. What hangs together is a part; chains, rings and nets are recognised (`lattice`), the other
+//! as one. Symmetries of M and K take them apart; those of the energies among them give classes their names. What hangs together is a part; chains, rings and nets are recognised (`lattice`), the other
 //! parts are taken apart by symmetry (`blocks`), and blocks are solved (`roots`). Every closed form
 //! is compared with certified numbers before it is given out (`check`).
 
@@ -17,6 +17,8 @@ use super::simplify::Simplifier;
 use super::ties::Ties;
 use super::waves::{NormalWaves, normal_waves};
 use crate::expr::{ExprId, Pool};
+use crate::linearize::Invariance;
+use crate::model::Model;
 use crate::number::Number;
 use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
 
@@ -181,17 +183,15 @@ pub(super) fn frequencies(
     let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
     let used = pool.symbols_of(&pair.values());
-    let pattern = pair.pattern(pool);
-    let plain = Symmetry::find(&pattern);
-    let order = |symmetry: &Option<Symmetry>| symmetry.as_ref().map_or(1.0, |found| found.order);
     let none = Ties::default();
-    let (mut general, found) = case(request, pool, short, &pair, plain.as_ref(), &none);
+    let plain = Symmetries::find(checker, pool, linear, &pair, &none);
+    let (mut general, found) = case(request, pool, short, &pair, &plain, &none);
     checker.check(pool, &pair, &mut general);
     general.add_normal(pool, short, checker, &pair, found);
 
     let ties = Ties::of_a_kind(model, pool, &used, true);
     let mut tied = None;
-    let mut tied_order = order(&plain);
+    let mut tied_order = plain.order();
     if !ties.is_empty() {
         let map = ties.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
@@ -200,9 +200,8 @@ pub(super) fn frequencies(
         signs.sort_unstable();
         signs.dedup();
         let equal = equal.canonical(pool, short);
-        let pattern = equal.pattern(pool);
-        let symmetry = Symmetry::find(&pattern);
-        tied_order = tied_order.max(order(&symmetry));
+        let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
+        tied_order = tied_order.max(symmetry.order());
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
             return Frequencies {
                 general,
@@ -212,8 +211,8 @@ pub(super) fn frequencies(
                 approximations: Vec::new(),
             };
         }
-        let (mut found, modes) = case(request, pool, short, &equal, symmetry.as_ref(), &ties);
-        if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry) {
+        let (mut found, modes) = case(request, pool, short, &equal, &symmetry, &ties);
+        if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
             let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
             let map = needed.substitution(model, pool);
             let pair = pair.substituted(pool, short, &map);
@@ -223,7 +222,7 @@ pub(super) fn frequencies(
         }
         checker.check(pool, &equal, &mut found);
         found.add_normal(pool, short, checker, &equal, modes);
-        let more_symmetric = order(&symmetry) > order(&plain);
+        let more_symmetric = symmetry.order() > plain.order();
         let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
             let all = case.frequencies.iter();
             all.map(|f| short.weight(pool, f.omega_squared)).sum()
@@ -256,8 +255,7 @@ pub(super) fn frequencies(
                 approximations: Vec::new(),
             };
         }
-        let pattern = equal.pattern(pool);
-        if let Some(symmetry) = Symmetry::find(&pattern)
+        if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
             && symmetry.order > tied_order
         {
             let needed = all.needed(model, pool, short, &pair, &symmetry.generators);
@@ -283,16 +281,73 @@ pub(super) fn frequencies(
     }
 }
 
+/// The symmetries of M and K, and of the energies.
+struct Symmetries {
+    matrices: Option<Symmetry>,
+    energies: Option<Symmetry>,
+}
+
+impl Symmetries {
+    /// With some parameters equal.
+    fn find(
+        checker: &Checker<'_>,
+        pool: &mut Pool,
+        linear: &Linear,
+        pair: &Pair,
+        ties: &Ties,
+    ) -> Self {
+        let pattern = pair.pattern(pool);
+        let may = pair.len() > 1 && Symmetry::may_have_classes(&pattern);
+        let known = ties.substitution(checker.model, pool);
+        let model = Model {
+            pool: pool.clone(),
+            ..checker.model.clone()
+        };
+        let energies = Invariance::new(model, known, linear.equilibrium.clone());
+        Self {
+            matrices: Symmetry::find(&pattern),
+            energies: energies
+                .filter(|_| may)
+                .and_then(|mut energies| Symmetry::of_energies(&pattern, &mut energies)),
+        }
+    }
+
+    /// How many elements that of the energies has.
+    fn order(&self) -> f64 {
+        self.energies.as_ref().map_or(1.0, |found| found.order)
+    }
+
+    /// What M and K are taken apart by, and whether that is a symmetry of the energies: where that tells as much.
+    fn for_blocks(&self) -> (Option<&Symmetry>, bool) {
+        let (Some(matrices), Some(energies)) = (&self.matrices, &self.energies) else {
+            let named = self.matrices.is_none();
+            let own = if named {
+                &self.energies
+            } else {
+                &self.matrices
+            };
+            return (own.as_ref(), named);
+        };
+        let as_much = match (&matrices.kind, &energies.kind) {
+            (GroupKind::Mirrors(all), GroupKind::Mirrors(own)) => own.len() >= all.len(),
+            (GroupKind::Ring { length, .. }, GroupKind::Ring { length: own, .. }) => own == length,
+            (GroupKind::Mirrors(_) | GroupKind::Ring { .. } | GroupKind::Other, _) => false,
+        };
+        (Some(if as_much { energies } else { matrices }), as_much)
+    }
+}
+
 fn case(
     request: Request<'_>,
     pool: &mut Pool,
     short: &mut Simplifier,
     pair: &Pair,
-    symmetry: Option<&Symmetry>,
+    symmetry: &Symmetries,
     ties: &Ties,
 ) -> (Case, Found) {
     let mut found = Found::default();
     if pair.len() <= MOST_COORDINATES {
+        let symmetry = symmetry.for_blocks();
         closed_forms(pool, short, pair, symmetry, request, &mut found);
     }
     let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
@@ -305,7 +360,7 @@ fn case(
         .collect();
     let case = Case {
         ties: ties.sets(request.model),
-        symmetry: symmetry.map(|symmetry| Exchange {
+        symmetry: symmetry.energies.as_ref().map(|symmetry| Exchange {
             generators: symmetry.generators.clone(),
             kind: symmetry.kind.clone(),
             ties: Vec::new(),

@@ -299,9 +299,10 @@ pub(crate) fn translation_name(model: &Model, vector: &[Number]) -> String {
     naming::constant(model, vector)
 }
 
-/// The planes in which coordinates can be rotated together.
-pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
-    let mut spaces: Vec<Vec<Vec<usize>>> = Vec::new();
+/// Coordinates that come as vectors, of which there may be several widths, in the order in which they are tried:
+/// by axis, those of all bodies.
+fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {
+    let mut spaces = Vec::new();
     // Families of vectors of the same width turn together.
     for (width, least) in [(2_usize, 2), (3, 2), (2, 1), (3, 1)] {
         let vectors: Vec<_> = model
@@ -325,7 +326,11 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
             .collect();
         spaces.push(axes);
     }
-    // Equally long plain families, or single coordinates, as axes of one space.
+    spaces
+}
+
+/// Equally long plain families, or single coordinates, as axes of one space.
+fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
     let mut lengths: BTreeMap<usize, Vec<Vec<usize>>> = BTreeMap::new();
     for family in &model.families {
         if family.extents.len() <= 1 {
@@ -333,6 +338,30 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
             lengths.entry(family.len()).or_default().push(all);
         }
     }
+    lengths.into_values()
+}
+
+/// The spaces that coordinates may be those of: vectors, plain families as axes, and single coordinates that are
+/// named by their axis and a number, as `x1`, `y1`, `x2`, `y2`. By axis, those of all bodies.
+pub(super) fn spaces(model: &Model) -> Vec<Vec<Vec<usize>>> {
+    let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
+    for (i, coordinate) in model.coordinates.iter().enumerate() {
+        let axis = coordinate
+            .name
+            .trim_end_matches(|c: char| c.is_numeric() || c == '_');
+        named.entry(axis).or_default().push(i);
+    }
+    let named: Vec<Vec<usize>> = named.into_values().collect();
+    let mut spaces = vectors(model);
+    spaces.extend(plain_spaces(model));
+    spaces.push(named);
+    spaces.retain(|axes| axes.windows(2).all(|pair| pair[0].len() == pair[1].len()));
+    spaces
+}
+
+/// The planes in which coordinates can be rotated together.
+pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
+    let mut spaces = vectors(model);
     // More than a few axes are no space that turns.
     let named = |axes: &[Vec<usize>]| {
         let first = |axis: &Vec<usize>| axis.first().map(|i| model.coordinates[*i].name.clone());
@@ -341,11 +370,7 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
         })
     };
     let vectors = spaces.len();
-    spaces.extend(
-        lengths
-            .into_values()
-            .filter(|axes| (2..=6).contains(&axes.len())),
-    );
+    spaces.extend(plain_spaces(model).filter(|axes| (2..=6).contains(&axes.len())));
     let mut rotations = Vec::new();
     for (number, axes) in spaces.into_iter().enumerate() {
         // Vectors have the axes x, y and z; what stands alone may be called so.

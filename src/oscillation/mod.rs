@@ -169,7 +169,7 @@ pub fn normal_modes(
     let vectors: Vec<(&[f64], f64)> = vectors
         .map(|mode| (mode.vector.as_slice(), mode.vector_error_bound))
         .collect();
-    let classes = labels.map_or_else(Vec::new, |labels| labels.of(&vectors));
+    let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
     let mut classes = classes.into_iter();
     let modes = spectrum
         .modes

@@ -6,7 +6,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use crate::linearize::{Entries, Linearized};
+use crate::linearize::{Entries, Invariance, Linearized};
 use crate::precision::{Ball, Big, Scalar};
 use crate::symmetry::{Classes, Pattern, Symmetry};
 
@@ -19,7 +19,7 @@ const BITS: usize = 1024;
 pub(super) struct Labels {
     classes: Classes,
     /// Where there may be more symmetry than was looked for.
-    pattern: Option<Pattern>,
+    more: Option<(Pattern, Invariance)>,
 }
 
 impl Labels {
@@ -27,17 +27,18 @@ impl Labels {
     ///
     /// Where a mirror leaves some without a class, vectors of one frequency may be exchanged by more
     /// than it: then the whole group with signs is asked, and stands if it leaves fewer.
-    pub(super) fn of(&self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
+    pub(super) fn of(&mut self, vectors: &[(&[f64], f64)]) -> Vec<Option<String>> {
         let told = |classes: &Classes| -> Vec<Option<String>> {
             let labels = vectors.iter().map(|(x, error)| classes.of(x, *error));
             labels.map(|label| label.map(str::to_owned)).collect()
         };
         let missing = |labels: &[Option<String>]| labels.iter().filter(|l| l.is_none()).count();
         let own = told(&self.classes);
-        let Some(pattern) = self.pattern.as_ref().filter(|_| missing(&own) > 0) else {
+        let Some((pattern, invariance)) = self.more.as_mut().filter(|_| missing(&own) > 0) else {
             return own;
         };
         let whole = Symmetry::find_signed(pattern);
+        let whole = whole.and_then(|whole| whole.kept(&mut |g| invariance.keeps(g)));
         let other = whole
             .as_ref()
             .and_then(Classes::new)
@@ -49,7 +50,7 @@ impl Labels {
     }
 }
 
-/// The symmetry of a model, if it has one.
+/// The symmetry of a model's energies, if it has one.
 pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball]) -> Option<Labels> {
     let n = linearized.dimension();
     if !(2..=MOST_COORDINATES).contains(&n) {
@@ -62,10 +63,11 @@ pub(super) fn labels(linearized: &Linearized, mass: &[Ball], stiffness: &[Ball])
     if let Some(entries) = linearized.entries(BITS) {
         pattern = of_entries(n, &entries);
     }
-    let symmetry = Symmetry::find(&pattern)?;
+    let mut invariance = linearized.invariance()?;
+    let symmetry = Symmetry::of_energies(&pattern, &mut invariance)?;
     let classes = Classes::new(&symmetry)?;
-    let pattern = symmetry.may_be_larger().then_some(pattern);
-    Some(Labels { classes, pattern })
+    let more = symmetry.may_be_larger().then_some((pattern, invariance));
+    Some(Labels { classes, more })
 }
 
 /// A class of values with its sign: 0 for zero, opposite for opposite values.

@@ -14,7 +14,7 @@ use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_
 use faer::{MatMut, Par};
 use nalgebra::DMatrix;
 
-use super::{GroupKind, SignedPermutation, Symmetry};
+use super::{GroupKind, PointGroup, SignedPermutation, Symmetry};
 
 /// Sums of more elements are not made.
 const MOST_CONJUGATES: usize = 2000;
@@ -44,7 +44,7 @@ impl Classes {
     #[must_use]
     pub fn new(symmetry: &Symmetry) -> Option<Self> {
         let (terms, mut names) = match &symmetry.kind {
-            GroupKind::Mirrors(mirrors) => of_mirrors(mirrors)?,
+            GroupKind::Mirrors(mirrors) => of_mirrors(symmetry, mirrors)?,
             GroupKind::Ring { turn, length } => of_ring(turn, *length),
             GroupKind::Other => of_other(symmetry)?,
         };
@@ -131,28 +131,24 @@ impl Classes {
 type Told = (Vec<(f64, SignedPermutation)>, Vec<(f64, String)>);
 
 /// Each mirror is 1 or -1; with weights 1, 3, 9, … all sums differ.
-fn of_mirrors(mirrors: &[SignedPermutation]) -> Option<Told> {
+fn of_mirrors(symmetry: &Symmetry, mirrors: &[SignedPermutation]) -> Option<Told> {
     if mirrors.len() > MOST_MIRRORS {
         return None;
     }
-    let mut terms = Vec::new();
-    let mut names = vec![(0.0, String::new())];
-    let mut weight = 1.0;
-    for mirror in mirrors {
-        terms.push((weight, mirror.clone()));
-        names = names
-            .iter()
-            .flat_map(|(value, name)| {
-                let comma = if name.is_empty() { "" } else { ", " };
-                [
-                    (value + weight, format!("{name}{comma}even")),
-                    (value - weight, format!("{name}{comma}odd")),
-                ]
-            })
+    let weights: Vec<f64> = (0..mirrors.len()).map(|at| 3_f64.powi(at as i32)).collect();
+    let names = (0_u32..1 << mirrors.len()).map(|signs| {
+        let odd: Vec<bool> = (0..mirrors.len())
+            .map(|at| signs & (1 << at) != 0)
             .collect();
-        weight *= 3.0;
-    }
-    Some((terms, names))
+        let values = weights.iter().zip(&odd);
+        let value = values.map(|(weight, odd)| if *odd { -weight } else { *weight });
+        (value.sum(), symmetry.class_under_mirrors(&odd))
+    });
+    let names = names.collect();
+    Some((
+        weights.into_iter().zip(mirrors.iter().cloned()).collect(),
+        names,
+    ))
 }
 
 /// The name of the class of a wave number.
@@ -211,8 +207,8 @@ pub(super) fn too_many(alike: usize, coordinates: usize) -> bool {
 fn of_other(symmetry: &Symmetry) -> Option<Told> {
     let mut generators = symmetry.generators.clone();
     // Parts that don't hang together have equal frequencies where they are exchanged, and vectors of
-    // these may be in one part or in several: the signs of parts belong to the group then.
-    generators.extend(symmetry.turned_parts());
+    // these may be in one part or in several: the signs of parts, where they are symmetries, belong to the group then.
+    generators.extend(symmetry.flips.iter().cloned());
     let generators = generators.as_slice();
     let count = symmetry.active.len();
     if count > MOST_COORDINATES {
@@ -223,8 +219,9 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         let others = generators.iter().skip(i + 1);
         others.map(|h| g.after(h))
     });
+    let all = symmetry.points.iter().flat_map(PointGroup::moves);
     let mut effort = MOST_EFFORT;
-    for element in generators.iter().cloned().chain(products) {
+    for element in generators.iter().cloned().chain(products).chain(all) {
         if sums.iter().all(|sum| !sum.contains(&element))
             && !element.is_identity()
             && let Some(sum) = conjugates(&element, generators, &mut effort)
@@ -240,7 +237,7 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
     let mut matrices: Vec<DMatrix<f64>> = Vec::new();
     let mut all = DMatrix::zeros(places.len(), places.len());
     for (at, sum) in sums.iter().enumerate() {
-        let weight = (at as f64 + 2.0).sqrt().fract().mul_add(0.5, 1.0) / sum.len() as f64;
+        let weight = (at as f64 + 1.0).sin().mul_add(0.25, 1.0) / sum.len() as f64;
         let mut matrix = DMatrix::zeros(count, count);
         for element in sum {
             terms.push((weight, element.clone()));
@@ -270,11 +267,21 @@ fn of_other(symmetry: &Symmetry) -> Option<Told> {
         return None;
     }
     values.sort_by(|a, b| b.1.cmp(&a.1));
-    let names = values
-        .iter()
-        .enumerate()
-        .map(|(i, (value, _))| (*value, format!("class {}", i + 1)))
-        .collect();
+    let told = |tuple: &[i64]| {
+        let points = symmetry.points.as_ref()?;
+        points.name(&|g: &SignedPermutation| {
+            if g.is_identity() {
+                return Some(1.0);
+            }
+            let at = sums.iter().position(|sum| sum.contains(g))?;
+            Some(*tuple.get(at)? as f64 / (1e6 * sums[at].len() as f64))
+        })
+    };
+    let names: Option<Vec<String>> = values.iter().map(|(_, tuple)| told(tuple)).collect();
+    let differ = |names: &Vec<String>| names.iter().collect::<BTreeSet<_>>().len() == names.len();
+    let numbered = || (1..=values.len()).map(|i| format!("class {i}")).collect();
+    let names = names.filter(differ).unwrap_or_else(numbered);
+    let names = values.iter().map(|(value, _)| *value).zip(names).collect();
     Some((terms, names))
 }
 

@@ -8,19 +8,31 @@
 //! Permutations without signs come first. One with signs is a permutation of the coordinates and of their
 //! opposites at once, which keeps each beside its own opposite; changing the sign of everything that hangs
 //! together is always possible and counts as nothing. What no force holds has no place in a symmetry and is
-//! left out. *Knows no numbers and no names.*
+//! left out. [`Symmetry::kept`] is the part of a group that is a symmetry of more, the energies say; `points` finds
+//! the point groups of bodies.
+
+use crate::linearize::Invariance;
 
 mod classes;
 mod pattern;
+mod points;
 mod search;
 
 use std::collections::BTreeSet;
 
 pub use classes::{Classes, wave_number};
 pub use pattern::Pattern;
+use points::{PointGroup, independent};
 
 /// Looks at edges before the search is given up: well below a second.
 const EFFORT: usize = 40_000_000;
+
+/// Groups of more elements are judged by their generators.
+const MOST_TRIED: usize = 256;
+/// Fewer mirrors are put in an order of their own.
+const MOST_SORTED: usize = 8;
+/// With more parts that may change their sign all do or none.
+const MOST_PARTS: usize = 6;
 
 /// A permutation of the coordinates with signs: the unit vector of coordinate i goes to that of `image[i]`,
 /// with the opposite sign where `negative[i]`.
@@ -56,6 +68,11 @@ impl SignedPermutation {
         let image = self.image.get(coordinate).copied().unwrap_or(coordinate);
         let negative = self.negative.get(coordinate).copied().unwrap_or(false);
         (image, negative)
+    }
+
+    /// How many coordinates change their sign.
+    fn negatives(&self) -> usize {
+        self.negative.iter().filter(|negative| **negative).count()
     }
 
     /// Whether every coordinate stays where it is, signs aside.
@@ -191,6 +208,10 @@ pub struct Symmetry {
     pub parts: Vec<usize>,
     /// Whether there is no more with signs.
     whole: bool,
+    /// The changes of sign of some parts, where there are several, that are symmetries too.
+    flips: Vec<SignedPermutation>,
+    /// The turns of the axes, where it is that of bodies.
+    points: Option<PointGroup>,
 }
 
 /// What kind of group a symmetry is.
@@ -208,6 +229,13 @@ pub enum GroupKind {
     },
     /// Any other group.
     Other,
+}
+
+impl Invariance {
+    /// Whether a signed permutation leaves the energies unchanged.
+    pub(crate) fn keeps(&mut self, g: &SignedPermutation) -> bool {
+        self.permuted(|i| g.of(i))
+    }
 }
 
 impl Symmetry {
@@ -291,6 +319,7 @@ impl Symmetry {
         let kind = ring(&generators, order, active)
             .or_else(|| mirrors(&generators))
             .unwrap_or(GroupKind::Other);
+        let flips = parts.iter().max().map_or(0, |last| last + 1);
         Some(Self {
             generators,
             order,
@@ -298,22 +327,120 @@ impl Symmetry {
             active: active.to_vec(),
             parts: parts.to_vec(),
             whole: false,
+            flips: (0..flips)
+                .filter(|_| flips > 1)
+                .map(|part| flipped(parts, |own| own == part))
+                .collect(),
+            points: None,
         })
+    }
+
+    /// The symmetry of energies with a pattern of M and K: that of bodies where the coordinates are those of several at
+    /// different places, else what stands of that of the pattern.
+    #[must_use]
+    pub(crate) fn of_energies(pattern: &Pattern, energies: &mut Invariance) -> Option<Self> {
+        if let Some(bodies) = energies.bodies()
+            && let Some(found) = Self::of_bodies(&bodies, pattern, energies)
+        {
+            return Some(found);
+        }
+        let mut keeps = |g: &SignedPermutation| energies.keeps(g);
+        let plain = Self::find(pattern)?;
+        let own = plain.kept(&mut keeps);
+        let order = own.as_ref().map_or(1.0, |own| own.order);
+        if order >= plain.order || !plain.may_be_larger() {
+            return own;
+        }
+        let signed = Self::find_signed(pattern).and_then(|found| found.kept(&mut keeps));
+        signed.filter(|signed| signed.order > order).or(own)
+    }
+
+    /// The part of a symmetry of M and K that is one of more than these, which `keeps` says; signs of
+    /// what hangs together are chosen so, the fewest that will do.
+    #[must_use]
+    pub fn kept(&self, keeps: &mut dyn FnMut(&SignedPermutation) -> bool) -> Option<Self> {
+        let count = self.parts.iter().max().map_or(0, |last| last + 1);
+        let masks = if count <= MOST_PARTS {
+            (0..1_u32 << count).collect()
+        } else {
+            vec![0, u32::MAX]
+        };
+        let signs = |mask: &u32| {
+            let turned = |part: usize| mask >> part.min(31) & 1 == 1;
+            flipped(&self.parts, turned)
+        };
+        let signs: Vec<SignedPermutation> = masks.iter().map(signs).collect();
+        let mut lifted = |g: &SignedPermutation| {
+            let mut all: Vec<SignedPermutation> = signs.iter().map(|sign| g.after(sign)).collect();
+            all.sort_by_cached_key(|g| (g.negatives(), g.clone()));
+            all.into_iter().find(|g| keeps(g))
+        };
+        let lifts: Vec<Option<SignedPermutation>> =
+            self.generators.iter().map(&mut lifted).collect();
+        let all_stand = lifts.iter().all(Option::is_some);
+        let mut generators: Vec<SignedPermutation> = lifts.into_iter().flatten().collect();
+        let mut order = self.order;
+        if !all_stand {
+            let elements = SignedPermutation::group(&self.generators, MOST_TRIED + 1);
+            // At most half of a group is a smaller one.
+            order /= 2.0;
+            if elements.len() <= MOST_TRIED {
+                // Signs of parts aside.
+                let mut found: Vec<SignedPermutation> = Vec::new();
+                for g in elements.iter().filter(|g| !g.moves_nothing()) {
+                    let is_new = found.iter().all(|known| known.image != g.image);
+                    found.extend(is_new.then(|| lifted(g)).flatten());
+                }
+                order = found.len() as f64 + 1.0;
+                generators = independent(found);
+            }
+        }
+        // Mirrors in an order that does not depend on the search.
+        if mirrors(&generators).is_some() && generators.len() < MOST_SORTED {
+            let all = SignedPermutation::group(&generators, 1 << MOST_SORTED);
+            generators = independent(all);
+        }
+        let mut own = Self::of(generators, order, &self.active, &self.parts)?;
+        own.whole = self.whole;
+        own.flips.retain(|flip| keeps(flip));
+        Some(own)
+    }
+
+    /// The class of vectors that are odd under some of the mirrors that are its kind.
+    #[must_use]
+    pub fn class_under_mirrors(&self, odd: &[bool]) -> String {
+        let words: Vec<&str> = odd
+            .iter()
+            .map(|odd| if *odd { "odd" } else { "even" })
+            .collect();
+        let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else {
+            return words.join(", ");
+        };
+        let mut all = vec![(
+            SignedPermutation::unsigned((0..self.parts.len()).collect()),
+            1.0,
+        )];
+        for (mirror, odd) in mirrors.iter().zip(odd) {
+            let sign = if *odd { -1.0 } else { 1.0 };
+            let more: Vec<_> = all
+                .iter()
+                .map(|(g, own)| (mirror.after(g), own * sign))
+                .collect();
+            all.extend(more);
+        }
+        let character = |g: &SignedPermutation| {
+            let mut own = all.iter().filter(|(h, _)| h == g);
+            own.next().map(|(_, sign)| *sign)
+        };
+        points.name(&character).unwrap_or_else(|| words.join(", "))
     }
 }
 
-impl Symmetry {
-    /// The changes of sign of each part, where there are several.
-    fn turned_parts(&self) -> Vec<SignedPermutation> {
-        let count = self.parts.iter().max().map_or(0, |last| last + 1);
-        let all = (0..count).filter(|_| count > 1).map(|part| {
-            let mut turned = SignedPermutation::unsigned((0..self.parts.len()).collect());
-            for (negative, own) in turned.negative.iter_mut().zip(&self.parts) {
-                *negative = *own == part;
-            }
-            turned
-        });
-        all.collect()
+/// The change of sign of some parts.
+fn flipped(parts: &[usize], which: impl Fn(usize) -> bool) -> SignedPermutation {
+    SignedPermutation {
+        image: (0..parts.len()).collect(),
+        negative: parts.iter().map(|part| which(*part)).collect(),
     }
 }
 

@@ -1,0 +1,281 @@
+//! Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
+//!
+//! T - V and the dissipation function are written out about the equilibrium q0, with the values of the parameters
+//! or without, and the map is put in: most terms become each other at once, and the difference of the others is tested
+//! at random points modulo a prime. What that does not decide counts as no symmetry.
+//!
+//! An equilibrium that was searched for is put in with a symbol for each magnitude, the same for coordinates whose
+//! enclosures meet, and one more where its centre is not 0; fractions of small numbers stand for themselves. An
+//! identity in these symbols holds for whatever numbers they are.
+
+use super::assemble::{known_values, signed_terms};
+use super::equilibrium::Origin;
+use super::steady::put_rates_in;
+use super::symbolic::instance;
+use super::symmetry::spaces;
+use super::{Linearized, Structure};
+use crate::expr::{ExprId, ModularPoint, Substitution, ZeroVerdict};
+use crate::model::{Model, TermFamily};
+use crate::number::Number;
+use crate::precision::{Ball, Scalar};
+
+/// Energies of more terms are not written out.
+const MOST_TERMS: usize = 50_000;
+/// Coordinates that are not known better than this tell no symmetry.
+const WIDEST: f64 = 1e-9;
+/// Fractions up to this denominator stand for themselves in an equilibrium that was searched for.
+const MOST_DENOMINATOR: i64 = 24;
+
+/// Where each coordinate goes under a linear map: the coordinates and their factors.
+type Images = Vec<Vec<(usize, ExprId)>>;
+
+/// Bodies at different places, all of whose coordinates there are.
+#[derive(Clone, Debug)]
+pub(crate) struct Bodies {
+    /// By axis, of which there are two or three: the coordinate of each body.
+    pub(crate) axes: Vec<Vec<usize>>,
+    /// By body: its place about the centre of all, an element of the prime field an axis.
+    pub(crate) places: Vec<Vec<u64>>,
+}
+
+/// The energies of a model about its equilibrium.
+#[derive(Clone, Debug)]
+pub(crate) struct Invariance {
+    model: Model,
+    /// What is put in for parameters.
+    known: Substitution,
+    equilibrium: Vec<ExprId>,
+    /// T - V and the dissipation function, the symbols of coordinates standing for displacements: made when asked for.
+    energies: Option<[ExprId; 2]>,
+}
+
+impl Linearized {
+    /// The energies at the values of the parameters; `None` where they are not all there is.
+    pub(crate) fn invariance(&self) -> Option<Invariance> {
+        if self.is_constrained() || self.structure() != Structure::Conservative {
+            return None;
+        }
+        let known = known_values(&self.model);
+        let mut own = Invariance::at(self.model.clone(), known, Vec::new())?;
+        own.equilibrium = own.places(&self.equilibrium.values, &self.equilibrium.origins)?;
+        Some(own)
+    }
+}
+
+impl Invariance {
+    /// The energies of a model, whose pool has these expressions too, at an equilibrium in symbols.
+    pub(crate) fn new(
+        mut model: Model,
+        known: Substitution,
+        equilibrium: Vec<ExprId>,
+    ) -> Option<Self> {
+        let variables: Vec<_> = model.coordinates.iter().map(|own| own.symbol).collect();
+        let symbols = model.pool.symbols_of(&equilibrium);
+        if symbols.iter().any(|symbol| variables.contains(symbol)) {
+            return None;
+        }
+        put_rates_in(&mut model).ok()?;
+        Self::at(model, known, equilibrium)
+    }
+
+    fn at(model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
+        let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
+        let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.friction);
+        let whole = model.constraints.is_empty() && model.time_dependent.is_none();
+        (whole && count <= MOST_TERMS).then_some(Self {
+            model,
+            known,
+            equilibrium,
+            energies: None,
+        })
+    }
+
+    /// Expressions for an equilibrium in numbers.
+    fn places(&mut self, values: &[Ball], origins: &[Origin]) -> Option<Vec<ExprId>> {
+        let size = values.iter().map(Ball::abs_upper).fold(0.0, f64::max);
+        if values.iter().any(|own| own.radius > WIDEST * size) {
+            return None;
+        }
+        let mut places = vec![self.model.pool.zero(); values.len()];
+        for (i, origin) in origins.iter().enumerate() {
+            if *origin == Origin::Given {
+                places[i] = self.model.equilibria[i].and_then(|given| given.value)?;
+            }
+        }
+        let mut axes: Vec<Vec<usize>> = spaces(&self.model).into_iter().flatten().collect();
+        axes.push((0..values.len()).collect());
+        let mut open: Vec<bool> = origins.iter().map(|own| *own == Origin::Found).collect();
+        let mut magnitudes: Vec<(Ball, ExprId)> = Vec::new();
+        for axis in axes {
+            if axis.is_empty() || !axis.iter().all(|i| open[*i]) {
+                continue;
+            }
+            let sum = axis.iter().fold(Ball::ZERO, |sum, i| sum.add(&values[*i]));
+            let count = Number::from(i64::try_from(axis.len()).ok()?);
+            let centre = sum.div(&Ball::from_number(&count, ()));
+            let middle = self.magnitude(&centre, &mut magnitudes);
+            for i in axis {
+                let own = self.magnitude(&values[i].sub(&centre), &mut magnitudes);
+                places[i] = self.model.pool.add(middle, own);
+                open[i] = false;
+            }
+        }
+        for i in (0..values.len()).filter(|i| open[*i]) {
+            places[i] = self.magnitude(&values[i], &mut magnitudes);
+        }
+        Some(places)
+    }
+
+    /// A small fraction, or the symbol of a magnitude with its sign.
+    fn magnitude(&mut self, value: &Ball, known: &mut Vec<(Ball, ExprId)>) -> ExprId {
+        let pool = &mut self.model.pool;
+        for denominator in 1..=MOST_DENOMINATOR {
+            let numerator = (value.mid_f64() * denominator as f64).round();
+            let near = Number::from(numerator as i64).div(&Number::from(denominator));
+            if let Some(near) = near
+                && value.sub(&Ball::from_number(&near, ())).contains_zero()
+            {
+                return pool.number(near);
+            }
+        }
+        let size = value.abs();
+        let met = known
+            .iter()
+            .find(|(other, _)| other.sub(&size).contains_zero());
+        let own = match met {
+            Some((_, own)) => *own,
+            None => {
+                let symbol = pool.fresh_symbol("place");
+                let own = pool.symbol_expr(symbol);
+                known.push((size, own));
+                own
+            }
+        };
+        if value.is_negative() {
+            pool.neg(own)
+        } else {
+            own
+        }
+    }
+
+    fn energies(&mut self) -> [ExprId; 2] {
+        if let Some(energies) = self.energies {
+            return energies;
+        }
+        let model = &self.model;
+        let mut pool = model.pool.clone();
+        let displaced: Vec<ExprId> = model
+            .coordinates
+            .iter()
+            .zip(&self.equilibrium)
+            .map(|(own, at)| {
+                let displacement = pool.symbol_expr(own.symbol);
+                pool.add(*at, displacement)
+            })
+            .collect();
+        let friction = model.friction.iter().map(|family| (false, family));
+        let lists: [Vec<(bool, &TermFamily)>; 2] =
+            [signed_terms(model).collect(), friction.collect()];
+        let energies = lists.map(|families| {
+            let mut terms = Vec::new();
+            for (negative, family) in families {
+                for at in 0..family.count {
+                    let map = instance(model, &mut pool, family, at, Some(&displaced));
+                    let term = pool.substitute_one(family.body, &map);
+                    terms.push(if negative { pool.neg(term) } else { term });
+                }
+            }
+            let sum = pool.sum(&terms);
+            pool.substitute_one(sum, &self.known)
+        });
+        self.model.pool = pool;
+        *self.energies.insert(energies)
+    }
+
+    /// Whether a linear map of the displacements and velocities leaves the energies unchanged, identically.
+    fn holds(&mut self, images: &Images) -> bool {
+        let before = self.energies();
+        let pool = &mut self.model.pool;
+        let mut map = Substitution::default();
+        let all = &self.model.coordinates;
+        for (own, image) in all.iter().zip(images) {
+            let (mut displacement, mut velocity) = (Vec::new(), Vec::new());
+            for (j, factor) in image {
+                let (q, v) = (all[*j].symbol, all[*j].velocity);
+                let (q, v) = (pool.symbol_expr(q), pool.symbol_expr(v));
+                displacement.push(pool.mul(*factor, q));
+                velocity.push(pool.mul(*factor, v));
+            }
+            map.insert(own.symbol, pool.sum(&displacement));
+            map.insert(own.velocity, pool.sum(&velocity));
+        }
+        let after = pool.substitute(&before, &map);
+        before.into_iter().zip(after).all(|(before, after)| {
+            let difference = pool.sub(after, before);
+            // A first point tells most of what is no symmetry.
+            let value = |symbol| ModularPoint::random_value(7, symbol);
+            let point = pool.evaluate_mod(&[difference], value, 7);
+            point.is_none_or(|point| point.first() == Some(&0))
+                && pool.is_zero(difference) == ZeroVerdict::Zero
+        })
+    }
+
+    /// Whether the energies stay where each coordinate goes to another one, or to its opposite.
+    pub(crate) fn permuted(&mut self, image: impl Fn(usize) -> (usize, bool)) -> bool {
+        let pool = &mut self.model.pool;
+        let one = pool.one();
+        let opposite = pool.neg(one);
+        let images = (0..self.model.coordinates.len()).map(|i| {
+            let (to, negative) = image(i);
+            vec![(to, if negative { opposite } else { one })]
+        });
+        self.holds(&images.collect())
+    }
+
+    /// Whether every turn in the plane of two axes leaves the energies unchanged.
+    pub(crate) fn turns_freely(&mut self, a: &[usize], b: &[usize]) -> bool {
+        let pool = &mut self.model.pool;
+        let angle = pool.fresh_symbol("turn");
+        let angle = pool.symbol_expr(angle);
+        let (cosine, sine, one) = (pool.cos(angle), pool.sin(angle), pool.one());
+        let opposite = pool.neg(sine);
+        let mut images: Images = (0..self.model.coordinates.len())
+            .map(|i| vec![(i, one)])
+            .collect();
+        for (i, j) in a.iter().zip(b) {
+            images[*i] = vec![(*i, cosine), (*j, opposite)];
+            images[*j] = vec![(*j, cosine), (*i, sine)];
+        }
+        self.holds(&images)
+    }
+
+    /// The bodies, where the coordinates are those of several in a plane or in space, at different places.
+    pub(crate) fn bodies(&mut self) -> Option<Bodies> {
+        let count = self.model.coordinates.len();
+        let mut all = spaces(&self.model).into_iter();
+        let axes = all.find(|axes| {
+            let bodies = axes.first().map_or(0, Vec::len);
+            (2..=3).contains(&axes.len()) && bodies > 1 && bodies * axes.len() == count
+        })?;
+        let bodies = axes.first().map_or(0, Vec::len);
+        let pool = &mut self.model.pool;
+        let mut about = Vec::new();
+        let share = Number::ONE.div(&Number::from(i64::try_from(bodies).ok()?))?;
+        for axis in &axes {
+            let places: Vec<ExprId> = axis.iter().map(|i| self.equilibrium[*i]).collect();
+            let places = pool.substitute(&places, &self.known);
+            let sum = pool.sum(&places);
+            let centre = pool.scale(sum, &share);
+            about.extend(places.into_iter().map(|place| pool.sub(place, centre)));
+        }
+        let value = |symbol| ModularPoint::random_value(11, symbol);
+        let residues = pool.evaluate_mod(&about, value, 11)?;
+        let places: Vec<Vec<u64>> = (0..bodies)
+            .map(|a| residues.iter().skip(a).step_by(bodies).copied().collect())
+            .collect();
+        let mut sorted = places.clone();
+        sorted.sort_unstable();
+        sorted.dedup();
+        (sorted.len() == bodies).then_some(Bodies { axes, places })
+    }
+}
