@@ -9,6 +9,7 @@
 
 use librate::linearize::{LinearizeError, Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};
+use librate::oscillation::normal_modes;
 use librate::syntax::parse;
 
 fn at(text: &str) -> Result<Linearized, LinearizeError> {
@@ -156,4 +157,95 @@ fn a_force_within_its_bound_is_not_called_none() {
         matches!(error, LinearizeError::NotAnEquilibrium { .. }),
         "{error}"
     );
+}
+
+/// Coordinates, V or `lagrangian`, and what is to blame; T is that of unit masses where none is given.
+const UNDEFINED: &[(&str, &str)] = &[
+    ("coord x, y  V = -1/sqrt(x^2 + y^2)", "sqrt(x^2 + y^2)"),
+    (
+        "param k  coord x, y  V = -k/norm([x, y])",
+        "sqrt(x^2 + y^2)",
+    ),
+    (
+        "param k  coord x, y  V = k*(norm([x, y]) - 1)^2",
+        "sqrt(x^2 + y^2)",
+    ),
+    ("param k  coord x, y  V = -k/(x^4 + y^4)", "x^4 + y^4"),
+    ("coord x, y  V = ln(x^2 + y^2)", "ln(x^2 + y^2)"),
+    ("coord x, y  V = (x^2 + y^2)^(3/4)", "(x^2 + y^2)^(1/4)"),
+    ("coord x  V = abs(x) + x^2", "abs(x)"),
+    ("coord x  V = sqrt(x) + x^2", "sqrt(x)"),
+    ("coord x  V = sin(x)/x", "x"),
+    ("coord x  V = x^2 + asin(x + 2)", "asin(2 + x)"),
+    ("coord x  V = x^2*ln(x^2)", "ln(x^2)"),
+    ("coord x, y  V = x^2 + y^2 + atan2(y, x)^2", "atan2"),
+    // The derivative of a logarithm is defined where the logarithm is not.
+    ("coord x  V = x^2/2 + ln(x - 3)", "ln(x - 3)"),
+    ("coord x  V = x + ln(x - 1)  equilibrium x = 0", "ln(x - 1)"),
+    (
+        "param k  param a  coord x  V = -k/(x - a)^2  equilibrium x = a",
+        "(a - x)^2",
+    ),
+    ("coord x  T = x'^2/x  V = x^2", "x"),
+    ("param c  coord x  V = x^2  dissipation = c*x'^2/x", "x"),
+    (
+        "coord x, y  lagrangian = x'^2 + y'^2 + (x*y' - y*x')/(x^2 + y^2) - x^2 - y^2",
+        "x^2 + y^2",
+    ),
+    ("coord x, y  V = x^2 + y^2  constraint y = abs(x)", "abs(x)"),
+    (
+        "coord x, y  V = y  constraint norm([x, y]) = 0",
+        "sqrt(x^2 + y^2)",
+    ),
+];
+
+/// Where an energy or a force has no value, there is no equilibrium: neither in numbers nor in symbols, whether parameters
+/// have values or not.
+#[test]
+fn where_a_force_is_undefined_there_is_no_equilibrium() {
+    for (text, blamed) in UNDEFINED {
+        let mut text = (*text).to_owned();
+        if !text.contains("T =") && !text.contains("lagrangian") {
+            text += if text.contains(", y") {
+                "  T = x'^2 + y'^2"
+            } else {
+                "  T = x'^2"
+            };
+        }
+        let valued = ["k", "a", "c"].iter().fold(text.clone(), |text, name| {
+            text.replace(&format!("param {name} "), &format!("param {name} = 2 "))
+        });
+        let derived = |text: &str| {
+            let file = parse(text).unwrap();
+            let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+            librate::linearize::derive(model).map(|_| ())
+        };
+        let numeric = at(&valued).and_then(|linearized| {
+            normal_modes(&linearized, &librate::modes::Options::default()).map(|_| ())
+        });
+        for result in [derived(&text), derived(&valued), numeric] {
+            let Err(LinearizeError::NotFinite {
+                cause: Some(cause), ..
+            }) = result
+            else {
+                panic!("{text}: {result:?}");
+            };
+            assert!(cause.contains(&format!("`{blamed}")), "{text}: {cause}");
+        }
+    }
+}
+
+/// |x|^3 is smooth enough, and so is what is 0/0 only in the way it is written.
+#[test]
+fn what_is_smooth_enough_has_an_equilibrium() {
+    for text in [
+        "coord x  T = x'^2/2  V = x^2 + abs(x)^3",
+        "coord x  T = x'^2/2  V = x^2 + (x^2)^(5/4)",
+        "coord x  T = x'^2/2  V = x^2 - ln(cosh(x)) + x^2/2",
+    ] {
+        let linearized = at(text).unwrap();
+        assert!(linearized.equilibrium().values[0].is_zero(), "{text}");
+        let stiffness = linearized.stiffness()[0];
+        assert_eq!(stiffness.mid_f64(), 2.0, "{text}");
+    }
 }

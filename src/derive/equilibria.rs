@@ -103,8 +103,8 @@ fn roots_of(
         if !moves(pool, variables, coordinate, base) {
             continue;
         }
-        if exponent.is_negative() {
-            // It doesn't vanish where it has a value; but where that is, is not told here.
+        if exponent.is_negative() || !exponent.is_integer() {
+            // Where it has a value is not told here.
             return None;
         }
         roots.push(root(pool, short, variables, coordinate, base)?);

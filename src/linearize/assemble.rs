@@ -11,7 +11,7 @@ use super::velocity::{Origin, VelocityFamily};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Function, Scalar};
 use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -28,6 +28,8 @@ pub struct ElementFamily {
     pub terms: TermFamily,
     /// The term's share of V - T0.
     pub(super) effective: ExprId,
+    /// Logarithms of coordinates in it: ln(u) has no value where u < 0, where its derivatives have one.
+    pub(super) logarithms: Vec<ExprId>,
     parameters: Vec<usize>,
     constants: Vec<u32>,
     inertia_tape: Tape,
@@ -165,7 +167,9 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
         }
         let indices = family.constants.iter().map(|constant| number(*constant));
         let indices = indices.collect();
-        if let Some(family) = compile(model, family, effective, (inertia, potential), indices) {
+        let logarithms = logarithms(&model.pool, &mut splitter, effective);
+        let parts = (effective, logarithms);
+        if let Some(family) = compile(model, family, parts, (inertia, potential), indices) {
             families.push(family);
         }
     }
@@ -256,6 +260,16 @@ fn split(
     (effective, (inertia, potential), linear)
 }
 
+/// The logarithms of coordinates in an expression.
+fn logarithms(pool: &Pool, splitter: &mut Splitter, root: ExprId) -> Vec<ExprId> {
+    let mut parts = pool.reachable(&[root]);
+    parts.retain(|id| {
+        matches!(pool.node(*id), Node::Function(Function::Ln, _))
+            && splitter.facts.varies(pool, *id, Variable::Coordinate)
+    });
+    parts
+}
+
 /// The values of the parameters that have one.
 pub(crate) fn known_values(model: &Model) -> Substitution {
     let mut known = Substitution::default();
@@ -289,7 +303,7 @@ pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
 fn compile(
     model: &Model,
     terms: TermFamily,
-    effective: ExprId,
+    (effective, logarithms): (ExprId, Vec<ExprId>),
     (inertia, potential): Parts,
     constants: Vec<u32>,
 ) -> Option<ElementFamily> {
@@ -300,10 +314,12 @@ fn compile(
         force_roots.extend(element.slope.iter().map(|(_, entry)| *entry));
         stiffness_roots.extend(element.entries());
     }
+    force_roots.extend(&logarithms);
     let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
     let all: Vec<ExprId> = stiffness_roots
         .iter()
         .chain(&inertia_roots)
+        .chain(&logarithms)
         .copied()
         .collect();
     let parameters = parameters_of(model, &all);
@@ -325,6 +341,7 @@ fn compile(
         potential,
         terms,
         effective,
+        logarithms,
         parameters,
         constants,
     })
@@ -456,6 +473,13 @@ impl Assembly {
                 for ((place, _), slope) in element.slope.iter().zip(slopes) {
                     let entry = &mut gradient[coordinates[*place] as usize];
                     *entry = entry.add(&first[0].mul(slope));
+                }
+            }
+            // Where the energy has no value, no force has one.
+            for logarithm in rest.iter().filter(|number| !number.is_finite()) {
+                for place in coordinates {
+                    let entry = &mut gradient[*place as usize];
+                    *entry = entry.add(logarithm);
                 }
             }
         });

@@ -156,9 +156,11 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
             &crate::expr::Substitution::default(),
         ) == Some(true);
     if !settled {
-        let values = assembly
-            .values::<Ball>(&model, ())
-            .map_err(|missing| missing_value(&model, missing.0))?;
+        let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
+            let undefined = assembly.undefined_in_symbols(&model, &point);
+            let undefined = undefined.filter(|_| !guessed);
+            undefined.unwrap_or_else(|| missing_value(&model, missing.0))
+        })?;
         let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
         if !model.constraints.is_empty() {
             at_equilibrium(
@@ -186,6 +188,11 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         assembly.forget_gyroscopic();
     }
     let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
+    if matrices.are_undefined()
+        && let Some(error) = assembly.undefined_in_symbols(&model, &point)
+    {
+        return Err(error);
+    }
     if !expressions.is_empty() {
         matrices.first(visible);
         let gradients =

@@ -30,6 +30,8 @@ pub struct Element {
 /// What phi is, seen from an element's inner expression.
 enum Outer {
     Power(Number),
+    /// |s|^r for r > 2, which has no corner at 0: r·|s|^(r-2)·s is its derivative.
+    PowerOfModulus(Number),
     Function(Function),
     /// phi(s) = s: nothing more can be split off.
     Identity,
@@ -90,8 +92,14 @@ pub(crate) fn elements(
                     if exponent.is_one() {
                         weights.entry(*base).or_default().push(weight);
                     } else {
-                        let outer = Outer::Power(exponent.clone());
-                        result.push(element(pool, splitter, weight, &outer, *base, &variables));
+                        let (outer, s) = if let Node::Function(Function::Abs, s) = pool.node(*base)
+                            && *exponent > Number::from(2)
+                        {
+                            (Outer::PowerOfModulus(exponent.clone()), *s)
+                        } else {
+                            (Outer::Power(exponent.clone()), *base)
+                        };
+                        result.push(element(pool, splitter, weight, &outer, s, &variables));
                     }
                 } else {
                     let constant: Vec<ExprId> = factors
@@ -182,6 +190,16 @@ fn element(
             (
                 pool.scale(slope, exponent),
                 pool.scale(bend, &exponent.mul(&once)),
+            )
+        }
+        Outer::PowerOfModulus(exponent) => {
+            let once = exponent.sub(&Number::ONE);
+            let modulus = pool.abs(s);
+            let power = pool.powr(modulus, &once.sub(&Number::ONE));
+            let slope = pool.mul(power, s);
+            (
+                pool.scale(slope, exponent),
+                pool.scale(power, &exponent.mul(&once)),
             )
         }
         Outer::Function(function) => {
@@ -331,6 +349,17 @@ impl Element {
     pub(crate) fn substituted(&self, pool: &mut Pool, values: &Substitution) -> Self {
         let new = pool.substitute(&self.entries(), values);
         self.with_entries(pool, &new)
+    }
+
+    /// Whether force or stiffness has no value at a point. That phi'' has none is no matter where ∇s is 0: where phi' has
+    /// a value, phi''·∇s∇sᵀ goes to 0 there.
+    pub(crate) fn is_undefined_at(&self, pool: &mut Pool, values: &Substitution) -> bool {
+        let here = self.substituted(pool, values);
+        let is = |e: ExprId| matches!(pool.node(e), Node::Undefined);
+        is(here.first)
+            || (is(here.second) && !here.slope.is_empty())
+            || here.slope.iter().any(|(_, entry)| is(*entry))
+            || here.curvature.iter().any(|(_, _, entry)| is(*entry))
     }
 
     /// All its expressions: w·phi', w·phi'', ∇s, ∇∇s.

@@ -10,7 +10,7 @@ use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
 use super::multipliers::SymbolicConstraints;
 use super::velocity::Matrix;
-use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Node, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
 
@@ -42,6 +42,14 @@ pub struct SymbolicMatrices {
 }
 
 impl SymbolicMatrices {
+    /// Whether an entry has no value.
+    pub(super) fn are_undefined(&self) -> bool {
+        let others = [&self.gyroscopic, &self.damping, &self.circulatory];
+        let all = [&self.mass, &self.stiffness].into_iter();
+        let mut entries = all.chain(others.into_iter().flatten()).flatten().flatten();
+        entries.any(|entry| matches!(self.pool.node(*entry), Node::Undefined))
+    }
+
     /// Keeps what belongs to the first coordinates: those before multipliers.
     pub(super) fn first(&mut self, visible: usize) {
         let others = [
@@ -213,7 +221,17 @@ pub(crate) fn forces_vanish(
         for at in 0..family.terms.count {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let coordinates = family.terms.coordinates_of(at);
+            let logarithms = pool.substitute(&family.logarithms, &map);
+            if logarithms
+                .iter()
+                .any(|e| matches!(pool.node(*e), Node::Undefined))
+            {
+                return Some(false);
+            }
             for element in &family.potential {
+                if element.is_undefined_at(&mut pool, &map) {
+                    return Some(false);
+                }
                 let here = element.substituted(&mut pool, &map);
                 for (place, slope) in &here.slope {
                     let part = pool.mul(here.first, *slope);

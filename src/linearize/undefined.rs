@@ -5,11 +5,14 @@
 
 use std::collections::HashMap;
 
-use super::assemble::{Assembly, ElementFamily, Part, Values, evaluate_closed};
+use super::assemble::{Assembly, ElementFamily, Part, Values, evaluate_closed, known_values};
+use super::elements::Element;
 use super::equilibrium::short;
 use super::error::{GIVEN_VALUE, LinearizeError};
+use super::symbolic::instance;
+use super::velocity::VelocityFamily;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, function_name};
-use crate::model::{Given, Model, SymbolKind};
+use crate::model::{Given, Model, SymbolKind, TermFamily};
 use crate::number::Number;
 use crate::precision::Ball;
 
@@ -22,6 +25,24 @@ const MOST_LISTED: usize = 6;
 /// Parameters defined through parameters are followed so far.
 const MOST_DEFINITIONS: usize = 100;
 
+/// What terms with velocities give.
+const FRICTION: &str = "a matrix of gyroscopic forces or friction";
+
+/// Where a term is evaluated.
+enum Point<'a> {
+    Numbers(&'a [Ball]),
+    Expressions(&'a [ExprId]),
+}
+
+/// A term that has no value at a point.
+struct Undefined<'a> {
+    what: &'a str,
+    terms: &'a TermFamily,
+    instance: usize,
+    /// What is to blame, where the term itself has a value.
+    derivatives: Vec<ExprId>,
+}
+
 impl Assembly {
     /// The first term whose numbers at a point are not finite, as an error.
     pub(super) fn not_finite(
@@ -32,32 +53,124 @@ impl Assembly {
         what: &str,
     ) -> Option<LinearizeError> {
         let mut place: Option<(&ElementFamily, usize)> = None;
-        for part in [Part::Inertia, Part::Stiffness] {
+        for part in [Part::Force, Part::Inertia, Part::Stiffness] {
             self.run(part, at, values, |family, instance, numbers| {
                 if place.is_none() && !numbers.iter().all(Ball::is_finite) {
                     place = Some((family, instance));
                 }
             });
         }
-        let (family, instance) = place?;
+        let undefined = match place {
+            Some((family, instance)) => Undefined::of_energy(family, instance, what),
+            None => self.velocity.iter().find_map(|family| {
+                let instance = family.not_finite(at, values)?;
+                Some(Undefined::of_velocities(family, instance))
+            })?,
+        };
+        undefined.error(model, model.pool.clone(), &Point::Numbers(at))
+    }
+
+    /// The first term that has no value at a point of expressions, as an error.
+    pub(super) fn undefined_in_symbols(
+        &self,
+        model: &Model,
+        point: &[ExprId],
+    ) -> Option<LinearizeError> {
+        let mut pool = model.pool.clone();
+        let is_undefined = |pool: &Pool, e: ExprId| matches!(pool.node(e), Node::Undefined);
+        let mut place = None;
+        'families: for family in &self.families {
+            for at in 0..family.terms.count {
+                let map = instance(model, &mut pool, &family.terms, at, Some(point));
+                let logarithms = pool.substitute(&family.logarithms, &map);
+                let mut undefined = |elements: &[Element]| {
+                    let mut elements = elements.iter();
+                    elements.any(|element| element.is_undefined_at(&mut pool, &map))
+                };
+                let what = if undefined(&family.potential) {
+                    "the force"
+                } else if undefined(&family.inertia) {
+                    "a second derivative of the energies"
+                } else if logarithms.iter().any(|e| is_undefined(&pool, *e)) {
+                    "the energy"
+                } else {
+                    continue;
+                };
+                place = Some(Undefined::of_energy(family, at, what));
+                break 'families;
+            }
+        }
+        let velocities = self.velocity.iter().filter(|_| place.is_none());
+        'velocities: for family in velocities {
+            for at in 0..family.terms.count {
+                let map = instance(model, &mut pool, &family.terms, at, Some(point));
+                let images = pool.substitute(&family.derivatives(), &map);
+                if images.iter().any(|e| is_undefined(&pool, *e)) {
+                    place = Some(Undefined::of_velocities(family, at));
+                    break 'velocities;
+                }
+            }
+        }
+        place?.error(model, pool, &Point::Expressions(point))
+    }
+}
+
+impl<'a> Undefined<'a> {
+    fn of_energy(family: &'a ElementFamily, instance: usize, what: &'a str) -> Self {
+        let elements = family.inertia.iter().chain(&family.potential);
+        Self {
+            what,
+            terms: &family.terms,
+            instance,
+            derivatives: elements.flat_map(Element::entries).collect(),
+        }
+    }
+
+    fn of_velocities(family: &'a VelocityFamily, instance: usize) -> Self {
+        Self {
+            what: FRICTION,
+            terms: &family.terms,
+            instance,
+            derivatives: family.derivatives(),
+        }
+    }
+
+    fn error(&self, model: &Model, pool: Pool, at: &Point<'_>) -> Option<LinearizeError> {
+        let point = match at {
+            Point::Numbers(at) => point_text(model, at),
+            Point::Expressions(at) => {
+                let values = at.iter().map(|e| pool.display(*e));
+                listed(model, values)
+            }
+        };
+        let mut scene = Scene::new(model, pool, self.terms, self.instance, at)?;
+        let cause = scene.cause(&[self.terms.body]).or_else(|| {
+            let cause = scene.cause(&self.derivatives)?;
+            Some(format!("in a derivative, {cause}"))
+        });
         Some(LinearizeError::NotFinite {
-            what: what.to_owned(),
-            point: point_text(model, at),
-            cause: cause(model, family, instance, at, values),
-            span: family.span,
+            what: self.what.to_owned(),
+            point,
+            cause,
+            span: self.terms.span,
         })
     }
 }
 
 /// The point in words, for messages.
 pub(super) fn point_text(model: &Model, at: &[Ball]) -> String {
-    let coordinates = model.coordinates.iter().zip(at);
-    let mut parts: Vec<String> = coordinates
-        .take(MOST_LISTED)
-        .map(|(coordinate, value)| format!("{} = {}", coordinate.name, short(value.mid_f64())))
-        .collect();
-    if at.len() > MOST_LISTED {
-        parts.push("…".to_owned());
+    listed(model, at.iter().map(|value| short(value.mid_f64())))
+}
+
+/// `x = 0, y = 1, …`
+fn listed(model: &Model, values: impl Iterator<Item = String>) -> String {
+    let mut parts: Vec<String> = Vec::with_capacity(MOST_LISTED + 1);
+    for (at, (coordinate, value)) in model.coordinates.iter().zip(values).enumerate() {
+        if at == MOST_LISTED {
+            parts.push("…".to_owned());
+            break;
+        }
+        parts.push(format!("{} = {value}", coordinate.name));
     }
     parts.join(", ")
 }
@@ -69,6 +182,7 @@ pub(super) fn given_not_finite(model: &Model, given: &Given) -> LinearizeError {
         pool: model.pool.clone(),
         numbers: HashMap::new(),
         names: Substitution::default(),
+        images: None,
     };
     LinearizeError::NotFinite {
         what: GIVEN_VALUE.to_owned(),
@@ -78,51 +192,58 @@ pub(super) fn given_not_finite(model: &Model, given: &Given) -> LinearizeError {
     }
 }
 
-fn cause(
-    model: &Model,
-    family: &ElementFamily,
-    instance: usize,
-    at: &[Ball],
-    values: &Values<Ball>,
-) -> Option<String> {
-    let mut scene = Scene {
-        model,
-        pool: model.pool.clone(),
-        numbers: HashMap::new(),
-        names: Substitution::default(),
-    };
-    let coordinates = family.terms.coordinates_of(instance);
-    for (local, number) in family.terms.locals.iter().zip(coordinates) {
-        let number = *number as usize;
-        scene.numbers.insert(local.coordinate, *at.get(number)?);
-        scene.numbers.insert(local.velocity, Ball::ZERO);
-        let name = scene
-            .pool
-            .symbol_expr(model.coordinates.get(number)?.symbol);
-        scene.names.insert(local.coordinate, name);
-    }
-    let constants = family.terms.constants_of(instance);
-    let numbers = family.constants_of(instance);
-    for (at, symbol) in family.terms.values.iter().enumerate() {
-        scene.names.insert(*symbol, *constants.get(at)?);
-        let number = values.constants.get(*numbers.get(at)? as usize)?;
-        scene.numbers.insert(*symbol, *number);
-    }
-    if let Some(cause) = scene.cause(&[family.terms.body]) {
-        return Some(cause);
-    }
-    let elements = family.inertia.iter().chain(&family.potential);
-    let derivatives: Vec<ExprId> = elements.flat_map(|element| element.entries()).collect();
-    let cause = scene.cause(&derivatives)?;
-    Some(format!("in a derivative, {cause}"))
-}
-
 /// One instance of a term: what its symbols are called and what they come to.
 struct Scene<'a> {
     model: &'a Model,
     pool: Pool,
     numbers: HashMap<Symbol, Ball>,
     names: Substitution,
+    /// What they come to where that is no number: a point of expressions.
+    images: Option<Substitution>,
+}
+
+impl<'a> Scene<'a> {
+    fn new(
+        model: &'a Model,
+        mut pool: Pool,
+        terms: &TermFamily,
+        at: usize,
+        point: &Point<'_>,
+    ) -> Option<Self> {
+        let (mut numbers, mut names) = (HashMap::new(), Substitution::default());
+        let mut images = Substitution::default();
+        for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
+            let number = *number as usize;
+            let value = match point {
+                Point::Numbers(at) => Some(*at.get(number)?),
+                Point::Expressions(at) => {
+                    let image = *at.get(number)?;
+                    images.insert(local.coordinate, image);
+                    evaluate_closed(&pool, image, ())
+                }
+            };
+            numbers.extend(value.map(|value| (local.coordinate, value)));
+            numbers.insert(local.velocity, Ball::ZERO);
+            images.insert(local.velocity, pool.zero());
+            let name = pool.symbol_expr(model.coordinates.get(number)?.symbol);
+            names.insert(local.coordinate, name);
+        }
+        let known = known_values(model);
+        for (symbol, constant) in terms.values.iter().zip(terms.constants_of(at)) {
+            names.insert(*symbol, *constant);
+            images.insert(*symbol, *constant);
+            let value = pool.substitute_one(*constant, &known);
+            let value = evaluate_closed(&pool, value, ());
+            numbers.extend(value.map(|value| (*symbol, value)));
+        }
+        Some(Self {
+            model,
+            pool,
+            numbers,
+            names,
+            images: matches!(point, Point::Expressions(_)).then_some(images),
+        })
+    }
 }
 
 impl Scene<'_> {
@@ -165,7 +286,19 @@ impl Scene<'_> {
         None
     }
 
-    fn evaluate(&self, parts: &[ExprId]) -> Option<Vec<Ball>> {
+    fn evaluate(&mut self, parts: &[ExprId]) -> Option<Vec<Ball>> {
+        if let Some(images) = &self.images {
+            // What a symbol leaves open is not to blame.
+            let images = self.pool.substitute(parts, images);
+            let value = |e: &ExprId| {
+                if matches!(self.pool.node(*e), Node::Undefined) {
+                    Ball::ONE / Ball::ZERO
+                } else {
+                    evaluate_closed(&self.pool, *e, ()).unwrap_or(Ball::ONE)
+                }
+            };
+            return Some(images.iter().map(value).collect());
+        }
         let symbols = self.pool.symbols_of(parts);
         let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.number(*symbol)).collect();
         let tape = Tape::compile(&self.pool, parts, &symbols).ok()?;
@@ -303,6 +436,9 @@ impl Scene<'_> {
                 let name = self.pool.symbol_name(*symbol);
                 parts.push(format!("{name} = {}", short(number.mid_f64())));
             }
+        }
+        if parts.is_empty() {
+            return String::new();
         }
         if symbols.len() > MOST_LISTED {
             parts.push("…".to_owned());

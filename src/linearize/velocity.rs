@@ -11,7 +11,7 @@ use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
-use crate::precision::{Function, Scalar};
+use crate::precision::{Ball, Function, Scalar};
 
 /// Which matrix an entry belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +27,7 @@ pub(crate) enum Matrix {
 /// Derivatives of one family, ready to be evaluated.
 #[derive(Clone, Debug)]
 pub(crate) struct VelocityFamily {
-    terms: TermFamily,
+    pub(super) terms: TermFamily,
     pub(super) parameters: Vec<usize>,
     constants: Vec<u32>,
     /// Matrix, row and column (by local variable), one an output of the tape.
@@ -104,6 +104,21 @@ impl VelocityFamily {
     /// Whether friction acts at rest, somewhere.
     pub(super) fn acts_at_rest(&self) -> bool {
         !self.rest.is_empty()
+    }
+
+    /// The entries, and what friction does at rest.
+    pub(super) fn derivatives(&self) -> Vec<ExprId> {
+        let rest = self.rest_expressions.iter();
+        self.expressions.iter().chain(rest).copied().collect()
+    }
+
+    /// The first instance whose entries at a point are not finite.
+    pub(super) fn not_finite(&self, at: &[Ball], values: &Values<Ball>) -> Option<usize> {
+        (0..self.terms.count).find(|instance| {
+            let inputs = self.inputs(*instance, at, values, &Ball::ZERO);
+            let numbers = self.tape.evaluate(&inputs, &mut Vec::new());
+            !numbers.iter().all(Ball::is_finite)
+        })
     }
 
     fn inputs<S: Scalar>(&self, at: usize, point: &[S], values: &Values<S>, zero: &S) -> Vec<S> {

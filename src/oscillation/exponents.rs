@@ -2,13 +2,13 @@
 
 use faer::c64;
 
-use super::{NormalMode, NormalModes, first_span, parts};
+use super::{NormalMode, NormalModes, parts};
 use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
+use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
     Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
     QuadraticSource, exponents,
 };
-use crate::modes::exponents::{Structure as Form, Which};
 use crate::modes::{Kind, Options, Precise, Stability};
 use crate::precision::Ball;
 
@@ -206,20 +206,12 @@ fn named(linearized: &Linearized, error: &ExponentsError) -> LinearizeError {
                 reason: error.to_string(),
             })
         }
-        ExponentsError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
-            what: match matrix {
-                Which::Mass => "the mass matrix",
-                Which::Velocity => "a matrix of gyroscopic forces or friction",
-                Which::Stiffness => "the stiffness matrix",
-            }
-            .to_owned(),
-            point: "the equilibrium".to_owned(),
-            cause: None,
-            span: match (matrix, linearized.model().dissipation) {
-                (Which::Velocity, Some(span)) => span,
-                _ => first_span(linearized),
-            },
-        },
+        ExponentsError::NotFinite { .. } => {
+            let told = linearized.not_finite();
+            told.unwrap_or_else(|| LinearizeError::NoModes {
+                reason: error.to_string(),
+            })
+        }
         _ => LinearizeError::NoModes {
             reason: error.to_string(),
         },
