@@ -10,7 +10,7 @@
 mod common;
 
 use common::model;
-use librate::linearize::linearize;
+use librate::linearize::{LinearizeError, derive, linearize};
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 
@@ -86,5 +86,80 @@ fn sides_of_different_shapes_are_a_mistake() {
             errors[0].to_string().contains("sides of a constraint"),
             "{errors:?}"
         );
+    }
+}
+
+/// Constraints that differ by less than doubled doubles tell are as many as there are, and those that don't differ at
+/// all are one, whatever they are multiplied by.
+#[test]
+fn nearly_equal_constraints_are_told_apart() {
+    let square = "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = x^2 + y^2 + 2*z^2";
+    let left = |constraints: &str| {
+        let linearized = linearize(model(&format!("{square}  {constraints}"))).unwrap();
+        let dependent = linearized.dependent_constraints().to_vec();
+        (linearized.dimension(), dependent)
+    };
+    for (constraints, dimension, dependent) in [
+        ("constraint x = y  constraint x*(1 + 1e-32) = y", 1, vec![]),
+        ("constraint x = y  constraint x*(1 + 1e-200) = y", 1, vec![]),
+        ("constraint x = y  constraint x = y + 1e-40*z", 1, vec![]),
+        (
+            "constraint x = y  constraint y = z  constraint x = z + 1e-50*y",
+            0,
+            vec![],
+        ),
+        (
+            "constraint x = y  constraint y = z  constraint x = z",
+            1,
+            vec![2],
+        ),
+        (
+            "constraint x = y  constraint 1e-200*x = 1e-200*y",
+            2,
+            vec![1],
+        ),
+        (
+            "constraint x = y  constraint sqrt(2)*x = sqrt(2)*y",
+            2,
+            vec![1],
+        ),
+        (
+            "constraint x = y  constraint pi*x = (pi + 1e-40)*y",
+            1,
+            vec![],
+        ),
+        (
+            "constraint x = y  constraint sin(x) = sin(y)  guess x = 1/10",
+            2,
+            vec![1],
+        ),
+        (
+            "constraint x = y  constraint sin(x) = sin(y)*(1 + 1e-36)",
+            1,
+            vec![],
+        ),
+    ] {
+        assert_eq!(left(constraints), (dimension, dependent), "{constraints}");
+    }
+}
+
+/// Constraints that can't all hold are refused, in numbers and in symbols, however little they differ by.
+#[test]
+fn contradictions_are_exact() {
+    let plane = "param k = 3  coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2";
+    for constraints in [
+        "constraint x = y  constraint x = y + 1e-30",
+        "constraint x = y  constraint x = y + 1e-90",
+        "constraint x = y  constraint 7*x = 7*y + 1e-300",
+        "constraint x = y  constraint k*x = k*y + k*1e-60",
+        "constraint x = 1  constraint y = 1  constraint x + y = 2 + 1e-45",
+        "constraint x^2 + y^2 = 1  constraint sqrt(x^2 + y^2) = 1 + 1e-50  guess y = -1",
+    ] {
+        let text = format!("{plane}  {constraints}");
+        for error in [linearize(model(&text)).err(), derive(model(&text)).err()] {
+            let Some(LinearizeError::ConstraintsContradict { .. }) = error else {
+                panic!("{constraints}: {error:?}");
+            };
+        }
     }
 }

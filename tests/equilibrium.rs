@@ -249,3 +249,52 @@ fn what_is_smooth_enough_has_an_equilibrium() {
         assert_eq!(stiffness.mid_f64(), 2.0, "{text}");
     }
 }
+
+const SPHERE: &str = "coord r, th, ph
+    T = 1/2*(r'^2 + r^2*th'^2 + r^2*sin(th)^2*ph'^2)
+    equilibrium th = pi/2";
+
+/// Where sin(pi/2) and the like make the matrices rational they are exact, and repeated exponents are decided.
+#[test]
+fn matrices_are_exact_beside_angles_of_pi() {
+    for (text, omegas) in [
+        // Kepler's circle: r and ph at omega 1, th at omega 1, by nothing but the force law.
+        (
+            format!("{SPHERE}  V = -1/r  equilibrium r = 1  equilibrium ph' = 1"),
+            [0.0, 1.0, 1.0],
+        ),
+        (
+            format!("{SPHERE}  V = -1/r  guess r = 0.9  equilibrium ph' = 1"),
+            [0.0, 1.0, 1.0],
+        ),
+        (
+            format!("{SPHERE}  V = -8/r  guess r = 2.3  equilibrium ph' = 1"),
+            [0.0, 1.0, 1.0],
+        ),
+        // An oscillator that is the same in all directions, on a circle: r at twice its frequency.
+        (
+            format!("{SPHERE}  V = 9/2*r^2  equilibrium r = 2  equilibrium ph' = 3"),
+            [0.0, 3.0, 6.0],
+        ),
+    ] {
+        let linearized = at(&text).unwrap();
+        assert!(linearized.integers().is_some(), "{text}");
+        let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
+        for (mode, omega) in modes.modes.iter().zip(omegas) {
+            assert!(
+                (mode.omega.mid_f64() - omega).abs() < 1e-12,
+                "{text}: {:?}",
+                mode.omega
+            );
+            assert!(mode.growth.is_zero(), "{text}: {:?}", mode.growth);
+        }
+        assert_eq!(modes.modes.len(), 3, "{text}");
+    }
+    // A bowl z = r^4/4 turns at ph' = 3 where r is 1.
+    let bowl = "coord r, ph, z  T = 1/2*(r'^2 + r^2*ph'^2 + z'^2)  V = 9*z
+        constraint z = r^4/4  guess r = 1.1  equilibrium ph' = 3";
+    let linearized = at(bowl).unwrap();
+    assert!(linearized.integers().is_some());
+    let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
+    assert!((modes.modes[1].omega_squared.unwrap().mid_f64() - 27.0).abs() < 1e-12);
+}

@@ -136,8 +136,10 @@ fn constraints_are_enclosed() {
         let off = row[0].sub(&x).mid_f64().abs();
         assert!(off <= row[0].radius + x.radius && off < 1e-20);
     }
-    let error = proved(&rod, "x=3/10", "1", 2, 10).unwrap_err();
-    assert_eq!(error, MotionError::OpenStart);
+    // What is left out follows from the constraint.
+    let followed = proved(&rod, "x=3/10", "1", 2, 10).unwrap();
+    let full = proved(&rod, "x=3/10, y=-2/5", "1", 2, 10).unwrap();
+    agree("y follows", &followed, &full);
 }
 
 #[test]
@@ -164,6 +166,58 @@ fn what_can_not_be_proved_is_told() {
         matches!(error, MotionError::TooLargeToProve { .. }),
         "{error}"
     );
+}
+
+/// A start in decimal fractions is moved onto the constraints within its digits, and enclosed there.
+#[test]
+fn a_rounded_start_is_moved_onto_the_constraints() {
+    let rod = model(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = y
+         constraint x^2 + y^2 = 1  guess y = -1",
+    );
+    let system = librate::motion::System::new(&rod).unwrap();
+    let parse = |text: &str| librate::motion::Start::parse(text, &rod, None, &system);
+    // In full, and with what is left out.
+    for text in [
+        "x=0.8660254037844386, y=-0.5",
+        "x=0.8660254037844386, y=-1/2",
+        "x=0.866, y=-0.5",
+        "x=0.866, y=-0.5, x'=0.5, y'=0.866",
+    ] {
+        let start = parse(text).unwrap();
+        let [x, y] = [start.positions[0].mid_f64(), start.positions[1].mid_f64()];
+        assert!((x * x + y * y - 1.0).abs() < 1e-15, "{text}: {x}, {y}");
+        assert!(!start.moved.is_empty(), "{text}");
+        for moved in &start.moved {
+            assert!(moved.by.abs() < 0.5e-3, "{text}: {moved:?}");
+        }
+        let one = proved(&rod, text, "1", 3, 10).unwrap();
+        let plain = librate::motion::System::new(&rod).unwrap();
+        let plain = plain.motion(&start, &times("1", 3)).unwrap();
+        agree(text, &one, &plain);
+    }
+    // 1/2 is exact: x alone is moved.
+    let moved = parse("x=0.8660254037844386, y=-1/2").unwrap().moved;
+    assert_eq!(moved.len(), 1);
+    // sqrt(3)/2 = 0.86602540378443864676...: by 0.4676e-16 within 0.5e-16.
+    assert!(
+        (moved[0].by - 4.676_372_317_075_294e-17).abs() < 1e-30,
+        "{moved:?}"
+    );
+    // Beyond the digits, and where nothing is rounded.
+    for text in [
+        "x=0.8661, y=-0.5",
+        "x=1, y=1/10",
+        "x=0.866, y=-0.5, x'=0.51, y'=0.866",
+    ] {
+        assert!(
+            matches!(parse(text), Err(MotionError::OffConstraints { .. })),
+            "{text}"
+        );
+    }
+    // What is left out follows, and is proved too.
+    assert!(parse("x=0.6").unwrap().moved.is_empty());
+    proved(&rod, "x=0.6", "1", 3, 10).unwrap();
 }
 
 /// A coordinate that no other one moves is known exactly.

@@ -65,10 +65,10 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         };
         let linear = linearized.filter(|_| args.linear);
         let linear = linear.and_then(|own| motion::superposition(&own, &start, &times));
-        Ok((trajectory, linear))
+        Ok((trajectory, linear, report::start_remark(&model, &start)))
     }();
     drop(progress);
-    let (trajectory, linear) = match computed {
+    let (trajectory, linear, moved) = match computed {
         Ok(computed) => computed,
         Err(error) => return Err(failed(source, warnings, error)),
     };
@@ -80,9 +80,13 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
         )?;
     }
     if format == MessageFormat::Text {
-        let remark = report::motion_remark(&trajectory);
-        // Nobody to read it is no mistake.
-        let _ = writeln!(AutoStream::auto(io::stderr()), "{remark}");
+        for remark in moved
+            .into_iter()
+            .chain([report::motion_remark(&trajectory)])
+        {
+            // Nobody to read it is no mistake.
+            let _ = writeln!(AutoStream::auto(io::stderr()), "{remark}");
+        }
     }
     let text = if args.json {
         report::motion_json(&model, &trajectory, args.digits)

@@ -15,7 +15,7 @@ use crate::expr::{
     ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod,
 };
 use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Big, Scalar};
 
 /// A model whose multipliers are coordinates.
 pub(crate) struct Multiplied {
@@ -170,8 +170,11 @@ pub(crate) struct Tangent<S: Scalar> {
 }
 
 /// Which coordinates follow the others: one for each constraint.
-pub(crate) fn choose_bound(gradients: &[Vec<Ball>]) -> Option<Vec<usize>> {
-    eliminate(gradients.to_vec(), None, ()).map(|(pivots, _)| pivots)
+pub(crate) fn choose_bound<S: Enclosure>(
+    gradients: &[Vec<S>],
+    precision: S::Precision,
+) -> Option<Vec<usize>> {
+    eliminate(gradients.to_vec(), None, precision).map(|(pivots, _)| pivots)
 }
 
 /// Gauss-Jordan elimination in enclosures. Pivots are the largest that exclude 0, or as given.
@@ -242,6 +245,19 @@ impl Tangent<Ball> {
             free: (0..coordinates).collect(),
             bound: Vec::new(),
             slopes: Vec::new(),
+            precision: (),
+        }
+    }
+}
+
+impl Tangent<Big> {
+    /// The same in balls.
+    pub(crate) fn to_balls(&self) -> Tangent<Ball> {
+        let row = |row: &Vec<Big>| row.iter().map(Big::to_ball).collect();
+        Tangent {
+            free: self.free.clone(),
+            bound: self.bound.clone(),
+            slopes: self.slopes.iter().map(row).collect(),
             precision: (),
         }
     }

@@ -1,15 +1,16 @@
 //! From a model to its matrices as expressions: how the parts of this stage go together where nothing but a searched
 //! equilibrium needs numbers.
 
-use super::assemble;
+use super::assemble::{self, evaluate_closed};
 use super::constrained;
+use super::equilibrium::short;
 use super::multipliers;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
     LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, missing_value, steady,
     surface, unbalanced, velocity,
 };
-use crate::expr::ExprId;
+use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
 use crate::precision::Ball;
 
@@ -128,6 +129,33 @@ pub(crate) fn derive_with_multipliers(
     }
 }
 
+/// Refuses constraints without a multiplier that do not hold at a point of expressions where the others do.
+fn check_dependent(
+    model: &Model,
+    point: &[ExprId],
+    dependent: &[usize],
+) -> Result<(), LinearizeError> {
+    let mut pool = model.pool.clone();
+    let coordinates = model.coordinates.iter().map(|own| own.symbol);
+    let map: Substitution = coordinates.zip(point.iter().copied()).collect();
+    for number in dependent {
+        let constraint = &model.constraints[*number];
+        let difference = pool.substitute_one(constraint.expression, &map);
+        if pool.is_zero(difference) != ZeroVerdict::NonZero {
+            continue;
+        }
+        let text = match evaluate_closed::<Ball>(&pool, difference, ()) {
+            Some(value) => short(value.mid_f64()),
+            None => pool.display(difference),
+        };
+        return Err(LinearizeError::ConstraintsContradict {
+            difference: Some(text),
+            span: constraint.span,
+        });
+    }
+    Ok(())
+}
+
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let (names, expressions) = (tied.names(), tied.expressions());
     let Tied {
@@ -149,12 +177,11 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     model.pool = pool;
     let settled = !guessed
         && determined.is_some()
-        && symbolic::forces_vanish(
-            &model,
-            &assembly,
-            &point,
-            &crate::expr::Substitution::default(),
-        ) == Some(true);
+        && symbolic::forces_vanish(&model, &assembly, &point, &Substitution::default())
+            == Some(true);
+    if settled {
+        check_dependent(&model, &point[..visible], &dependent)?;
+    }
     if !settled {
         let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
             let undefined = assembly.undefined_in_symbols(&model, &point);

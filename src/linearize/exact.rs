@@ -5,12 +5,12 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use dashu_int::ops::Gcd;
-use dashu_int::{IBig, UBig};
+use dashu_int::IBig;
 
 use super::assemble::{Assembly, Part};
 use super::elimination;
 use super::equilibrium::Equilibrium;
+use super::rational::whole;
 use super::velocity::Matrix;
 use crate::model::Model;
 use crate::number::Number;
@@ -376,27 +376,11 @@ pub(crate) fn integers(
         sum(velocity, part(Matrix::Damping)),
         sum(assembly.stiffness(&at, &values), part(Matrix::Circulatory)),
     ];
-    let mut numbers: Vec<Vec<Number>> = Vec::with_capacity(3);
-    let mut common = UBig::ONE;
-    for matrix in &matrices {
+    let mut fractions = matrices.iter().map(|matrix| {
         let entries = matrix.iter().map(|entry| entry.as_rational().cloned());
-        let entries = entries.collect::<Option<Vec<Number>>>()?;
-        for entry in &entries {
-            if entry.is_oversized() {
-                return None;
-            }
-            let denominator = entry.denominator();
-            let shared = (&common).gcd(&denominator);
-            common *= denominator / shared;
-        }
-        numbers.push(entries);
-    }
-    let common = IBig::from(common);
-    let whole = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
-    let mut whole = numbers
-        .iter()
-        .map(|entries| entries.iter().map(whole).collect::<Vec<IBig>>());
-    Some([whole.next()?, whole.next()?, whole.next()?])
+        entries.collect::<Option<Vec<Number>>>()
+    });
+    whole(&[fractions.next()??, fractions.next()??, fractions.next()??])
 }
 
 /// A double-double as a rational number.

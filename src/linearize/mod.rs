@@ -11,6 +11,7 @@ mod assemble;
 mod codes;
 mod condition;
 mod constrained;
+mod dependence;
 mod derived;
 mod descent;
 mod elements;
@@ -32,6 +33,7 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod rational;
 mod simple;
 mod slopes;
 mod steady;
@@ -78,7 +80,7 @@ use unbalanced::Unbalanced;
 use velocity::Matrix;
 
 use crate::model::Model;
-use crate::precision::{Ball, Scalar};
+use crate::precision::{Ball, Big, Scalar};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -223,16 +225,11 @@ fn at_equilibrium(
     dependent: Vec<usize>,
 ) -> Result<Constrained, LinearizeError> {
     let at = &equilibrium.values;
-    for number in &dependent {
-        let difference = constrained::difference(model, *number, at);
-        if let Some(difference) = difference
-            && !difference.contains_zero()
-        {
-            return Err(LinearizeError::ConstraintsContradict {
-                difference: Some(equilibrium::short(difference.mid_f64())),
-                span: model.constraints[*number].span,
-            });
-        }
+    if let Some((number, by)) = contradiction(model, &at[..visible], &dependent) {
+        return Err(LinearizeError::ConstraintsContradict {
+            difference: Some(equilibrium::short(by)),
+            span: model.constraints[number].span,
+        });
     }
     let order = model.coordinates.len();
     let second = assembly.stiffness(at, values);
@@ -253,14 +250,57 @@ fn at_equilibrium(
             .map(|own| own.span)
             .unwrap_or_default(),
     };
-    let bound = constrained::choose_bound(&rows).ok_or_else(singular)?;
-    let tangent = Tangent::new(&rows, &bound, ()).ok_or_else(singular)?;
+    let in_balls = constrained::choose_bound(&rows, ())
+        .and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+    let (tangent, bound) = match in_balls {
+        Some(found) => found,
+        None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
+    };
     Ok(Constrained {
         tangent,
         bound,
         given: equilibrium.multipliers_given,
         dependent,
     })
+}
+
+/// The directions that constraints allow where balls do not tell their gradients apart.
+fn tangent_in_bits(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    visible: usize,
+) -> Option<(Tangent<Ball>, Vec<usize>)> {
+    let bits = dependence::bits(model)?;
+    let values = assembly.values::<Big>(model, bits).ok()?;
+    let at = precise::equilibrium(model, assembly, equilibrium, &values)?;
+    let second = assembly.stiffness(&at, &values);
+    let rows = constrained::gradients(&second, visible, model.coordinates.len());
+    let bound = constrained::choose_bound(&rows, bits)?;
+    Some((Tangent::new(&rows, &bound, bits)?.to_balls(), bound))
+}
+
+/// A constraint without a multiplier that does not hold where the others do, and what its sides differ by.
+fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usize, f64)> {
+    for number in dependent {
+        let Some(difference) = constrained::difference(model, *number, at) else {
+            continue;
+        };
+        if !difference.contains_zero() {
+            return Some((*number, difference.mid_f64()));
+        }
+    }
+    if dependent.is_empty() {
+        return None;
+    }
+    let kept: Vec<usize> = (0..model.constraints.len())
+        .filter(|number| !dependent.contains(number))
+        .collect();
+    let start = dependence::exactly(model, at)?;
+    match dependence::follow(model, &kept, dependent, &start)? {
+        dependence::Verdict::Follow => None,
+        dependence::Verdict::Differs { number, by } => Some((number, by)),
+    }
 }
 
 /// That a parameter has no value.
@@ -485,13 +525,13 @@ impl Linearized {
     }
 
     /// M, G + C and K + N times one positive number, exactly, dense, column by column; `None` where an entry
-    /// is not known to be rational, constraints hold, or there are too many.
+    /// is not known to be rational, or there are too many.
     #[must_use]
     pub fn integers(&self) -> Option<[Vec<IBig>; 3]> {
-        if self.is_constrained() {
-            return None;
-        }
-        exact::integers(&self.model, &self.assembly, &self.equilibrium)
+        let direct = (!self.is_constrained())
+            .then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium))
+            .flatten();
+        direct.or_else(|| rational::integers(self))
     }
 
     /// A motion of all coordinates, from a motion of those that the others follow whose components are

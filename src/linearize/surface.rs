@@ -2,14 +2,17 @@
 //!
 //! A closed linkage with a bar too many, or a surface written twice in different ways: the gradients are independent at a
 //! random point, and dependent all along the surface that the constraints leave. That can't be told from expressions, so
-//! points of the surface near the start of the search are looked at, in doubles. It is asked only where the linearization
+//! points of the surface near the start of the search are looked at, in doubles, and what seems to follow there is
+//! decided with many bits. It is asked only where the linearization
 //! fails for dependent gradients.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{self, evaluate_closed};
 use super::constrained::{gradients, with_multipliers};
+use super::dependence::{self, Verdict};
 use crate::model::Model;
+use crate::precision::Ball;
 
 /// The rank must come out the same at so many points.
 const POINTS: usize = 3;
@@ -85,6 +88,16 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
             return None;
         }
         let here = follow(&rows)?;
+        // What doubles can't tell from a combination of the others may be none.
+        let numbers =
+            |places: &[usize]| -> Vec<usize> { places.iter().map(|place| left[*place]).collect() };
+        let kept: Vec<usize> = (0..left.len()).filter(|at| !here.contains(at)).collect();
+        let point: Vec<Ball> = q.iter().map(|x| Ball::exact(*x)).collect();
+        let point = dependence::exactly(model, &point)?;
+        match dependence::follow(model, &numbers(&kept), &numbers(&here), &point)? {
+            Verdict::Follow => {}
+            Verdict::Differs { .. } => return None,
+        }
         match &found {
             None => found = Some(here),
             Some(other) if *other == here => {}

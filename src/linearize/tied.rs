@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{Assembly, Values, evaluate_closed};
 use super::constrained::{choose_bound, gradients, solve};
+use super::dependence;
 use super::enclosure::Enclosure;
 use super::equilibrium::{Equilibrium, Origin, Search, short};
 use super::error::LinearizeError;
@@ -137,17 +138,30 @@ impl Search<'_> {
             point: self.describe(&point[..visible]),
             span: self.model.coordinates[visible].span,
         };
-        let Some(bound) = choose_bound(&rows) else {
+        let bits = dependence::bits(self.model).unwrap_or(BITS_TO_VERIFY);
+        let in_bits = || self.coordinates_in_bits(point, origins, bits);
+        let bound = choose_bound(&rows, ()).or_else(|| {
+            let (at, values) = in_bits()?;
+            let rows = gradients(&self.assembly.stiffness(&at, &values), visible, at.len());
+            choose_bound(&rows, bits)
+        });
+        let Some(bound) = bound else {
             return Ok(Some(singular));
         };
-        let put = put_multipliers_in(self.assembly, self.values, point, visible, &bound);
-        if put.is_none() {
+        let found = in_bits().and_then(|(mut at, values)| {
+            put_multipliers_in(self.assembly, &values, &mut at, visible, &bound)?;
+            let force = self.assembly.gradient(&at, &values);
+            Some((at, force))
+        });
+        let Some((at, force)) = found else {
             return Ok(Some(singular));
+        };
+        if put_multipliers_in(self.assembly, self.values, point, visible, &bound).is_none() {
+            for (multiplier, own) in point.iter_mut().zip(&at).skip(visible) {
+                *multiplier = own.to_ball();
+            }
         }
-        let rough = self.gradient(point);
-        let Some(force) = self.force_in_bits(point, origins, &bound) else {
-            return Ok(Some(singular));
-        };
+        let rough: Vec<Ball> = force.iter().map(Big::to_ball).collect();
         for (i, force) in force.iter().enumerate() {
             if force.contains_zero() {
                 continue;
@@ -175,14 +189,13 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// All forces with many bits, the multipliers worked out anew.
-    fn force_in_bits(
+    /// The coordinates, and the values of parameters, with so many bits.
+    fn coordinates_in_bits(
         &self,
         point: &[Ball],
         origins: &[Origin],
-        bound: &[usize],
-    ) -> Option<Vec<Big>> {
-        let bits = BITS_TO_VERIFY;
+        bits: usize,
+    ) -> Option<(Vec<Big>, Values<Big>)> {
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let mut at = Vec::with_capacity(point.len());
         for (i, value) in point.iter().enumerate() {
@@ -192,8 +205,7 @@ impl Search<'_> {
                 _ => Big::from_ball(value, bits),
             });
         }
-        put_multipliers_in(self.assembly, &values, &mut at, self.visible, bound)?;
-        Some(self.assembly.gradient(&at, &values))
+        Some((at, values))
     }
 
     /// Multipliers that leave the least force.

@@ -15,6 +15,7 @@ mod error;
 mod length;
 mod linear;
 mod matrix;
+mod projection;
 mod proved;
 mod start;
 mod step;
@@ -22,7 +23,7 @@ mod step;
 pub use error::MotionError;
 pub use linear::superposition;
 pub use proved::Enclosed;
-pub use start::Start;
+pub use start::{Moved, Start};
 
 use equations::Equations;
 use step::{Real, Stepper, Trouble};

@@ -1,7 +1,5 @@
 //! Where a motion starts: values that are given, the rest at the equilibrium; or a mode with an amplitude.
 
-use nalgebra::{DMatrix, DVector};
-
 use super::System;
 use super::error::MotionError;
 use crate::diagnostic::nearest;
@@ -12,9 +10,6 @@ use crate::model::{Constant, Model, ModelError};
 use crate::oscillation::NormalModes;
 use crate::precision::{Ball, Scalar, up};
 
-/// Newton steps to the constraints.
-const MOST_STEPS: usize = 60;
-
 /// Coordinates and velocities at t = 0, in SI.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -23,13 +18,27 @@ pub struct Start {
     pub positions: Vec<Ball>,
     /// Their velocities.
     pub velocities: Vec<Ball>,
+    /// What was moved onto the constraints, within the digits that it is given in.
+    pub moved: Vec<Moved>,
     /// What is proved of the coordinates, then of the velocities.
-    known: Vec<Known>,
+    pub(super) known: Vec<Known>,
+}
+
+/// A value that was moved onto the constraints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Moved {
+    /// The number of the coordinate.
+    pub coordinate: usize,
+    /// Whether it is its velocity.
+    pub velocity: bool,
+    /// By how much, in SI.
+    pub by: f64,
 }
 
 /// What is proved of a value.
 #[derive(Clone, Debug)]
-enum Known {
+pub(super) enum Known {
     /// It is a constant, in a unit that is worth another.
     Constant(Tape, Option<Tape>),
     /// It lies within bounds.
@@ -47,7 +56,7 @@ impl Known {
         }
     }
 
-    fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Option<S> {
+    pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Option<S> {
         match self {
             Self::Constant(value, factor) => {
                 let value = evaluated::<S>(value, precision)?;
@@ -78,17 +87,19 @@ pub(super) fn evaluated<S: Enclosure>(tape: &Tape, precision: S::Precision) -> O
 }
 
 /// One value that is given: which coordinate, whether it is the velocity, and what.
-struct Given {
-    coordinate: usize,
-    moves: bool,
+pub(super) struct Given {
+    pub(super) coordinate: usize,
+    pub(super) moves: bool,
     value: Ball,
     known: Known,
+    /// Half a unit of the last digit of a decimal fraction, in SI; 0 for anything else, which is exact.
+    pub(super) half_unit: f64,
 }
 
 impl Start {
     /// Reads `phi[1]=0.1, phi[1]'=0`: numbers are in the coordinate's unit, that of a velocity per second. What is left out rests at
     /// the equilibrium, or turns with a steady motion; under constraints coordinates that are left out are moved there from the
-    /// equilibrium so that these hold. A model without an equilibrium starts from 0, and one that is driven from its `equilibrium` or
+    /// equilibrium so that these hold, and where that does not do, decimal fractions by up to half a unit of their last digit. A model without an equilibrium starts from 0, and one that is driven from its `equilibrium` or
     /// `guess`.
     ///
     /// # Errors
@@ -247,6 +258,7 @@ impl Start {
             return Self {
                 positions: equilibrium.values.iter().map(centre).collect(),
                 velocities: rates.iter().map(centre).collect(),
+                moved: Vec::new(),
                 known: (0..n).map(place).chain(moving).collect(),
             };
         }
@@ -266,6 +278,7 @@ impl Start {
         Self {
             positions: positions.collect(),
             velocities: vec![Ball::ZERO; n],
+            moved: Vec::new(),
             known: known.chain(resting).collect(),
         }
     }
@@ -290,100 +303,6 @@ impl Start {
             Known::Within(ball) => ball.is_exact(),
             Known::Open => false,
         })
-    }
-
-    /// Moves what is not given so that constraints hold, by Newton steps of least length.
-    fn onto_constraints(&mut self, system: &System, given: &[Given]) -> Result<(), MotionError> {
-        let equations = &system.equations;
-        let (n, c) = (equations.coordinates, equations.constraints);
-        if c == 0 {
-            return Ok(());
-        }
-        let surface = equations.surface.prepare::<Ball>(());
-        let tape = equations.tape.prepare::<Ball>(());
-        let kinks = equations.kinks.prepare::<Ball>(());
-        let first = equations.mass.len() + n;
-        let mut scratch = Vec::new();
-        for velocities in [false, true] {
-            let held = |i: usize| {
-                let mut given = given.iter();
-                given.any(|own| (own.coordinate, own.moves) == (i, velocities))
-            };
-            let free: Vec<usize> = (0..n).filter(|i| !held(*i)).collect();
-            let mut gap = f64::INFINITY;
-            let mut settled = false;
-            for _ in 0..MOST_STEPS {
-                let mut inputs = vec![Ball::ZERO];
-                inputs.extend(self.positions.iter().chain(&self.velocities).copied());
-                let gaps = surface.evaluate(&inputs, &mut scratch);
-                let gaps = if velocities { &gaps[c..] } else { &gaps[..c] };
-                let kinks = kinks.evaluate(&inputs, &mut scratch);
-                inputs.extend(
-                    kinks
-                        .iter()
-                        .map(|x| Ball::exact(if x.mid_f64() < 0.0 { -1.0 } else { 1.0 })),
-                );
-                let values = tape.evaluate(&inputs, &mut scratch);
-                let mut slopes = DMatrix::zeros(c, free.len());
-                let mut sizes = vec![0.0_f64; c];
-                for ((a, i), value) in equations.gradients.iter().zip(&values[first..]) {
-                    let state = if velocities {
-                        &self.velocities
-                    } else {
-                        &self.positions
-                    };
-                    let slope = value.mid_f64();
-                    sizes[*a] = sizes[*a].max((slope * state[*i].mid_f64()).abs());
-                    if let Some(column) = free.iter().position(|own| own == i) {
-                        slopes[(*a, column)] = slope;
-                    }
-                }
-                let off = gaps.iter().zip(&sizes).fold(0.0_f64, |most, (gap, size)| {
-                    let gap = gap.mid_f64().abs();
-                    most.max(if gap > 0.0 {
-                        gap / size.max(f64::MIN_POSITIVE)
-                    } else {
-                        0.0
-                    })
-                });
-                if off <= 1e-30 || (off <= 1e-26 && off >= 0.5 * gap) {
-                    settled = true;
-                    break;
-                }
-                gap = off;
-                if free.is_empty() {
-                    break;
-                }
-                let right = DVector::from_iterator(c, gaps.iter().map(|gap| -gap.mid_f64()));
-                let step = slopes.svd(true, true).solve(&right, 1e-12);
-                let Ok(step) = step else { break };
-                let state = if velocities {
-                    &mut self.velocities
-                } else {
-                    &mut self.positions
-                };
-                for (at, step) in free.iter().zip(step.iter()) {
-                    let moved = state[*at] + Ball::exact(*step);
-                    state[*at] = Ball::new(moved.mid, state[*at].radius);
-                    // Newton's method leads near a point of the constraints, and no nearer.
-                    self.known[if velocities { n + *at } else { *at }] = Known::Open;
-                }
-                if !step.iter().all(|x| x.is_finite()) {
-                    break;
-                }
-            }
-            if !settled {
-                let what = if velocities {
-                    "velocities"
-                } else {
-                    "coordinates"
-                };
-                return Err(MotionError::OffConstraints {
-                    reason: format!("no {what} beside those that are given do"),
-                });
-            }
-        }
-        Ok(())
     }
 }
 
@@ -459,12 +378,30 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
         (_, Some(_)) => Known::Open,
     };
     let number = scaled(model, at, &number);
+    let half_unit = half_unit(value.text()).unwrap_or(0.0);
     Ok(Given {
         coordinate: at,
         moves,
         value: Ball::new(number.mid, 0.0),
         known,
+        half_unit: scaled(model, at, &Ball::exact(half_unit)).mid_f64().abs(),
     })
+}
+
+/// Half a unit of the last digit of a decimal fraction, `-0.866` or `8.66e-1`; `None` for anything else.
+fn half_unit(text: &str) -> Option<f64> {
+    let text = text.trim().trim_start_matches('-').trim_start();
+    let (digits, exponent) = match text.split_once(['e', 'E']) {
+        Some((digits, exponent)) => (digits, exponent.parse::<i32>().ok()?),
+        None => (text, 0),
+    };
+    let (whole, fraction) = digits.split_once('.')?;
+    let is_digit = |c: char| c.is_ascii_digit();
+    if !whole.chars().all(is_digit) || !fraction.chars().all(is_digit) {
+        return None;
+    }
+    let places = exponent.checked_sub(i32::try_from(fraction.len()).ok()?)?;
+    Some(0.5 * 10.0_f64.powi(places))
 }
 
 /// From the coordinate's unit to SI.

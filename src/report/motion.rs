@@ -5,7 +5,7 @@ use plotters::prelude::*;
 use super::json::{array, null, number, string};
 use super::picture::{self, Drawing, FAINT, FONT, INK, PAPER};
 use crate::model::Model;
-use crate::motion::Trajectory;
+use crate::motion::{Start, Trajectory};
 use crate::precision::{Ball, decimal, one_digit_up};
 
 /// More curves than this tell nobody anything.
@@ -110,6 +110,27 @@ fn decided(value: &Ball, digits: usize) -> String {
     } else {
         String::new()
     }
+}
+
+/// So many values that were moved are told.
+const MOST_MOVED: usize = 6;
+
+/// What was moved onto the constraints, and by how much in SI, in a line; `None` where nothing was.
+#[must_use]
+pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
+    let mut moved: Vec<String> = Vec::new();
+    for own in start.moved.iter().take(MOST_MOVED) {
+        let name = &model.coordinates.get(own.coordinate)?.name;
+        let prime = if own.velocity { "'" } else { "" };
+        moved.push(format!("{name}{prime} by {:.1e}", own.by));
+    }
+    if start.moved.len() > MOST_MOVED {
+        moved.push("…".to_owned());
+    }
+    let all = moved.join(", ");
+    (!moved.is_empty()).then(|| {
+        format!("the start was moved onto the constraints, within the digits given: {all}")
+    })
 }
 
 /// How a motion was computed, in a line for people: the number of steps, and what the energy does.

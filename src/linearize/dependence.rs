@@ -1,0 +1,221 @@
+//! Whether constraints follow from others, decided with so many bits that numbers as exact as those of the file differ.
+//!
+//! In doubles x = y and x (1 + 1e-32) = y are one constraint. Two numbers made of numbers of b bits that differ at all
+//! differ, but for high powers and deep formulas, by more than 2^-(4b): so many bits and more are taken.
+
+use super::assemble::{evaluate_closed, known_values};
+use super::constrained::{choose_bound, solve};
+use crate::expr::{ExprId, Node, Symbol, Tape};
+use crate::model::{Model, SymbolKind};
+use crate::precision::{Ball, Big, Magnitude, Scalar};
+
+/// Beside twice the bits that numbers of the file leave to a difference.
+const LEAST_BITS: usize = 640;
+
+/// Numbers of the file of more bits than that are not told apart.
+const MOST_BITS: usize = 40_000;
+
+/// Newton steps onto the surface: each doubles the digits.
+const MOST_STEPS: usize = 40;
+
+/// Constraints and their gradients, with the values of parameters put in.
+struct Surface {
+    tape: Tape,
+    /// What the inputs of the tape are.
+    inputs: Vec<Input>,
+    count: usize,
+    /// Constraint and coordinate of each slope, which stand behind the constraints.
+    slopes: Vec<(usize, usize)>,
+    coordinates: usize,
+}
+
+#[derive(Clone, Copy)]
+enum Input {
+    Coordinate(usize),
+    Parameter(ExprId),
+}
+
+/// So many bits tell numbers of a model's constraints apart; `None` where that would be too many.
+pub(super) fn bits(model: &Model) -> Option<usize> {
+    let known = known_values(model);
+    let mut roots: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
+    let used = model.pool.symbols_of(&roots);
+    roots.extend(used.iter().filter_map(|symbol| known.get(symbol).copied()));
+    let given = model.equilibria.iter().chain(&model.guesses).flatten();
+    roots.extend(given.filter_map(|given| given.value));
+    let number = |id: ExprId| match model.pool.node(id) {
+        Node::Number(number) => number.bits(),
+        Node::Sum { constant, terms } => {
+            let largest = terms.iter().map(|(_, factor)| factor.bits()).max();
+            constant.bits().max(largest.unwrap_or(0))
+        }
+        Node::Product(factors) => factors.iter().map(|(_, e)| e.bits()).max().unwrap_or(0),
+        Node::Pi
+        | Node::Symbol(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => 0,
+    };
+    let largest = model.pool.reachable(&roots).into_iter().map(number).max();
+    let largest = largest.unwrap_or(0);
+    (largest <= MOST_BITS).then_some(LEAST_BITS + 8 * largest)
+}
+
+impl Surface {
+    /// Some constraints, by number; `None` where a parameter has no value.
+    fn new(model: &Model, numbers: &[usize]) -> Option<Self> {
+        let mut pool = model.pool.clone();
+        let expressions: Vec<ExprId> = numbers
+            .iter()
+            .map(|number| Some(model.constraints.get(*number)?.expression))
+            .collect::<Option<_>>()?;
+        let place = |symbol: Symbol| match model.symbols.get(&symbol) {
+            Some(SymbolKind::Coordinate(place)) => Some(*place),
+            Some(_) | None => None,
+        };
+        let mut roots = expressions.clone();
+        let mut slopes = Vec::new();
+        for (number, expression) in expressions.iter().enumerate() {
+            for (symbol, slope) in pool.slopes(*expression, |symbol| place(symbol).is_some()) {
+                slopes.push((number, place(symbol)?));
+                roots.push(slope);
+            }
+        }
+        let symbols = pool.symbols_of(&roots);
+        let inputs = symbols
+            .iter()
+            .map(|symbol| match model.symbols.get(symbol)? {
+                SymbolKind::Coordinate(place) => Some(Input::Coordinate(*place)),
+                SymbolKind::Parameter(number) => {
+                    Some(Input::Parameter(model.parameters.get(*number)?.value?))
+                }
+                _ => None,
+            })
+            .collect::<Option<_>>()?;
+        Some(Self {
+            tape: Tape::compile(&pool, &roots, &symbols).ok()?,
+            inputs,
+            count: expressions.len(),
+            slopes,
+            coordinates: model.coordinates.len(),
+        })
+    }
+
+    /// The constraints and their gradients at a point.
+    fn at(&self, model: &Model, point: &[Big], bits: usize) -> Option<(Vec<Big>, Vec<Vec<Big>>)> {
+        let inputs = self.inputs.iter().map(|input| match input {
+            Input::Coordinate(place) => point.get(*place).cloned(),
+            Input::Parameter(value) => evaluate_closed(&model.pool, *value, bits),
+        });
+        let inputs = inputs.collect::<Option<Vec<Big>>>()?;
+        let mut numbers = self.tape.prepare(bits).evaluate(&inputs, &mut Vec::new());
+        if !numbers.iter().all(Big::is_finite) {
+            return None;
+        }
+        let slopes = numbers.split_off(self.count);
+        let mut rows = vec![vec![Big::zero(bits); self.coordinates]; self.count];
+        for ((number, place), slope) in self.slopes.iter().zip(slopes) {
+            *rows.get_mut(*number)?.get_mut(*place)? = slope;
+        }
+        Some((numbers, rows))
+    }
+
+    /// A point of the surface beside one, by Newton's method for as many coordinates as there are constraints.
+    fn near(&self, model: &Model, start: &[Big], bits: usize) -> Option<Vec<Big>> {
+        let mut point: Vec<Big> = start.iter().map(Big::center).collect();
+        let mut last: Option<Magnitude> = None;
+        for _ in 0..MOST_STEPS {
+            let (gaps, rows) = self.at(model, &point, bits)?;
+            let rows: Vec<Vec<Big>> = rows
+                .iter()
+                .map(|row| row.iter().map(Big::center).collect())
+                .collect();
+            let bound = choose_bound(&rows, bits)?;
+            let equations = rows.iter().zip(&gaps).map(|(row, gap)| {
+                let own = bound.iter().map(|place| row[*place].clone());
+                own.chain(std::iter::once(gap.center().neg())).collect::<Vec<Big>>()
+            });
+            let step = solve(equations.collect(), bits)?;
+            let length = step
+                .iter()
+                .map(Big::abs_upper)
+                .fold(Magnitude::ZERO, Magnitude::max);
+            for (place, step) in bound.iter().zip(&step) {
+                point[*place] = point[*place].add(step).center();
+            }
+            // At the rounding of these numbers steps get no shorter.
+            let done = length.is_zero() || last.is_some_and(|last| last <= length);
+            if done && length <= size(&point).scale(-three_quarters(bits)) {
+                return Some(point);
+            }
+            if done && last.is_some_and(|last| last.scale(4) <= length) {
+                return None;
+            }
+            last = Some(length);
+        }
+        None
+    }
+}
+
+/// As many bits as are taken for equal, with a sign for exponents.
+fn three_quarters(bits: usize) -> i64 {
+    i64::try_from(bits * 3 / 4).unwrap_or(i64::MAX)
+}
+
+/// How large the coordinates of a point are.
+fn size(point: &[Big]) -> Magnitude {
+    let sizes = point.iter().map(Big::abs_upper);
+    sizes.fold(Magnitude::from_f64(1e-3), Magnitude::max)
+}
+
+/// The first of some constraints that is not 0 where the others hold, beside a point, and what its sides differ by there.
+pub(super) enum Verdict {
+    /// All of them follow from the others.
+    Follow,
+    /// One does not.
+    Differs {
+        /// The constraint, by number.
+        number: usize,
+        /// The difference.
+        by: f64,
+    },
+}
+
+/// Whether some constraints hold where the others, by number, hold beside a point; `None` where that can't be told.
+pub(super) fn follow(
+    model: &Model,
+    kept: &[usize],
+    others: &[usize],
+    start: &[Big],
+) -> Option<Verdict> {
+    let bits = bits(model)?;
+    let point = Surface::new(model, kept)?.near(model, start, bits)?;
+    let (gaps, rows) = Surface::new(model, others)?.at(model, &point, bits)?;
+    let size = size(&point);
+    for ((number, gap), row) in others.iter().zip(&gaps).zip(&rows) {
+        let slope = row
+            .iter()
+            .map(Big::abs_upper)
+            .fold(Magnitude::ZERO, Magnitude::max);
+        let half = i64::try_from(bits / 2).unwrap_or(i64::MAX);
+        if gap.abs_upper() > (slope * size).scale(-half) {
+            return Some(Verdict::Differs {
+                number: *number,
+                by: gap.mid_f64(),
+            });
+        }
+    }
+    Some(Verdict::Follow)
+}
+
+/// A point in doubles or balls, exactly.
+pub(super) fn exactly(model: &Model, point: &[Ball]) -> Option<Vec<Big>> {
+    let bits = bits(model)?;
+    Some(
+        point
+            .iter()
+            .map(|x| Big::from_ball(x, bits).center())
+            .collect(),
+    )
+}
