@@ -134,7 +134,8 @@ impl Surface {
             let bound = choose_bound(&rows, bits)?;
             let equations = rows.iter().zip(&gaps).map(|(row, gap)| {
                 let own = bound.iter().map(|place| row[*place].clone());
-                own.chain(std::iter::once(gap.center().neg())).collect::<Vec<Big>>()
+                own.chain(std::iter::once(gap.center().neg()))
+                    .collect::<Vec<Big>>()
             });
             let step = solve(equations.collect(), bits)?;
             let length = step
