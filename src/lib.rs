@@ -106,6 +106,9 @@ pub mod syntax;
 pub mod typeset;
 
 #[cfg(feature = "engine")]
+pub mod budget;
+
+#[cfg(feature = "engine")]
 pub mod number;
 
 #[cfg(feature = "engine")]

@@ -24,8 +24,8 @@ use dashu_ratio::RBig;
 
 pub use roots::Factor;
 
-/// Size in bits up to which powers are written out: about 300,000 decimal digits.
-pub const MAX_BITS: usize = 1 << 20;
+/// Size in bits up to which numbers are written out: about 30,000 decimal digits.
+pub const MAX_BITS: usize = 100_000;
 
 /// An exact rational number of any size.
 ///
@@ -244,6 +244,17 @@ impl Number {
                 .numerator()
                 .bit_len()
                 .max(value.denominator().bit_len()),
+        }
+    }
+
+    /// The memory that the number takes beside itself.
+    pub(crate) fn bytes(&self) -> usize {
+        match &self.0 {
+            Repr::Small(..) => 0,
+            Repr::Big(value) => {
+                let bits = value.numerator().bit_len() + value.denominator().bit_len();
+                size_of::<RBig>() + bits / 8
+            }
         }
     }
 

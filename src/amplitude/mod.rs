@@ -34,7 +34,7 @@ use basis::Basis;
 use energies::Energies;
 use expansion::{Expansion, NotSmooth};
 
-use crate::linearize::{Linearized, Structure};
+use crate::linearize::{LinearizeError, Linearized, Structure};
 use crate::model::Model;
 use crate::modes::Kind;
 use crate::oscillation::{NormalMode, NormalModes};
@@ -116,6 +116,17 @@ pub fn amplitude(
     linearized: &Linearized,
     modes: &NormalModes,
 ) -> Result<Amplitudes, AmplitudeError> {
+    let budget = linearized.model().pool.budget();
+    budget.at("the derivatives of the energies", None);
+    let amplitudes = amplitudes(linearized, modes);
+    budget
+        .check()
+        .map_err(LinearizeError::from)
+        .map_err(AmplitudeError::Linearize)?;
+    amplitudes
+}
+
+fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
     let model = linearized.model();
     check(model)?;
     let energies = Energies::new(model)?;

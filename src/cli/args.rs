@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use super::guard::{self, Guard, Limits};
+
 /// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
 /// what stands behind a colon keeps its lines.
 fn flowing(text: &str) -> String {
@@ -223,6 +225,29 @@ pub(crate) struct Cli {
         default_value_t
     )]
     pub(crate) message_format: MessageFormat,
+    /// Time and memory for the work: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
+    /// proportion for a longer one
+    #[arg(long, global = true, value_name = "LIMITS", value_parser = guard::limits)]
+    pub(crate) budget: Option<Limits>,
+}
+
+impl Command {
+    /// What the command reads a model by.
+    pub(crate) fn model(&mut self) -> Option<&mut ModelArgs> {
+        match self {
+            Self::Modes(args) => Some(&mut args.model),
+            Self::Sweep(args) => Some(&mut args.model),
+            Self::Period(args) => Some(&mut args.model),
+            Self::Amplitude(args) => Some(&mut args.model),
+            Self::Sensitivity(args) => Some(&mut args.model),
+            Self::Floquet(args) => Some(&mut args.model),
+            Self::Motion(args) => Some(&mut args.model),
+            Self::Inertia(args) => Some(&mut args.model),
+            Self::Check(args) => Some(&mut args.model),
+            Self::Derive(args) => Some(&mut args.model),
+            Self::Explain(_) | Self::Fmt(_) => None,
+        }
+    }
 }
 
 /// How mistakes and warnings are told on standard error.
@@ -286,6 +311,9 @@ pub(crate) struct ModelArgs {
     /// Let tables lie in or below this folder too, not only that of the model; may be repeated
     #[arg(long = "allow-path", value_name = "DIR")]
     pub(crate) allow_paths: Vec<PathBuf>,
+    /// Watches over the budget.
+    #[arg(skip)]
+    pub(crate) guard: Guard,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@ mod args;
 mod chart;
 mod draw;
 mod fmt;
+mod guard;
 mod inertia;
 mod input;
 mod messages;
@@ -28,6 +29,7 @@ use librate::sweep::{Place, Range};
 use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, sweep, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};
+use guard::Guard;
 use input::Source;
 use output::write_out;
 use progress::Progress;
@@ -71,11 +73,15 @@ struct Loaded {
 
 /// Runs the command that was typed.
 pub(crate) fn run() -> ExitCode {
-    let cli = match Cli::try_parse() {
+    let mut cli = match Cli::try_parse() {
         Ok(cli) => cli,
         Err(error) => return usage(&error),
     };
     let format = cli.message_format;
+    let guard = Guard::new(cli.budget.unwrap_or_default(), format);
+    if let Some(model) = cli.command.model() {
+        model.guard = guard.clone();
+    }
     let answer = match &cli.command {
         Command::Modes(modes) => modes_text(modes),
         Command::Sweep(sweep) => sweep_text(sweep),
@@ -91,7 +97,7 @@ pub(crate) fn run() -> ExitCode {
         // Has several files, each with a result of its own.
         Command::Fmt(fmt) => return fmt::run(fmt, format),
     };
-    let written = answer.and_then(|answer| {
+    let written = guard.finish(answer).and_then(|answer| {
         if let Some((source, warnings)) = answer.remarks
             && !warnings.is_empty()
         {
@@ -437,18 +443,20 @@ struct Parsed {
     settings: Settings,
 }
 
-/// Parses a model and reads its tables.
+/// Parses a model and reads its tables; from then on its budget counts.
 fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
     let settings = settings(args)?;
     let file = match syntax::parse(&source.text) {
         Ok(file) => file,
         Err(errors) => return Err(failed(source, Vec::new(), errors)),
     };
+    let tables = input::read_tables(args, &file, &mut source)?;
+    let budget = args.guard.begin(&source, tables.bytes());
     Ok(Parsed {
-        tables: input::read_tables(args, &file, &mut source)?,
         source,
         file,
-        settings,
+        tables,
+        settings: settings.within(budget),
     })
 }
 

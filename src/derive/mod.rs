@@ -282,10 +282,20 @@ pub struct Energy {
 ///
 /// # Errors
 /// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
-/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint.
+/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint; [`LinearizeError::Budget`].
 /// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
+    let budget = model.pool.budget();
+    budget.at("the derivation", None);
+    let derivation = derivation(model, parts);
+    budget.check()?;
+    derivation
+}
+
+fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let mut short = Simplifier::default();
+    let budget = model.pool.budget();
+    budget.at("M and K in symbols", None);
     let (tied, matrices) = linearize::derive_with_multipliers(model);
     let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
     let (mut pool, mut linear) = match matrices {
@@ -318,6 +328,7 @@ pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     }
     let checker = Checker::new(model);
     if let Ok(linear) = &mut linear {
+        budget.at("M and K in their shortest form", None);
         linear.finish(&mut pool, &mut short, &checker, parts);
     }
     let mut derivation = Derivation {
@@ -372,7 +383,11 @@ impl Linear {
                 potential: energy::quadratic_form(pool, &self.stiffness, Motion::Displacement),
             });
         }
+        if pool.is_spent() {
+            return;
+        }
         if parts.frequencies && self.is_conservative() {
+            pool.budget().at("frequencies in closed form", None);
             self.frequencies = Some(frequencies::frequencies(
                 checker,
                 pool,
@@ -432,6 +447,8 @@ impl Derivation {
         let pool = &mut self.pool;
         let variables = Variables::new(model);
         let bound = !model.constraints.is_empty();
+        let budget = pool.budget().clone();
+        budget.at("Lagrange's equations", None);
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
         let dissipation = lagrangian::dissipation(model, pool);
         if parts.equations {
@@ -439,6 +456,10 @@ impl Derivation {
                 equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
         }
+        if pool.is_spent() {
+            return;
+        }
+        budget.at("the equilibria in symbols", None);
         if parts.equilibria && !bound {
             self.equilibria = Some(equilibria::roots(
                 pool,
@@ -448,6 +469,10 @@ impl Derivation {
                 model,
             ));
         }
+        if pool.is_spent() {
+            return;
+        }
+        budget.at("what is conserved", None);
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
             let conserved = conserved::conserved(

@@ -54,6 +54,9 @@ impl Simplifier {
         closed.dedup();
         let mut local: HashMap<ExprId, ExprId> = HashMap::new();
         for id in ids {
+            if pool.is_spent() {
+                return root;
+            }
             let is_closed = closed.binary_search(&id).is_ok();
             if is_closed && let Some(image) = self.images.get(&id) {
                 local.insert(id, *image);

@@ -9,6 +9,27 @@ use std::hash::{Hash, Hasher};
 use super::{ExprId, Node};
 use crate::number::Number;
 
+/// The memory that a node takes in a pool, with its place in the table.
+pub(super) fn bytes(node: &Node) -> usize {
+    const SLOTS: usize = 4 * size_of::<(u32, u32)>();
+    let parts = |parts: &[(ExprId, Number)]| -> usize {
+        let own = |(_, number): &(ExprId, Number)| size_of::<(ExprId, Number)>() + number.bytes();
+        parts.iter().map(own).sum()
+    };
+    let more = match node {
+        Node::Number(number) => number.bytes(),
+        Node::Sum { constant, terms } => constant.bytes() + parts(terms),
+        Node::Product(factors) => parts(factors),
+        Node::Pi
+        | Node::Symbol(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => 0,
+    };
+    size_of::<Node>() + SLOTS + more
+}
+
 /// A multiplicative hash, as fast as a small node asks for.
 #[derive(Default)]
 pub(super) struct NodeHasher(u64);

@@ -52,6 +52,7 @@ mod zero;
 
 use std::collections::{BTreeMap, HashMap};
 
+use crate::budget::{Budget, Held};
 use crate::number::Number;
 
 pub use crate::precision::Function;
@@ -170,6 +171,10 @@ pub struct Pool {
     workspaces: product::Workspaces,
     /// Terms of the sum that is being made.
     term_buffer: Vec<(ExprId, Number)>,
+    /// The memory of the nodes.
+    held: Held,
+    /// A number has outgrown [`crate::number::MAX_BITS`].
+    outgrown: bool,
 }
 
 /// The expressions every pool begins with.
@@ -181,6 +186,21 @@ const MINUS_ONE: ExprId = ExprId(4);
 
 impl Default for Pool {
     fn default() -> Pool {
+        Pool::within(Budget::default())
+    }
+}
+
+impl Pool {
+    /// A pool without symbols.
+    #[must_use]
+    pub fn new() -> Pool {
+        Pool::default()
+    }
+
+    /// A pool without symbols that grows only within a budget: when that is spent, everything new is
+    /// [`Node::Undefined`].
+    #[must_use]
+    pub fn within(budget: Budget) -> Pool {
         let mut pool = Pool {
             nodes: Vec::new(),
             flags: Vec::new(),
@@ -190,6 +210,8 @@ impl Default for Pool {
             known_angles: Vec::new(),
             workspaces: product::Workspaces::default(),
             term_buffer: Vec::new(),
+            held: Held::new(budget),
+            outgrown: false,
         };
         for node in [
             Node::Number(Number::ZERO),
@@ -202,13 +224,27 @@ impl Default for Pool {
         }
         pool
     }
-}
 
-impl Pool {
-    /// A pool without symbols.
+    /// The budget that the pool grows within.
     #[must_use]
-    pub fn new() -> Pool {
-        Pool::default()
+    pub fn budget(&self) -> &Budget {
+        self.held.budget()
+    }
+
+    /// Whether nothing new is made any more.
+    pub(crate) fn is_spent(&self) -> bool {
+        self.budget().is_spent()
+    }
+
+    /// Whether a number has outgrown [`crate::number::MAX_BITS`] since this was asked last.
+    pub(crate) fn take_outgrown(&mut self) -> bool {
+        std::mem::take(&mut self.outgrown)
+    }
+
+    /// The expression in place of a number that is too long.
+    fn too_long(&mut self) -> ExprId {
+        self.outgrown = true;
+        UNDEFINED
     }
 
     /// How many expressions the pool holds.
@@ -238,6 +274,7 @@ impl Pool {
         // As many symbols as expressions at most, so that the index fits as theirs does.
         let symbol = Symbol(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
         let expression = self.intern(Node::Symbol(symbol));
+        self.held.grow(size_of::<SymbolEntry>() + name.len());
         self.symbols.push(SymbolEntry {
             name: name.into(),
             expression,
@@ -328,7 +365,7 @@ impl Pool {
     /// An exact number; [`Node::Undefined`] beyond [`crate::number::MAX_BITS`].
     pub fn number(&mut self, value: Number) -> ExprId {
         if value.is_oversized() {
-            return UNDEFINED;
+            return self.too_long();
         }
         match value.to_i64() {
             Some(0) => ZERO,
@@ -425,6 +462,10 @@ impl Pool {
         let Ok(id) = u32::try_from(self.nodes.len()) else {
             return UNDEFINED;
         };
+        if self.is_spent() {
+            return UNDEFINED;
+        }
+        self.held.grow(intern::bytes(&node));
         let flags = self.flags_of(&node);
         self.nodes.push(node);
         self.flags.push(flags);

@@ -7,10 +7,6 @@
 use super::{ExprId, Function, Node, PI, Pool};
 use crate::number::Number;
 
-/// Length in bytes beyond which the text is cut off (an expression with shared parts can be
-/// exponentially longer than its pool).
-const MAX_LENGTH: usize = 1 << 24;
-
 /// Where an expression stands.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Place {
@@ -100,8 +96,10 @@ impl Pool {
         let mut out = String::new();
         let mut stack = vec![Piece::Expression(e, Place::Open)];
         let mut pieces = Vec::new();
+        // An expression with shared parts can be exponentially longer than its pool.
+        let longest = self.budget().longest_text();
         while let Some(piece) = stack.pop() {
-            if out.len() > MAX_LENGTH {
+            if out.len() > longest || self.is_spent() {
                 out.push('…');
                 break;
             }
@@ -122,6 +120,7 @@ impl Pool {
             }
             stack.extend(pieces.drain(..).rev());
         }
+        self.budget().count_text(out.len());
         out
     }
 

@@ -32,7 +32,11 @@ struct Workspace {
 }
 
 /// Breaks off a product that has no value.
-struct NoValue;
+enum NoValue {
+    Undefined,
+    /// One that is too long to be written out.
+    TooLong,
+}
 
 impl Pool {
     /// The product of the expressions.
@@ -165,7 +169,11 @@ impl Pool {
         let mut work = self.workspaces.0.pop().unwrap_or_default();
         work.pending.extend(factors);
         work.pending.reverse();
-        let result = self.build_product(&mut work).unwrap_or(UNDEFINED);
+        let result = match self.build_product(&mut work) {
+            Ok(result) => result,
+            Err(NoValue::Undefined) => UNDEFINED,
+            Err(NoValue::TooLong) => self.too_long(),
+        };
         work.pending.clear();
         work.settled.clear();
         work.exponents.clear();
@@ -176,6 +184,9 @@ impl Pool {
 
     fn build_product(&mut self, work: &mut Workspace) -> Result<ExprId, NoValue> {
         let mut coefficient = Number::ONE;
+        if self.is_spent() {
+            return Err(NoValue::Undefined);
+        }
         loop {
             while let Some((base, exponent)) = work.pending.pop() {
                 self.settle(base, exponent, &mut coefficient, work)?;
@@ -208,7 +219,7 @@ impl Pool {
         work: &mut Workspace,
     ) -> Result<(), NoValue> {
         if base == UNDEFINED {
-            return Err(NoValue);
+            return Err(NoValue::Undefined);
         }
         if exponent.is_zero() {
             return Ok(());
@@ -279,7 +290,7 @@ impl Pool {
                 };
                 work.settled.push((node, sign));
             }
-            Node::Undefined => return Err(NoValue),
+            Node::Undefined => return Err(NoValue::Undefined),
             Node::Pi | Node::Symbol(_) | Node::Function(..) | Node::Atan2 { .. } => {
                 work.settled.push((base, exponent));
             }
@@ -506,7 +517,7 @@ fn multiply_number(
         return multiply_whole_power(value, exponent, coefficient);
     }
     if value.is_negative() || (value.is_zero() && exponent.is_negative()) {
-        return Err(NoValue);
+        return Err(NoValue::Undefined);
     }
     if value.is_zero() {
         *coefficient = Number::ZERO;
@@ -550,12 +561,17 @@ fn multiply_whole_power(
         let exponent = exponent
             .to_i64()
             .and_then(|e| i32::try_from(e).ok())
-            .ok_or(NoValue)?;
-        value.powi(exponent).ok_or(NoValue)?
+            .ok_or(NoValue::TooLong)?;
+        let no_value = if value.is_zero() {
+            NoValue::Undefined
+        } else {
+            NoValue::TooLong
+        };
+        value.powi(exponent).ok_or(no_value)?
     };
     *coefficient = coefficient.mul(&power);
     if coefficient.is_oversized() {
-        Err(NoValue)
+        Err(NoValue::TooLong)
     } else {
         Ok(())
     }

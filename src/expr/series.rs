@@ -17,6 +17,7 @@ use lower::{Lowered, Start, Step};
 
 use super::Function;
 use super::tape::{Prepared, Weight};
+use crate::budget::Budget;
 use crate::number::Number;
 use crate::precision::Scalar;
 
@@ -66,6 +67,7 @@ pub struct Series<S: Scalar> {
     order: usize,
     out: Vec<S>,
     precision: S::Precision,
+    budget: Budget,
 }
 
 impl<S: Scalar> Prepared<S> {
@@ -96,6 +98,7 @@ impl<S: Scalar> Prepared<S> {
             order: 0,
             zero,
             precision: self.precision,
+            budget: self.code.budget.clone(),
         }
     }
 }
@@ -123,6 +126,12 @@ impl<S: Scalar> Series<S> {
     /// absolute value where the sign is not decided, an angle on both sides of its jump. (A series whose base is constant so far is constant.)
     pub fn next(&mut self, inputs: &[S]) -> &[S] {
         let k = self.order;
+        if self.budget.is_spent() {
+            self.order += 1;
+            let undefined = self.not_a_number();
+            self.out.fill(undefined);
+            return &self.out;
+        }
         while self.counts.len() <= k {
             let count = Number::from(i64::try_from(self.counts.len()).unwrap_or(i64::MAX));
             self.counts.push(S::from_number(&count, self.precision));

@@ -62,8 +62,11 @@ impl Pool {
 
     /// A number times an expression.
     pub fn scale(&mut self, e: ExprId, factor: &Number) -> ExprId {
-        if e == UNDEFINED || factor.is_oversized() {
+        if e == UNDEFINED || self.is_spent() {
             return UNDEFINED;
+        }
+        if factor.is_oversized() {
+            return self.too_long();
         }
         if factor.is_one() {
             return e;
@@ -100,6 +103,12 @@ impl Pool {
         let mut collected = std::mem::take(&mut self.term_buffer);
         let mut undefined = false;
         for (e, factor) in parts {
+            // Numbers of many digits take their time.
+            if constant.is_oversized() || self.is_spent() {
+                self.outgrown |= constant.is_oversized();
+                undefined = true;
+                break;
+            }
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
                 Node::Sum {
@@ -132,7 +141,7 @@ impl Pool {
         let mut terms = std::mem::take(&mut self.term_buffer);
         let oversized = constant.is_oversized() || terms.iter().any(|(_, c)| c.is_oversized());
         let result = match terms.as_slice() {
-            _ if oversized => UNDEFINED,
+            _ if oversized => self.too_long(),
             [] => self.number(constant),
             [(single, coefficient)] if constant.is_zero() && coefficient.is_one() => *single,
             _ => self.intern_sum(constant, &mut terms),

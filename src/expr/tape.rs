@@ -5,6 +5,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{ExprId, Function, Node, Pool, Symbol};
+use crate::budget::Budget;
 use crate::number::Number;
 use crate::precision::Scalar;
 
@@ -70,6 +71,8 @@ pub(super) struct Code {
     /// The first one is 1.
     constants: Vec<Number>,
     pub(super) outputs: Vec<usize>,
+    /// When it is spent all values are undefined, so that whatever goes on from one to the next ends.
+    pub(super) budget: Budget,
 }
 
 /// Compiled expressions; cheap to clone.
@@ -166,6 +169,7 @@ impl Tape {
                 operations,
                 constants,
                 outputs,
+                budget: pool.budget().clone(),
             }),
         })
     }
@@ -266,6 +270,10 @@ impl<S: Scalar> Prepared<S> {
     fn run(&self, inputs: &[S], registers: &mut Vec<S>) {
         registers.clear();
         registers.reserve(self.code.operations.len());
+        if self.code.budget.is_spent() {
+            registers.resize(self.code.operations.len(), self.undefined());
+            return;
+        }
         for operation in &self.code.operations {
             let value = self.step(operation, inputs, registers);
             registers.push(value);

@@ -32,7 +32,7 @@ use std::cmp::Ordering;
 
 use crate::expr::ExprId;
 use crate::flow::{Equations, Plain};
-use crate::linearize::constant;
+use crate::linearize::{LinearizeError, constant};
 use crate::model::Model;
 use crate::precision::{Ball, Function, Magnitude, Scalar};
 use monodromy::short;
@@ -117,6 +117,14 @@ impl Floquet {
 /// Where bounds in double-double do not decide on which side of the unit circle a multiplier lies, or not all digits asked
 /// for, the way over the period is followed again with more bits, as far as that takes some seconds.
 pub fn floquet(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
+    let budget = model.pool.budget();
+    budget.at("the motion over a period", None);
+    let found = over_a_period(model, options);
+    budget.check().map_err(LinearizeError::from)?;
+    found
+}
+
+fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetError> {
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
     let n = driven.dimension();

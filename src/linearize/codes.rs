@@ -19,6 +19,7 @@ impl LinearizeError {
             Self::TimeDependent { .. } => "E0309",
             Self::NoModes { .. } => "E0310",
             Self::TooLarge { .. } => "E0311",
+            Self::Budget(exceeded) => exceeded.code(),
             Self::NotCyclic { .. } => "E0312",
             Self::ConstraintsContradict { .. } => "E0313",
             Self::ConstraintBroken { .. } => "E0314",

@@ -1,5 +1,6 @@
 //! Why a model has no small oscillations to speak of.
 
+use crate::budget::Exceeded;
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 
@@ -192,6 +193,9 @@ pub enum LinearizeError {
         /// What the numeric stage says.
         reason: String,
     },
+    /// The work or the memory is beyond the budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
     /// More coordinates than a dense problem can have.
     #[error("{coordinates} coordinates are too many for dense matrices (at most {most})")]
     TooLarge {
@@ -350,6 +354,7 @@ fn described(error: &LinearizeError) -> Diagnostic {
             LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
                 .with_help("the motion about a state that is driven has Floquet multipliers instead: `librate floquet` finds them"),
             LinearizeError::NoModes { .. } => Diagnostic::global(message),
+        LinearizeError::Budget(exceeded) => Diagnostic::from(exceeded),
         LinearizeError::TooLarge { .. } => Diagnostic::global(message)
             .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),
         }

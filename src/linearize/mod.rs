@@ -154,9 +154,13 @@ pub enum Structure {
 /// equilibrium, the energies are not defined there, a steady motion is none, or constraints
 /// contradict each other or depend on each other just there.
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
-    leaving_out_dependent(&model, |left_out| {
+    let budget = model.pool.budget().clone();
+    budget.at("the equilibrium and the matrices there", None);
+    let linearized = leaving_out_dependent(&model, |left_out| {
         linearize_without(model.clone(), left_out)
-    })
+    });
+    budget.check()?;
+    linearized
 }
 
 /// Linearizes a model without some of its constraints, which follow from the others.

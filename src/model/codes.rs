@@ -41,6 +41,8 @@ impl ModelError {
             Self::NotACoordinate { .. } => "E0131",
             Self::BadIndices { .. } => "E0132",
             Self::ConstraintOnVelocities { .. } => "E0133",
+            Self::NumberTooLong { .. } => "E0134",
+            Self::Budget(exceeded) => exceeded.code(),
             // Never told to anybody.
             Self::FollowOn {} => "E0100",
             Self::Dimension(error) => error.code(),

@@ -230,10 +230,9 @@ impl Compiler<'_> {
 
     pub(super) fn literal(&mut self, text: &str, span: Span) -> Number {
         Number::parse(text).unwrap_or_else(|| {
-            self.fail(ModelError::Undefined {
-                what: format!("the number {text}: its exponent is out of range; it"),
+            self.fail(ModelError::NumberTooLong {
+                what: text.to_owned(),
                 span,
-                help: None,
             });
             Number::from(0)
         })

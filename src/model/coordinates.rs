@@ -1,9 +1,13 @@
 //! `coord` statements.
 
 use super::elaborate::Elaborator;
+use super::members::Members;
 use super::names::{Coordinate, Entity, Family, Grid, SymbolKind, member_name};
 use super::units;
 use crate::syntax::Declaration;
+
+/// What a coordinate takes: two symbols, their names, its unit.
+const BYTES_EACH: usize = 400;
 
 /// The boxes of a family of coordinates.
 pub(super) fn coordinate_families(family: &Family) -> Vec<super::CoordinateFamily> {
@@ -48,6 +52,11 @@ impl Elaborator<'_> {
         };
         let base = self.world.coordinates.len();
         let mut keys = Vec::new();
+        let count = members.as_ref().map_or(0, Members::count);
+        let what = format!("`{}`", name.text);
+        self.world.pool.budget().at(what, Some(name.span));
+        let room = self.world.pool.budget().room(count, BYTES_EACH);
+        let members = members.filter(|_| room.is_ok());
         if let Some(members) = members {
             own.grid.rank = members.rank;
             if let Some(mut block) = members.block {

@@ -11,7 +11,7 @@ use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
 use super::{Constraint, Given, Model, ModelError, Purpose, dimension};
-use crate::expr::ExprId;
+use crate::expr::{ExprId, Pool};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
@@ -21,9 +21,10 @@ pub(super) fn elaborate(
     settings: &Settings,
     purpose: Purpose,
 ) -> Result<Model, Vec<ModelError>> {
-    let mut elaborator = Elaborator::new(file);
+    let mut elaborator = Elaborator::new(file, settings);
     elaborator.read_settings(settings);
     for statement in &file.statements {
+        elaborator.begin(&statement.kind, statement.span);
         let before = (elaborator.errors.len(), elaborator.follow_ons);
         elaborator.declare(&statement.kind, statement.span, tables);
         if before != (elaborator.errors.len(), elaborator.follow_ons) {
@@ -37,7 +38,7 @@ pub(super) fn elaborate(
 /// The number of coordinates, from the declarations alone: the parameters and tables that set ranges,
 /// and those ranges. What can't be read counts nothing.
 pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
-    let mut elaborator = Elaborator::new(file);
+    let mut elaborator = Elaborator::new(file, settings);
     elaborator.read_settings(settings);
     let mut wanted = elaborator.structural.clone();
     wanted.extend(tables_of_coordinates(file));
@@ -111,10 +112,14 @@ pub(super) struct Elaborator<'a> {
 }
 
 impl<'a> Elaborator<'a> {
-    fn new(file: &'a File) -> Self {
+    fn new(file: &'a File, settings: &Settings) -> Self {
+        let budget = settings.budget.clone().unwrap_or_default();
         Self {
             file,
-            world: World::default(),
+            world: World {
+                pool: Pool::within(budget),
+                ..World::default()
+            },
             errors: Vec::new(),
             later: declared_names(file),
             structural: structural_names(file),
@@ -151,6 +156,15 @@ impl<'a> Elaborator<'a> {
                 None
             }
         }
+    }
+
+    /// Tells the budget which statement is being worked on.
+    fn begin(&self, kind: &StatementKind, span: Span) {
+        let what = match declared(kind).as_slice() {
+            [] => "this statement".to_owned(),
+            [first, ..] => format!("`{}`", first.text),
+        };
+        self.world.pool.budget().at(what, Some(span));
     }
 
     fn declare(&mut self, kind: &StatementKind, span: Span, tables: &TableTexts) {
@@ -218,23 +232,7 @@ impl<'a> Elaborator<'a> {
 
     /// What a statement with a mistake declares is broken.
     fn mark_broken(&mut self, kind: &StatementKind) {
-        let names: Vec<&Name> = match kind {
-            StatementKind::Param(binding) | StatementKind::Let(binding) => vec![&binding.name],
-            StatementKind::Coord { declarations } => {
-                declarations.iter().map(|one| &one.name).collect()
-            }
-            StatementKind::Table { name, .. } => vec![name],
-            StatementKind::Model { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Constraint { .. }
-            | StatementKind::Guess(_)
-            | StatementKind::Equilibrium { .. }
-            | StatementKind::Period(_) => Vec::new(),
-        };
-        for name in names {
+        for name in declared(kind) {
             if let Some((entity, _)) = self.world.names.get(name.text.as_str()) {
                 self.world.broken.insert(*entity);
             }
@@ -284,6 +282,8 @@ impl<'a> Elaborator<'a> {
         let Some((root, _)) = statement else {
             return Vec::new();
         };
+        let span = self.file.expr(root).span;
+        self.world.pool.budget().at(name, Some(span));
         let families = families(&mut self.compiler(), root);
         let Some(families) = self.note(families) else {
             return Vec::new();
@@ -412,6 +412,7 @@ impl<'a> Elaborator<'a> {
             (vec![None; count], vec![None; count], vec![None; count]);
         let mut constraints = Vec::new();
         for statement in &self.file.statements {
+            self.begin(&statement.kind, statement.span);
             match &statement.kind {
                 StatementKind::Guess(binding) => self.given(binding, "the guess", &mut guesses),
                 StatementKind::Equilibrium {
@@ -468,6 +469,10 @@ impl<'a> Elaborator<'a> {
         let dimensions = dimension::infer(self.file);
         self.errors
             .extend(dimensions.errors.iter().cloned().map(ModelError::from));
+        // Whatever else there is to say may only follow from it.
+        if let Err(exceeded) = self.world.pool.budget().check() {
+            return Err(vec![exceeded.into()]);
+        }
         if !self.errors.is_empty() {
             return Err(tidy(self.errors));
         }
@@ -548,6 +553,24 @@ impl<'a> Elaborator<'a> {
             let symbols = self.world.pool.symbols_of(&[e]);
             symbols.contains(&time).then_some(span)
         })
+    }
+}
+
+/// The names that a statement declares.
+fn declared(kind: &StatementKind) -> Vec<&Name> {
+    match kind {
+        StatementKind::Param(binding) | StatementKind::Let(binding) => vec![&binding.name],
+        StatementKind::Coord { declarations } => declarations.iter().map(|one| &one.name).collect(),
+        StatementKind::Table { name, .. } => vec![name],
+        StatementKind::Model { .. }
+        | StatementKind::Kinetic(_)
+        | StatementKind::Potential(_)
+        | StatementKind::Lagrangian(_)
+        | StatementKind::Dissipation(_)
+        | StatementKind::Constraint { .. }
+        | StatementKind::Guess(_)
+        | StatementKind::Equilibrium { .. }
+        | StatementKind::Period(_) => Vec::new(),
     }
 }
 

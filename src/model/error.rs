@@ -1,6 +1,7 @@
 //! What can be wrong with a model whose syntax is right: one variant a kind of mistake.
 
 use super::dimension::DimensionError;
+use crate::budget::Exceeded;
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
 
@@ -232,6 +233,17 @@ pub enum ModelError {
         /// Where.
         span: Span,
     },
+    /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
+    #[error("{what} is too long for an exact number")]
+    NumberTooLong {
+        /// What comes to it.
+        what: String,
+        /// Where.
+        span: Span,
+    },
+    /// The model grows beyond its budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
     /// A comparison of numbers that can't be told apart.
     #[error("this comparison can't be decided")]
     UndecidedComparison {
@@ -537,6 +549,10 @@ fn described(error: &ModelError) -> Diagnostic {
             meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}"))),
         ),
         ModelError::TooLarge { span, .. } => at(*span, "this does not fit into memory"),
+        ModelError::NumberTooLong { span, .. } => at(*span, "more than 30,000 digits").with_help(
+            "exact numbers have up to 100,000 bits; is an exponent wrong, or a number squared again and again?",
+        ),
+        ModelError::Budget(exceeded) => Diagnostic::from(exceeded),
         ModelError::UndecidedComparison { span } => {
             at(*span, "the two sides agree to thirty digits").with_help(
                 "write the condition without roots or functions, for example with squares",

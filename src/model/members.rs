@@ -37,6 +37,13 @@ pub(super) struct Members {
     pub(super) span: Span,
 }
 
+impl Members {
+    /// How many members there are.
+    pub(super) fn count(&self) -> usize {
+        self.block.as_ref().map_or(self.keys.len(), Block::len)
+    }
+}
+
 /// Whether a program names a declared quantity: a parameter, a coordinate or a `let`.
 pub(super) fn reads_names(program: &Program) -> bool {
     let mut todo = vec![program];

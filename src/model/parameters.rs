@@ -15,6 +15,9 @@ use crate::expr::{ExprId, Substitution};
 use crate::span::Span;
 use crate::syntax::{Binding, ExprRef, Name};
 
+/// What a parameter takes: a symbol, its name, its values.
+const BYTES_EACH: usize = 300;
+
 impl Elaborator<'_> {
     pub(super) fn read_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
@@ -328,6 +331,10 @@ impl Elaborator<'_> {
                 self.errors.push(twice(&at, first));
                 return None;
             }
+            if let Err(exceeded) = self.world.pool.budget().room(block.len(), BYTES_EACH) {
+                self.errors.push(exceeded.into());
+                return None;
+            }
             let mut block = block.clone();
             block.base = base;
             let keys = block.keys().collect();
@@ -386,6 +393,15 @@ impl Elaborator<'_> {
                 symbolic = own;
             }
             value = self.closed(own);
+            if value.is_some_and(|value| self.world.pool.is_undefined(value))
+                && self.world.pool.take_outgrown()
+            {
+                self.errors.push(ModelError::NumberTooLong {
+                    what: format!("`{name}`"),
+                    span: value_span,
+                });
+                value = Some(self.world.pool.one());
+            }
             if self.structural.contains(family)
                 && let Some(value) = value
                 && self.world.pool.as_number(value).is_some()

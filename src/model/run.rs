@@ -126,6 +126,7 @@ impl World {
         slots: &mut Vec<i64>,
         mut instance: Option<&mut Instance>,
     ) -> Result<Option<Value>, Stop> {
+        self.pool.take_outgrown();
         let value = match op {
             Op::Literal(e) => Value::Scalar(*e),
             Op::Broken => return Err(Stop::from(ModelError::FollowOn {})),
@@ -193,14 +194,19 @@ impl World {
             }
             Op::Call(builtin, _) => {
                 let value = self.call(*builtin, &operands, span)?;
-                if self.is_undefined(&value) {
+                if self.is_undefined(&value) && !self.pool.is_spent() {
                     return Err(Stop::from(builtin.undefined(&self.pool, &operands, span)));
                 }
                 value
             }
             Op::SumOver(sum) => self.sum_over(sum, slots, instance, span)?,
         };
+        self.pool.budget().check().map_err(ModelError::from)?;
         if self.is_undefined(&value) {
+            if self.pool.take_outgrown() {
+                let what = "this value".to_owned();
+                return Err(Stop::from(ModelError::NumberTooLong { what, span }));
+            }
             let what = match op {
                 Op::Product(_) => "a quotient with divisor 0",
                 Op::Power => "this power",
@@ -383,6 +389,7 @@ impl World {
                 continue;
             }
             self.steps += 1;
+            self.pool.budget().check().map_err(ModelError::from)?;
             if self.steps > MOST_INSTANCES {
                 return Err(E::from(too_many_terms(span)));
             }

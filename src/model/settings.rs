@@ -1,6 +1,7 @@
 //! Values set from outside: `--set NAME=VALUE`.
 
 use super::ModelError;
+use crate::budget::Budget;
 use crate::syntax::{self, Binding, File, StatementKind, SyntaxError};
 
 const WITHOUT_UNIT: &str =
@@ -19,6 +20,7 @@ pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     pub(super) entries: Vec<Setting>,
+    pub(super) budget: Option<Budget>,
 }
 
 /// One setting: the parsed `param NAME = VALUE`.
@@ -34,6 +36,13 @@ impl Settings {
     #[must_use]
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The same for a model that keeps to a budget; without one it has [`Budget::default`] of its own.
+    #[must_use]
+    pub fn within(mut self, budget: Budget) -> Self {
+        self.budget = Some(budget);
+        self
     }
 
     /// Adds `NAME=VALUE`; the name may be a member (`m[2]`), the value an exact constant expression, with an

@@ -35,6 +35,13 @@ impl TableTexts {
         self
     }
 
+    /// The length of all texts.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let texts = self.texts.iter().filter_map(|(_, text)| text.as_ref().ok());
+        texts.map(String::len).sum()
+    }
+
     fn get(&self, path: &str) -> Option<&Result<String, String>> {
         let found = self.texts.iter().rev().find(|(name, _)| name == path);
         found.map(|(_, text)| text)

@@ -28,8 +28,10 @@ pub use start::{Moved, Start};
 use equations::Equations;
 use step::{Real, Stepper, Trouble};
 
+use crate::budget::Budget;
 use crate::expr::Tape;
 use crate::flow::Enclosure;
+use crate::linearize::LinearizeError;
 use crate::model::{Constant, Model};
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
@@ -152,6 +154,7 @@ pub struct Trajectory {
 /// A model as equations of motion.
 #[derive(Clone, Debug)]
 pub struct System {
+    budget: Budget,
     equations: Equations,
     names: Vec<String>,
 }
@@ -189,8 +192,14 @@ impl System {
     /// Parameters without a value, and models of too many terms.
     pub fn new(model: &Model) -> Result<Self, MotionError> {
         let names = model.coordinates.iter().map(|own| own.name.clone());
+        let budget = model.pool.budget();
+        budget.at("the equations of motion", None);
+        let equations = Equations::new(model);
+        budget.check().map_err(LinearizeError::from)?;
+        budget.at("the motion", None);
         Ok(Self {
-            equations: Equations::new(model)?,
+            budget: budget.clone(),
+            equations: equations?,
             names: names.collect(),
         })
     }
@@ -320,8 +329,21 @@ impl System {
     }
 
     /// Follows the motion from a start whose values are displaced by so much beside their sizes.
-    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
     fn run<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        (order, tolerance): (usize, f64),
+        displaced: f64,
+    ) -> Result<Run<S>, MotionError> {
+        self.budget.at("the motion", None);
+        let run = self.steps(start, times, (order, tolerance), displaced);
+        self.budget.check().map_err(LinearizeError::from)?;
+        run
+    }
+
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
+    fn steps<S: Real>(
         &self,
         start: &Start,
         times: &Times,

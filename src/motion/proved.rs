@@ -9,7 +9,9 @@
 use super::equations::Written;
 use super::error::MotionError;
 use super::{FIRST_STEPS, MOST_NUMBERS, Start, Times, Trajectory, moment};
+use crate::budget::Budget;
 use crate::flow::{Enclosure, Equations, Following, count};
+use crate::linearize::LinearizeError;
 use crate::model::Model;
 use crate::precision::{Ball, Big};
 
@@ -33,6 +35,7 @@ const LARGE: f64 = 1e-4;
 /// A model as equations of motion, ready for proofs.
 #[derive(Clone, Debug)]
 pub struct Enclosed {
+    budget: Budget,
     equations: Equations,
 }
 
@@ -67,8 +70,14 @@ impl Enclosed {
                 most: MOST_COORDINATES,
             });
         }
+        let budget = model.pool.budget();
+        budget.at("the equations of motion", None);
+        let equations = Written::new(model, true).and_then(|written| written.explicit());
+        budget.check().map_err(LinearizeError::from)?;
+        budget.at("the motion", None);
         Ok(Self {
-            equations: Written::new(model, true)?.explicit()?,
+            budget: budget.clone(),
+            equations: equations?,
         })
     }
 
@@ -112,6 +121,7 @@ impl Enclosed {
             }
             (run, bits) = (next, more);
         }
+        self.budget.check().map_err(LinearizeError::from)?;
         if let Some(stuck) = run.stuck {
             let reason = if stuck.steps {
                 "the steps that are proved become too many"

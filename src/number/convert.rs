@@ -8,18 +8,17 @@ use dashu_ratio::RBig;
 
 use super::{Number, Repr};
 
-/// Largest decimal exponent of a literal, either way.
-const MAX_DECIMAL_EXPONENT: i64 = 20_000;
-/// Most digits a literal may have.
-const MAX_DIGITS: usize = 100_000;
+/// Largest decimal exponent of a literal, either way, and most digits it may have: as many as the longest number has,
+/// and some zeros.
+const MAX_DECIMAL_EXPONENT: i64 = 40_000;
+const MAX_DIGITS: usize = 40_000;
 /// Whole numbers up to here are exact in a double.
 const EXACT: u64 = 1 << 53;
 
 impl Number {
     /// The exact value of a decimal literal: `2`, `0.5`, `6.02e23`, with an optional minus sign.
     ///
-    /// `None` for anything else, for decimal exponents beyond ±20000 and for literals of more
-    /// than 100,000 digits.
+    /// `None` for anything else, and for numbers of more than [`MAX_BITS`](super::MAX_BITS) bits.
     #[must_use]
     pub fn parse(text: &str) -> Option<Number> {
         let (negative, text) = match text.strip_prefix('-') {
@@ -53,11 +52,12 @@ impl Number {
         let numerator = IBig::from_parts(sign, magnitude);
         let shift = exponent - fraction.len() as i64;
         let power = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
-        if shift >= 0 {
-            Some(Number::from_integer(numerator * power))
+        let number = if shift >= 0 {
+            Number::from_integer(numerator * power)
         } else {
-            Number::from_parts(numerator, power)
-        }
+            Number::from_parts(numerator, power)?
+        };
+        (!number.is_oversized()).then_some(number)
     }
 
     /// The nearest double, ties to even; infinite beyond the range of doubles.

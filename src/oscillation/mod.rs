@@ -101,6 +101,15 @@ pub fn normal_modes(
     linearized: &Linearized,
     options: &Options,
 ) -> Result<NormalModes, LinearizeError> {
+    let budget = linearized.model().pool.budget();
+    let what = format!("the modes of {} coordinates", linearized.dimension());
+    budget.at(what, None);
+    let modes = modes_of(linearized, options);
+    budget.check()?;
+    modes
+}
+
+fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     if linearized.structure() != Structure::Conservative {
         return exponents::normal_modes(linearized, options);
     }

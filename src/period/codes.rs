@@ -8,6 +8,7 @@ impl PeriodError {
     #[must_use]
     pub fn code(&self) -> &'static str {
         match self {
+            Self::Budget(exceeded) => exceeded.code(),
             Self::NotOneCoordinate { .. } => "E0501",
             Self::Unsupported { .. } => "E0502",
             Self::NotQuadratic { .. } => "E0503",

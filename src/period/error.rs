@@ -1,5 +1,6 @@
 //! Why a model has no period to speak of.
 
+use crate::budget::Exceeded;
 use crate::diagnostic::Diagnostic;
 use crate::model::Feature;
 use crate::span::Span;
@@ -34,6 +35,9 @@ fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PeriodError {
+    /// The work or the memory is beyond the budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
     /// More or fewer coordinates than one.
     #[error("a period by energy conservation needs one coordinate, and this model has {count}")]
     NotOneCoordinate {
@@ -192,6 +196,7 @@ impl From<&PeriodError> for Diagnostic {
 fn described(error: &PeriodError) -> Diagnostic {
     let message = error.to_string();
     match error {
+        PeriodError::Budget(exceeded) => Diagnostic::from(exceeded),
         PeriodError::NotOneCoordinate { span, .. } => match span {
             Some(span) => Diagnostic::error(message, *span, "one too many"),
             None => Diagnostic::global(message),

@@ -196,7 +196,11 @@ impl Oscillator {
     /// # Errors
     /// Where there is no such motion, it is not periodic, or the energies are not smooth on its way.
     pub fn period(&self, request: &Request, options: &Options) -> Result<Period, PeriodError> {
-        solve::period(self, request, options)
+        let budget = self.linearized.model().pool.budget();
+        budget.at("the period", None);
+        let period = solve::period(self, request, options);
+        budget.check()?;
+        period
     }
 
     /// The number that is asked for, in SI.

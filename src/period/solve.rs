@@ -88,6 +88,7 @@ pub(super) fn period(
     let mut attempts = 0;
     loop {
         attempts += 1;
+        oscillator.linearized.model().pool.budget().check()?;
         let precise = oscillator.linearized.precisely(precision);
         let centre = match precise.filter(|_| equilibrium.proved) {
             Some(precise) => precise.equilibrium.into_iter().next(),

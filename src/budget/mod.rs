@@ -1,0 +1,280 @@
+//! One budget for work and memory, shared by all stages of a model.
+//!
+//! A [`Budget`] is handed to a model with its [`Settings`](crate::model::Settings) and goes with its pool of expressions
+//! through every stage. What grows counts its bytes here; loops ask whether the budget [is spent](Budget::is_spent) and
+//! end. A stage whose budget is spent returns [`Exceeded`], never half a result.
+//!
+//! Memory is counted, so that the same model is refused everywhere. Time is not measured here: whoever has a clock calls
+//! [`Budget::stop`] from another thread, as the command line does.
+//!
+//! ```
+//! use librate::budget::{Budget, Limit};
+//! use librate::model::{self, Settings, TableTexts};
+//! use librate::syntax;
+//!
+//! let file = syntax::parse("coord x[1..1000000]  T = sum(i in 1..1000000, 1/2*x[i]'^2)")?;
+//! let settings = Settings::new().within(Budget::new(1_000_000));
+//! let errors = model::elaborate(&file, &TableTexts::new(), &settings).unwrap_err();
+//! assert_eq!(errors[0].to_string(), "the budget of 1 MB is used up by `x`");
+//! # Ok::<(), Vec<syntax::SyntaxError>>(())
+//! ```
+
+mod codes;
+
+use std::fmt;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
+
+/// The memory of a budget that is not given one, in bytes.
+pub const BYTES: u64 = 1_000_000_000;
+
+/// How much less text than memory there may be.
+const MEMORY_FOR_TEXT: u64 = 64;
+
+/// Shorter texts are not counted.
+const SHORT_TEXT: usize = 1 << 16;
+
+/// Bytes are counted in portions of this size.
+const PORTION: u64 = 1 << 16;
+
+/// What a budget limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Limit {
+    /// Time, in seconds.
+    Time(u64),
+    /// Memory, in bytes.
+    Memory(u64),
+    /// The length of formulas written out, in bytes.
+    Text(u64),
+}
+
+impl fmt::Display for Limit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let bytes = match self {
+            Self::Time(seconds) if seconds % 60 == 0 => return write!(f, "{} min", seconds / 60),
+            Self::Time(seconds) => return write!(f, "{seconds} s"),
+            Self::Memory(bytes) | Self::Text(bytes) => *bytes,
+        };
+        match bytes {
+            0..1_000_000 => write!(f, "{} kB", bytes.div_ceil(1000))?,
+            1_000_000..1_000_000_000 => write!(f, "{} MB", bytes / 1_000_000)?,
+            _ => write!(f, "{} GB", bytes as f64 / 1e9)?,
+        }
+        match self {
+            Self::Text(_) => write!(f, " for formulas written out"),
+            Self::Time(_) | Self::Memory(_) => Ok(()),
+        }
+    }
+}
+
+/// A budget is used up: by what, and which limit it had.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the budget of {limit} is used up by {what}")]
+#[non_exhaustive]
+pub struct Exceeded {
+    /// What grew, or was at work.
+    pub what: String,
+    /// Where it stands.
+    pub span: Option<Span>,
+    /// What it was too much for.
+    pub limit: Limit,
+}
+
+impl From<&Exceeded> for Diagnostic {
+    fn from(error: &Exceeded) -> Self {
+        let message = error.to_string();
+        let diagnostic = match error.span {
+            Some(span) => Self::error(message, span, "this takes more"),
+            None => Self::global(message),
+        };
+        let raised = match error.limit {
+            Limit::Time(seconds) => format!("--budget {}s", 10 * seconds.max(1)),
+            Limit::Memory(bytes) | Limit::Text(bytes) => {
+                format!("--budget {}", Limit::Memory(4 * bytes)).replace(' ', "")
+            }
+        };
+        let raised = raised.replacen("--budget", "--budget ", usize::from(!raised.contains(' ')));
+        diagnostic
+            .with_code(error.code())
+            .with_help(format!("`--budget` raises it: `{raised}`"))
+    }
+}
+
+/// What is being worked on, for messages.
+#[derive(Debug)]
+struct Task {
+    what: String,
+    span: Option<Span>,
+}
+
+#[derive(Debug)]
+struct Shared {
+    bytes: u64,
+    held: AtomicU64,
+    written: AtomicU64,
+    spent: AtomicBool,
+    /// What is at work, and by what the budget was used up.
+    state: Mutex<(Task, Option<Exceeded>)>,
+}
+
+/// A limit on work and memory; clones share it.
+#[derive(Clone, Debug)]
+pub struct Budget(Arc<Shared>);
+
+impl Default for Budget {
+    fn default() -> Self {
+        Self::new(BYTES)
+    }
+}
+
+impl Budget {
+    /// A budget of so many bytes, without a limit of time.
+    #[must_use]
+    pub fn new(bytes: u64) -> Self {
+        let task = Task {
+            what: "the model".to_owned(),
+            span: None,
+        };
+        Self(Arc::new(Shared {
+            bytes,
+            held: AtomicU64::new(0),
+            written: AtomicU64::new(0),
+            spent: AtomicBool::new(false),
+            state: Mutex::new((task, None)),
+        }))
+    }
+
+    fn state(&self) -> MutexGuard<'_, (Task, Option<Exceeded>)> {
+        // What another thread left there is whole: two assignments.
+        self.0.state.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Whether work has to end: its result will not be used.
+    #[must_use]
+    pub fn is_spent(&self) -> bool {
+        self.0.spent.load(Ordering::Relaxed)
+    }
+
+    /// Nothing, or by what the budget was used up.
+    ///
+    /// # Errors
+    /// [`Exceeded`] where the budget is spent.
+    pub fn check(&self) -> Result<(), Exceeded> {
+        if !self.is_spent() {
+            return Ok(());
+        }
+        match &self.state().1 {
+            Some(exceeded) => Err(exceeded.clone()),
+            None => Ok(()),
+        }
+    }
+
+    /// Names what is being worked on, and where it stands.
+    pub fn at(&self, what: impl Into<String>, span: Option<Span>) {
+        let what = what.into();
+        self.state().0 = Task { what, span };
+    }
+
+    /// Ends all work under this budget, from any thread; says what was at work.
+    pub fn stop(&self, limit: Limit) -> Exceeded {
+        let mut state = self.state();
+        let (task, exceeded) = &mut *state;
+        let exceeded = exceeded.get_or_insert_with(|| Exceeded {
+            what: task.what.clone(),
+            span: task.span,
+            limit,
+        });
+        self.0.spent.store(true, Ordering::Relaxed);
+        exceeded.clone()
+    }
+
+    /// Asks for memory before it is taken.
+    ///
+    /// # Errors
+    /// [`Exceeded`] where so many items of a size are more than the budget holds.
+    pub fn room(&self, count: usize, bytes_each: usize) -> Result<(), Exceeded> {
+        let held = self.0.held.load(Ordering::Relaxed);
+        let more = (count as u64).saturating_mul(bytes_each as u64);
+        if held.saturating_add(more) > self.0.bytes {
+            return Err(self.stop(Limit::Memory(self.0.bytes)));
+        }
+        self.check()
+    }
+
+    /// How long a formula may become when written out, in bytes.
+    pub(crate) fn longest_text(&self) -> usize {
+        usize::try_from(self.0.bytes / MEMORY_FOR_TEXT).unwrap_or(usize::MAX)
+    }
+
+    /// Counts a formula that was written out.
+    pub(crate) fn count_text(&self, length: usize) {
+        if length < SHORT_TEXT {
+            return;
+        }
+        let before = self.0.written.fetch_add(length as u64, Ordering::Relaxed);
+        let most = self.0.bytes / MEMORY_FOR_TEXT;
+        if before.saturating_add(length as u64) > most {
+            self.stop(Limit::Text(most));
+        }
+    }
+}
+
+/// Memory counted against a budget as long as this is held; a clone counts as much again.
+#[derive(Debug)]
+pub(crate) struct Held {
+    budget: Budget,
+    bytes: u64,
+    /// How many of them the budget was told of.
+    counted: u64,
+}
+
+impl Held {
+    pub(crate) fn new(budget: Budget) -> Self {
+        Self {
+            budget,
+            bytes: 0,
+            counted: 0,
+        }
+    }
+
+    pub(crate) fn budget(&self) -> &Budget {
+        &self.budget
+    }
+
+    pub(crate) fn grow(&mut self, bytes: usize) {
+        self.bytes += bytes as u64;
+        if self.bytes > self.counted + PORTION {
+            let more = self.bytes - self.counted;
+            self.counted = self.bytes;
+            let shared = &self.budget.0;
+            if shared.held.fetch_add(more, Ordering::Relaxed) + more > shared.bytes {
+                self.budget.stop(Limit::Memory(shared.bytes));
+            }
+        }
+    }
+}
+
+impl Default for Held {
+    fn default() -> Self {
+        Self::new(Budget::default())
+    }
+}
+
+impl Clone for Held {
+    fn clone(&self) -> Self {
+        let mut own = Self::new(self.budget.clone());
+        own.grow(usize::try_from(self.bytes).unwrap_or(usize::MAX));
+        own
+    }
+}
+
+impl Drop for Held {
+    fn drop(&mut self) {
+        let held = &self.budget.0.held;
+        held.fetch_sub(self.counted, Ordering::Relaxed);
+    }
+}

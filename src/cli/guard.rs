@@ -1,0 +1,204 @@
+//! The clock and the scale of a budget: a thread that stops the work when its time or memory is used up.
+//!
+//! Work that asks its budget ends within milliseconds, with the error of its stage. What does not (a product of large
+//! matrices) is ended here, with the same message.
+
+use std::fs;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use librate::budget::{BYTES, Budget, Limit};
+use librate::diagnostic::Diagnostic;
+
+use super::args::MessageFormat;
+use super::input::Source;
+use super::{Answer, FAULT, Failure, complain};
+
+/// For a model of up to [`SHORT`] bytes; one ten times as long has ten times as much time.
+const SECONDS: u64 = 10;
+const SHORT: u64 = 8192;
+/// Memory for each byte of input beyond that.
+const BYTES_A_BYTE: u64 = 2000;
+/// A build for tests takes so many times as long.
+const SLOW_BUILD: u64 = if cfg!(debug_assertions) { 6 } else { 1 };
+/// How often is looked.
+const INTERVAL: Duration = Duration::from_millis(10);
+
+/// What `--budget` says: `60s`, `4GB`, `60s,4GB`, `none`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Limits {
+    seconds: Option<u64>,
+    bytes: Option<u64>,
+}
+
+/// Reads `--budget`.
+pub(crate) fn limits(text: &str) -> Result<Limits, String> {
+    let wrong = || {
+        "a time, a memory or both are needed: `60s`, `10min`, `4GB`, `60s,4GB`, `none`".to_owned()
+    };
+    if text.trim() == "none" {
+        return Ok(Limits {
+            seconds: Some(u64::MAX),
+            bytes: Some(u64::MAX),
+        });
+    }
+    let mut limits = Limits::default();
+    for part in text.split(',') {
+        let part = part.trim();
+        let unit = part.find(|c: char| !c.is_ascii_digit()).ok_or_else(wrong)?;
+        let (count, unit) = part.split_at(unit);
+        let count: u64 = count.parse().map_err(|_| wrong())?;
+        let (slot, scale) = match unit.trim() {
+            "s" => (&mut limits.seconds, 1),
+            "min" => (&mut limits.seconds, 60),
+            "h" => (&mut limits.seconds, 3600),
+            "MB" => (&mut limits.bytes, 1_000_000),
+            "GB" => (&mut limits.bytes, 1_000_000_000),
+            _ => return Err(wrong()),
+        };
+        if count == 0 || slot.is_some() {
+            return Err(wrong());
+        }
+        *slot = Some(count.saturating_mul(scale));
+    }
+    Ok(limits)
+}
+
+/// Begins when a model is read and ends when its result is written.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Guard {
+    limits: Limits,
+    format: MessageFormat,
+    done: Arc<AtomicBool>,
+    budget: Arc<OnceLock<Budget>>,
+}
+
+impl Guard {
+    pub(crate) fn new(limits: Limits, format: MessageFormat) -> Self {
+        Self {
+            limits,
+            format,
+            done: Arc::default(),
+            budget: Arc::default(),
+        }
+    }
+
+    /// From now on nothing is ended any more: the answer, where all of it could be worked out within the budget.
+    pub(crate) fn finish(&self, answer: Result<Answer, Failure>) -> Result<Answer, Failure> {
+        self.done.store(true, Ordering::Relaxed);
+        let Some(Err(exceeded)) = self.budget.get().map(Budget::check) else {
+            return answer;
+        };
+        // Whatever else it ended with may only follow from that.
+        let source = match answer {
+            Ok(answer) => answer.remarks.map(|(source, _)| source),
+            Err(Failure::Model(source, _)) => Some(source),
+            Err(other) => return Err(other),
+        };
+        let told = Diagnostic::from(&exceeded);
+        Err(match source {
+            Some(source) => Failure::Model(source, vec![told]),
+            None => Failure::Other {
+                message: told.message,
+                help: told.help,
+                status: FAULT,
+            },
+        })
+    }
+
+    /// The budget for a model and so many bytes of tables, whose time begins now.
+    pub(crate) fn begin(&self, source: &Source, tables: usize) -> Budget {
+        let input = (source.text.len() + tables) as u64;
+        let beyond = input.saturating_sub(SHORT);
+        let default = SLOW_BUILD * SECONDS * input.max(SHORT) / SHORT;
+        let seconds = self.limits.seconds.unwrap_or(default);
+        let bytes = self.limits.bytes;
+        let bytes =
+            bytes.unwrap_or_else(|| BYTES.saturating_add(beyond.saturating_mul(BYTES_A_BYTE)));
+        let budget = Budget::new(bytes);
+        let watch = Watch {
+            budget: budget.clone(),
+            guard: self.clone(),
+            source: source.clone(),
+            seconds,
+            bytes,
+            start: Instant::now(),
+        };
+        // One command reads one model.
+        let _ = self.budget.set(budget.clone());
+        // Without a thread what is counted stays within the budget all the same.
+        let _ = thread::Builder::new().spawn(move || watch.run());
+        budget
+    }
+}
+
+/// What the thread watches over.
+struct Watch {
+    budget: Budget,
+    guard: Guard,
+    source: Source,
+    seconds: u64,
+    bytes: u64,
+    start: Instant,
+}
+
+impl Watch {
+    fn run(self) {
+        loop {
+            thread::sleep(INTERVAL);
+            if self.guard.done.load(Ordering::Relaxed) {
+                return;
+            }
+            // What asks its budget is stopped at nine tenths, everything else at the end.
+            let used = [
+                (self.time() / self.seconds as f64, Limit::Time(self.seconds)),
+                (memory() / self.bytes as f64, Limit::Memory(self.bytes)),
+            ];
+            for (used, limit) in used {
+                if used > 0.9 {
+                    let exceeded = self.budget.stop(limit);
+                    if used > 1.0 && !self.guard.done.load(Ordering::Relaxed) {
+                        let told = vec![Diagnostic::from(&exceeded)];
+                        let status = complain(Failure::Model(self.source, told), self.guard.format);
+                        std::process::exit(i32::from(status));
+                    }
+                }
+            }
+        }
+    }
+
+    /// In seconds: processor time where it is known, and never more than has passed, so that neither a busy machine nor
+    /// many threads nor a slow reader shorten a budget.
+    fn time(&self) -> f64 {
+        let passed = self.start.elapsed().as_secs_f64();
+        processor_time().map_or(passed, |worked| worked.min(passed))
+    }
+}
+
+/// The processor time of this process in seconds, where the system tells it.
+fn processor_time() -> Option<f64> {
+    /// Of Linux, everywhere.
+    const TICKS_A_SECOND: f64 = 100.0;
+    let stat = fs::read_to_string("/proc/self/stat").ok()?;
+    // Behind the name, which may contain anything: the state, ten more, user time, system time.
+    let (_, fields) = stat.rsplit_once(')')?;
+    let mut ticks = fields.split_whitespace().skip(11).take(2);
+    let user: f64 = ticks.next()?.parse().ok()?;
+    let system: f64 = ticks.next()?.parse().ok()?;
+    Some((user + system) / TICKS_A_SECOND)
+}
+
+/// The memory of this process in bytes, 0 where the system does not tell it.
+fn memory() -> f64 {
+    let read = || -> Option<f64> {
+        let status = fs::read_to_string("/proc/self/status").ok()?;
+        let line = status
+            .lines()
+            .find_map(|line| line.strip_prefix("VmRSS:"))?;
+        let kilobytes: f64 = line.split_whitespace().next()?.parse().ok()?;
+        Some(1024.0 * kilobytes)
+    };
+    read().unwrap_or(0.0)
+}
