@@ -156,6 +156,9 @@ fn check_dependent(
     Ok(())
 }
 
+/// What an entry of M and one of K take, with the forms that they go through.
+const ENTRY: usize = 16;
+
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let (names, expressions) = (tied.names(), tied.expressions());
     let Tied {
@@ -167,6 +170,11 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
+    let order = model.coordinates.len();
+    model
+        .pool
+        .budget()
+        .room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
     let (mut assembly, linear) = assemble::assemble(&mut model);

@@ -1,7 +1,11 @@
 //! Exact numbers from the command line.
 
 use super::{ModelError, Settings, TableTexts, elaborate};
+use crate::budget::Budget;
 use crate::expr::{ExprId, Pool};
+
+/// Enough for any number that a person types.
+const BYTES: u64 = 50_000_000;
 
 /// A number without symbols, exact: `1/3`, `pi - 1e-6`, `sqrt(2)`.
 #[derive(Clone, Debug)]
@@ -39,7 +43,8 @@ impl Constant {
             })?;
         let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
-        let model = elaborate(&file, &TableTexts::new(), &Settings::new())
+        let settings = Settings::new().within(Budget::new(BYTES));
+        let model = elaborate(&file, &TableTexts::new(), &settings)
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
         let value = match model.parameters.as_slice() {
             [only] if only.uncertainty.is_some() => {
