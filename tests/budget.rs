@@ -137,10 +137,7 @@ fn every_stage_asks_the_same_budget() {
     let stopped = model(&text).unwrap();
     stopped.pool.budget().stop(Limit::Time(10));
     let error = linearize(stopped).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "the budget of 10 s is used up by the equilibrium and the matrices there"
-    );
+    assert_eq!(error.to_string(), "the budget of 10 s is used up by V");
 }
 
 #[test]

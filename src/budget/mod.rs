@@ -1,6 +1,6 @@
 //! One budget for work and memory, shared by all stages of a model.
 //!
-//! A [`Budget`] is handed to a model with its [`Settings`](crate::model::Settings) and goes with its pool of expressions
+//! A [`Budget`] is handed to a model with its `model::Settings` and goes with its pool of expressions
 //! through every stage. What grows counts its bytes here; loops ask whether the budget [is spent](Budget::is_spent) and
 //! end. A stage whose budget is spent returns [`Exceeded`], never half a result.
 //!

@@ -400,7 +400,9 @@ impl Elaborator<'_> {
                     what: format!("`{name}`"),
                     span: value_span,
                 });
-                value = Some(self.world.pool.one());
+                // What uses it is no mistake of its own.
+                symbolic = self.world.pool.one();
+                value = Some(symbolic);
             }
             if self.structural.contains(family)
                 && let Some(value) = value
