@@ -11,7 +11,7 @@ const BYTES: u64 = 50_000_000;
 #[derive(Clone, Debug)]
 pub struct Constant {
     text: String,
-    pool: Pool,
+    pool: Box<Pool>,
     value: ExprId,
 }
 
@@ -56,7 +56,7 @@ impl Constant {
         match value {
             Some(value) => Ok(Self {
                 text: text.trim().to_owned(),
-                pool: model.pool,
+                pool: Box::new(model.pool),
                 value,
             }),
             None => Err(bad("it is no constant".to_owned())),

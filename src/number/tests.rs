@@ -137,11 +137,11 @@ fn literals() {
         assert_eq!(n(text).to_string(), value);
     }
     for text in [
-        "", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e20001", "1e-20001", "0x1",
+        "", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e30103", "1e-30103", "0x1",
     ] {
         assert_eq!(Number::parse(text), None, "{text}");
     }
-    assert!(Number::parse("1e20000").is_some());
+    assert!(Number::parse("1e30102").is_some());
     assert!(Number::parse("1e99999999999999999999").is_none());
 }
 
