@@ -482,6 +482,50 @@ fn classes_of_point_groups() {
 }
 
 #[test]
+fn totally_symmetric_modes_of_larger_molecules() {
+    // Sulphur hexafluoride, Oh: A1g + Eg + 2 T1u + T2g + T2u (Herzberg, Infrared and Raman Spectra, p. 122).
+    let octahedron = "param c[1..7, 1..3] = [[0,0,0], [1,0,0], [-1,0,0], [0,1,0], [0,-1,0], [0,0,1], [0,0,-1]]
+        param m[1..7] = [32, 19, 19, 19, 19, 19, 19]
+        coord r[1..7, 1..3]
+        T = sum(a in 1..7, 1/2*m[a]*dot(r[a]', r[a]'))
+        V = sum(b in 2..7, (norm(r[1] - r[b]) - 1)^2)
+          + sum(a in 2..7, b in a+1..7 where mod(a, 2) == 1 or b > a+1, 1/7*(norm(r[a] - r[b]) - sqrt(2))^2)
+        equilibrium r[a in 1..7] = c[a]";
+    let mut found = classes(octahedron);
+    found.sort();
+    let three = |name: &str| vec![name.to_owned(); 3];
+    let mut expected = vec!["A1g".to_owned(), "Eg".to_owned(), "Eg".to_owned()];
+    expected.extend(
+        ["T1u", "T1u", "T2g", "T2u"]
+            .iter()
+            .flat_map(|name| three(name)),
+    );
+    assert_eq!(found, expected);
+    // Ammonia, of whose C3v one mirror permutes the axes: two A1 are even, each E is even and odd.
+    let ammonia = "param c[1..4, 1..3] = [[0, 0, 0.4], [1, 0, 0], [-1/2, sqrt(3)/2, 0], [-1/2, -sqrt(3)/2, 0]]
+        param m[1..4] = [14, 1, 1, 1]
+        coord r[1..4, 1..3]
+        T = sum(a in 1..4, 1/2*m[a]*dot(r[a]', r[a]'))
+        V = sum(a in 1..4, b in a+1..4, 1/2*(norm(r[a] - r[b]) - norm(c[a] - c[b]))^2)
+        equilibrium r[a in 1..4] = c[a]";
+    let found = classes(ammonia);
+    assert_eq!([&found[0], &found[5]], ["even", "even"]);
+    // A ring of six as benzene's, in space: breathing is Ag of D2h.
+    let ring = "coord r[1..6, 1..3]
+        T = sum(a in 1..6, 1/2*dot(r[a]', r[a]'))
+        V = sum(a in 1..6, 1/2*(norm(r[a] - r[mod(a, 6) + 1]) - 1)^2
+          + 1/5*(norm(r[a] - r[mod(a + 1, 6) + 1]) - sqrt(3))^2
+          + 1/10*(r[a][3] - (r[mod(a, 6) + 1][3] + r[mod(a + 4, 6) + 1][3])/2)^2)
+        equilibrium r[a in 1..6] = [cos(pi*a/3), sin(pi*a/3), 0]";
+    assert_eq!(classes(ring).iter().filter(|own| *own == "Ag").count(), 1);
+    // Three masses with Morse's potential in a row: stretching both at once is even.
+    let row = "coord x[1..3]  T = sum(i in 1..3, x[i]'^2/2)
+        V = sum(i in 1..2, (1 - exp(1 - x[i+1] + x[i]))^2)
+        equilibrium x[i in 1..3] = i";
+    assert_eq!(classes(row), ["even", "odd"]);
+}
+
+#[test]
 fn a_symmetry_is_one_of_the_energies() {
     let two = |energy: &str| format!("coord x[1..2]  T = 1/2*x[1]'^2 + 1/2*x[2]'^2  V = {energy}");
     let quadratic = "1/2*x[1]^2 + 1/2*x[2]^2 + 1/2*(x[2] - x[1])^2";
