@@ -424,3 +424,107 @@ fn the_kernel_is_named_as_a_whole() {
         (zero[1].vector[0] - half).abs() < 1e-15 && (zero[1].imaginary[1] - half).abs() < 1e-15
     );
 }
+
+/// Square roots in the entries that units take away: boundaries of gyroscopic stability, blocks at 0; and a searched equilibrium
+/// that is a fraction.
+#[test]
+fn blocks_of_irrational_models_are_decided() {
+    let cases: &[(&str, Stability, bool, &[Repeated])] = &[
+        (
+            "param b = sqrt(2)  coord x, y
+             lagrangian = 1/2*(x'^2 + y'^2) + b*(x*y' - y*x') + b^2/2*(x^2 + y^2)",
+            Stability::Neutral,
+            true,
+            &[(0.0, 2.0_f64.sqrt(), &[2, 2])],
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*sqrt(1/3)*x*y'  V = -2/3*x^2",
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[4, 4])],
+        ),
+        (
+            "param s = sqrt(1/3)  coord x, y, z
+             lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + s*(x*y' - y*x' + y*z' - z*y' + z*x' - x*z')",
+            Stability::Neutral,
+            false,
+            &[(0.0, 0.0, &[1, 1]), (0.0, 2.0, &[1])],
+        ),
+        // Lengths in units of their own.
+        (
+            "param b = sqrt(2)  coord x, y
+             T = 1/2*(x'^2 + 3*y'^2) + b*sqrt(3)*(x*y' - y*x')  V = -1/2*b^2*(x^2 + 3*y^2)",
+            Stability::Neutral,
+            true,
+            &[(0.0, 2.0_f64.sqrt(), &[2, 2])],
+        ),
+        (
+            "coord x  T = 1/2*x'^2  V = 1/4*(x^2 - 16/9)^2  dissipation = 2*sqrt(8/9)*x'^2  guess x = 1",
+            Stability::Stable,
+            false,
+            &[(-1.885_618_083_164_126_7, 0.0, &[2, 2])],
+        ),
+    ];
+    for (text, stability, secular, repeated) in cases {
+        holds(text, *stability, *secular, repeated);
+    }
+}
+
+/// A steady rotation beside friction: the angle drifts with its own rate, a block of 2 at 0 whatever the numbers are.
+#[test]
+fn steady_rotation_beside_friction_is_neutral() {
+    for (rate, stiffness) in [("1", "3"), ("sqrt(2)", "6"), ("1/3", "pi")] {
+        let text = format!(
+            "param W = {rate}  param k = {stiffness}  coord th, r
+             T = 1/2*((1 + r)^2*th'^2 + r'^2)  V = 1/2*k*r^2  dissipation = 1/10*r'^2
+             equilibrium th' = W"
+        );
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(
+            (found.stability, found.secular),
+            (Stability::Neutral, Some(false)),
+            "{text}"
+        );
+        let kinds: Vec<Kind> = found.modes.iter().map(|mode| mode.kind).collect();
+        assert_eq!(kinds, [Kind::Zero, Kind::Damped], "{text}");
+        assert_eq!(found.zero_motions, ["th is free"]);
+    }
+}
+
+/// Rates of decay that are far apart: c/m and k/c of one coordinate, whatever the numbers are; and of two that are coupled.
+#[test]
+fn rates_far_apart_are_found() {
+    let relative = |found: f64, want: f64| (found / want - 1.0).abs();
+    for (mass, damping, stiffness) in [
+        ("1", "1", "1e-17"),
+        ("1e-30", "1", "sqrt(2)*1e-20"),
+        ("7", "1e30", "1e-30"),
+        ("pi*1e-25", "3e20", "1e-30"),
+    ] {
+        let text = format!(
+            "param m = {mass}  param c = {damping}  param k = {stiffness}
+             coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2"
+        );
+        let (linearized, found) = solve(&text, &Options::default());
+        let value = |matrix: &[librate::precision::Ball]| matrix[0].mid_f64();
+        let m = value(&linearized.mass());
+        let c = value(&linearized.damping().unwrap());
+        let k = value(&linearized.stiffness());
+        assert_eq!(found.stability, Stability::Stable, "{text}");
+        let growths: Vec<f64> = found
+            .modes
+            .iter()
+            .map(|mode| mode.growth.mid_f64())
+            .collect();
+        assert_eq!(growths.len(), 2, "{text}");
+        assert!(relative(growths[0], -k / c) < 1e-14, "{text}: {growths:?}");
+        assert!(relative(growths[1], -c / m) < 1e-14, "{text}: {growths:?}");
+        assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    }
+    // Fifty orders of magnitude between the slowest and the fastest.
+    let text = "coord x, y  T = 1/2*(x'^2 + 1e-10*y'^2)  V = 1/2*(1e-20*x^2 + 1e-12*(x - y)^2)
+        dissipation = 1/2*(x'^2 + 1e10*y'^2)";
+    let (_, found) = solve(text, &Options::default());
+    assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    assert_eq!(found.modes.len(), 4);
+}

@@ -10,7 +10,7 @@
 use dashu_int::IBig;
 use librate::modes::exponents::{
     ExponentKind, Exponents, ExponentsError, IntegerQuadratic, Limit, QuadraticProblem,
-    QuadraticSource, Structure, exponents,
+    QuadraticSource, Structure, Units, exponents,
 };
 use librate::modes::{Options, Stability};
 use librate::precision::Ball;
@@ -188,6 +188,7 @@ impl QuadraticSource for Whole {
             mass: whole(&self.problem.mass),
             velocity: whole(&self.problem.velocity),
             stiffness: whole(&self.problem.stiffness),
+            units: Units::default(),
         })
     }
 }

@@ -11,7 +11,7 @@
 use dashu_int::IBig;
 use librate::modes::Options;
 use librate::modes::exponents::{
-    ExponentKind, Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure,
+    ExponentKind, Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units,
     exponents,
 };
 use librate::precision::Ball;
@@ -156,6 +156,7 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
             mass: whole(&m),
             velocity: whole(&d),
             stiffness: whole(&s),
+            units: Units::default(),
         },
         truth,
     }
@@ -248,6 +249,7 @@ fn equal_vectors_do_not_end_the_decomposition() {
             mass: whole([6, 0, 0, 1]),
             velocity: whole([0, 0, 0, -2]),
             stiffness: whole([-1, 0, 0, 1]),
+            units: Units::default(),
         },
         truth: Vec::new(),
     };
@@ -324,6 +326,7 @@ proptest! {
                 mass: whole(&m, 0),
                 velocity: whole(&d, 1),
                 stiffness: whole(&s, 2),
+                units: Units::default(),
             },
             truth: Vec::new(),
         };

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use dashu_int::IBig;
 
-use super::assemble::{Assembly, Part};
+use super::assemble::{Assembly, Part, Values};
 use super::elimination;
 use super::equilibrium::Equilibrium;
 use super::rational::whole;
@@ -37,7 +37,7 @@ impl Surd {
     fn rational(factor: Number) -> Self {
         Self {
             factor,
-            radicand: Number::from(1),
+            radicand: Number::ONE,
         }
     }
 
@@ -72,7 +72,7 @@ impl Exact {
 
     fn rational(factor: Option<Number>) -> Self {
         match factor {
-            Some(factor) => Self::new(factor, Number::from(1)),
+            Some(factor) => Self::new(factor, Number::ONE),
             None => Self(None),
         }
     }
@@ -110,7 +110,7 @@ impl Scalar for Exact {
             }
             // √b = √(ab)/a·√a, where that makes a fraction of √(ab)/a.
             let ratio = if a.radicand == b.radicand {
-                Number::from(1)
+                Number::ONE
             } else {
                 let both = a.radicand.mul(&b.radicand).sqrt_exact()?;
                 both.div(&a.radicand)?
@@ -129,7 +129,7 @@ impl Scalar for Exact {
         self.of(other, |a, b| {
             let factor = a.factor.mul(&b.factor);
             Some(if a.radicand == b.radicand {
-                Self::new(factor.mul(&a.radicand), Number::from(1))
+                Self::new(factor.mul(&a.radicand), Number::ONE)
             } else {
                 Self::new(factor, a.radicand.mul(&b.radicand))
             })
@@ -155,11 +155,7 @@ impl Scalar for Exact {
             let whole = a.radicand.powi(exponent.div_euclid(2))?;
             let factor = a.factor.powi(exponent)?.mul(&whole);
             let odd = exponent.rem_euclid(2) == 1;
-            let rest = if odd {
-                a.radicand.clone()
-            } else {
-                Number::from(1)
-            };
+            let rest = if odd { a.radicand.clone() } else { Number::ONE };
             Some(Self::new(factor, rest))
         };
         self.0.as_ref().and_then(power).unwrap_or(Self(None))
@@ -168,7 +164,7 @@ impl Scalar for Exact {
     fn sqrt(&self) -> Self {
         match self.as_rational() {
             Some(a) if a.is_zero() => self.clone(),
-            Some(a) if !a.is_negative() => Self::new(Number::from(1), a.clone()),
+            Some(a) if !a.is_negative() => Self::new(Number::ONE, a.clone()),
             Some(_) | None => Self(None),
         }
     }
@@ -199,7 +195,7 @@ impl Scalar for Exact {
             | Function::Atan
             | Function::Sinh
             | Function::Tanh => zero.then(|| Number::from(0)),
-            Function::Cos | Function::Cosh | Function::Exp => zero.then(|| Number::from(1)),
+            Function::Cos | Function::Cosh | Function::Exp => zero.then_some(Number::ONE),
             Function::Acos | Function::Ln => one.then(|| Number::from(0)),
             Function::Abs => None,
         })
@@ -233,7 +229,7 @@ pub(super) fn kernel(
 ) -> Option<Vec<Vec<Surd>>> {
     let n = model.coordinates.len();
     let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = point(model, equilibrium)?;
+    let at = point(model, equilibrium, |_| Exact(None))?;
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
     assembly.entries(Part::Stiffness, &at, &values, |i, j, share| {
@@ -329,7 +325,7 @@ pub(super) fn forces_vanish(
 ) -> bool {
     let (Ok(values), Some(at)) = (
         assembly.values::<Exact>(model, ()),
-        point(model, equilibrium),
+        point(model, equilibrium, |_| Exact(None)),
     ) else {
         return false;
     };
@@ -337,31 +333,125 @@ pub(super) fn forces_vanish(
     on.iter().all(|i| force[*i].is_exact_zero())
 }
 
-/// The equilibrium in exact numbers, if it is known in such.
-fn point(model: &Model, equilibrium: &Equilibrium) -> Option<Vec<Exact>> {
+/// The equilibrium in exact numbers, if it is known in such; `other` is asked for coordinates that are neither given nor
+/// exact.
+fn point(
+    model: &Model,
+    equilibrium: &Equilibrium,
+    other: impl Fn(&Ball) -> Exact,
+) -> Option<Vec<Exact>> {
     let place = |(i, value): (usize, &Ball)| {
         let exact = match equilibrium.expression(model, i) {
             Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
             None if value.is_exact() => Exact::rational(exact_number(value.mid)),
-            None => Exact(None),
+            None => other(value),
         };
         exact.is_finite().then_some(exact)
     };
     equilibrium.values.iter().enumerate().map(place).collect()
 }
 
-/// M, G + C and K + N times one positive number, column by column, where all entries are rational.
+/// The same for one that was searched for and proved: fractions and square roots of fractions within the radii, where all
+/// forces vanish exactly there. There is no other equilibrium within these.
+fn settled(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Exact>,
+    equilibrium: &Equilibrium,
+) -> Option<Vec<Exact>> {
+    if let Some(known) = point(model, equilibrium, |_| Exact(None)) {
+        return Some(known);
+    }
+    let place = point(model, equilibrium, recognised).filter(|_| equilibrium.proved)?;
+    let forces = assembly.gradient(&place, values);
+    forces.iter().all(Exact::is_exact_zero).then_some(place)
+}
+
+/// The simplest fraction within the radius, or the square root of the simplest whose root is: a guess.
+fn recognised(value: &Ball) -> Exact {
+    let within = |mid: &Number, radius: &Number| {
+        let fraction = simplest(mid, radius)?;
+        (fraction.bits() <= MOST_GUESSED).then_some(fraction)
+    };
+    let guess = || {
+        let mid = exact_number(value.mid)?;
+        let radius = Number::from_f64_exact(value.radius)?;
+        if let Some(fraction) = within(&mid, &radius) {
+            return Some(Exact::rational(Some(fraction)));
+        }
+        // |x² - m²| <= |m| r for x between m - r/2 and m + r/2.
+        let slack = mid.abs().mul(&radius);
+        let square = within(&mid.mul(&mid), &slack).filter(|square| !square.is_zero())?;
+        let sign = Number::from(if mid.is_negative() { -1 } else { 1 });
+        let near = Ball::from_number(&square, ()).sqrt() - Ball::from(value.mid).abs();
+        let root = Exact::new(sign, square);
+        (near.abs_upper() <= value.radius).then_some(root)
+    };
+    guess().unwrap_or(Exact(None))
+}
+
+/// Numbers with more bits are no guesses.
+const MOST_GUESSED: usize = 60;
+
+/// The last convergent that is needed to come within the radius (Khinchin, Continued Fractions, 6).
+fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
+    let (mut before, mut last) = ((Number::ZERO, Number::ONE), (Number::ONE, Number::ZERO));
+    let mut rest = mid.clone();
+    loop {
+        let whole = rest.floor();
+        let next = (
+            whole.mul(&last.0).add(&before.0),
+            whole.mul(&last.1).add(&before.1),
+        );
+        let fraction = next.0.div(&next.1)?;
+        if fraction.sub(mid).abs() <= *radius {
+            return Some(fraction);
+        }
+        if next.1.bits() > MOST_GUESSED {
+            return None;
+        }
+        rest = rest.sub(&whole).recip()?;
+        (before, last) = (last, next);
+    }
+}
+
+/// M, G + C and K + N in units in which they are rational, times one positive number, column by column.
+#[derive(Clone, Debug)]
+pub struct Integers {
+    /// M, G + C and K + N.
+    pub matrices: [Vec<IBig>; 3],
+    /// Exponents are in units of its root.
+    pub rate: IBig,
+    /// Coordinates are in units of the roots of these.
+    pub coordinates: Vec<IBig>,
+}
+
+impl Integers {
+    /// Matrices that are rational as they stand.
+    pub(super) fn plain(matrices: [Vec<IBig>; 3]) -> Self {
+        Self {
+            matrices,
+            rate: IBig::ONE,
+            coordinates: Vec::new(),
+        }
+    }
+}
+
+/// The exact matrices, where units make all entries rational.
+///
+/// With q_i = √u_i q'_i and λ = √r λ' the matrices are r √(u_i u_j) M_ij, √(r u_i u_j) D_ij and √(u_i u_j) S_ij. An
+/// entry √a of M or S wants u_j = a u_i, up to the square of a fraction; one of D wants u_j = a r u_i.
 pub(crate) fn integers(
     model: &Model,
     assembly: &Assembly,
     equilibrium: &Equilibrium,
-) -> Option<[Vec<IBig>; 3]> {
+) -> Option<Integers> {
     let n = model.coordinates.len();
     if n > MOST {
         return None;
     }
     let values = assembly.values::<Exact>(model, ()).ok()?;
-    let at = point(model, equilibrium)?;
+    let at = settled(model, assembly, &values, equilibrium)?;
     let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
     let zeros = || vec![Exact::rational(Some(Number::ZERO)); n * n];
     let sum = |left: Vec<Exact>, right: Option<Vec<Exact>>| -> Vec<Exact> {
@@ -376,11 +466,92 @@ pub(crate) fn integers(
         sum(velocity, part(Matrix::Damping)),
         sum(assembly.stiffness(&at, &values), part(Matrix::Circulatory)),
     ];
-    let mut fractions = matrices.iter().map(|matrix| {
-        let entries = matrix.iter().map(|entry| entry.as_rational().cloned());
-        entries.collect::<Option<Vec<Number>>>()
-    });
-    whole(&[fractions.next()??, fractions.next()??, fractions.next()??])
+    let surds = matrices.iter().flatten().map(|entry| entry.0.clone());
+    let surds = surds.collect::<Option<Vec<Surd>>>()?;
+    let mut rates = vec![Number::ONE];
+    for own in surds[n * n..2 * n * n]
+        .iter()
+        .filter(|x| !x.factor.is_zero())
+    {
+        let rate = whole_class(&own.radicand);
+        if !rates.contains(&rate) {
+            rates.push(rate);
+        }
+    }
+    rates.truncate(MOST_RATES);
+    rates.into_iter().find_map(|rate| {
+        let coordinates = units_of_all(&surds, n, &rate);
+        let mut numbers = in_units(&surds, n, &rate, &coordinates)?;
+        let stiffness = numbers.split_off(2 * n * n);
+        let velocity = numbers.split_off(n * n);
+        let parts = [numbers, velocity, stiffness];
+        Some(Integers {
+            matrices: whole(&parts)?,
+            rate: rate.numerator(),
+            coordinates: coordinates.iter().map(Number::numerator).collect(),
+        })
+    })
+}
+
+/// So many units of exponents are tried.
+const MOST_RATES: usize = 4;
+
+/// Units of the coordinates as the entries want them, one entry after the other; whether all agree is seen in
+/// [`in_units`].
+fn units_of_all(surds: &[Surd], n: usize, rate: &Number) -> Vec<Number> {
+    let mut units: Vec<Option<Number>> = vec![None; n];
+    for first in 0..n {
+        if units[first].is_some() {
+            continue;
+        }
+        units[first] = Some(Number::ONE);
+        let mut todo = vec![first];
+        while let Some(i) = todo.pop() {
+            for j in 0..n {
+                let own = [0, 1, 2].map(|matrix| &surds[matrix * n * n + i + n * j]);
+                let Some(matrix) = own.iter().position(|x| !x.factor.is_zero()) else {
+                    continue;
+                };
+                let (Some(unit), None) = (&units[i], &units[j]) else {
+                    continue;
+                };
+                let mut wanted = own[matrix].radicand.mul(unit);
+                if matrix == 1 {
+                    wanted = wanted.mul(rate);
+                }
+                units[j] = Some(whole_class(&wanted));
+                todo.push(j);
+            }
+        }
+    }
+    let units = units.into_iter();
+    units.map(|unit| unit.unwrap_or(Number::ONE)).collect()
+}
+
+/// The fraction times the square of one: whole, and 1 if that is so.
+fn whole_class(x: &Number) -> Number {
+    if x.sqrt_exact().is_some() {
+        return Number::ONE;
+    }
+    Number::from_integer(x.numerator() * IBig::from(x.denominator()))
+}
+
+/// The entries of the three matrices in these units, where all are rational.
+fn in_units(surds: &[Surd], n: usize, rate: &Number, units: &[Number]) -> Option<Vec<Number>> {
+    let root = |x: &Number| Exact::new(Number::ONE, x.clone());
+    let entry = |(at, own): (usize, &Surd)| {
+        let (i, j) = (at % n, at / n % n);
+        let mut entry = Exact(Some(own.clone()));
+        entry = entry.mul(&root(&units[i].mul(&units[j])));
+        entry = match at / (n * n) {
+            0 => entry.mul(&Exact::rational(Some(rate.clone()))),
+            1 => entry.mul(&root(rate)),
+            _ => entry,
+        };
+        let entry = entry.as_rational()?;
+        (!entry.is_oversized()).then(|| entry.clone())
+    };
+    surds.iter().enumerate().map(entry).collect()
 }
 
 /// A double-double as a rational number.

@@ -59,6 +59,7 @@ pub use entries::Entries;
 pub(crate) use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
+pub use exact::Integers;
 pub use factors::Factors;
 pub(crate) use facts::Variable;
 pub(crate) use invariance::{Bodies, Invariance};
@@ -74,7 +75,6 @@ pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};
 use constrained::Tangent;
-use dashu_int::IBig;
 use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
 use velocity::Matrix;
@@ -528,14 +528,14 @@ impl Linearized {
         })
     }
 
-    /// M, G + C and K + N times one positive number, exactly, dense, column by column; `None` where an entry
-    /// is not known to be rational, or there are too many.
+    /// M, G + C and K + N exactly, dense, in units of square roots in which they are rational; `None` where there are
+    /// no such units for an entry, or there are too many.
     #[must_use]
-    pub fn integers(&self) -> Option<[Vec<IBig>; 3]> {
+    pub fn integers(&self) -> Option<Integers> {
         let direct = (!self.is_constrained())
             .then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium))
             .flatten();
-        direct.or_else(|| rational::integers(self))
+        direct.or_else(|| rational::integers(self).map(Integers::plain))
     }
 
     /// A motion of all coordinates, from a motion of those that the others follow whose components are

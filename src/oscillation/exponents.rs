@@ -7,7 +7,7 @@ use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
     Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
-    QuadraticSource, exponents,
+    QuadraticSource, Units, exponents,
 };
 use crate::modes::{Kind, Options, Precise, Stability};
 use crate::precision::Ball;
@@ -33,11 +33,16 @@ impl QuadraticSource for Source<'_> {
     }
 
     fn integers(&self) -> Option<IntegerQuadratic> {
-        let [mass, velocity, stiffness] = self.linearized.integers()?;
+        let found = self.linearized.integers()?;
+        let [mass, velocity, stiffness] = found.matrices;
         Some(IntegerQuadratic {
             mass,
             velocity,
             stiffness,
+            units: Units {
+                rate: found.rate,
+                coordinates: found.coordinates,
+            },
         })
     }
 }
@@ -64,7 +69,8 @@ pub(super) fn normal_modes(
         velocity,
         stiffness,
         structure: match linearized.structure() {
-            Structure::Damped if circulatory || linearized.gyroscopic().is_some() => Form::Damped,
+            Structure::Damped if circulatory => Form::Damped,
+            Structure::Damped if linearized.gyroscopic().is_some() => Form::Dissipative,
             Structure::Damped => Form::Symmetric,
             Structure::Conservative | Structure::Gyroscopic => Form::Gyroscopic,
         },

@@ -12,7 +12,7 @@ use crate::linearize::{Linearized, ZeroMode};
 use crate::modes::Options;
 use crate::modes::exponents::{
     self, ExponentKind, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
-    QuadraticSource, Structure, exponents, joined,
+    QuadraticSource, Structure, Units, exponents, joined,
 };
 use crate::precision::Ball;
 
@@ -57,6 +57,10 @@ impl QuadraticSource for Part<'_> {
             mass: block(&whole.mass, n, self.own),
             velocity: block(&whole.velocity, n, self.own),
             stiffness: block(&whole.stiffness, n, self.own),
+            units: Units {
+                rate: whole.units.rate,
+                coordinates: piece(&whole.units.coordinates, self.own),
+            },
         })
     }
 }
@@ -184,7 +188,10 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
         !c.contains_zero() && (c * c - (m * k).scale(2)).contains_zero() && alone()
     };
     let near: Vec<usize> = (0..n).filter(near).collect();
-    if near.is_empty() || linearized.is_constrained() || linearized.integers().is_some() {
+    if near.is_empty()
+        || linearized.is_constrained()
+        || n <= exponents::MOST_EXACT && linearized.integers().is_some()
+    {
         return Vec::new();
     }
     let mut own = linearized.symbolic();

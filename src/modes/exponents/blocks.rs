@@ -132,6 +132,23 @@ impl Pencil<'_> {
         Some(Blocks { sizes, heads })
     }
 
+    /// The vector of the kernel at an exponent where it has one dimension.
+    pub(super) fn null_vector(&self, lambda: &Wide) -> Option<Vec<Wide>> {
+        let echelon = Echelon::new(self.chains(lambda, 1));
+        let simple = echelon.rank + 1 == self.n;
+        echelon.kernel().into_iter().next().filter(|_| simple)
+    }
+
+    /// (2λM + D)x
+    pub(super) fn slope(&self, lambda: &Wide, x: &[Wide]) -> Vec<Wide> {
+        let rows = self.chains(lambda, 2).into_iter().skip(self.n);
+        rows.map(|row| {
+            let terms = row.iter().zip(x).map(|(a, x)| a.mul(x));
+            terms.fold(Wide::zero(lambda.re.bits()), |sum, term| sum.add(&term))
+        })
+        .collect()
+    }
+
     /// T_k at λ.
     fn chains(&self, lambda: &Wide, level: usize) -> Vec<Vec<Wide>> {
         let (n, bits) = (self.n, lambda.re.bits());
@@ -140,6 +157,7 @@ impl Pencil<'_> {
             mass,
             velocity,
             stiffness,
+            units: _,
         } = self.matrices;
         let mut rows = vec![vec![Wide::zero(bits); n * level]; n * level];
         for i in 0..n {

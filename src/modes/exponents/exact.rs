@@ -19,7 +19,7 @@ use super::polynomial::{
 use crate::precision::{Big, Rounding};
 
 /// Up to this number of coordinates.
-pub(super) const LARGEST: usize = 20;
+pub(crate) const LARGEST: usize = 20;
 /// The most bits that roots are separated with.
 const MOST_BITS: usize = 8192;
 /// So often the bits are doubled for blocks and vectors.
@@ -75,6 +75,8 @@ pub(super) fn exact(
     let zeros = p.iter().take_while(|c| c.is_zero()).count();
     p.drain(..zeros);
     let pencil = Pencil { matrices, n };
+    let units = &matrices.units;
+    let rate = |bits: usize| Big::from_parts(units.rate.clone(), 0, bits).sqrt();
     let mut zero = None;
     if zeros > 0 {
         let line: Polynomial = vec![IBig::ZERO, IBig::ONE];
@@ -91,14 +93,37 @@ pub(super) fn exact(
             return None;
         }
         let squares: Polynomial = even.iter().step_by(2).cloned().collect();
-        let parts = |bits: usize| separated(&squares, &rest, digits, bits);
+        let parts = |bits: usize| {
+            let parts = separated(&squares, &rest, bits)?;
+            let covered = |x: &Big| {
+                let rounding = || (x * &rate(bits)).decimal(digits).rounding;
+                x.is_zero() || matches!(rounding(), Rounding::Correct | Rounding::Tie)
+            };
+            let mut all = parts.iter();
+            let all = all.all(|(growth, omega)| covered(growth) && covered(omega));
+            all.then_some(parts)
+        };
         let bits = 128 + 4 * digits;
         let factor = (&factor, multiplicity);
         found.extend(with_blocks(
             &pencil, factor, &parts, bits, semisimple, metric,
         )?);
     }
-    Some(ExactSpectrum { zero, roots: found })
+    let in_units = |mut root: ExactRoot| {
+        let by = rate(root.growth.bits());
+        root.growth = &root.growth * &by;
+        root.omega = &root.omega * &by;
+        for head in root.blocks.iter_mut().flat_map(|blocks| &mut blocks.heads) {
+            for (x, unit) in head.iter_mut().zip(&units.coordinates) {
+                *x = x.times(&Big::from_parts(unit.clone(), 0, x.re.bits()).sqrt());
+            }
+        }
+        root
+    };
+    Some(ExactSpectrum {
+        zero: zero.map(in_units),
+        roots: found.into_iter().map(in_units).collect(),
+    })
 }
 
 /// The roots of a factor: growth and omega from `parts` with as many bits as separate them and show their blocks.
@@ -166,12 +191,7 @@ fn with_blocks(
 }
 
 /// Growth and omega of all roots, λ² a root of `squares` or λ one of `rest`, with omega >= 0.
-fn separated(
-    squares: &Polynomial,
-    rest: &Polynomial,
-    digits: usize,
-    bits: usize,
-) -> Option<Vec<(Big, Big)>> {
+fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec<(Big, Big)>> {
     let zero = || Big::zero(bits);
     let mut parts = Vec::new();
     for s in roots(squares, bits)? {
@@ -208,15 +228,5 @@ fn separated(
             return None;
         }
     }
-    let covered = |x: &Big| {
-        x.is_zero()
-            || matches!(
-                x.decimal(digits).rounding,
-                Rounding::Correct | Rounding::Tie
-            )
-    };
-    parts
-        .iter()
-        .all(|(growth, omega)| covered(growth) && covered(omega))
-        .then_some(parts)
+    Some(parts)
 }

@@ -24,6 +24,7 @@ mod complex;
 mod couplings;
 mod definite;
 mod exact;
+mod far;
 mod polynomial;
 mod repeated;
 mod resolve;
@@ -35,6 +36,8 @@ mod spectrum;
 mod start;
 mod wide;
 mod wide_columns;
+
+pub(crate) use exact::LARGEST as MOST_EXACT;
 
 use dashu_int::IBig;
 use faer::c64;
@@ -68,6 +71,8 @@ pub enum Structure {
     Gyroscopic,
     /// D and S are symmetric, exactly: friction, and neither gyroscopic forces nor friction that acts at rest.
     Symmetric,
+    /// S is symmetric, exactly: no friction acts at rest.
+    Dissipative,
     /// Anything.
     Damped,
 }
@@ -85,7 +90,7 @@ pub struct PreciseQuadratic {
     pub zero_vectors: Vec<Vec<Big>>,
 }
 
-/// M, D and S, all three times one positive number, exactly, column by column.
+/// M, D and S in [`Units`], all three times one positive number, exactly, column by column.
 #[derive(Clone, Debug)]
 pub struct IntegerQuadratic {
     /// M.
@@ -94,6 +99,26 @@ pub struct IntegerQuadratic {
     pub velocity: Vec<IBig>,
     /// S.
     pub stiffness: Vec<IBig>,
+    /// The units that they are whole in.
+    pub units: Units,
+}
+
+/// Units in which matrices of square roots are rational: q_i = √(coordinates_i) q'_i and λ = √rate λ'.
+#[derive(Clone, Debug)]
+pub struct Units {
+    /// Positive.
+    pub rate: IBig,
+    /// Positive, one a coordinate; missing ones are 1.
+    pub coordinates: Vec<IBig>,
+}
+
+impl Default for Units {
+    fn default() -> Self {
+        Self {
+            rate: IBig::ONE,
+            coordinates: Vec::new(),
+        }
+    }
 }
 
 /// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.

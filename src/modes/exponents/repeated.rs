@@ -8,10 +8,11 @@ use super::blocks::Blocks;
 use super::complex::Wide;
 use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
-use super::shape::Shapes;
 use super::solve::Solution;
-use super::spectrum::{finish, kind, omega_squared};
-use super::{Exponent, ExponentKind, Exponents, IntegerQuadratic, Limit, Options, PreciseExponent};
+use super::spectrum::{Facts, finish, kind, omega_squared};
+use super::{
+    Exponent, ExponentKind, Exponents, IntegerQuadratic, Limit, Options, PreciseExponent, Rung,
+};
 use crate::precision::{Ball, Big, Magnitude, up};
 
 /// Bits of combinations of vectors that come in balls or doubles.
@@ -23,14 +24,18 @@ type Shape = (Vec<c64>, f64);
 /// The entries of a spectrum that was decided exactly.
 pub(super) fn exact_spectrum(
     scaled: &Scaled,
-    solution: &Solution,
+    facts: &Facts,
     matrices: &IntegerQuadratic,
     exact: ExactSpectrum,
     options: &Options,
 ) -> Exponents {
-    let gyroscopic = solution.facts.gyroscopic;
-    // Whole matrices are a multiple of the true ones: vectors of length 1 in theirs are too short by its root.
-    let true_mass = Big::from_ball(&true_mass(scaled, 0, 0), 4 * BITS);
+    let gyroscopic = facts.gyroscopic;
+    // Whole matrices are a multiple of the true ones in their units: vectors of length 1 in theirs are too short by its root.
+    let unit = matrices.units.coordinates.first();
+    let unit = unit.map_or(Big::one(4 * BITS), |unit| {
+        Big::from_parts(unit.clone(), 0, 4 * BITS)
+    });
+    let true_mass = &Big::from_ball(&true_mass(scaled, 0, 0), 4 * BITS) * &unit;
     let multiple = matrices.mass.first().map_or(Big::one(BITS), |mass| {
         (&Big::from_parts(mass.clone(), 0, 4 * BITS) / &true_mass).sqrt()
     });
@@ -84,7 +89,7 @@ pub(super) fn exact_spectrum(
                 let limit = Some(Limit::Unresolved {
                     count: root.multiplicity,
                 });
-                let known = solution.columns.base.zeros.max(1);
+                let known = scaled.zero.len().max(1);
                 let count = if gyroscopic {
                     root.multiplicity / 2
                 } else {
@@ -95,7 +100,7 @@ pub(super) fn exact_spectrum(
             }
         }
     }
-    finish(entries, solution, options, &|_| false)
+    finish(entries, Rung::Precise, options, &|_| false)
 }
 
 fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
@@ -219,15 +224,10 @@ pub(super) fn zero_shapes(
 }
 
 /// Shapes of exponents that the bounds do not separate and that have as many vectors as there are of them, with xᴴMy = 0:
-/// some basis of what the vectors of the columns span. The bound is that of the distance from the exact space.
+/// some basis of what the given ones span. The bound is that of the distance from the exact space.
 ///
 /// A combination Σ t_c x_c of vectors within b_c of the space is within Σ |t_c| b_c of it.
-pub(super) fn cluster_shapes(
-    scaled: &Scaled,
-    shapes: &Shapes<'_>,
-    members: &[usize],
-) -> Option<Vec<Shape>> {
-    let columns: Vec<Shape> = members.iter().map(|&j| shapes.of(j)).collect();
+pub(super) fn cluster_shapes(scaled: &Scaled, columns: &[Shape]) -> Option<Vec<Shape>> {
     let k = columns.len();
     let candidates = columns.iter().enumerate().map(|(at, (vector, _))| {
         let own = vector.iter().map(|x| Wide::from_c64(*x, BITS));
@@ -245,7 +245,7 @@ pub(super) fn cluster_shapes(
     let shape = |vector: &Vec<Wide>| {
         let (own, weights) = vector.split_at(scaled.n);
         let (vector, rounding) = finished(own);
-        let reached = weights.iter().zip(&columns).map(|(weight, (_, bound))| {
+        let reached = weights.iter().zip(columns).map(|(weight, (_, bound))| {
             let size = weight.re.abs_upper() + weight.im.abs_upper();
             (size * Magnitude::from_f64(*bound)).to_f64()
         });

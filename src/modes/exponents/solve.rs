@@ -8,7 +8,8 @@ use super::columns::{Columns, improve, measure};
 use super::complex::Complex;
 use super::couplings::{Couplings, Sheet};
 use super::definite::is_positive_definite;
-use super::exact::{self, ExactSpectrum, exact};
+use super::exact::{self, exact};
+use super::far::far_start;
 use super::repeated::exact_spectrum;
 use super::resolve::{Turn, members, turn};
 use super::scale::Scaled;
@@ -49,30 +50,41 @@ pub(super) fn solve(
             rung: Rung::Doubles,
         });
     }
-    let mut solution = in_double_double(&scaled, options)?;
-    if solution.statuses.iter().any(|status| status.lacking) {
-        if undecided(&solution)
+    let mut solution = match in_double_double(&scaled, options) {
+        // What doubles and double-double do not begin with, exact numbers may decide all the same.
+        Err(ExponentsError::NoConvergence) => {
+            let facts = Facts::new(&scaled);
+            return source
+                .integers()
+                .and_then(|matrices| decided(&scaled, &matrices, &facts, options))
+                .ok_or(ExponentsError::NoConvergence);
+        }
+        found => found?,
+    };
+    let lacking = solution.statuses.iter().any(|status| status.lacking);
+    let rough = solution.statuses.iter().any(|status| status.rough);
+    if lacking || rough {
+        if (rough || undecided(&solution))
             && scaled.n <= exact::LARGEST
             && let Some(matrices) = source.integers()
             && let Some(found) = decided(&scaled, &matrices, &solution.facts, options)
         {
-            solution.rung = Rung::Precise;
-            return Ok(exact_spectrum(
-                &scaled, &solution, &matrices, found, options,
-            ));
+            return Ok(found);
         }
-        solution = climb(&scaled, problem, source, solution, options);
+        if lacking {
+            solution = climb(&scaled, problem, source, solution, options);
+        }
     }
     Ok(spectrum(&scaled, &solution, options))
 }
 
-/// The exact spectrum of matrices that are known exactly.
+/// The exponents of matrices that are known exactly.
 fn decided(
     scaled: &Scaled,
     matrices: &IntegerQuadratic,
     facts: &Facts,
     options: &Options,
-) -> Option<ExactSpectrum> {
+) -> Option<Exponents> {
     let n = scaled.n;
     let bits = 128 + 4 * options.digits;
     let mass = |i: usize, j: usize| {
@@ -85,7 +97,8 @@ fn decided(
         shift: &scaled.shift,
     };
     let metric = options.vectors.then_some(&metric);
-    exact(matrices, n, options.digits, facts.definite, metric)
+    let found = exact(matrices, n, options.digits, facts.definite, metric)?;
+    Some(exact_spectrum(scaled, facts, matrices, found, options))
 }
 
 /// Whether more digits may not decide what is open: exponents that are not separated, signs, the multiplicity
@@ -117,7 +130,8 @@ pub(super) fn in_double_double(
         return Err(ExponentsError::ZeroVector { index });
     }
     let facts = Facts::new(scaled);
-    let begun = start(scaled, &l).ok_or(ExponentsError::NoConvergence)?;
+    let begun = start(scaled, &l).or_else(|| far_start(scaled));
+    let begun = begun.ok_or(ExponentsError::NoConvergence)?;
     let mut columns = Columns::new(begun);
     let mut best: Option<(f64, Solution)> = None;
     let mut stalled = 0;
@@ -354,7 +368,7 @@ impl Facts {
             symmetric: match scaled.structure {
                 Structure::Gyroscopic => false,
                 Structure::Symmetric => true,
-                Structure::Damped => {
+                Structure::Dissipative | Structure::Damped => {
                     scaled.velocity.is_symmetric() && scaled.stiffness.is_symmetric()
                 }
             },
@@ -400,8 +414,8 @@ fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
 /// A lower bound of the algebraic multiplicity of the exponent 0, z vectors Z of the kernel given, and those of them that
 /// are seen to be heads.
 ///
-/// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Without dissipation S is symmetric, so
-/// that S z₁ = -D Z a can be solved where ZᵀDZ a = 0: z - rank(ZᵀDZ) heads; the rank of a skew matrix is
+/// A vector Z a with D Z a = 0 is the head of a chain: L(λ)(Z a) = λ² M Z a. Where S is symmetric,
+/// S z₁ = -D Z a can be solved where ZᵀDZ a = 0. Without dissipation these are z - rank(ZᵀDZ) heads; the rank of a skew matrix is
 /// even, and not above the number of rows that are not 0 as they stand. The multiplicity is even, the spectrum
 /// being symmetric and of even order.
 fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
@@ -411,7 +425,7 @@ fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
         let image =
             |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
         let image: Vec<Ball> = (0..n).map(image).collect();
-        if scaled.structure != Structure::Gyroscopic {
+        if scaled.structure == Structure::Damped {
             return image.iter().all(Ball::is_zero);
         }
         scaled.zero.iter().all(|other| {

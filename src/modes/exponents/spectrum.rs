@@ -2,6 +2,8 @@
 
 use std::cell::OnceCell;
 
+use faer::c64;
+
 use super::certify::{Certificate, Group};
 use super::columns::Columns;
 use super::complex::Complex;
@@ -11,7 +13,7 @@ use super::scale::Scaled;
 use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
-use super::{Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Stability};
+use super::{Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Rung, Stability};
 use crate::precision::{Ball, Big, Rounding, decimal, up};
 
 /// What is proved about the problem as a whole.
@@ -302,7 +304,9 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         }
     }
     // On the axis several exponents are known to be there because their form is definite, and then each has its vector.
-    finish(entries, solution, options, &|entry| entry.growth.is_zero())
+    finish(entries, solution.rung, options, &|entry| {
+        entry.growth.is_zero()
+    })
 }
 
 /// Puts an orthonormal basis in the place of the shapes of a group of exponents that the bounds do not separate, if they
@@ -319,17 +323,34 @@ fn orthonormal(
         return;
     };
     let one_place = group.members.len() > 1
-        && group.members.iter().zip(&group.shared).all(|(&j, shared)| {
-            let paired = columns.twin.iter().position(|twin| *twin == Some(j));
-            *shared == group.members.len()
-                && j >= columns.together()
-                && columns.twin[j].is_none()
-                && paired.is_none_or(|other| !group.members.contains(&other))
-        });
+        && group
+            .shared
+            .iter()
+            .all(|shared| *shared == group.members.len())
+        && group.members.iter().all(|&j| j >= columns.together());
     if !one_place {
         return;
     }
-    let Some(basis) = cluster_shapes(scaled, shapes, &group.members) else {
+    let mut spanning = Vec::with_capacity(group.members.len());
+    for &j in &group.members {
+        let conjugate = columns.twin[j].is_some();
+        let paired = columns.twin.iter().position(|twin| *twin == Some(j));
+        let paired = conjugate || paired.is_some_and(|other| group.members.contains(&other));
+        if paired && !solution.statuses[j].omega_zero {
+            return;
+        }
+        let (vector, bound) = shapes.of(j);
+        if !paired {
+            spanning.push((vector, bound));
+        } else if !conjugate {
+            // A pair that stands for two real exponents.
+            let part =
+                |of: &dyn Fn(&c64) -> f64| vector.iter().map(|x| c64::new(of(x), 0.0)).collect();
+            spanning.push((part(&|x| x.re), bound));
+            spanning.push((part(&|x| x.im), bound));
+        }
+    }
+    let Some(basis) = cluster_shapes(scaled, &spanning) else {
         return;
     };
     let fine = basis.iter().all(|(vector, bound)| {
@@ -483,7 +504,7 @@ fn sort(entries: &mut [Exponent]) {
 /// The exponents of parts that nothing couples, as those of the whole.
 pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     let mut entries: Vec<Exponent> = Vec::new();
-    let (mut stability, mut rung) = (Stability::Stable, super::Rung::Doubles);
+    let (mut stability, mut rung) = (Stability::Stable, Rung::Doubles);
     let mut secular = Some(false);
     // What one part says of the whole, the graver the later.
     let gravity = |stability: Stability| match stability {
@@ -555,7 +576,7 @@ fn number(entries: &mut [Exponent]) {
 /// are known to have their own vectors.
 pub(super) fn finish(
     mut entries: Vec<Exponent>,
-    solution: &Solution,
+    rung: Rung,
     options: &Options,
     semisimple: &dyn Fn(&Exponent) -> bool,
 ) -> Exponents {
@@ -596,6 +617,6 @@ pub(super) fn finish(
         } else {
             (!may_grow).then_some(false)
         },
-        rung: solution.rung,
+        rung,
     }
 }
