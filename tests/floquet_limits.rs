@@ -353,3 +353,47 @@ fn ways_that_are_too_long_or_end_are_told() {
     let angle = fast.multipliers[0].im.mid_f64();
     assert!((angle - 2e-6 * PI).abs() < 1e-12, "{angle}");
 }
+
+/// Balanced upright, driven: x = pi + y with y'' = sin y - cos(t)/10, y(0) from y'(0) = y(pi/2) = 0, at 30 digits by other means.
+#[test]
+fn the_motion_by_the_guess_is_found() {
+    let text = "coord x  T = 1/2*x'^2  V = -cos(x) + x*cos(t)/10  period 2*pi";
+    let upright = found(&format!("{text}  guess x = pi")).unwrap();
+    assert!((upright.place[0].mid_f64() - 3.191600990049603).abs() < 1e-14);
+    assert!(upright.velocities[0].mid_f64().abs() < 1e-14);
+    assert!((upright.multipliers[0].re.mid_f64() / 534.440_882_573_032_66 - 1.0).abs() < 1e-12);
+    assert_eq!((upright.stable, upright.away.len()), (Some(false), 0));
+    let hanging = found(&format!("{text}  guess x = 1/10")).unwrap();
+    assert!(hanging.place[0].mid_f64().abs() < 1.0 && hanging.away.is_empty());
+    // Steeper and for longer: e^(3 * 2 pi), and two coupled ones, one of them upright.
+    let steep =
+        found("coord x  T = 1/2*x'^2  V = -9*cos(x) + x*cos(t)/10  period 2*pi  guess x = pi");
+    assert!((steep.unwrap().place[0].mid_f64() - std::f64::consts::PI).abs() < 0.1);
+    let two = found(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = -cos(x) - 3*cos(y) + (x - y)^2/100 + x*cos(t)/10
+         period 2*pi  guess x = pi  guess y = 0",
+    );
+    let two = two.unwrap();
+    assert!((two.place[0].mid_f64() - 3.2).abs() < 0.2 && two.place[1].mid_f64().abs() < 0.2);
+    // There is none near this guess, and that is said.
+    let far = found("coord x  T = 1/2*x'^2  V = 3*x^2 + x*cos(t)/10  period 2*pi  guess x = 20");
+    let far = far.unwrap();
+    assert_eq!((far.away[0].coordinate, far.away[0].guess), (0, 20.0));
+    assert!(far.away[0].range.1 < 0.1);
+}
+
+/// A trap whose forces average to 0, in SI: what rounding leaves of the average is no frequency.
+#[test]
+fn rounding_is_no_frequency() {
+    for size in ["1", "1e13"] {
+        let text = format!(
+            "param W = sqrt({size})
+             coord x, y  T = 1/2*(x'^2 + y'^2)
+             V = 2*{size}*cos(W*t)*(x^2 - y^2)/2  period 2*pi/W"
+        );
+        let trap = found(&text).unwrap();
+        assert_eq!(trap.stable, Some(false));
+        assert!(trap.frequencies.is_empty(), "{:?}", trap.frequencies);
+        assert_eq!(trap.resonance, None);
+    }
+}

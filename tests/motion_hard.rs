@@ -19,7 +19,7 @@ use librate::motion::{MotionError, Start, System};
 use librate::oscillation::normal_modes;
 use librate::precision::Scalar;
 use librate::report::motion_csv;
-use motion_support::{check, motion, start, times};
+use motion_support::{check, motion, proved, reference, signed, start, times};
 
 /// Every cell of the table that is not empty, as text and number, by row.
 fn cells(csv: &str) -> Vec<Vec<(String, f64)>> {
@@ -40,6 +40,160 @@ fn half_unit(text: &str) -> f64 {
     let decimals = mantissa.split_once('.').map_or(0, |parts| parts.1.len());
     let exponent: i32 = exponent.parse().unwrap();
     0.5 * 10.0_f64.powi(exponent - i32::try_from(decimals).unwrap())
+}
+
+/// Holds every printed digit against the reference, however small numbers are, and tells how many cells are empty. What is not 0 is
+/// not printed as 0.
+fn digits_hold(name: &str, csv: &str) -> usize {
+    let mut empty = 0;
+    let rows = cells(csv);
+    let want = reference(name);
+    assert_eq!(rows.len(), want.len(), "{name}");
+    for (row, want) in rows.iter().zip(&want) {
+        for ((text, _), want) in row.iter().zip(want) {
+            if text.is_empty() {
+                empty += 1;
+                continue;
+            }
+            if want == "0.0" || text == "0" {
+                assert_eq!((want.as_str(), text.as_str()), ("0.0", "0"), "{name}");
+                continue;
+            }
+            let mantissa = text.split_once('e').map_or(text.as_str(), |parts| parts.0);
+            let kept = mantissa
+                .trim_start_matches(['-', '0', '.'])
+                .replace('.', "");
+            let digits = i32::try_from(kept.len()).unwrap();
+            let want = signed(want);
+            // Half a unit of the last of so many digits is at most this, beside the number.
+            let off = signed(text).sub(&want).div(&want).mid_f64().abs();
+            assert!(
+                off <= 0.5001 * 10.0_f64.powi(1 - digits),
+                "{name}: {text} is off by {off:e}"
+            );
+        }
+    }
+    empty
+}
+
+#[test]
+fn numbers_may_be_as_small_as_doubles_are() {
+    let slope = model("coord x  T = 1/2*x'^2  V = exp(-x)");
+    let found = motion(&slope, "x=700", "10", 3);
+    assert_eq!(
+        digits_hold("slope", &motion_csv(&slope, &found, None, 10)),
+        0
+    );
+    let found = motion(&slope, "x=760", "10", 3);
+    assert_eq!(
+        digits_hold("far_slope", &motion_csv(&slope, &found, None, 10)),
+        2
+    );
+    assert_eq!(found.energy_drift, None);
+    let spring = model("coord x  T = 1/2*x'^2  V = 1/2*x^2");
+    for from in ["x=1e-310", "x=1/10^310"] {
+        let found = motion(&spring, from, "1", 3);
+        digits_hold("tiny", &motion_csv(&spring, &found, None, 10));
+        let found = proved(&spring, from, "1", 3, 10).unwrap();
+        digits_hold("tiny", &motion_csv(&spring, &found, None, 10));
+    }
+    // A start that no double is near: it is not 0.
+    let found = motion(&spring, "x=1e-400", "1", 3);
+    assert!(!motion_csv(&spring, &found, None, 10).contains(",0,0"));
+    // Inertias and forces of a few digits leave a few.
+    let light = model("coord x  T = 1/2*1e-310*x'^2  V = 1/2*1e-310*x^2");
+    let found = motion(&light, "x=1", "1", 3);
+    assert!(found.rows[2][0].radius > 1e-12);
+}
+
+#[test]
+fn what_decays_is_followed_on() {
+    let friction = model("coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = x'^2");
+    let found = motion(&friction, "x=1", "1000", 3);
+    digits_hold("critical", &motion_csv(&friction, &found, None, 10));
+    let found = proved(&friction, "x=1", "1000", 3, 10).unwrap();
+    digits_hold("critical", &motion_csv(&friction, &found, None, 10));
+}
+
+#[test]
+fn a_kick_to_come_is_no_singularity() {
+    let kick = model("coord x  T = 1/2*x'^2  V = x^2/2 - x*exp(-(t-3)^2*1e4)  period 1");
+    for (name, from) in [("kicked", "x=0"), ("kicked_from_one", "x=1")] {
+        let found = motion(&kick, from, "6", 3);
+        check(name, &kick, &found, 20);
+        assert_eq!(digits_hold(name, &motion_csv(&kick, &found, None, 20)), 0);
+    }
+    let found = proved(&kick, "x=0", "6", 3, 10).unwrap();
+    assert_eq!(
+        digits_hold("kicked", &motion_csv(&kick, &found, None, 10)),
+        0
+    );
+}
+
+#[test]
+fn a_chain_begins_with_ever_higher_powers_of_the_time() {
+    let chain = model(
+        "coord x[1..12]
+         let u[0] = 0
+         let u[i in 1..12] = x[i]
+         let u[13] = 0
+         T = sum(i in 1..12, 1/2*x[i]'^2)
+         V = sum(i in 0..12, 1/4*(u[i+1] - u[i])^4)",
+    );
+    let found = motion(&chain, "x[1]=1", "1", 3);
+    let csv = motion_csv(&chain, &found, None, 10);
+    assert!(digits_hold("quartic_chain", &csv) <= 26, "{csv}");
+    // What the others never move rests.
+    let two = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2/2 + y^4/4*cos(x)");
+    let csv = motion_csv(&two, &motion(&two, "x=1", "4", 3), None, 10);
+    assert!(
+        cells(&csv)
+            .iter()
+            .all(|row| row[1].0 == "0" && row[3].0 == "0"),
+        "{csv}"
+    );
+}
+
+/// Whether the motion is said to end in a singularity, or only that it can't be followed.
+#[test]
+fn singularities_are_enclosed() {
+    let of = |text: &str, from: &str| {
+        let own = model(&format!("coord x  T = 1/2*x'^2  {text}  guess x = 1"));
+        let system = System::new(&own).unwrap();
+        system
+            .motion(&start(&own, from), &times("3", 3))
+            .unwrap_err()
+    };
+    for (text, from) in [
+        ("V = -1/x", "x=1"),
+        ("V = ln(x)", "x=1"),
+        ("V = -1/x^5", "x=1"),
+        ("V = 2*x - sqrt(x - 1/2)", "x=1/4"),
+        ("V = 1/x", "x=0"),
+    ] {
+        let error = of(text, from);
+        assert!(
+            matches!(error, MotionError::Singular { .. }),
+            "{text}: {error}"
+        );
+    }
+    for (text, from) in [
+        ("V = -x^4", "x=1"),
+        ("V = -exp(3*x)", "x=1"),
+        ("V = exp(1000*x)", "x=1"),
+    ] {
+        let error = of(text, from);
+        assert!(
+            matches!(error, MotionError::Stuck { .. }),
+            "{text}: {error}"
+        );
+    }
+    let thin = model("coord x  T = 1/2*x^2*x'^2  V = x  guess x = 1");
+    let system = System::new(&thin).unwrap();
+    let error = system
+        .motion(&start(&thin, "x=1"), &times("3", 3))
+        .unwrap_err();
+    assert!(error.to_string().contains("inverse"), "{error}");
 }
 
 #[test]

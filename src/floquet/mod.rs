@@ -39,6 +39,9 @@ use monodromy::short;
 use motion::Driven;
 use rungs::Task;
 
+/// Beyond so many times its own way a motion is far from its guess.
+const FAR: f64 = 2.0;
+
 /// How well.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -79,6 +82,8 @@ pub struct Floquet {
     pub velocities: Vec<Ball>,
     /// Whether the place is an equilibrium at all times; otherwise a periodic motion passes it.
     pub rests: bool,
+    /// The coordinates with a guess that the periodic motion stays far away from.
+    pub away: Vec<Away>,
     /// The multipliers, two for each coordinate, by falling modulus; those on the unit circle by rising angle, the one
     /// above the real axis first.
     pub multipliers: Vec<Multiplier>,
@@ -94,6 +99,18 @@ pub struct Floquet {
     /// The derivative of coordinates and velocities at the end of a period by those at its beginning, row by row; without
     /// a value where it leaves the range of doubles.
     pub monodromy: Vec<Ball>,
+}
+
+/// A coordinate whose guess is far from the periodic motion that was found: further than four times its amplitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Away {
+    /// Its place among the coordinates.
+    pub coordinate: usize,
+    /// Where it was guessed to be, in SI.
+    pub guess: f64,
+    /// The least and the largest value it has on the way, about.
+    pub range: (f64, f64),
 }
 
 impl Floquet {
@@ -155,7 +172,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     let found = if rests {
         task.about_rest()?
     } else {
-        let mut start = numbers;
+        let mut start = numbers.clone();
         start.resize(2 * n, 0.0);
         task.about_motion(&start)?
     };
@@ -189,11 +206,28 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         period_proved: repeats.is_some(),
         cycles,
         rests,
+        away: away(model, &numbers, &found.range),
         multipliers,
         stable,
         frequencies,
         monodromy: found.monodromy,
     })
+}
+
+/// The coordinates that stay far away from where they were guessed to be.
+fn away(model: &Model, guesses: &[f64], range: &[(f64, f64)]) -> Vec<Away> {
+    let all = model.guesses.iter().zip(guesses).zip(range).enumerate();
+    all.filter(|(_, ((given, _), _))| given.is_some())
+        .map(|(coordinate, ((_, guess), range))| Away {
+            coordinate,
+            guess: *guess,
+            range: *range,
+        })
+        .filter(|own| {
+            let (low, high) = own.range;
+            (low - own.guess).max(own.guess - high) > FAR * (high - low)
+        })
+        .collect()
 }
 
 /// By falling modulus; on the circle by rising angle, the one above the real axis first.

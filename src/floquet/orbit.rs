@@ -1,17 +1,19 @@
 //! Periodic motions: found in doubles, proved to exist at any precision.
 
-use std::cell::Cell;
-
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::basis::inverse;
 use super::complex::Complex;
 use super::monodromy::{Stop, Trip, trip};
-use crate::flow::{Enclosure, Equations, Plain};
+use crate::flow::{Enclosure, Equations, Plain, count};
 use crate::precision::{Ball, Magnitude};
 
 /// Newton steps to a periodic motion, in doubles.
 const NEWTON: usize = 60;
+/// A period is cut into so many pieces ...
+const PIECES: usize = 8;
+/// ... or fewer, so that the states at their ends have no more components than this.
+const MOST_UNKNOWNS: usize = 400;
 /// Steps in time that are made in doubles: some ten seconds.
 pub(super) const SEARCH: usize = 2_000_000;
 /// A trip that takes so many times the steps of the first one has gone astray.
@@ -33,6 +35,8 @@ pub(super) struct Guess {
     pub(super) start: Vec<f64>,
     /// About the size of the state where it moves.
     scale: Vec<f64>,
+    /// The least and the largest value of each component on the way.
+    pub(super) range: Vec<(f64, f64)>,
 }
 
 /// Why no periodic motion was proved.
@@ -50,8 +54,10 @@ impl From<Stop> for Lost {
     }
 }
 
-/// Newton's method for the map over a period, in doubles. A period that takes more than `most_steps` is too long; all of it takes
-/// `budget` steps at most.
+/// Newton's method in doubles for the states at several times of a period, each of which is to become the next (multiple shooting:
+/// J. Stoer, R. Bulirsch, Introduction to Numerical Analysis, section 7.3.5). So what runs away from an unstable motion within a
+/// period is no obstacle. It begins with rest where the guess is, or with the motion from there, whichever Newton's method has less
+/// to move. A period that takes more than `most_steps` is too long; all of it takes `budget` steps at most.
 pub(super) fn search(
     plain: &mut Plain,
     period: f64,
@@ -59,71 +65,182 @@ pub(super) fn search(
     (most_steps, budget): (usize, usize),
 ) -> Result<Guess, Lost> {
     let n = start.len();
-    let steps = Cell::new(0);
-    plain.set_most_steps(usize::MAX);
-    let mut travel = |x: &DVector<f64>, most: usize| {
-        plain.set_most_steps(most);
-        let count = |_: f64, _: &[f64], _: &[f64]| steps.set(steps.get() + 1);
-        let (end, slopes) = plain.travel(0.0, period, x.as_slice(), count)?;
-        let difference = DVector::from_vec(end) - x;
-        let slopes = DMatrix::from_row_slice(n, n, &slopes) - DMatrix::identity(n, n);
-        Some((difference, slopes))
+    let pieces = (MOST_UNKNOWNS / n.max(1)).clamp(1, PIECES);
+    let mut shooting = Shooting {
+        plain,
+        period,
+        n,
+        pieces,
+        steps: 0,
+        range: Vec::new(),
     };
-    let mut x = DVector::from_column_slice(start);
-    let first = travel(&x, most_steps.saturating_add(1));
-    if steps.get() > most_steps {
+    let resting =
+        DVector::from_iterator(n * pieces, start.iter().copied().cycle().take(n * pieces));
+    let limit = most_steps.saturating_add(1);
+    let mut begins: Vec<Place> = Vec::with_capacity(2);
+    begins.extend(shooting.place(resting, limit));
+    if shooting.steps > most_steps {
         return Err(Lost::Way(Stop::TooLong { steps: most_steps }));
     }
-    let Some((mut difference, mut slopes)) = first else {
-        let reason = "the motion from the guess ends before the period is over";
-        return Err(Lost::Search(reason));
-    };
+    let first = shooting.steps;
+    let followed = shooting.followed(start, limit);
+    begins.extend(followed.and_then(|states| shooting.place(states, limit)));
+    begins.sort_by(|a, b| a.asked.norm().total_cmp(&b.asked.norm()));
     // Where it takes that much longer it has gone astray.
-    let most = ASTRAY * (steps.get() + 10);
-    let mut found = false;
-    for _ in 0..NEWTON {
-        let Some(step) = slopes.clone().lu().solve(&difference) else {
-            return Err(Lost::Search("periodic motions are not isolated here"));
-        };
-        let small = step.norm() <= 1e-13 * (x.norm() + step.norm().min(1e-3));
-        // Shorter steps as long as the way around is longer than before; measured in the step that it asks for.
-        let mut shorter = 1.0;
-        loop {
-            let next = &x - &step * shorter;
-            if let Some((other, turned)) = travel(&next, most) {
-                let asked = slopes.clone().lu().solve(&other);
-                let asked = asked.map_or(f64::INFINITY, |asked| asked.norm());
-                if asked <= step.norm() * (1.0 - 0.25 * shorter) || small {
-                    (x, difference, slopes) = (next, other, turned);
-                    break;
+    let most = ASTRAY * (first + 10);
+    let mut lost = Lost::Search("the motion from the guess ends before the period is over");
+    for (at, begin) in begins.into_iter().enumerate() {
+        match shooting.newton(begin, most, budget) {
+            Ok(states) => {
+                shooting.around(&states, usize::MAX);
+                let size = |own: &(f64, f64)| own.0.abs().max(own.1.abs());
+                // A box needs a scale where a component is 0.
+                let scale = shooting.range.iter().map(size);
+                return Ok(Guess {
+                    start: states.as_slice()[..n].to_vec(),
+                    scale: scale.map(|size| size.max(f64::MIN_POSITIVE)).collect(),
+                    range: shooting.range,
+                });
+            }
+            Err(own) if at == 0 => lost = own,
+            Err(_) => {}
+        }
+    }
+    Err(lost)
+}
+
+/// States at several times of a period.
+struct Shooting<'a> {
+    plain: &'a mut Plain,
+    period: f64,
+    n: usize,
+    pieces: usize,
+    /// Steps in time that were made.
+    steps: usize,
+    /// The least and the largest value of each component the last time around.
+    range: Vec<(f64, f64)>,
+}
+
+/// Where Newton's method is.
+struct Place {
+    states: DVector<f64>,
+    /// The step that it asks for.
+    asked: DVector<f64>,
+    slopes: LU<f64, Dyn, Dyn>,
+    /// Whether nothing is left over.
+    exact: bool,
+}
+
+impl Place {
+    fn new(states: DVector<f64>, gaps: &DVector<f64>, slopes: DMatrix<f64>) -> Self {
+        let slopes = slopes.lu();
+        // Where periodic motions are not isolated none is asked for.
+        let asked = slopes.solve(gaps);
+        let asked = asked.unwrap_or_else(|| states.map(|_| f64::INFINITY));
+        Self {
+            states,
+            asked,
+            slopes,
+            exact: gaps.norm() == 0.0,
+        }
+    }
+}
+
+impl Shooting<'_> {
+    fn time(&self, piece: usize) -> f64 {
+        self.period * (count(piece) / count(self.pieces))
+    }
+
+    /// The state at the end of a piece, and its derivative.
+    fn piece(&mut self, at: usize, state: &[f64], most: usize) -> Option<(Vec<f64>, Vec<f64>)> {
+        let (begin, end) = (self.time(at), self.time(at + 1));
+        let (steps, range) = (&mut self.steps, &mut self.range);
+        self.plain.set_most_steps(most);
+        self.plain.travel(begin, end, state, |_, state, _| {
+            *steps += 1;
+            range.resize(state.len(), (f64::INFINITY, f64::NEG_INFINITY));
+            for ((low, high), x) in range.iter_mut().zip(state) {
+                (*low, *high) = (low.min(*x), high.max(*x));
+            }
+        })
+    }
+
+    /// By how much each state misses the next one, and the derivative of that.
+    fn around(
+        &mut self,
+        states: &DVector<f64>,
+        most: usize,
+    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let (n, pieces) = (self.n, self.pieces);
+        let mut gaps = DVector::zeros(n * pieces);
+        let mut slopes = DMatrix::zeros(n * pieces, n * pieces);
+        let before = self.steps;
+        self.range.clear();
+        for at in 0..pieces {
+            let left = most.saturating_sub(self.steps - before);
+            let own = &states.as_slice()[n * at..n * (at + 1)];
+            let (end, turned) = self.piece(at, own, left)?;
+            let next = n * ((at + 1) % pieces);
+            for i in 0..n {
+                gaps[n * at + i] = end[i] - states[next + i];
+                for j in 0..n {
+                    slopes[(n * at + i, n * at + j)] += turned[n * i + j];
+                }
+                slopes[(n * at + i, next + i)] -= 1.0;
+            }
+        }
+        Some((gaps, slopes))
+    }
+
+    /// The states that a motion goes through.
+    fn followed(&mut self, start: &[f64], most: usize) -> Option<DVector<f64>> {
+        let mut states = start.to_vec();
+        let mut own = start.to_vec();
+        for at in 0..self.pieces - 1 {
+            own = self.piece(at, &own, most)?.0;
+            states.extend_from_slice(&own);
+        }
+        Some(DVector::from_vec(states))
+    }
+
+    fn place(&mut self, states: DVector<f64>, most: usize) -> Option<Place> {
+        let (gaps, slopes) = self.around(&states, most)?;
+        Some(Place::new(states, &gaps, slopes))
+    }
+
+    fn newton(&mut self, mut own: Place, most: usize, budget: usize) -> Result<DVector<f64>, Lost> {
+        for _ in 0..NEWTON {
+            let asked = own.asked.norm();
+            if !asked.is_finite() {
+                return Err(Lost::Search("periodic motions are not isolated here"));
+            }
+            let small = asked <= 1e-13 * (own.states.norm() + asked.min(1e-3));
+            // Shorter steps as long as the way around is longer than before; measured in the step that it asks for.
+            let mut shorter = 1.0;
+            loop {
+                let next = &own.states - &own.asked * shorter;
+                if let Some((gaps, slopes)) = self.around(&next, most) {
+                    let other = own.slopes.solve(&gaps);
+                    let other = other.map_or(f64::INFINITY, |other| other.norm());
+                    if other <= asked * (1.0 - 0.25 * shorter) || small {
+                        own = Place::new(next, &gaps, slopes);
+                        break;
+                    }
+                }
+                shorter *= 0.5;
+                if self.steps > budget {
+                    return Err(Lost::Search("the search takes too many steps"));
+                }
+                if shorter < 1e-6 {
+                    return Err(Lost::Search("the search ends where it comes no nearer"));
                 }
             }
-            shorter *= 0.5;
-            if steps.get() > budget {
-                return Err(Lost::Search("the search takes too many steps"));
-            }
-            if shorter < 1e-6 {
-                return Err(Lost::Search("the search ends where it comes no nearer"));
+            if small || own.exact {
+                return Ok(own.states);
             }
         }
-        if small || difference.norm() == 0.0 {
-            found = true;
-            break;
-        }
+        Err(Lost::Search("the search takes too many steps"))
     }
-    if !found {
-        return Err(Lost::Search("the search takes too many steps"));
-    }
-    // A box needs a scale where a component is 0.
-    let mut scale = vec![f64::MIN_POSITIVE; n];
-    plain.set_most_steps(usize::MAX);
-    plain.travel(0.0, period, x.as_slice(), |_, state, _| {
-        for (s, x) in scale.iter_mut().zip(state) {
-            *s = s.max(x.abs());
-        }
-    });
-    let start = x.as_slice().to_vec();
-    Ok(Guess { start, scale })
 }
 
 /// The periodic motion near a state: found by Newton's method on the map over a period, proved by Krawczyk's theorem (R.

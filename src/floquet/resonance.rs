@@ -8,6 +8,8 @@ use crate::precision::Ball;
 
 /// Times at which the equations are averaged.
 const SAMPLES: u32 = 96;
+/// Squares of frequencies below this, beside what is averaged, are not told from 0.
+const LEFT: f64 = 1e-12;
 
 /// A parametric resonance: the sum or difference of two frequencies is about a multiple of that of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +33,7 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
         Vec::new()
     };
     let mut stiffness = DMatrix::<f64>::zeros(n, n);
+    let mut size = 0.0_f64;
     for sample in 0..SAMPLES {
         let [begin, end] = [sample, sample + 1].map(|k| period * f64::from(k) / f64::from(SAMPLES));
         let mut first = true;
@@ -40,6 +43,7 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
                     for j in 0..n {
                         let share = jacobian[2 * n * (n + i) + j] / f64::from(SAMPLES);
                         stiffness[(i, j)] -= share;
+                        size += share.abs();
                     }
                 }
             }
@@ -53,7 +57,8 @@ pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) ->
     let mut frequencies: Vec<f64> = stiffness
         .complex_eigenvalues()
         .iter()
-        .filter(|square| square.re > 0.0 && square.im.abs() <= 1e-6 * square.re)
+        // What the average leaves of terms that cancel is rounding.
+        .filter(|square| square.re > LEFT * size && square.im.abs() <= 1e-6 * square.re)
         .map(|square| square.re.sqrt())
         .collect();
     frequencies.sort_by(f64::total_cmp);

@@ -45,6 +45,8 @@ pub(super) struct Found {
     pub(super) start: Vec<Ball>,
     pub(super) monodromy: Vec<Ball>,
     pub(super) multipliers: Vec<Multiplier>,
+    /// The least and the largest value of each component of a periodic motion, about.
+    pub(super) range: Vec<(f64, f64)>,
     /// How many steps a period takes.
     steps: usize,
 }
@@ -89,9 +91,13 @@ impl Task<'_> {
                 own.ok_or(failed)?
             }
         };
-        Ok(self.climb(found, TRIPS, |bits, steps, found| {
+        let found = self.climb(found, TRIPS, |bits, steps, found| {
             wide(bits, steps, Some(&found.start))
-        }))
+        });
+        Ok(Found {
+            range: guess.range,
+            ..found
+        })
     }
 
     fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
@@ -167,6 +173,7 @@ impl Task<'_> {
             start: start.iter().map(Enclosure::to_ball).collect(),
             monodromy,
             multipliers,
+            range: Vec::new(),
             steps: there.steps,
         }
     }

@@ -16,6 +16,11 @@ use crate::precision::{Ball, Scalar, power_of_two, up};
 const REMAINDER: f64 = 4.0;
 /// ... or of one this much smaller than the largest.
 const SMALL: f64 = power_of_two(-10);
+/// What is so much smaller than where a motion starts (than 1, where all is 0) is as good as none: what decays is not followed
+/// beyond it, nor a force that is yet to come.
+const NOTHING: f64 = 1e-200;
+/// Many such remainders together are next to nothing.
+const NEXT_TO: f64 = 1e50;
 /// What the remainder of T may be beside 1.
 const SLOPE: f64 = 1e-7;
 /// How much further than a step its polynomials hold.
@@ -44,6 +49,8 @@ pub struct Following<S: Enclosure> {
     grid: f64,
     center: Vec<S>,
     set: Set,
+    /// Remainders below this are left in.
+    nothing: f64,
     /// The length that is tried next.
     next: f64,
     stretch: Option<Stretch<S>>,
@@ -76,6 +83,8 @@ impl<S: Enclosure> Following<S> {
         let values = equations.tape.prepare::<Ball>(());
         let rates = equations.rates.prepare::<Ball>(());
         let order = order.max(4);
+        let largest = start.iter().map(S::abs_upper).fold(0.0, f64::max);
+        let largest = if largest > 0.0 { largest } else { 1.0 };
         Self {
             dimension: equations.dimension,
             precision,
@@ -91,6 +100,7 @@ impl<S: Enclosure> Following<S> {
             grid: nearest_power_of_two(until) * power_of_two(GRID),
             center: start.iter().map(S::center).collect(),
             set: Set::new(start.iter().map(S::radius).collect()),
+            nothing: (NOTHING * largest).max(f64::MIN_POSITIVE),
             next: f64::INFINITY,
             stretch: None,
         }
@@ -110,7 +120,7 @@ impl<S: Enclosure> Following<S> {
         parts.map(|(x, r)| x.widened(*r)).collect()
     }
 
-    /// How large the set is beside where it is, both on the scales of the components.
+    /// How large the set is beside where it is, both on the scales of the components; 0 where all of it is next to nothing.
     #[must_use]
     pub fn spread(&self) -> f64 {
         let weights = self.set.weights();
@@ -119,8 +129,12 @@ impl<S: Enclosure> Following<S> {
             scaled.fold(0.0, f64::max)
         };
         let place = most(&mut self.center.iter().map(|x| x.middle().abs()));
-        let size = most(&mut self.set.spread().into_iter());
-        if size > 0.0 { size / place } else { 0.0 }
+        let spread = self.set.spread();
+        let size = most(&mut spread.iter().copied());
+        if spread.iter().all(|own| *own <= NEXT_TO * self.nothing) {
+            return 0.0;
+        }
+        size / place
     }
 
     /// Finds a step, of about the length asked for or a shorter one; tells how far [`Following::at`] reaches. `None` where none was
@@ -202,6 +216,7 @@ impl<S: Enclosure> Following<S> {
             let allowed = sizes[i].max(SMALL * scales[i] * largest);
             if size > 0.0 {
                 let allowed = REMAINDER * S::rounding(self.precision) * allowed;
+                let allowed = allowed.max(self.nothing);
                 excess = excess.max(size / allowed);
             }
             rest.push(last);
@@ -277,11 +292,12 @@ impl<S: Enclosure> Following<S> {
         };
         let mut tube: Vec<Ball> = start.iter().zip(rates).map(|(x, f)| along(x, f)).collect();
         let mut inputs = vec![*time];
-        for _ in 0..BOXES {
+        let mut left = BOXES;
+        while left > 0 {
             for (own, x) in tube.iter_mut().zip(start) {
                 // What does not move is left alone, until it does.
                 if own.radius > x.radius {
-                    *own = own.with_added_radius(0.1 * own.radius);
+                    *own = own.with_added_radius(0.1 * own.radius + self.nothing);
                 }
             }
             inputs.truncate(1);
@@ -296,6 +312,14 @@ impl<S: Enclosure> Following<S> {
                 own == next || up(apart + next.radius) <= own.radius
             };
             let held = tube.iter().zip(&next).all(within);
+            // What rests begins to move one after the other.
+            let moving = |tube: &[Ball]| {
+                let moving = tube.iter().zip(start);
+                moving.filter(|(own, x)| own.radius > x.radius).count()
+            };
+            if moving(&next) <= moving(&tube) {
+                left -= 1;
+            }
             tube = next;
             if held {
                 return Some(tube);

@@ -20,6 +20,7 @@ impl MotionError {
             Self::NotProved { .. } => "E0611",
             Self::OpenStart => "E0612",
             Self::TooLargeToProve { .. } => "E0613",
+            Self::Stuck { .. } => "E0614",
             Self::Linearize(error) => error.code(),
         }
     }

@@ -63,6 +63,16 @@ pub enum MotionError {
         /// What is wrong there.
         reason: String,
     },
+    /// The motion can't be followed, for no reason that is certain.
+    #[error("the motion can't be followed beyond t = {time}, {place}: {reason}")]
+    Stuck {
+        /// When.
+        time: String,
+        /// Where.
+        place: String,
+        /// What is known of it.
+        reason: String,
+    },
     /// Too much to write out.
     #[error("{terms} terms are too many to integrate: at most {most}")]
     TooLarge {
@@ -132,7 +142,7 @@ impl From<&MotionError> for Diagnostic {
                 .with_help("write for example `--until 10 --samples 101`"),
             MotionError::OffConstraints { .. } => told
                 .with_help("give as many coordinates as are free; what is left out follows from the constraints"),
-            MotionError::Singular { .. } => told.with_help(
+            MotionError::Singular { .. } | MotionError::Stuck { .. } => told.with_help(
                 "a shorter time, another start or other coordinates avoid it",
             ),
             MotionError::TooLarge { .. } => {

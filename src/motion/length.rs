@@ -86,7 +86,8 @@ impl<S: Real> Stepper<'_, S> {
         let mut own = f64::INFINITY;
         for _ in 0..3 {
             own = if size > 0.0 {
-                (allowed * size / last).powf(1.0 / count(k))
+                // Where all is small their product may vanish.
+                (allowed * (size / last)).powf(1.0 / count(k))
             } else {
                 f64::INFINITY
             };

@@ -13,6 +13,7 @@ mod codes;
 mod equations;
 mod error;
 mod length;
+mod limits;
 mod linear;
 mod matrix;
 mod projection;
@@ -208,7 +209,7 @@ impl System {
     /// size of the equations.
     ///
     /// # Errors
-    /// [`MotionError::Singular`] where the motion ends or M has no inverse.
+    /// [`MotionError::Singular`] where the motion ends or M has no inverse, [`MotionError::Stuck`] where it can't be followed.
     pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
         // Runs may differ and agree again, as where a pendulum went round once or did not.
@@ -266,15 +267,15 @@ impl System {
             }
             errors.push(error);
         }
+        let lost = self.lost(start, times, &fine.rows, fine.steps);
         let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride);
         let rows = rows.map(|(row, (values, error))| {
             if row == 0 {
-                let own = start.positions.iter().chain(&start.velocities);
-                return own.copied().collect();
+                return start.row();
             }
-            let values = values.iter().zip(&sizes);
+            let values = values.iter().zip(&sizes).zip(&lost[row]);
             values
-                .map(|(value, size)| Ball::new(value.mid, error * size))
+                .map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost))
                 .collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
@@ -365,16 +366,17 @@ impl System {
         let mut resting = 0;
         loop {
             let left = end.sub(&t);
-            let trouble = |trouble, q: &[S]| self.trouble(trouble, &t, q);
             let mut length = stepper
                 .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
-                .map_err(|own| trouble(own, &q))?;
+                .map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
             let mut longest = length.min(left.middle().max(0.0));
             let fitting = stepper.fitting(&t, longest, end.middle() / LOOKS_A_RUN);
             if fitting < longest {
                 (length, longest) = (fitting, fitting);
             }
-            let kink = stepper.kink(longest).map_err(|own| trouble(own, &q))?;
+            let kink = stepper
+                .kink(longest)
+                .map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
             if let Some(kink) = &kink {
                 length = kink.middle();
             }
@@ -386,7 +388,7 @@ impl System {
                 let (mut row, speed) = stepper.at(&after);
                 row.extend(speed);
                 if !row.iter().all(S::is_finite) {
-                    return Err(self.trouble(Trouble::NotFinite, &t, &q));
+                    return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
                 }
                 rows.push(row);
             }
@@ -411,33 +413,11 @@ impl System {
                 0
             };
             if resting > self.equations.kinks.outputs() {
-                return Err(self.trouble(Trouble::NoStep, &t, &q));
+                return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }
             (q, v) = stepper.at(&next.sub(&t));
             t = next;
             steps += 1;
-        }
-    }
-
-    fn trouble<S: Real>(&self, trouble: Trouble, t: &S, q: &[S]) -> MotionError {
-        let place = self.names.iter().zip(q);
-        let place = place.map(|(name, x)| format!("{name} = {:.6}", x.middle()));
-        let mut place: Vec<String> = place.take(6).collect();
-        if self.names.len() > 6 {
-            place.push("…".to_owned());
-        }
-        MotionError::Singular {
-            time: moment(t.middle()),
-            place: place.join(", "),
-            reason: match trouble {
-                Trouble::Singular => "the mass matrix, with the constraints, has no inverse there",
-                Trouble::NotFinite => "the equations of motion are not defined there",
-                Trouble::NoStep => "the motion can't be continued beyond it",
-                Trouble::Kink => {
-                    "forces on both sides lead to the kink of an absolute value, where there is none"
-                }
-            }
-            .to_owned(),
         }
     }
 
@@ -477,6 +457,10 @@ impl System {
             (least, most) = (least.min(off), most.max(off));
         }
         let stray = most.max(-least);
+        // An energy below the range of numbers tells nothing.
+        if first.is_some_and(|first| first.contains_zero() && !first.is_zero()) && stray == 0.0 {
+            return None;
+        }
         if first.is_some_and(|first| stray <= 16.0 * unit * first.mid_f64().abs()) {
             return Some(0.0);
         }

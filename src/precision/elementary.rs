@@ -411,11 +411,15 @@ impl Ball {
             return Self::NOT_FINITE;
         }
         if self.mid.hi < -680.0 {
-            // 0 < exp(x) < exp(-680 + r)
-            return if self.radius < 1.0 {
-                Self::from_zero_to(1e-290)
+            let upper = self.upper();
+            return if upper < -750.0 {
+                // 0 < exp(x) < exp(-750) < 2^-1074
+                Self::new(DoubleDouble::ZERO, f64::from_bits(1))
+            } else if self.radius >= 1.0 {
+                Self::from_zero_to(Self::exact(upper).exp().abs_upper())
             } else {
-                Self::NOT_FINITE
+                let root = self.scale(-1).exp();
+                root * root
             };
         }
         let value = exp_point(self.mid);

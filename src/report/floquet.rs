@@ -211,10 +211,21 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     }
     let mut state = named(names(""), &floquet.place);
     state.extend(named(names("'"), &floquet.velocities));
-    format!(
+    let mut text = format!(
         "about the periodic motion through {} at t = 0\n",
         state.join(", ")
-    )
+    );
+    for own in &floquet.away {
+        let name = model.coordinates.get(own.coordinate);
+        let name = name.map_or("", |own| own.name.as_str());
+        let (low, high) = own.range;
+        let _ = writeln!(
+            text,
+            "which is far from the guess {name} = {:.4}: it has {name} between {low:.4} and {high:.4}",
+            own.guess
+        );
+    }
+    text
 }
 
 fn resonance_text(floquet: &Floquet, resonance: Resonance) -> String {

@@ -3,13 +3,13 @@
     python3 tests/reference/motion.py > tests/reference/motion.json
 
 Closed forms where there are any (Jacobi's elliptic functions for the pendulum, Kepler's equation for the planet, exponentials for
-what is linear, parabolas and arcs of circles between kinks); the double pendulum by Taylor series of order 60 at 60 digits (of
-order 80 at 80 digits where it is chaotic), its equations written by hand.
+what is linear, parabolas and arcs of circles between kinks); the double pendulum and a chain by Taylor series of order 60 at 60 digits (of
+order 80 at 80 digits where the pendulum is chaotic), their equations written by hand.
 """
 
 import json
 
-from mpmath import acos, asin, cos, ellipfun, exp, findroot, floor, mp, mpf, nstr, pi, quad, sin, sqrt, tanh
+from mpmath import acos, asin, cos, cosh, ellipfun, exp, findroot, floor, log, mp, mpf, nstr, pi, quad, sin, sqrt, tanh
 
 mp.dps = 60
 
@@ -204,6 +204,67 @@ def double_pendulum(g, start, times, order=60, tolerance=-55):
     return rows
 
 
+def slope(start, times):
+    """x'' = exp(-x) from rest: x = start + 2 ln cosh(r t), r^2 = exp(-start)/2, by energy."""
+    r = sqrt(exp(-start) / 2)
+    return [digits([start + 2 * log(cosh(r * t)), 2 * r * tanh(r * t)]) for t in times]
+
+
+def critical(c, times):
+    """x'' + 2 c x' + c^2 x = 0 from rest at 1."""
+    return [digits([(1 + c * t) * exp(-c * t), -c * c * t * exp(-c * t)]) for t in times]
+
+
+def kicked(start, sharpness, times):
+    """x'' + x = exp(-sharpness (t - 3)^2) from rest: a convolution with the sine."""
+    rows = []
+    for t in times:
+        width = 1 / sqrt(mpf(sharpness))
+        ends = sorted({min(max(3 + k * width, mpf(0)), t) for k in range(-12, 13, 2)} | {t})
+        force = lambda s: exp(-sharpness * (s - 3) ** 2)
+        kick = [quad(lambda s: f(t - s) * force(s), ends) if t else t for f in (sin, cos)]
+        rows.append(digits([start * cos(t) + kick[0], -start * sin(t) + kick[1]]))
+    return rows
+
+
+def quartic_chain(n, times, order=50, tolerance=-45):
+    """V = sum (x_(i+1) - x_i)^4/4 between walls, the first of n masses at 1, by Taylor series. What follows begins with
+    powers 2, 8, 26, 80, ... of the time."""
+
+    def conv(a, b, k):
+        return sum(a[j] * b[k - j] for j in range(k + 1) if a[j] and b[k - j])
+
+    t, x, v = mpf(0), [mpf(1)] + [mpf(0)] * (n - 1), [mpf(0)] * n
+    rows, todo = [], list(times)
+    while todo:
+        xs, vs = [[c] for c in x], [[c] for c in v]
+        ds, squares, cubes = ([[] for _ in range(n + 1)] for _ in range(3))
+        for k in range(order):
+            for i in range(n + 1):
+                left = xs[i - 1][k] if i else mpf(0)
+                right = xs[i][k] if i < n else mpf(0)
+                ds[i].append(right - left)
+                squares[i].append(conv(ds[i], ds[i], k))
+                cubes[i].append(conv(squares[i], ds[i], k))
+            for i in range(n):
+                xs[i].append(vs[i][k] / (k + 1))
+                vs[i].append((cubes[i + 1][k] - cubes[i][k]) / (k + 1))
+        last = max(abs(row[order]) for row in xs + vs)
+        h = min((mpf(10) ** tolerance / last) ** (mpf(1) / order), mpf(1) / 32)
+
+        def at(row, s):
+            total = mpf(0)
+            for c in reversed(row[: order + 1]):
+                total = total * s + c
+            return total
+
+        while todo and todo[0] <= t + h:
+            rows.append(digits([at(row, todo[0] - t) for row in xs + vs]))
+            todo.pop(0)
+        x, v, t = [at(row, h) for row in xs], [at(row, h) for row in vs], t + h
+    return rows
+
+
 g = mpf(981) / 100
 cases = {
     "pendulum": pendulum(g, mpf(1) / 2, mpf(3), [mpf(5) * i / 4 for i in range(5)]),
@@ -216,6 +277,13 @@ cases = {
     "edge": edge(mpf(1) / 3, mpf(2), [mpf(20) * i / 4 for i in range(5)]),
     "drag": drag(mpf(1), [mpf(10) * i / 4 for i in range(5)]),
     "switched": switched([mpf(30) * i / 3 for i in range(4)]),
+    "slope": slope(mpf(700), [mpf(5) * i for i in range(3)]),
+    "far_slope": slope(mpf(760), [mpf(5) * i for i in range(3)]),
+    "critical": critical(mpf(1), [mpf(500) * i for i in range(3)]),
+    "tiny": [digits([mpf("1e-310") * cos(t), -mpf("1e-310") * sin(t)]) for t in (mpf(0), mpf(1) / 2, mpf(1))],
+    "kicked": kicked(mpf(0), 10000, [mpf(3) * i for i in range(3)]),
+    "kicked_from_one": kicked(mpf(1), 10000, [mpf(3) * i for i in range(3)]),
+    "quartic_chain": quartic_chain(12, [mpf(i) / 2 for i in range(3)]),
 }
 mp.dps = 80
 g = mpf(981) / 100
