@@ -199,7 +199,8 @@ fn equal_and_vanishing_moments_are_proved() {
          let point = inertia_point(m, [sqrt(2), pi, -1])
          let nothing = 0*inertia_rod(m, r)
          let upright = inertia_cylinder(m, r, 3*r)
-         let near = [[1, 0, 0], [0, 1 + 1e-40, 0], [0, 0, 1.5]]",
+         let near = [[1, 0, 0], [0, 1 + 1e-40, 0], [0, 0, 1.5]]
+         let nearer = [[1, 0, 0], [0, 1 + 1e-300, 0], [0, 0, 1.5]]",
         12,
     )
     .unwrap();
@@ -221,8 +222,9 @@ fn equal_and_vanishing_moments_are_proved() {
     assert_eq!(of("point"), (1, vec![(1..3, true, None)]));
     assert_eq!(of("nothing"), (3, vec![(0..3, true, None)]));
     assert_eq!(of("upright").1, [(1..3, true, Some(2))]);
+    assert_eq!(of("near").1, []);
     // Different by less than any bound at hand: not told apart, and not called equal.
-    assert_eq!(of("near").1, [(0..2, false, None)]);
+    assert_eq!(of("nearer").1, [(0..2, false, None)]);
 }
 
 #[test]

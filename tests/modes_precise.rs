@@ -142,6 +142,16 @@ fn nearly_equal_pairs() {
                 .all(|mode| mode.vector_error_bound < 1e-14)
         );
     }
+    // For the shapes, more is tried than the digits need: x and y alone are none of them.
+    for coupling in [-28, -40, -99] {
+        let (m, k) = pair(coupling);
+        let (spectrum, _) = solved_precisely(&m, &k, &[], &Options::default());
+        for mode in &spectrum.modes {
+            assert!(mode.vector_error_bound < 1e-14, "{coupling} {mode:?}");
+            let half = |x: &f64| (x.abs() - 0.5_f64.sqrt()).abs() < 1e-14;
+            assert!(mode.vector.iter().all(half), "{coupling} {mode:?}");
+        }
+    }
     // Below the digits that are asked for they may stay together.
     let (m, k) = pair(-130);
     check(&m, &k, 100);

@@ -248,6 +248,5 @@ fn shape() -> Result<Tape, PeriodError> {
 
 /// Whether a ball decides so many digits.
 fn decides(value: &Ball, digits: usize) -> bool {
-    let rounding = decimal(value, digits).rounding;
-    rounding == Rounding::Correct || rounding == Rounding::Tie
+    decimal(value, digits).rounding == Rounding::Correct
 }

@@ -105,8 +105,7 @@ pub(super) fn period(
         );
         match task.run(request) {
             Ok(found) => {
-                let rounding = found.period.decimal(options.digits).rounding;
-                let complete = matches!(rounding, Rounding::Correct | Rounding::Tie);
+                let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
                     let mut field = task.field;
                     let (small_precise, bend) = small_about(equilibrium, &mut field, &centre);

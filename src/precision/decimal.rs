@@ -68,7 +68,8 @@ enum Direction {
 /// ball decides them, else with as many digits as it decides.
 ///
 /// Positional for exponents from -5 to 15 as far as the digits reach the decimal point, else
-/// scientific. A number that may be zero but is not known to be prints as `0` with its bound.
+/// scientific. A number of which no digit is decided, as one that may be zero but is not known to be, prints as `0` with its
+/// bound.
 pub fn decimal(value: &Ball, digits: usize) -> Decimal {
     written(value, Wanted::digits(digits.min(MOST_DIGITS)))
 }
@@ -173,6 +174,13 @@ fn not_a_number() -> Decimal {
 /// The digits of the numbers from `low` 2^exponent to `high` 2^exponent.
 fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal {
     let zero = IBig::ZERO;
+    // Where no digit is decided, 0 with a bound that says so is what is right.
+    let undecided = |most: UBig| Decimal {
+        text: "0".to_owned(),
+        digits: 0,
+        error_bound: one_digit(fraction(most, exponent)),
+        rounding: Rounding::Undecided,
+    };
     if low == zero && high == zero {
         return Decimal {
             text: "0".to_owned(),
@@ -184,38 +192,29 @@ fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal 
     if low <= zero && high >= zero {
         let (_, below) = low.into_parts();
         let (_, above) = high.into_parts();
-        let error_bound = one_digit(fraction(below.max(above), exponent));
-        let text = "0".to_owned();
-        return Decimal {
-            text,
-            digits: 0,
-            error_bound,
-            rounding: Rounding::Undecided,
-        };
+        return undecided(below.max(above));
     }
     let negative = high < zero;
     let (_, a) = low.into_parts();
     let (_, b) = high.into_parts();
     // By magnitude from here on.
     let (least, most) = if negative { (b, a) } else { (a, b) };
-    let (rounded, rounding) = decide(&least, &most, exponent, wanted);
+    let Some((rounded, rounding)) = decide(&least, &most, exponent, wanted) else {
+        return undecided(most);
+    };
     let printed = rounded.value();
     let error = distance(&printed, &fraction(least, exponent))
         .max(distance(&printed, &fraction(most, exponent)));
     Decimal {
-        digits: if rounding == Rounding::Undecided {
-            0
-        } else {
-            rounded.count
-        },
+        digits: rounded.count,
         error_bound: one_digit(error),
         text: rounded.layout(negative),
         rounding,
     }
 }
 
-/// The digits common to both ends, as many as `wanted` if possible.
-fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> (Rounded, Rounding) {
+/// The digits common to both ends, as many as `wanted` if possible; `None` where not even one is.
+fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> Option<(Rounded, Rounding)> {
     let (low, high) = (
         fraction(least.clone(), exponent),
         fraction(most.clone(), exponent),
@@ -240,7 +239,7 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> (Rounded,
     };
     let (below, above) = at(wanted);
     if below == above {
-        return (below.carried(leading, place, most), Rounding::Correct);
+        return Some((below.carried(leading, place, most), Rounding::Correct));
     }
     // A tie: both ends within a thousandth of a unit of the last place, on both sides of a middle.
     let unit = below.unit();
@@ -252,7 +251,7 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> (Rounded,
     if width.at_most(&thousandth) {
         // Across a power of ten the upper one ends in 0.
         let even = above.exponent > below.exponent || (&above.digits % 2u8) == 0;
-        return (if even { above } else { below }, Rounding::Tie);
+        return Some((if even { above } else { below }, Rounding::Tie));
     }
     // No more digits than the width of the ball leaves; start there.
     let mut count = (round(&low, 1, &Direction::Nearest).exponent
@@ -262,11 +261,11 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> (Rounded,
     while count > 0 {
         let (below, above) = at(count);
         if below == above {
-            return (below, Rounding::Fewer);
+            return Some((below, Rounding::Fewer));
         }
         count -= 1;
     }
-    (round(&high, 1, &Direction::Nearest), Rounding::Undecided)
+    None
 }
 
 impl Fraction {
@@ -539,9 +538,12 @@ mod tests {
             (d.text.as_str(), d.rounding, d.error_bound),
             ("0", Rounding::Undecided, 5e-20)
         );
-        let d = decimal(&ball(0.5, 0.0, 0.3), 10);
-        assert_eq!(d.rounding, Rounding::Undecided);
-        assert!(d.error_bound >= 0.3);
+        // Of a number that is not 0, either: -7e-23 would be a digit that nobody has decided.
+        for (mid, radius, bound) in [(0.5, 0.3, 0.8), (-7e-23, 6.9e-23, 2e-22)] {
+            let d = decimal(&ball(mid, 0.0, radius), 10);
+            let own = (d.text.as_str(), d.rounding, d.error_bound);
+            assert_eq!(own, ("0", Rounding::Undecided, bound));
+        }
         assert_eq!(decimal(&Ball::NOT_FINITE, 10).error_bound, f64::INFINITY);
     }
 

@@ -165,7 +165,7 @@ fn equal_words(equal: &Equal) -> String {
         return if equal.proved {
             "the moments are equal: any axis is a principal axis".to_owned()
         } else {
-            "the moments can't be told apart: any three perpendicular axes are as good".to_owned()
+            "the moments are equal within their bounds: any three perpendicular axes are as good, within them".to_owned()
         };
     }
     // The one of the three that is left.
@@ -180,7 +180,7 @@ fn equal_words(equal: &Equal) -> String {
         )
     } else {
         format!(
-            "moments {first} and {last} can't be told apart: any two perpendicular axes perpendicular to {across} are as good"
+            "moments {first} and {last} are equal within their bounds: any two perpendicular axes perpendicular to {across} are as good, within them"
         )
     }
 }

@@ -18,6 +18,8 @@ const MOST_COMPONENTS: usize = 6;
 const SHAPE_DIGITS: usize = 4;
 /// Digits of a component where the shape names its largest ones.
 const ROUGH_DIGITS: usize = 2;
+/// A component that is known no better than this beside the largest one, and may be 0, is no 0.
+const VAGUE_SHARE: f64 = 5e-4;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
 /// Beyond this share of a frequency an uncertainty is not small: the second order is felt.
@@ -451,10 +453,17 @@ fn over_power(name: &str, power: i32) -> String {
 /// A component over a power of ten, with the digits its bound decides: `0.5000`, `0.5000 - 0.1000i`.
 fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
     let ten = Ball::from(10.0).powi(power.abs());
+    let vague = mode.vector_error_bound > VAGUE_SHARE * length(mode);
     let written = |value: f64| {
         let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
         let scaled = if power < 0 { value * ten } else { value / ten };
-        Written::new(&scaled, digits).text()
+        let text = Written::new(&scaled, digits).text();
+        // What may be 0, or else as large as others, is not called 0.
+        if vague && text == "0" {
+            "?".to_owned()
+        } else {
+            text
+        }
     };
     let real = mode.vector.get(at).copied().unwrap_or(0.0);
     let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
@@ -472,6 +481,11 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
         return format!("{sign}{size}i");
     }
     format!("{} {sign} {size}i", written(real))
+}
+
+/// The largest component.
+fn length(mode: &NormalMode) -> f64 {
+    (0..mode.vector.len()).fold(0.0, |most, at| most.max(modulus(mode, at)))
 }
 
 /// The size of a component.
@@ -554,6 +568,12 @@ fn remarks(
             out.push_str(&format!("{}: {words}\n", numbered(&block)));
         }
     }
+    for close in clusters(modes) {
+        out.push_str(&format!(
+            "{} are equal within their bounds: any other basis of the space that their shapes span does as well, within them\n",
+            numbered(&close)
+        ));
+    }
     out.push_str(&uncertainty_remark(modes));
     let undecided = of_kind(modes, Kind::Undecided);
     let damped = undecided
@@ -591,6 +611,22 @@ fn remarks(
         out.insert(0, '\n');
     }
     out
+}
+
+/// Modes with shapes that bounds do not separate. What zero modes are is said elsewhere, and so it is where shapes are missing.
+fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
+    let mut groups: Vec<(u32, Vec<usize>)> = Vec::new();
+    for (at, mode) in modes.modes.iter().enumerate() {
+        if mode.kind == Kind::Zero || mode.vector.is_empty() || mode.limit.is_some() {
+            continue;
+        }
+        match groups.iter_mut().find(|(own, _)| *own == mode.cluster) {
+            Some((_, group)) => group.push(at),
+            None => groups.push((mode.cluster, vec![at])),
+        }
+    }
+    let groups = groups.into_iter().map(|(_, group)| group);
+    groups.filter(|group| group.len() > 1).collect()
 }
 
 /// What the columns of uncertainties mean, and where they mean little.

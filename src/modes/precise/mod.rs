@@ -16,7 +16,7 @@ mod start;
 
 use dashu_int::IBig;
 
-use super::certify::{Couplings, Enclosures, certify};
+use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::Bounds;
@@ -73,13 +73,17 @@ impl Precise {
     }
 }
 
+/// Eigenvalues that are equal to so many digits count as equal: most of those that are near are.
+const CLOSE_DIGITS: usize = 120;
+/// Beyond so many coordinates that is not tried: equal ones, as symmetry makes them, would cost too much.
+const MOST_TOLD_APART: usize = 16;
 /// More digits than double-double has.
 const MANY: usize = 32;
 /// Fewer modes than this part of all are better taken on from what doubles give.
 const FEW: usize = 8;
 
 /// The outcome of the rungs below, or a better one where digits are missing or there is none.
-pub(super) fn further(
+fn covering(
     scaled: &Scaled,
     zero: &ZeroSpace,
     below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
@@ -105,6 +109,28 @@ pub(super) fn further(
         Err(error) if is_final(&error) => Err(error),
         Err(error) => climb(scaled, zero, None, source, options).ok_or(error),
     }
+}
+
+/// That outcome, with close eigenvalues told apart where more digits do it: their shapes are then facts, and no choice.
+pub(super) fn further(
+    scaled: &Scaled,
+    zero: &ZeroSpace,
+    below: &dyn Fn(&Options) -> Result<Solution, ModesError>,
+    source: &dyn Source,
+    options: &Options,
+) -> Result<Solution, ModesError> {
+    let solution = covering(scaled, zero, below, source, options)?;
+    let clusters = &solution.certificate.clusters;
+    let wanted = options.lowest.unwrap_or(usize::MAX);
+    let close = |cluster: &Cluster| cluster.len() > 1 && cluster.start < wanted;
+    if !options.vectors || scaled.n > MOST_TOLD_APART || !clusters.iter().any(close) {
+        return Ok(solution);
+    }
+    let finer = options.clone().digits(options.digits.max(CLOSE_DIGITS));
+    let apart = climb(scaled, zero, Some(&solution), source, &finer);
+    Ok(apart
+        .filter(|apart| apart.certificate.clusters.len() > clusters.len())
+        .unwrap_or(solution))
 }
 
 /// Whether more precision changes nothing.
