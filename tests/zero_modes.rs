@@ -119,7 +119,7 @@ fn a_bond_too_many_elsewhere_hides_no_motion() {
         body(1, 4)
     ));
     assert_eq!(found.len(), 4);
-    assert_eq!(found[3], "no restoring force");
+    assert_eq!(found[3], "no restoring force to second order");
 }
 
 fn linearized(text: &str, rows: &str) -> Linearized {

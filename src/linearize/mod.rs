@@ -578,7 +578,7 @@ impl Linearized {
         }
     }
 
-    /// Whether every motion has inertia beside the equilibrium, in doubles: then it is the coordinates that are
+    /// Whether every motion is proved to have inertia beside the equilibrium: then it is the coordinates that are
     /// singular there.
     pub(crate) fn has_inertia_nearby(&self) -> bool {
         let shift = |(i, value): (usize, &Ball)| {
@@ -594,9 +594,25 @@ impl Linearized {
             .collect();
         // Multipliers, which have no inertia, stand behind the coordinates.
         let (n, all) = (self.coordinates(), self.model.coordinates.len());
-        let mass = self.assembly.mass(&at, &self.values);
-        let mass = nalgebra::DMatrix::from_fn(n, n, |i, j| mass[i + all * j].mid_f64());
-        nalgebra::Cholesky::new(mass).is_some()
+        let mut mass = self.assembly.mass(&at, &self.values);
+        for k in 0..n {
+            let pivot = mass[k + all * k];
+            if !pivot.is_positive() {
+                return false;
+            }
+            for i in k + 1..n {
+                let factor = mass[i + all * k];
+                if factor.is_zero() {
+                    continue;
+                }
+                let factor = factor / pivot;
+                for j in k + 1..=i {
+                    let product = factor * mass[j + all * k];
+                    mass[i + all * j] = mass[i + all * j] - product;
+                }
+            }
+        }
+        true
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -80,7 +80,7 @@ pub(crate) fn zero_modes(
         let vector = symmetry.vector(at, ());
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
     }
-    let nothing = "no restoring force";
+    let nothing = "no restoring force to second order";
     for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
         let balls = vector.iter().map(|x| x.in_numbers(())).collect();
         add(balls, nothing, Ground::Exact(vector));

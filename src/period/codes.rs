@@ -22,6 +22,7 @@ impl PeriodError {
             Self::NegativeMass { .. } => "E0511",
             Self::Undecided { .. } => "E0512",
             Self::NoInertia { .. } => "E0513",
+            Self::TooLong { .. } => "E0514",
         }
     }
 }

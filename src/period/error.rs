@@ -154,6 +154,16 @@ pub enum PeriodError {
         /// Where it is declared.
         span: Span,
     },
+    /// An integral with too much structure on the way.
+    #[error(
+        "the period was not computed: at {coordinate} = {place}, before the turning point, the integral has taken as many steps as are tried"
+    )]
+    TooLong {
+        /// The coordinate.
+        coordinate: String,
+        /// How far the integral came.
+        place: String,
+    },
     /// Bounds that do not decide, however precise.
     #[error(
         "the period could not be certified: at {coordinate} = {place} the energy is too close to the potential"
@@ -245,6 +255,9 @@ fn described(error: &PeriodError) -> Diagnostic {
             Diagnostic::error(message, *span, "its velocity does not occur squared in T")
                 .with_help("what moves has a kinetic energy; is a term of T missing?")
         }
+        PeriodError::TooLong { .. } => Diagnostic::global(message).with_help(
+            "the force changes too often between the turning points; a smaller amplitude takes fewer steps",
+        ),
         PeriodError::Undecided { .. } => Diagnostic::global(message)
             .with_help("is the energy that of a barrier? There the period is infinite"),
     }

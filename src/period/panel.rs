@@ -40,6 +40,8 @@ pub(super) enum Refusal {
     Precision,
     /// E - U, M or a derivative is not finite, or the rest is too large.
     Rough,
+    /// There are more panels than are tried.
+    Long,
 }
 
 /// Where an integral ended, and why.
@@ -324,7 +326,7 @@ impl<S: Real> Path<'_, S> {
             }
         }
         let at = self.position(from);
-        let refusal = Refusal::Rough;
+        let refusal = Refusal::Long;
         Err(Obstacle { refusal, at })
     }
 

@@ -77,6 +77,8 @@ pub(super) fn period(
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
             Ok(_) => {}
+            // More bits take more terms a panel and as many panels.
+            Err(Stop::Final(error @ PeriodError::TooLong { .. })) => return Err(error),
             // Their range is that of doubles: what they find nothing for, more bits may.
             Err(Stop::Final(_) | Stop::AtRest) => {}
             Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {

@@ -317,6 +317,10 @@ impl<'a, S: Real> Task<'a, S> {
                 })
             }
             Refusal::Rough => Stop::Rough(obstacle.at),
+            Refusal::Long => Stop::Final(PeriodError::TooLong {
+                coordinate: self.name(),
+                place: short(obstacle.at.middle()),
+            }),
             Refusal::Precision | Refusal::Forbidden => Stop::Precision(obstacle.at),
         }
     }

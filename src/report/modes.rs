@@ -90,7 +90,11 @@ pub fn modes_text(
         && options.vectors
         && !modes.modes.is_empty()
     {
-        out.push_str(&format!("\nshapes in {unit}, x^T M x = 1 kg*m^2\n"));
+        let complex = modes.modes.iter().any(|mode| !mode.imaginary.is_empty());
+        let transposed = if complex { 'H' } else { 'T' };
+        out.push_str(&format!(
+            "\nshapes in {unit}, x^{transposed} M x = 1 kg*m^2\n"
+        ));
     }
     out.push_str(&remarks);
     out

@@ -66,6 +66,7 @@ impl SyntaxError {
             Self::MissingColumn { .. } => "E0056",
             Self::MissingPath { .. } => "E0057",
             Self::Unexpected { .. } => "E0058",
+            Self::PrefixedFunction { .. } => "E0059",
         }
     }
 }

@@ -89,6 +89,16 @@ pub enum SyntaxError {
         /// Both.
         span: Span,
     },
+    /// `np.cos(x)`, `v.norm()`
+    #[error("functions have no prefix: `{function}`")]
+    PrefixedFunction {
+        /// The function with what stands before it.
+        function: String,
+        /// The call as the language has it.
+        fix: String,
+        /// The function with what stands before it.
+        span: Span,
+    },
     /// `sin^2(x)`
     #[error("the power of `{function}` stands behind its argument")]
     FunctionPower {
@@ -513,6 +523,7 @@ impl SyntaxError {
             | Self::MisplacedRate { span, .. }
             | Self::TwoNumbers { span }
             | Self::MissingParentheses { span, .. }
+            | Self::PrefixedFunction { span, .. }
             | Self::FunctionPower { span, .. }
             | Self::SeveralValues { span, .. }
             | Self::MisplacedUnit { span, .. }

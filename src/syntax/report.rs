@@ -282,6 +282,10 @@ impl SyntaxError {
                 "a function without parentheses",
                 &format!("write `{function}({argument})`"),
             ),
+            Self::PrefixedFunction { fix, .. } => plain(
+                "a name and a point before a function",
+                &format!("write `{fix}`"),
+            ),
             Self::FunctionPower {
                 function, exponent, ..
             } => plain(

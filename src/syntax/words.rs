@@ -58,6 +58,22 @@ pub const FUNCTIONS: [&str; 32] = [
     "about",
 ];
 
+/// The function that is meant by a name behind a prefix, `np.arctan`.
+pub(super) fn function_meant(word: &str) -> Option<&'static str> {
+    let own = FUNCTIONS.into_iter().find(|own| *own == word);
+    own.or(match word {
+        "arcsin" => Some("asin"),
+        "arccos" => Some("acos"),
+        "arctan" => Some("atan"),
+        "arctan2" => Some("atan2"),
+        "log" => Some("ln"),
+        "fabs" | "absolute" | "Abs" => Some("abs"),
+        "inner" | "vdot" => Some("dot"),
+        "fmod" | "remainder" => Some("mod"),
+        _ => None,
+    })
+}
+
 pub(super) fn is_statement_word(word: &str) -> bool {
     STATEMENT_WORDS.contains(&word)
 }

@@ -1,5 +1,6 @@
 //! Fixes written out with what the text says: short ones only, for the others a pattern does.
 
+use super::super::error::SyntaxError;
 use super::super::lexer::{Lexer, Token, TokenKind};
 use super::super::words;
 use super::context::Context;
@@ -66,6 +67,68 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
 }
 
 impl Context<'_> {
+    /// `np.cos(x)`, `v.norm()`: a call behind a name and a point.
+    pub(super) fn prefixed_function(&self, found: Token) -> Option<SyntaxError> {
+        let behind_point = self
+            .before_last
+            .is_some_and(|last| last.kind == TokenKind::Dot);
+        if !behind_point || self.text(found) != "(" {
+            return None;
+        }
+        let meant = words::function_meant(self.text(self.before))?;
+        let span = Span::new(self.prefix_start(), self.before.end);
+        let function = short(self.source.get(span.range())?.to_owned());
+        let function = function.unwrap_or_else(|| format!("….{}", self.text(self.before)));
+        let argument = self.argument(found);
+        let prefix = function.split_once('.').map_or("", |(first, _)| first);
+        let inside = match (argument, self.is_declared(prefix)) {
+            (Some(argument), true) if argument.is_empty() => prefix.to_owned(),
+            (Some(argument), true) => format!("{prefix}, {argument}"),
+            (Some(argument), false) if !argument.is_empty() => argument,
+            (Some(_) | None, _) => "…".to_owned(),
+        };
+        Some(SyntaxError::PrefixedFunction {
+            function,
+            fix: format!("{meant}({inside})"),
+            span,
+        })
+    }
+
+    /// Where the names and points begin that stand before the place.
+    fn prefix_start(&self) -> u32 {
+        let tokens = Lexer::new(self.source, Span::new(self.word.end, self.before.end));
+        let (mut start, mut name) = (self.before.start, false);
+        for token in tokens.filter(|token| token.kind != TokenKind::Comment) {
+            match token.kind {
+                TokenKind::Dot if name => continue,
+                TokenKind::Word if name => continue,
+                TokenKind::Word => start = token.start,
+                _ => start = self.before.start,
+            }
+            name = token.kind == TokenKind::Word;
+        }
+        start
+    }
+
+    /// What stands in the parentheses that open at a token, if it is short and has no points in it.
+    fn argument(&self, open: Token) -> Option<String> {
+        let mut depth = 0_usize;
+        for token in Lexer::new(self.source, Span::new(open.start, self.end)) {
+            match token.kind {
+                TokenKind::Open => depth += 1,
+                TokenKind::Close => depth = depth.checked_sub(1)?,
+                TokenKind::Dot | TokenKind::Illegal | TokenKind::DoubleStar => return None,
+                _ => {}
+            }
+            if depth == 0 {
+                let inside = self.source.get(open.end as usize..token.start as usize)?;
+                let plain = !inside.contains(['\n', '#']);
+                return short(inside.trim().to_owned()).filter(|_| plain);
+            }
+        }
+        None
+    }
+
     /// The product that ends before the place: `1/2` before the `x` of `1/2 x`.
     pub(super) fn product_before(&self) -> Option<String> {
         compact(self.source, Span::new(self.chain?, self.before.end))
@@ -76,6 +139,11 @@ impl Context<'_> {
         let name = verbatim(self.source, self.word.end, self.name_end?)?;
         let value = verbatim(self.source, self.value_start?, self.before.end)?;
         let unit = verbatim(self.source, unit.start, self.unit_end(unit)?)?;
+        let bare = unit
+            .strip_prefix(['(', '['])
+            .and_then(|rest| rest.strip_suffix([')', ']']))
+            .filter(|rest| !rest.contains([')', ']']));
+        let unit = bare.unwrap_or(&unit).trim();
         short(format!("{} {name} : {unit} = {value}", self.statement))
     }
 
@@ -83,17 +151,22 @@ impl Context<'_> {
     pub(super) fn unit_end(&self, unit: Token) -> Option<u32> {
         let rest = Lexer::new(self.source, Span::new(unit.start, self.end));
         let (mut end, mut complete) = (unit.end, false);
+        let mut exponent = false;
         for token in rest.filter(|token| token.kind != TokenKind::Comment) {
             match token.kind {
                 TokenKind::Word | TokenKind::Number | TokenKind::Open if complete => break,
                 TokenKind::Word | TokenKind::Number | TokenKind::Close => complete = true,
-                TokenKind::Open
-                | TokenKind::Star
-                | TokenKind::Slash
-                | TokenKind::Caret
-                | TokenKind::Minus => complete = false,
+                TokenKind::Open | TokenKind::Star | TokenKind::Slash | TokenKind::Caret => {
+                    complete = false;
+                }
+                TokenKind::Minus if exponent => complete = false,
                 _ => return None,
             }
+            exponent = match token.kind {
+                TokenKind::Caret => true,
+                TokenKind::Open => exponent,
+                _ => false,
+            };
             end = token.end;
         }
         complete.then_some(end)
@@ -102,17 +175,31 @@ impl Context<'_> {
     /// Whether a unit begins at `found`: behind a value of numbers alone, where a name would have to be
     /// declared.
     pub(super) fn is_unit_behind_number(&self, found: Token) -> bool {
-        let name = self.text(found);
-        self.before.kind == TokenKind::Number
+        let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close)
+            || self.text(self.before) == "pi";
+        let with_value = matches!(self.statement, "param" | "let" | "guess" | "equilibrium");
+        let Some(start) = self.value_start.filter(|_| behind && with_value) else {
+            return false;
+        };
+        let of_numbers = Lexer::new(self.source, Span::new(start, self.before.end)).all(|token| {
+            let text = self.text(token);
+            token.kind != TokenKind::Word || text == "pi" || words::is_function(text)
+        });
+        // Where it does not end as a unit, its first name tells.
+        let end = match (self.unit_end(found), found.kind) {
+            (Some(end), _) => end,
+            (None, TokenKind::Word) => found.end,
+            (None, _) => return false,
+        };
+        let names = || {
+            Lexer::new(self.source, Span::new(found.start, end))
+                .filter(|token| token.kind == TokenKind::Word)
+                .map(|token| self.text(token))
+        };
+        of_numbers
             && self.enclosures.is_empty()
-            && matches!(self.statement, "param" | "guess" | "equilibrium")
-            && found.kind == TokenKind::Word
-            && words::reserved_for(name).is_none()
-            && self.value_start.is_some_and(|start| {
-                Lexer::new(self.source, Span::new(start, self.before.end))
-                    .all(|token| !matches!(token.kind, TokenKind::Word | TokenKind::PlusMinus))
-            })
-            && !self.is_declared(name)
+            && names().all(|name| words::reserved_for(name).is_none())
+            && names().any(|name| !self.is_declared(name))
     }
 
     /// Whether a name is declared before the statement, and not too long before.

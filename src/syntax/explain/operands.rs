@@ -58,12 +58,6 @@ impl Context<'_> {
                 (false, _) => None,
             };
         }
-        if text == "[" && self.before.kind == TokenKind::Number {
-            return Some(SyntaxError::PostfixOnNumber {
-                sign: text.to_owned(),
-                span,
-            });
-        }
         let indices = self.part == Part::Name || self.statement == "constraint";
         let opened = self
             .before_last
@@ -93,6 +87,12 @@ impl Context<'_> {
                 span: Span::new(found.start, self.unit_end(found).unwrap_or(found.end)),
             });
         }
+        if text == "[" && self.before.kind == TokenKind::Number {
+            return Some(SyntaxError::PostfixOnNumber {
+                sign: text.to_owned(),
+                span,
+            });
+        }
         Some(self.side_by_side(found))
     }
 
@@ -103,12 +103,27 @@ impl Context<'_> {
         if before.kind == TokenKind::Number && found.kind == TokenKind::Number {
             return SyntaxError::TwoNumbers { span: both };
         }
+        if let Some(error) = self.prefixed_function(found) {
+            return error;
+        }
         let is_function =
             |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
         if is_function(before) {
+            // What goes on behind it may or may not belong to the argument.
+            let whole = self.after.is_none_or(|after| {
+                matches!(
+                    after.kind,
+                    TokenKind::Word | TokenKind::Plus | TokenKind::Minus | TokenKind::Close
+                )
+            });
+            let argument = if whole && found.kind != TokenKind::Open {
+                self.text(found)
+            } else {
+                "…"
+            };
             return SyntaxError::MissingParentheses {
                 function: self.text(before).to_owned(),
-                argument: self.text(found).to_owned(),
+                argument: argument.to_owned(),
                 span: both,
             };
         }
