@@ -9,8 +9,12 @@ mod check;
 mod digits;
 #[path = "../examples/campaign/draw.rs"]
 mod draw;
+#[path = "../examples/campaign/exponents.rs"]
+mod exponents;
 #[path = "../examples/campaign/kinds/mod.rs"]
 mod kinds;
+#[path = "../examples/campaign/pencil.rs"]
+mod pencil;
 #[path = "../examples/campaign/real.rs"]
 mod real;
 #[path = "../examples/campaign/reference.rs"]

@@ -13,6 +13,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 use crate::digits::{absolute, digits, read, round};
 use crate::draw::power_of_ten;
+use crate::exponents;
 use crate::kinds::{Model, Reference, Searched};
 use crate::real::*;
 use crate::reference::{AWAY, BITS, Factors, Matrices, Truth, inner, times, to_reals};
@@ -100,6 +101,9 @@ fn trip(model: &Model, asked: &Asked) -> Result<(Vec<Ball>, NormalModes), String
     let mut options = Options::default().digits(asked.digits);
     options.vectors = asked.vectors;
     options.lowest = asked.lowest;
+    if matches!(model.reference, Reference::Exponents(_)) {
+        options.lowest = None;
+    }
     let modes = normal_modes(&linearized, &options).map_err(|error| error.to_string())?;
     Ok((linearized.equilibrium().values.clone(), modes))
 }
@@ -127,8 +131,12 @@ pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
             cpu: outcome.cpu,
             ..Outcome::default()
         };
-        let judged = Judge::new(model, &point, bits, &mut attempt)
-            .and_then(|judge| judge.judge(&modes, asked, &mut attempt));
+        let judged = if let Reference::Exponents(scaled) = &model.reference {
+            exponents::judge(scaled, &modes, asked, bits, &mut attempt)
+        } else {
+            Judge::new(model, &point, bits, &mut attempt)
+                .and_then(|judge| judge.judge(&modes, asked, &mut attempt))
+        };
         if judged.is_some() {
             return attempt;
         }
@@ -172,12 +180,12 @@ fn pinned(problem: &dyn Searched, found: &[Ball], bits: usize) -> Option<Vec<Rea
     None
 }
 
-fn centre(ball: &Ball, bits: usize) -> Real {
+pub(crate) fn centre(ball: &Ball, bits: usize) -> Real {
     real(&(exact(ball.mid.hi) + exact(ball.mid.lo)), bits)
 }
 
 /// Whether |value - centre| is within the radius, up to what the reference itself may be off by.
-fn within(value: &Real, ball: &Ball, bits: usize) -> bool {
+pub(crate) fn within(value: &Real, ball: &Ball, bits: usize) -> bool {
     let error = abs(&(value - centre(ball, bits)));
     let slack = scale(&abs(value), -AWAY);
     !ball.is_finite() || error <= real(&exact(ball.radius), bits) + slack
@@ -191,6 +199,7 @@ impl Judge {
                 stiffness: to_reals(stiffness, bits),
             },
             Reference::Real(matrices) => matrices(bits),
+            Reference::Exponents(_) => return None,
             Reference::Searched(problem) => {
                 let x = pinned(problem.as_ref(), point, bits)?;
                 for (i, (x, ball)) in x.iter().zip(point).enumerate() {

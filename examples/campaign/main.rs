@@ -20,7 +20,9 @@
 mod check;
 mod digits;
 mod draw;
+mod exponents;
 mod kinds;
+mod pencil;
 mod real;
 mod reference;
 mod survey;

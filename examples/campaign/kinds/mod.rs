@@ -6,8 +6,10 @@ mod forms;
 mod lattices;
 mod plane;
 mod searched;
+mod ugly;
 
 use super::draw::{Draw, Exact, mix};
+use super::exponents::Scaled;
 use super::real::Real;
 use super::reference::{Matrices, Square};
 
@@ -24,6 +26,7 @@ pub(crate) enum Reference {
     Exact { mass: Exact, stiffness: Exact },
     Real(Box<dyn Fn(usize) -> Matrices>),
     Searched(Box<dyn Searched>),
+    Exponents(Box<Scaled>),
 }
 
 /// A model whose equilibrium the reference has to search for as well.
@@ -51,7 +54,7 @@ impl Model {
 type Drawing = fn(&mut Draw) -> Model;
 
 /// All kinds, each with the ways it is drawn.
-pub(crate) const KINDS: [(&str, &[Drawing]); 9] = [
+pub(crate) const KINDS: [(&str, &[Drawing]); 11] = [
     (
         "graded",
         &[
@@ -117,6 +120,16 @@ pub(crate) const KINDS: [(&str, &[Drawing]); 9] = [
             searched::sagging,
         ],
     ),
+    (
+        "ugly",
+        &[
+            ugly::repeated,
+            ugly::gyroscopic,
+            ugly::low_rank,
+            ugly::steady,
+        ],
+    ),
+    ("scaled", &[ugly::scaled]),
 ];
 
 /// The model with this number: a function of its arguments alone.

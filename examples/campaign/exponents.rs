@@ -1,0 +1,389 @@
+//! What is claimed of the exponents of a small model, held against the roots of its polynomial.
+
+use dashu_ratio::RBig;
+use librate::modes::{Kind, Stability};
+use librate::oscillation::{NormalMode, NormalModes};
+use librate::precision::{Rounding, decimal};
+
+use crate::check::{Asked, Outcome, Wrong, centre, within};
+use crate::digits::{absolute, digits, read, round};
+use crate::draw::power_of_ten;
+use crate::pencil::{Complex, Pencil, Root};
+use crate::real::*;
+
+/// A drawn pencil and the units that the text is written in: of the text, coordinate i is 10^-lengths[i]
+/// of the pencil's, and exponents are 10^rate of its.
+pub(crate) struct Scaled {
+    pub(crate) pencil: Pencil,
+    pub(crate) lengths: Vec<i64>,
+    pub(crate) rate: i64,
+}
+
+/// What has to be printed: one for a conjugate pair, a real exponent or a conservative pair.
+struct Entry {
+    growth: Real,
+    omega: Real,
+    kind: Kind,
+    root: usize,
+}
+
+struct Judge<'a> {
+    scaled: &'a Scaled,
+    bits: usize,
+    roots: Vec<Root>,
+    entries: Vec<Entry>,
+}
+
+/// `None`: more bits are needed.
+pub(crate) fn judge(
+    scaled: &Scaled,
+    modes: &NormalModes,
+    asked: &Asked,
+    bits: usize,
+    outcome: &mut Outcome,
+) -> Option<()> {
+    let roots = scaled.pencil.roots(bits)?;
+    let entries = entries(scaled, &roots, bits);
+    let judge = Judge {
+        scaled,
+        bits,
+        roots,
+        entries,
+    };
+    judge.stability(modes, outcome);
+    if modes.modes.len() != judge.entries.len() {
+        let (claimed, expected) = (modes.modes.len(), judge.entries.len());
+        let message = format!("{claimed} modes instead of {expected}: {}", judge.listed());
+        outcome.violations.push((Wrong::Error, message));
+        return Some(());
+    }
+    outcome.zeros = modes.modes.iter().filter(|m| m.kind == Kind::Zero).count();
+    outcome.undecided += modes
+        .modes
+        .iter()
+        .filter(|m| m.kind == Kind::Undecided)
+        .count();
+    let Some(pairs) = judge.pairs(&modes.modes, outcome) else {
+        return Some(());
+    };
+    for (mode, entry) in modes.modes.iter().zip(&pairs) {
+        judge.printed(mode, &judge.entries[*entry], asked, outcome);
+    }
+    if asked.vectors {
+        judge.shapes(&modes.modes, &pairs, outcome);
+    }
+    Some(())
+}
+
+fn entries(scaled: &Scaled, roots: &[Root], bits: usize) -> Vec<Entry> {
+    let damped = scaled.pencil.is_damped();
+    let unit = real(&power_of_ten(scaled.rate), bits);
+    let mut entries = Vec::new();
+    for (index, root) in roots.iter().enumerate() {
+        let (re, im) = (&root.value.re, &root.value.im);
+        let zero = is_zero(re) && is_zero(im);
+        let (kind, count) = if zero {
+            let count = if damped {
+                root.kernel.len()
+            } else {
+                root.multiplicity / 2
+            };
+            (Kind::Zero, count)
+        } else if !is_zero(re) && !is_negative(re) {
+            (Kind::Unstable, root.multiplicity)
+        } else if is_zero(re) {
+            (Kind::Oscillation, root.multiplicity)
+        } else if !is_zero(im) {
+            (Kind::Damped, root.multiplicity)
+        } else if damped {
+            (Kind::Overdamped, root.multiplicity)
+        } else {
+            // The decaying one of a pair ±s.
+            (Kind::Overdamped, 0)
+        };
+        entries.extend((0..count).map(|_| Entry {
+            growth: re * &unit,
+            omega: im * &unit,
+            kind,
+            root: index,
+        }));
+    }
+    entries
+}
+
+impl Judge<'_> {
+    fn stability(&self, modes: &NormalModes, outcome: &mut Outcome) {
+        let unstable = self.entries.iter().any(|e| e.kind == Kind::Unstable);
+        let zero = self.entries.iter().any(|e| e.kind == Kind::Zero);
+        let few = |root: &Root| root.kernel.len() < root.multiplicity;
+        let secular = self.scaled.pencil.drifts_faster()
+            || self
+                .roots
+                .iter()
+                .any(|root| root.is_imaginary() && !root.is_real() && few(root));
+        let truth = if unstable {
+            Stability::Unstable
+        } else if zero || secular {
+            Stability::Neutral
+        } else {
+            Stability::Stable
+        };
+        if modes.stability == Stability::Undecided {
+            outcome.undecided += 1;
+        } else if modes.stability != truth {
+            let (claimed, truth) = (modes.stability.as_str(), truth.as_str());
+            let message = format!("{claimed} is wrong: {truth}");
+            outcome.violations.push((Wrong::Kind, message));
+        }
+    }
+
+    fn listed(&self) -> String {
+        let entries = self.entries.iter();
+        let texts: Vec<String> = entries
+            .map(|e| {
+                format!(
+                    "{} {:e} {:e}",
+                    e.kind.as_str(),
+                    float(&e.growth),
+                    float(&e.omega)
+                )
+            })
+            .collect();
+        texts.join("; ")
+    }
+
+    fn fits(&self, mode: &NormalMode, entry: &Entry) -> bool {
+        let kind = mode.kind == Kind::Undecided || mode.kind == entry.kind;
+        kind && within(&entry.growth, &mode.growth, self.bits)
+            && within(&entry.omega, &mode.omega, self.bits)
+    }
+
+    /// Which entry each mode stands for: all of them, each once.
+    fn pairs(&self, modes: &[NormalMode], outcome: &mut Outcome) -> Option<Vec<usize>> {
+        let fits: Vec<Vec<usize>> = modes
+            .iter()
+            .map(|mode| {
+                let all = 0..self.entries.len();
+                all.filter(|e| self.fits(mode, &self.entries[*e])).collect()
+            })
+            .collect();
+        for (index, (mode, fits)) in modes.iter().zip(&fits).enumerate() {
+            if fits.is_empty() {
+                let message = format!(
+                    "mode {}, {} {:?} {:?}, is none of {}",
+                    index + 1,
+                    mode.kind.as_str(),
+                    mode.growth,
+                    mode.omega,
+                    self.listed()
+                );
+                outcome.violations.push((Wrong::Bound, message));
+            }
+        }
+        if fits.iter().any(Vec::is_empty) {
+            return None;
+        }
+        // Augmenting paths (Kuhn).
+        let mut owner: Vec<Option<usize>> = vec![None; self.entries.len()];
+        for mode in 0..modes.len() {
+            let mut seen = vec![false; self.entries.len()];
+            if !placed(mode, &fits, &mut owner, &mut seen) {
+                let message = "modes and true exponents don't pair off".to_owned();
+                outcome.violations.push((Wrong::Zeros, message));
+                return None;
+            }
+        }
+        let mut pairs = vec![0; modes.len()];
+        for (entry, mode) in owner.iter().enumerate() {
+            pairs[(*mode)?] = entry;
+        }
+        Some(pairs)
+    }
+
+    fn printed(&self, mode: &NormalMode, entry: &Entry, asked: &Asked, outcome: &mut Outcome) {
+        let numbers = [
+            ("growth", &mode.growth, &entry.growth),
+            ("omega", &mode.omega, &entry.omega),
+        ];
+        for (name, ball, truth) in numbers {
+            if ball.is_zero() {
+                continue;
+            }
+            outcome.numbers += 1;
+            let floor = scale(&abs(truth), -107);
+            let error = larger(abs(&(truth - centre(ball, self.bits))), floor);
+            if !is_zero(&error) {
+                let radius = real(&exact(ball.radius), self.bits);
+                outcome.ratios.push(float(&(radius / error)));
+            }
+            let printed = decimal(ball, asked.digits);
+            let text = printed.text.trim_start_matches('-');
+            let Some((number, shown)) = read(text) else {
+                outcome.fewer.push(0);
+                continue;
+            };
+            match printed.rounding {
+                Rounding::Correct | Rounding::Tie => {}
+                Rounding::Fewer => outcome.fewer.push(shown),
+                Rounding::Undecided => {
+                    outcome.fewer.push(0);
+                    continue;
+                }
+            }
+            let truth = absolute(ratio(truth));
+            let (rounded, place) = round(&truth, shown);
+            let off = absolute(&number - &truth);
+            let half = &place / RBig::from(2);
+            let tie = absolute(&off - &half) <= &place * power_of_ten(-60);
+            let right =
+                rounded == number || tie || printed.rounding == Rounding::Tie && off <= place;
+            if !right {
+                let message = format!(
+                    "{name} `{}` ({:?}), true {}",
+                    printed.text,
+                    printed.rounding,
+                    digits(&real(&truth, self.bits))
+                );
+                outcome.violations.push((Wrong::Digit, message));
+            }
+        }
+    }
+
+    /// Each shape against the vectors of the exponents of its cluster; and whether the shapes of an exponent span
+    /// as many dimensions as it has vectors.
+    fn shapes(&self, modes: &[NormalMode], pairs: &[usize], outcome: &mut Outcome) {
+        let n = self.scaled.lengths.len();
+        for (index, mode) in modes.iter().enumerate() {
+            let bound = mode.vector_error_bound;
+            outcome.loose_shapes += usize::from(bound.is_nan() || bound > 1e-9);
+            if !bound.is_finite() {
+                continue;
+            }
+            let cluster = modes
+                .iter()
+                .zip(pairs)
+                .filter(|(m, _)| m.cluster == mode.cluster);
+            let mut own: Vec<usize> = cluster.map(|(_, e)| self.entries[*e].root).collect();
+            own.sort_unstable();
+            own.dedup();
+            let kernel = own.iter().flat_map(|root| &self.roots[*root].kernel);
+            let basis = orthonormal(kernel.map(|x| self.in_text(x)), self.bits);
+            let x = self.shape(mode);
+            let rest = length(&without(x.clone(), &basis), self.bits);
+            let allowed =
+                (bound + f64::EPSILON * float(&length(&x, self.bits))) * (n as f64).sqrt();
+            if float(&rest) > allowed * (1.0 + 1e-9) {
+                let message = format!(
+                    "shape {} is {:e} from the space of its exponent, bound {bound:e}",
+                    index + 1,
+                    float(&rest)
+                );
+                outcome.violations.push((Wrong::Shape, message));
+            }
+        }
+        for (index, root) in self.roots.iter().enumerate() {
+            let own = |e: &usize| self.entries[*e].root == index;
+            let members: Vec<&NormalMode> = modes
+                .iter()
+                .zip(pairs)
+                .filter(|(mode, e)| own(e) && mode.vector_error_bound < 1e-6)
+                .map(|(mode, _)| mode)
+                .collect();
+            // Below the number of vectors, something is missing.
+            let full = pairs.iter().filter(|e| own(e)).count() == members.len();
+            let vectors = members.iter().map(|mode| {
+                let x = self.shape(mode);
+                let size = length(&x, self.bits);
+                let part = |z: Complex| Complex::new(z.re / &size, z.im / &size);
+                x.into_iter().map(part).collect()
+            });
+            let spanned = orthonormal(vectors, self.bits).len();
+            if full && spanned < root.kernel.len().min(members.len()) {
+                let message = format!(
+                    "{} shapes of {:e} {:e} span {spanned} of {} dimensions",
+                    members.len(),
+                    float(&root.value.re),
+                    float(&root.value.im),
+                    root.kernel.len()
+                );
+                outcome.violations.push((Wrong::Shape, message));
+            }
+        }
+    }
+
+    fn shape(&self, mode: &NormalMode) -> Vec<Complex> {
+        let number = |x: f64| real(&exact(x), self.bits);
+        let imaginary = |i: usize| mode.imaginary.get(i).copied().unwrap_or(0.0);
+        let parts = mode.vector.iter().enumerate();
+        parts
+            .map(|(i, x)| Complex::new(number(*x), number(imaginary(i))))
+            .collect()
+    }
+
+    /// A vector of the pencil in the text's coordinates.
+    fn in_text(&self, x: &[Complex]) -> Vec<Complex> {
+        let parts = x.iter().zip(&self.scaled.lengths);
+        parts
+            .map(|(x, length)| {
+                let unit = real(&power_of_ten(-length), self.bits);
+                Complex::new(&x.re * &unit, &x.im * &unit)
+            })
+            .collect()
+    }
+}
+
+fn placed(
+    mode: usize,
+    fits: &[Vec<usize>],
+    owner: &mut [Option<usize>],
+    seen: &mut [bool],
+) -> bool {
+    for &entry in &fits[mode] {
+        if std::mem::replace(&mut seen[entry], true) {
+            continue;
+        }
+        if owner[entry].is_none_or(|other| placed(other, fits, owner, seen)) {
+            owner[entry] = Some(mode);
+            return true;
+        }
+    }
+    false
+}
+
+fn inner(a: &[Complex], b: &[Complex]) -> Option<Complex> {
+    let products = a.iter().zip(b).map(|(x, y)| x.conjugate().times(y));
+    products.reduce(|a, b| Complex::new(a.re + b.re, a.im + b.im))
+}
+
+fn length(x: &[Complex], bits: usize) -> Real {
+    let sum = x.iter().fold(integer(0, bits), |s, x| s + x.square());
+    sqrt(&sum)
+}
+
+fn without(mut x: Vec<Complex>, basis: &[Vec<Complex>]) -> Vec<Complex> {
+    for b in basis {
+        let Some(part) = inner(b, &x) else { continue };
+        for (x, b) in x.iter_mut().zip(b) {
+            let product = part.times(b);
+            x.re -= product.re;
+            x.im -= product.im;
+        }
+    }
+    x
+}
+
+/// An orthonormal basis of what the vectors span, up to a part in a million.
+fn orthonormal(vectors: impl Iterator<Item = Vec<Complex>>, bits: usize) -> Vec<Vec<Complex>> {
+    let mut basis: Vec<Vec<Complex>> = Vec::new();
+    for x in vectors {
+        let before = length(&x, bits);
+        let x = without(x, &basis);
+        let size = length(&x, bits);
+        if is_zero(&size) || float(&(&size / before)) < 1e-6 {
+            continue;
+        }
+        let part = |z: &Complex| Complex::new(&z.re / &size, &z.im / &size);
+        basis.push(x.iter().map(part).collect());
+    }
+    basis
+}
