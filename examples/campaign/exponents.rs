@@ -121,6 +121,10 @@ impl Judge<'_> {
                 .roots
                 .iter()
                 .any(|root| root.is_imaginary() && !root.is_real() && few(root));
+        if modes.secular.is_some_and(|claimed| claimed != secular) {
+            let message = format!("secular growth: {secular}");
+            outcome.violations.push((Wrong::Kind, message));
+        }
         let truth = if unstable {
             Stability::Unstable
         } else if zero || secular {
