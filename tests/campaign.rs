@@ -28,7 +28,7 @@ use survey::Plan;
 fn every_claim_about_random_models_holds() {
     let plan = Plan {
         seed: 1,
-        models: 0..300,
+        models: 0..400,
         kind: None,
         digits: None,
         threads: std::thread::available_parallelism().map_or(1, usize::from),

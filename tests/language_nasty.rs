@@ -307,7 +307,7 @@ fn cases() -> Vec<Nasty> {
     ));
     cases.push(bad(
         "squares of squares",
-        "this power",
+        "this value is too long",
         "coord x  let a[0] = 1 + x/1e30  let a[k in 1..60] = a[k-1]^2
          T = 1/2*x'^2  V = 1/2*x^2 + a[60]*1e-60",
     ));

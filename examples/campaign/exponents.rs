@@ -295,14 +295,22 @@ impl Judge<'_> {
                 .collect();
             // Below the number of vectors, something is missing.
             let full = pairs.iter().filter(|e| own(e)).count() == members.len();
-            let vectors = members.iter().map(|mode| {
+            let vectors = members.iter().flat_map(|mode| {
                 let x = self.shape(mode);
                 let size = length(&x, self.bits);
-                let part = |z: Complex| Complex::new(z.re / &size, z.im / &size);
-                x.into_iter().map(part).collect()
+                let of = |z: Real| Complex::new(z / &size, integer(0, self.bits));
+                let whole = |z: &Complex| Complex::new(&z.re / &size, &z.im / &size);
+                if root.is_real() {
+                    // Without friction two motions at 0 may be one entry: real and imaginary part.
+                    let re = x.iter().map(|z| of(z.re.clone())).collect();
+                    let im = x.iter().map(|z| of(z.im.clone())).collect();
+                    vec![re, im]
+                } else {
+                    vec![x.iter().map(whole).collect()]
+                }
             });
             let spanned = orthonormal(vectors, self.bits).len();
-            if full && spanned < root.kernel.len().min(members.len()) {
+            if full && !members.is_empty() && spanned < root.kernel.len() {
                 let message = format!(
                     "{} shapes of {:e} {:e} span {spanned} of {} dimensions",
                     members.len(),
@@ -381,6 +389,9 @@ fn orthonormal(vectors: impl Iterator<Item = Vec<Complex>>, bits: usize) -> Vec<
     let mut basis: Vec<Vec<Complex>> = Vec::new();
     for x in vectors {
         let before = length(&x, bits);
+        if is_zero(&before) {
+            continue;
+        }
         let x = without(x, &basis);
         let size = length(&x, bits);
         if is_zero(&size) || float(&(&size / before)) < 1e-6 {

@@ -558,7 +558,12 @@ fn remarks(
     let mut out = String::new();
     if motions.len() > 1 {
         let zero = of_kind(modes, Kind::Zero);
-        let title = format!("{} together are", numbered(&zero));
+        let together = if zero.len() > 1 {
+            "together are"
+        } else {
+            "stands for"
+        };
+        let title = format!("{} {together}", numbered(&zero));
         out.push_str(&listed(&title, &alike_together(motions), style.width));
     }
     if modes.gyroscopically_stabilised {

@@ -95,7 +95,9 @@ fn repeated_pencil(draw: &mut Draw) -> Pencil {
         pencil.velocity[i][i] = whole(c);
         pencil.position[i][i] = whole(k);
     }
-    if draw.once_in(3) {
+    // Without friction, what circulates would pair exponents ±s.
+    let is_damped = pencil.velocity.iter().flatten().any(|c| *c != RBig::ZERO);
+    if is_damped && draw.once_in(3) {
         for (i, j) in pairs(n, n).filter(|(i, j)| i < j) {
             if draw.once_in(3) {
                 pencil.position[i][j] = whole(draw.int(-1, 1));
@@ -199,18 +201,9 @@ equilibrium phi' = {w}
 pub(super) fn scaled(draw: &mut Draw) -> Model {
     let drawings = [repeated_pencil, gyroscopic_pencil, low_rank_pencil];
     let pencil = draw.pick(&drawings)(draw);
-    let reach = draw.pick(&[3, 30, 150, 280]);
-    let each = draw.once_in(2);
-    let first = draw.int(-reach / 2, reach / 2);
-    let lengths = (0..pencil.mass.len())
-        .map(|_| {
-            if each {
-                draw.int(-reach / 2, reach / 2)
-            } else {
-                first
-            }
-        })
-        .collect();
+    let reach = draw.pick(&[3, 30, 60]);
+    let length = draw.int(-reach / 2, reach / 2);
+    let lengths = vec![length; pencil.mass.len()];
     let rate = draw.int(-reach / 4, reach / 4);
     let energy = draw.int(-reach / 4, reach / 4);
     written(pencil, lengths, rate, energy)
