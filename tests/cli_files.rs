@@ -412,7 +412,7 @@ fn nothing_hidden_reaches_a_terminal() {
         neat.replace("T =", "T="),
         format!("coord x # {evil}\nT = 1/2*x'^2 + zz # {evil}\nV = 2*x^2 # {evil}"),
         format!("table q = \"{evil}.csv\"  coord x  T = x'^2"),
-        format!("coord x\u{85}  T = x'^2 \u{202e} + \u{1b}[2Jy"),
+        "coord x\u{85}  T = x'^2 \u{202e} + \u{1b}[2Jy".to_owned(),
         format!("{} + zz + {}", neat, "é*x + ".repeat(5000)),
         "coord x  coord x  param k = zz".to_owned(),
     ];
