@@ -1,4 +1,4 @@
-"""References of tests/motion.rs, to 40 digits, by means that share nothing with the library.
+"""References of tests/motions/motion.rs, to 40 digits, by means that share nothing with the library.
 
     python3 tests/reference/motion.py > tests/reference/motion.json
 

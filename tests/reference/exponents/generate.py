@@ -1,6 +1,6 @@
 """Exponents of random problems M q'' + D q' + S q = 0 to 40 digits, enclosed by python-flint (Arb).
 
-The matrices come from a seed by the generator that tests/exponents_random.rs has too: entries are exact doubles.
+The matrices come from a seed by the generator that tests/modes/exponents_random.rs has too: entries are exact doubles.
 Usage: generate.py OUT FIRST_SEED COUNT KINDS SIZES, e.g. generate.py random.txt 0 200 01234 2-8
 """
 

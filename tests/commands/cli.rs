@@ -1,0 +1,605 @@
+//! The command line from outside: what is typed, what comes back.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::cli_support;
+
+use std::path::{Path, PathBuf};
+
+use cli_support::*;
+use serde_json::Value;
+
+const PENDULUM: &str = "models/simple_pendulum.lag";
+
+fn scratch(name: &str, content: &[u8]) -> PathBuf {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli");
+    std::fs::create_dir_all(&folder).unwrap();
+    let path = folder.join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
+
+#[test]
+fn three_pendulums_as_text() {
+    insta::assert_snapshot!(printed(&["modes", PENDULUMS]));
+}
+
+#[test]
+fn shapes_stand_below_on_a_narrow_terminal() {
+    use librate::{linearize, model, modes, oscillation, report, syntax};
+    let text = std::fs::read_to_string(PENDULUMS).unwrap();
+    let file = syntax::parse(&text).unwrap();
+    let model = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+    let linearized = linearize::linearize(model).unwrap();
+    let options = modes::Options::default();
+    let normal = oscillation::normal_modes(&linearized, &options).unwrap();
+    let written = |width| {
+        let style = report::Style::default().width(width);
+        report::modes_text(&linearized, &normal, &options, &style)
+    };
+    insta::assert_snapshot!(written(72));
+    assert_eq!(written(100), printed(&["modes", PENDULUMS]));
+    // However narrow, no digit of a frequency is lost.
+    assert!(written(1).contains("3.132091953"));
+}
+
+#[test]
+fn unstable_and_zero_modes_as_text() {
+    let saddle = printed(&["modes", "models/egg_box_saddle.lag"]);
+    let cart = run(&["modes", "models/two_pendulums_on_a_cart.lag"]);
+    assert!(cart.err.contains("no force acts on `X`"));
+    insta::assert_snapshot!(format!("{saddle}\n{}", cart.out));
+}
+
+#[test]
+fn matrices_as_text() {
+    let small = printed(&["derive", PENDULUMS]);
+    let wide = printed(&["derive", "models/n_pendulum.lag", "--set", "N=4"]);
+    insta::assert_snapshot!(format!("{small}\n{wide}"));
+}
+
+#[test]
+fn a_large_model_stays_readable() {
+    let text = printed(&["modes", "models/ubiquitin.lag"]);
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 110),
+        "{text}"
+    );
+    assert!(text.lines().count() > 228);
+    assert!(text.contains("together are"));
+}
+
+#[test]
+fn options_stand_before_and_behind_the_file() {
+    let before = printed(&["modes", "--no-vectors", "--set", "k12=8", PENDULUMS]);
+    let behind = printed(&["modes", PENDULUMS, "--set=k12=8", "--no-vectors"]);
+    assert_eq!(before, behind);
+    assert_ne!(before, printed(&["modes", PENDULUMS, "--no-vectors"]));
+    assert!(!before.contains("phi[1]"), "{before}");
+}
+
+#[test]
+fn the_lowest_modes_only() {
+    let text = printed(&["modes", PENDULUMS, "--lowest", "2"]);
+    assert!(text.contains("3.132091953") && text.contains("3.189043744"));
+    assert!(text.contains("the 2 lowest of 3 modes") && !text.contains("3.244996148"));
+    let all = printed(&["modes", PENDULUMS, "--lowest", "99"]);
+    assert_eq!(all, printed(&["modes", PENDULUMS]));
+}
+
+#[test]
+fn digits_are_those_asked_for_or_those_certain() {
+    let text = printed(&["modes", PENDULUMS, "--digits", "20"]);
+    assert!(text.contains("3.1320919526731650539 "), "{text}");
+    let text = printed(&["modes", PENDULUMS, "--digits", "3"]);
+    assert!(text.contains("3.13 ") && text.contains("5e-3"), "{text}");
+    // sqrt(g / l) to 100 digits, with a bound below all of them; nothing is missing.
+    let text = printed(&["modes", PENDULUMS, "--digits", "100"]);
+    let root = "3.132091952673165053927326206764414303486954951315939925901619174701411174388440475623619187333729414";
+    assert!(text.contains(root) && text.contains("5e-100"), "{text}");
+    assert!(!text.contains("fewer"), "{text}");
+    let text = printed(&["modes", PENDULUMS, "--digits", "100", "--json"]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(json["modes"][0]["omega_digits"], root);
+    assert_eq!(json["modes"][0]["digits_error_bound"], 5e-100);
+}
+
+#[test]
+fn standard_input() {
+    let run = with_input(&["modes", "-"], SPRING);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    assert!(run.out.starts_with("1 coordinate\n") && run.out.contains("2.000000000"));
+    // Tables are looked for where the command is run.
+    let model = "table masses = \"models/data/t.csv\"\ncoord x  T = 1/2*masses[1].m*x'^2";
+    let run = with_input(&["check", "-"], model);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("<stdin>:1:16") && run.err.contains("there is no such file"));
+}
+
+#[test]
+fn tables_stand_beside_the_model() {
+    scratch("masses.csv", b"\xef\xbb\xbfm\r\n2\r\n");
+    let text = b"table masses = \"masses.csv\"  coord x  T = 1/2*masses[1].m*x'^2  V = x^2";
+    let model = scratch("beside.lag", text);
+    let text = printed(&["modes", model.to_str().unwrap()]);
+    assert!(text.contains("1.000000000"), "{text}");
+}
+
+#[test]
+fn check_says_one_line() {
+    let text = printed(&["check", PENDULUMS]);
+    assert_eq!(
+        text,
+        "three_pendulums: 3 coordinates, T and V are in order\n"
+    );
+    let run = with_input(&["check", "-"], "coord x  lagrangian = x'^2 - x^2");
+    assert_eq!(
+        run.out,
+        "<stdin>: 1 coordinate, the lagrangian is in order\n"
+    );
+    let run = with_input(&["check", "-"], "coord x  T = x'^2");
+    assert_eq!(run.out, "<stdin>: 1 coordinate, T is in order, V is 0\n");
+}
+
+#[test]
+fn exit_statuses() {
+    for (arguments, status) in [
+        (&["--help"][..], 0),
+        (&["--version"], 0),
+        (&["modes", "--help"], 0),
+        (&[], 2),
+        (&["modes"], 2),
+        (&["modes", PENDULUMS, PENDULUMS], 2),
+        (&["fmt"], 2),
+        (&["floquet", PENDULUMS], 1),
+        (&["floquet", "models/mathieu.lag"], 0),
+        (&["floquet", "models/mathieu.lag", "--digits", "31"], 2),
+        (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3"], 2),
+        (
+            &["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "q=0"],
+            2,
+        ),
+        (
+            &[
+                "floquet",
+                "models/mathieu.lag",
+                "--map",
+                "a=0..1:3",
+                "a=0..1:3",
+            ],
+            2,
+        ),
+        (
+            &[
+                "floquet",
+                "models/mathieu.lag",
+                "--map",
+                "a=0..1:3",
+                "b=0..1:3",
+            ],
+            1,
+        ),
+        (&["floquet", PENDULUMS, "--map", "g=1..2:3", "L=1..2:3"], 1),
+        (&["help"], 2),
+        (&["modes", PENDULUMS, "--latex"], 2),
+        (&["modes", PENDULUMS, "--lowest", "0"], 2),
+        (&["modes", PENDULUMS, "--lowest", "-1"], 2),
+        (&["modes", PENDULUMS, "--digits", "0"], 2),
+        (&["modes", PENDULUMS, "--digits", "ten"], 2),
+        (&["modes", PENDULUMS, "--digits", "251"], 2),
+        (&["modes", PENDULUMS, "--set", "k12"], 2),
+        (&["modes", PENDULUMS, "--set", "k12="], 2),
+        (&["modes", PENDULUMS, "--set", "unknown=1"], 1),
+        (&["modes", PENDULUMS, "--set", "L:cm=30"], 2),
+        (&["sweep", PENDULUMS, "--over", "L:cm=20..30:3"], 2),
+        (&["period", PENDULUM, "--amplitude", "1 ± 0.1"], 2),
+        (&["modes", "models/no_such_file.lag"], 1),
+        (&["modes", "models"], 1),
+        (&["modes", "models/heavy_roller_on_incline.lag"], 1),
+        (&["modes", "-"], 1),
+    ] {
+        let run = run(arguments);
+        assert_eq!(run.status, status, "{arguments:?}: {}", run.err);
+        if status == 0 {
+            assert_eq!(run.err, "", "{arguments:?}");
+        } else {
+            assert_eq!(run.out, "", "{arguments:?}");
+            assert!(
+                run.err.starts_with("error") || arguments.is_empty(),
+                "{arguments:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn settings_have_no_unit_and_may_have_an_uncertainty() {
+    for bad in ["L:cm=30", "L=30 cm"] {
+        let run = run(&["modes", PENDULUMS, "--set", bad]);
+        assert_eq!(run.status, 2);
+        assert!(run.err.contains("comes without a unit"), "{}", run.err);
+    }
+    let run = run(&["modes", PENDULUMS, "--set", "m[1..2]=7"]);
+    assert!(
+        run.err.contains("one member is set at a time"),
+        "{}",
+        run.err
+    );
+    assert_eq!(
+        run.err.matches("can't read the setting").count(),
+        1,
+        "{}",
+        run.err
+    );
+    // omega = sqrt(g/l): d omega = omega dl/(2 l)
+    let sigma = |settings: &[&str]| {
+        let own = [&["sensitivity", PENDULUM, "--json"], settings].concat();
+        let json: serde_json::Value = serde_json::from_str(&printed(&own)).unwrap();
+        json["modes"][0]["omega_sigma"].as_f64()
+    };
+    let omega = 9.81_f64.sqrt();
+    let off = sigma(&["--set", "l=1±0.1"]).unwrap() - omega * 0.05;
+    assert!(off.abs() < 1e-15, "{off}");
+    assert_eq!(sigma(&["--set", "l=1"]), None);
+    // What is left out is said, where it is.
+    let run = cli_support::run(&["period", PENDULUM, "--amplitude", "1", "--set", "l=1 ± 0.1"]);
+    assert!(
+        run.err.contains("the uncertainty of `l` is left out here"),
+        "{}",
+        run.err
+    );
+}
+
+#[test]
+fn help_teaches() {
+    let text = printed(&["--help"]);
+    // The model in it works.
+    let model: String = text
+        .lines()
+        .skip_while(|line| *line != "    model three_pendulums")
+        .take_while(|line| line.is_empty() || line.starts_with("    "))
+        .map(|line| format!("{line}\n"))
+        .collect();
+    let run = with_input(&["modes", "-"], &model);
+    assert_eq!(run.status, 0, "{model}\n{}", run.err);
+    assert!(run.out.contains("3.189043744"), "{}", run.out);
+    for command in [
+        "modes",
+        "check",
+        "derive",
+        "fmt",
+        "sweep",
+        "sensitivity",
+        "amplitude",
+        "floquet",
+        "period",
+        "motion",
+        "inertia",
+    ] {
+        assert!(text.contains(command));
+    }
+    for command in [
+        "modes",
+        "check",
+        "derive",
+        "sweep",
+        "sensitivity",
+        "amplitude",
+        "floquet",
+        "inertia",
+    ] {
+        assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
+    }
+}
+
+#[test]
+fn limits_of_what_is_no_parameter_name_those_there_are() {
+    for flag in [["--limit", "k=0"].as_slice(), &["--expand", "k", "2"]] {
+        let run = run(&[&["derive", "models/three_pendulums.lag"], flag].concat());
+        assert_eq!(run.status, 2);
+        assert_eq!(run.out, "");
+        assert_eq!(
+            run.err,
+            "error: there is no parameter `k`\nhelp: the model has the parameters `g`, `L`, `m[1]`, `m[2]`, `m[3]`, \
+             `l[1]`, `l[2]`, `l[3]`, ...\n"
+        );
+    }
+}
+
+#[test]
+fn a_chart_as_table_and_picture() {
+    let [svg, borders] = ["chart.svg", "borders.csv"].map(|name| scratch(name, b""));
+    let run = run(&[
+        "floquet",
+        "models/mathieu.lag",
+        "--map",
+        "a=-1..5:7",
+        "q=0..2:3",
+        "--threads",
+        "3",
+        "--svg",
+        svg.to_str().unwrap(),
+        "--borders",
+        borders.to_str().unwrap(),
+    ]);
+    assert_eq!((run.status, run.err.as_str()), (0, ""));
+    let lines: Vec<&str> = run.out.lines().collect();
+    assert_eq!(lines[0], "a,q,stable,growth_rate");
+    assert_eq!(lines.len(), 1 + 7 * 3);
+    // exp(t) without a drive at a = -1; a = 1, q = 1 is in the first tongue, a = 2, q = 1 beside it.
+    let rate = lines[1].strip_prefix("-1,0,false,").unwrap();
+    assert!((rate.parse::<f64>().unwrap() - 1.0).abs() < 1e-13, "{rate}");
+    assert!(lines[8].starts_with("1,1,false,4.534535"), "{}", lines[8]);
+    assert_eq!(lines[11], "2,1,true,0e0");
+    let picture = std::fs::read_to_string(svg).unwrap();
+    assert!(picture.starts_with("<svg") && picture.ends_with("</svg>\n"));
+    assert!(picture.matches("<rect").count() > 3);
+    let borders = std::fs::read_to_string(borders).unwrap();
+    // a_1(1), from below; a_0(1) and b_1(1) are both between 0 and -1.
+    let a1 = borders.lines().find(|line| line.ends_with(",1")).unwrap();
+    let a1: f64 = a1.split_once(',').unwrap().0.parse().unwrap();
+    assert!((a1 - 1.859_108_072_514_364).abs() < 1e-12, "{a1}");
+}
+
+#[test]
+fn files_that_are_no_text() {
+    let path = scratch("latin.lag", b"coord x\nparam gr\xf6\xdfe = 1\n");
+    let run = run(&["check", path.to_str().unwrap()]);
+    assert_eq!(run.status, 1);
+    assert!(
+        run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"),
+        "{}",
+        run.err
+    );
+    let run = finish(command(&["check", "-"]), b"\xff\xfe");
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("not UTF-8"), "{}", run.err);
+}
+
+#[test]
+fn columns_count_characters() {
+    // A byte order mark, Windows line ends, a tab, and letters two columns wide.
+    let text = "\u{feff}coord x\r\nT = 1/2*x'^2\r\n\tV = 変数*x^2 + φ*q*x^2\r\n";
+    let run = with_input(&["check", "-"], text);
+    assert_eq!(run.status, 1);
+    insta::assert_snapshot!(run.err);
+}
+
+#[test]
+fn long_lines_are_cut_around_the_mistake() {
+    let terms = " + é*x".repeat(5000);
+    let text = format!("coord x  param é = 1  T = x'^2  V = x^2{terms} + zz*x{terms}");
+    let run = with_input(&["check", "-"], &text);
+    assert_eq!(run.status, 1);
+    assert!(run.err.contains("<stdin>:1:30043"), "{}", run.err);
+    assert!(run.err.len() < 1000 && run.err.contains("^^ unknown name"));
+}
+
+#[test]
+fn colour_only_where_it_is_wanted() {
+    let plain = run(&["modes", "models/inverted_pendulum.lag"]);
+    assert!(!plain.out.contains('\u{1b}'));
+    let mut forced = command(&["modes", "models/inverted_pendulum.lag"]);
+    forced.env("CLICOLOR_FORCE", "1").env_remove("NO_COLOR");
+    let forced = finish(forced, b"").out;
+    assert!(forced.contains("\u{1b}[31m"));
+    let mut mistake = command(&["modes", "-"]);
+    mistake.env("CLICOLOR_FORCE", "1").env("NO_COLOR", "1");
+    assert!(!finish(mistake, b"coord x").err.contains('\u{1b}'));
+    // Colours change nothing else.
+    let bare: String = forced
+        .split('\u{1b}')
+        .enumerate()
+        .map(|(at, part)| {
+            if at == 0 {
+                part
+            } else {
+                part.split_once('m').unwrap().1
+            }
+        })
+        .collect();
+    assert_eq!(bare, plain.out);
+}
+
+#[test]
+fn a_reader_that_leaves_is_no_error() {
+    let mut child = command(&["modes", "models/ubiquitin.lag", "--json"])
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "");
+}
+
+fn keys(value: &Value) -> Vec<&str> {
+    value
+        .as_object()
+        .unwrap()
+        .keys()
+        .map(String::as_str)
+        .collect()
+}
+
+#[test]
+fn modes_as_json() {
+    let text = printed(&["modes", PENDULUMS, "--json"]);
+    let json: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(
+        keys(&json),
+        [
+            "model",
+            "coordinates",
+            "equilibrium",
+            "equilibrium_error_bound",
+            "stability",
+            "secular",
+            "modes",
+            "units"
+        ]
+    );
+    assert_eq!(json["model"], "three_pendulums");
+    assert_eq!(
+        json["coordinates"],
+        serde_json::json!(["phi[1]", "phi[2]", "phi[3]"])
+    );
+    assert_eq!(json["equilibrium"], serde_json::json!([0.0, 0.0, 0.0]));
+    assert_eq!(json["stability"], "stable");
+    let modes = json["modes"].as_array().unwrap();
+    assert_eq!(modes.len(), 3);
+    for (mode, symmetry) in modes.iter().zip(["even", "odd", "even"]) {
+        assert_eq!(
+            keys(mode),
+            [
+                "omega",
+                "omega_digits",
+                "omega_squared",
+                "growth",
+                "growth_digits",
+                "error_bound",
+                "digits_error_bound",
+                "kind",
+                "symmetry",
+                "vector",
+                "vector_error_bound"
+            ]
+        );
+        assert_eq!(
+            (&mode["kind"], &mode["symmetry"]),
+            (&"oscillation".into(), &symmetry.into())
+        );
+        assert_eq!(
+            (&mode["growth"], &mode["growth_digits"]),
+            (&0.0.into(), &"0".into())
+        );
+        assert!(mode["vector_error_bound"].as_f64().unwrap() < 1e-13);
+    }
+    assert_eq!(modes[0]["omega"].as_f64().unwrap(), 9.81_f64.sqrt());
+    assert_eq!(modes[0]["omega_digits"], "3.132091953");
+    assert_eq!(modes[0]["omega_squared"], 9.81);
+    assert_eq!(modes[0]["digits_error_bound"], 5e-10);
+    // The distance of the nearest double from the true number.
+    let bound = modes[0]["error_bound"].as_f64().unwrap();
+    assert!((1e-17..=4.4e-16).contains(&bound), "{bound}");
+    let components = modes[0]["vector"].as_array().unwrap();
+    assert!(
+        components
+            .iter()
+            .all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13)
+    );
+}
+
+#[test]
+fn json_of_other_kinds_of_modes() {
+    let json: Value =
+        serde_json::from_str(&printed(&["modes", "models/egg_box_saddle.lag", "--json"])).unwrap();
+    assert_eq!(json["stability"], "unstable");
+    let (unstable, stable) = (&json["modes"][0], &json["modes"][1]);
+    assert_eq!(
+        (&unstable["kind"], &unstable["omega"]),
+        (&"unstable".into(), &0.0.into())
+    );
+    assert_eq!(unstable["omega_digits"], "0");
+    assert!(unstable["growth"].as_f64().unwrap() > 0.0);
+    assert!(unstable["omega_squared"].as_f64().unwrap() < 0.0);
+    assert_eq!(stable["growth_digits"], "0");
+
+    let json: Value = serde_json::from_str(&printed(&[
+        "modes",
+        "models/water.lag",
+        "--json",
+        "--no-vectors",
+    ]))
+    .unwrap();
+    assert_eq!(json["stability"], "neutral");
+    assert_eq!(json["zero_motions"].as_array().unwrap().len(), 6);
+    let zero = &json["modes"][0];
+    assert_eq!(
+        (&zero["kind"], &zero["error_bound"]),
+        (&"zero".into(), &0.0.into())
+    );
+    assert_eq!(zero["digits_error_bound"], 0.0);
+    assert!(zero.get("vector").is_none() && zero.get("vector_error_bound").is_none());
+
+    let run = with_input(&["modes", "-", "--json", "--digits", "4"], SPRING);
+    let json: Value = serde_json::from_str(&run.out).unwrap();
+    assert_eq!(json["model"], Value::Null);
+    assert_eq!(json["modes"][0]["omega_digits"], "2.000");
+    assert!(json["modes"][0].get("symmetry").is_none());
+}
+
+#[test]
+fn matrices_as_json() {
+    let json: Value = serde_json::from_str(&printed(&["derive", PENDULUMS, "--json"])).unwrap();
+    assert_eq!(
+        keys(&json),
+        [
+            "model",
+            "coordinates",
+            "equilibrium",
+            "mass",
+            "stiffness",
+            "equations",
+            "linearized_equations",
+            "kinetic_second_order",
+            "potential_second_order",
+            "momenta",
+            "energy_function",
+            "hamiltonian",
+            "conserved",
+            "symmetry",
+            "blocks",
+            "frequencies",
+            "frequencies_complete",
+            "frequencies_equal",
+            "normal_coordinates",
+            "force_vanishes"
+        ]
+    );
+    assert_eq!(
+        json["equations"][2],
+        "m[3]*l[3]^2*phi[3]'' + L^2*k23*(phi[3] - phi[2]) + g*m[3]*l[3]*sin(phi[3]) = 0"
+    );
+    assert_eq!(json["equilibrium"], serde_json::json!(["0", "0", "0"]));
+    assert_eq!(json["mass"][0][1], "0");
+    assert_eq!(json["stiffness"][0][1], json["stiffness"][1][0]);
+    // Entries are expressions of the language.
+    for matrix in ["mass", "stiffness"] {
+        for entry in json[matrix]
+            .as_array()
+            .unwrap()
+            .iter()
+            .flat_map(|row| row.as_array().unwrap())
+        {
+            let text = format!("let entry = {}", entry.as_str().unwrap());
+            assert!(librate::syntax::parse(&text).is_ok(), "{text}");
+        }
+    }
+}
+
+/// Every mistake is explained at its place: one file a kind, the report next to it. The first line
+/// of a file may say what is typed: `# librate: modes --set x=1`.
+#[test]
+fn mistakes_are_explained() {
+    insta::with_settings!({ snapshot_path => "../errors", prepend_module_to_snapshot => false }, {
+        insta::glob!("../errors", "*.lag", |path| {
+            let source = std::fs::read_to_string(path).unwrap();
+            let typed = source
+                .lines()
+                .find_map(|line| line.strip_prefix("# librate: "))
+                .unwrap_or("modes");
+            let mut arguments: Vec<&str> = typed.split(' ').collect();
+            arguments.push(path.file_name().unwrap().to_str().unwrap());
+            let mut command = command(&arguments);
+            command.current_dir(path.parent().unwrap());
+            let run = finish(command, b"");
+            assert_eq!((run.status, run.out.as_str()), (1, ""), "{}: {}", path.display(), run.err);
+            insta::assert_snapshot!(run.err);
+        });
+    });
+}

@@ -1,0 +1,160 @@
+//! Mistakes and warnings on standard error: drawn for people, as JSON for programs.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::cli_support;
+
+use cli_support::*;
+use serde_json::Value;
+
+const SUSPICIOUS: &str = "\
+param _spare = 1
+param k = 2  param g = 9.81
+param N = 3.0
+let twice = 2*k
+coord x[1..N], y, free
+T = sum(i in 1..N, 1/2*x[i]'^2) + 1/2*y'^2 + 1/2*free'^2
+V = sum(i in 1..N, 1/2*k*y^2) + sum(i in 1..N, x[i]^2)
+";
+
+fn lines(text: &str) -> Vec<Value> {
+    text.lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect()
+}
+
+#[test]
+fn warnings_are_drawn_and_the_result_printed() {
+    for command in ["check", "modes", "derive"] {
+        let run = with_input(&[command, "-"], SUSPICIOUS);
+        assert_eq!(run.status, 0, "{command}: {}", run.err);
+        assert!(!run.out.is_empty());
+        if command == "check" {
+            insta::assert_snapshot!(run.err);
+        }
+        for name in ["`g`", "`twice`", "`free`", "`3.0`", "`i`"] {
+            assert!(run.err.contains(name), "{command} says nothing of {name}");
+        }
+        assert!(!run.err.contains("_spare"));
+        assert!(!run.err.contains("error"));
+    }
+}
+
+#[test]
+fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
+    let falling = "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = -x^2 ";
+    let code = |model: String| {
+        let run = with_input(&["modes", "-", "--message-format", "json"], &model);
+        assert_eq!(run.status, 0);
+        let codes = lines(&run.err);
+        codes
+            .iter()
+            .map(|line| line["code"].as_str().unwrap().to_owned())
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(code(format!("{falling} - y^2")), ["W0101"]);
+    assert_eq!(code(format!("{falling} + y^2")), ["W0102"]);
+    let given = "equilibrium x = 0  equilibrium y = 0";
+    assert!(code(format!("{falling} + y^2 {given}")).is_empty());
+}
+
+#[test]
+fn a_period_without_time_is_told() {
+    let warned = |rest: &str| {
+        let model = format!("param W = 2  coord x  T = 1/2*x'^2  {rest}");
+        let run = with_input(&["check", "-", "--message-format", "json"], &model);
+        assert_eq!(run.status, 0, "{}", run.err);
+        lines(&run.err).iter().any(|line| line["code"] == "W0008")
+    };
+    assert!(warned("V = 1/2*W*x^2  period 2*pi/W"));
+    assert!(warned("V = 1/2*W*x^2  dissipation = x'^2  period 2*pi/W"));
+    assert!(!warned("V = 1/2*x^2*cos(W*t)  period 2*pi/W"));
+    assert!(!warned("let f = cos(W*t)  V = 1/2*x^2*f  period 2*pi/W"));
+    assert!(!warned(
+        "V = x^2  dissipation = (1 + cos(W*t)/2)*x'^2  period 2*pi/W"
+    ));
+    assert!(!warned("V = 1/2*W*x^2"));
+}
+
+#[test]
+fn messages_for_programs() {
+    let model = "coord x\nT = 1/2*m*x'^2\nV = 1/2*x^2 + 2 x\n# ü\nlet ä = öde*2\n";
+    for format in ["--message-format=json", "--message-format=text"] {
+        let run = with_input(&["modes", "-", format], model);
+        assert_eq!((run.status, run.out.as_str()), (1, ""));
+    }
+    let run = with_input(&["--message-format", "json", "modes", "-"], model);
+    let all = lines(&run.err);
+    assert_eq!(all.len(), 1, "{}", run.err);
+    let one = &all[0];
+    assert_eq!(one["severity"], "error");
+    assert_eq!(one["code"], "E0007");
+    assert_eq!(one["file"], "<stdin>");
+    assert_eq!(one["message"], "the multiplication sign is missing");
+    let (start, end) = (
+        one["primary"]["start"].as_u64().unwrap() as usize,
+        one["primary"]["end"].as_u64().unwrap() as usize,
+    );
+    assert_eq!(&model[start..end], "2 x");
+    assert_eq!(one["primary"]["line"], 3);
+    assert_eq!(one["primary"]["column"], 15);
+    assert_eq!(one["primary"]["end_column"], 18);
+
+    let run = with_input(
+        &["check", "-", "--message-format", "json"],
+        &model.replace("2 x", "2*x"),
+    );
+    let all = lines(&run.err);
+    assert_eq!(all.len(), 2, "{}", run.err);
+    assert_eq!(all[0]["primary"]["line"], 2);
+    // Columns count characters.
+    assert_eq!(
+        (&all[1]["code"], &all[1]["primary"]["line"]),
+        (&"E0101".into(), &5.into())
+    );
+    assert_eq!(all[1]["primary"]["column"], 9);
+
+    let run = run_json_failure(&["modes", "no_such_file.lag"]);
+    assert_eq!(run["file"], Value::Null);
+    assert_eq!(run["primary"], Value::Null);
+}
+
+fn run_json_failure(arguments: &[&str]) -> Value {
+    let mut all = arguments.to_vec();
+    all.extend(["--message-format", "json"]);
+    let run = run(&all);
+    assert_eq!(run.status, 1);
+    serde_json::from_str(&run.err).unwrap()
+}
+
+#[test]
+fn second_places_are_told() {
+    let model = "param a : m = 1  coord x : m  T = 1/2*a*x'^2\nparam a : m = 2";
+    let run = with_input(&["check", "-", "--message-format", "json"], model);
+    let all = lines(&run.err);
+    let twice = all.iter().find(|line| line["code"] == "E0103").unwrap();
+    assert_eq!(twice["secondary"][0]["line"], 1);
+    assert_eq!(twice["secondary"][0]["label"], "first given here");
+}
+
+#[test]
+fn endless_names_do_not_flood_the_terminal() {
+    let name = "x".repeat(1_000_000);
+    for model in [
+        name.clone(),
+        format!("coord y  T = 1/2*y'^2 + {name}"),
+        format!("coord y  T = 1/2*y'^2  V = {name}(y)"),
+        format!("coord {name}  coord {name}"),
+    ] {
+        for format in ["text", "json"] {
+            let run = with_input(&["check", "-", "--message-format", format], &model);
+            assert_eq!(run.status, 1);
+            assert!(run.err.len() < 3000, "{} bytes", run.err.len());
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! The command line, its files, messages and schemas; documents; the layout of the house.
+
+mod budget;
+mod cli;
+mod cli_files;
+mod cli_fmt;
+mod cli_messages;
+#[cfg(feature = "cli")]
+#[path = "../cli_support/mod.rs"]
+mod cli_support;
+#[cfg(feature = "engine")]
+#[path = "../common/mod.rs"]
+mod common;
+mod embedding;
+mod expect;
+mod explanations;
+mod guide;
+mod inertia;
+mod inertia_meshes;
+mod layers;
+mod schema;
+mod snapshots;
+mod sweep;

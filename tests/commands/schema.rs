@@ -1,0 +1,220 @@
+//! What is printed as JSON is what the published schemas say, for every model and every mistake.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::cli_support;
+
+use boon::{Compiler, SchemaIndex, Schemas};
+use cli_support::*;
+use serde_json::Value;
+
+struct Schema {
+    all: Schemas,
+    index: SchemaIndex,
+}
+
+impl Schema {
+    fn read(name: &str) -> Self {
+        let mut all = Schemas::new();
+        let mut compiler = Compiler::new();
+        let index = compiler
+            .compile(&format!("schema/{name}.schema.json"), &mut all)
+            .unwrap();
+        Self { all, index }
+    }
+
+    fn check(&self, what: &str, value: &Value) {
+        if let Err(error) = self.all.validate(value, self.index) {
+            panic!("{what}: {error}");
+        }
+    }
+
+    fn refuses(&self, value: &Value) -> bool {
+        self.all.validate(value, self.index).is_err()
+    }
+}
+
+fn files(folder: &str) -> Vec<String> {
+    let mut files: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path().display().to_string())
+        .filter(|path| path.ends_with(".lag"))
+        .collect();
+    files.sort();
+    assert!(files.len() > 5);
+    files
+}
+
+#[test]
+fn modes_and_derivations_of_all_models() {
+    let modes = Schema::read("modes");
+    let derive = Schema::read("derive");
+    let floquet = Schema::read("floquet");
+    let (mut checked, mut driven) = (0, 0);
+    for file in files("models") {
+        let multipliers = run(&["floquet", &file, "--json"]);
+        if multipliers.status == 0 {
+            driven += 1;
+            let value: Value = serde_json::from_str(&multipliers.out).unwrap();
+            floquet.check(&file, &value);
+            let count = value["coordinates"].as_array().unwrap().len();
+            for key in ["multipliers", "moduli", "circle", "exponents"] {
+                assert_eq!(value[key].as_array().unwrap().len(), 2 * count, "{file}");
+            }
+            let mut bad = value;
+            bad["stable"] = "yes".into();
+            assert!(floquet.refuses(&bad));
+        }
+        let run_modes = run(&["modes", &file, "--json", "--lowest", "20"]);
+        if run_modes.status != 0 {
+            continue;
+        }
+        checked += 1;
+        let value: Value = serde_json::from_str(&run_modes.out).unwrap();
+        modes.check(&file, &value);
+        let count = value["coordinates"].as_array().unwrap().len();
+        assert_eq!(value["equilibrium"].as_array().unwrap().len(), count);
+        for mode in value["modes"].as_array().unwrap() {
+            assert_eq!(mode["vector"].as_array().unwrap().len(), count, "{file}");
+        }
+        let tied = std::fs::read_to_string(&file)
+            .unwrap()
+            .contains("\nconstraint ");
+        if count <= 12 && !tied {
+            let run = run(&["derive", &file, "--json"]);
+            assert_eq!(run.status, 0, "{file}: {}", run.err);
+            let value: Value = serde_json::from_str(&run.out).unwrap();
+            derive.check(&file, &value);
+            assert_eq!(value["mass"].as_array().unwrap().len(), count);
+        }
+    }
+    assert!(checked > 40);
+    assert!(driven > 5);
+}
+
+#[test]
+fn messages_about_all_mistakes() {
+    let schema = Schema::read("diagnostic");
+    let mut checked = 0;
+    for file in files("tests/errors")
+        .into_iter()
+        .chain(files("tests/syntax_errors"))
+    {
+        let run = run(&["modes", &file, "--message-format", "json"]);
+        for line in run.err.lines() {
+            let value: Value = serde_json::from_str(line).unwrap();
+            schema.check(&file, &value);
+            assert_eq!(value["file"], file);
+            checked += 1;
+        }
+    }
+    assert!(checked > 100);
+}
+
+#[test]
+fn periods() {
+    let schema = Schema::read("period");
+    let pendulum = "models/period/pendulum.lag";
+    for request in [
+        &["--amplitude", "2"][..],
+        &["--energy", "20"],
+        &["--over", "amplitude=1..4:4"],
+        &["--over", "energy=10..30:4"],
+    ] {
+        let mut arguments = vec!["period", pendulum, "--json"];
+        arguments.extend(request);
+        let run = run(&arguments);
+        assert_eq!(run.status, 0, "{request:?}: {}", run.err);
+        schema.check(pendulum, &serde_json::from_str(&run.out).unwrap());
+    }
+    let quartic = printed(&[
+        "period",
+        "models/period/quartic.lag",
+        "--amplitude",
+        "1",
+        "--json",
+    ]);
+    let mut value: Value = serde_json::from_str(&quartic).unwrap();
+    assert!(value["small_amplitude_period"].is_null());
+    schema.check("quartic", &value);
+    value["turning_points"] = Value::Null;
+    assert!(schema.refuses(&value));
+}
+
+#[test]
+fn amplitudes() {
+    let schema = Schema::read("amplitude");
+    for file in files("models/amplitude").into_iter().chain([
+        "models/elastic_pendulum.lag".to_owned(),
+        "models/co2.lag".to_owned(),
+        "models/double_well.lag".to_owned(),
+    ]) {
+        let run = run(&["amplitude", &file, "--json"]);
+        assert_eq!(run.status, 0, "{file}: {}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check(&file, &value);
+        let modes = value["modes"].as_array_mut().unwrap();
+        let mode = modes[0].as_object_mut().unwrap();
+        mode.remove("obstacle");
+        mode.insert("frequency_change".to_owned(), Value::Null);
+        assert!(schema.refuses(&value), "{file}");
+    }
+}
+
+#[test]
+fn motions_with_and_without_a_proof() {
+    let schema = Schema::read("motion");
+    for how in [&["--proved"][..], &[], &["--tolerance", "1e-9"]] {
+        let mut arguments = vec!["motion", "models/spring_pendulum.lag", "--mode", "1"];
+        arguments.extend([
+            "--amplitude",
+            "1/100",
+            "--until",
+            "1",
+            "--samples",
+            "3",
+            "--json",
+        ]);
+        arguments.extend(how);
+        let run = run(&arguments);
+        assert_eq!(run.status, 0, "{}", run.err);
+        let mut value: Value = serde_json::from_str(&run.out).unwrap();
+        schema.check("a motion", &value);
+        assert_eq!(value["proved"], how == ["--proved"]);
+        let columns = value["columns"].as_array().unwrap();
+        assert_eq!(
+            columns.len(),
+            2 * value["coordinates"].as_array().unwrap().len()
+        );
+        if how == ["--proved"] {
+            value["columns"][0]
+                .as_object_mut()
+                .unwrap()
+                .remove("error_bounds");
+            assert!(schema.refuses(&value));
+        }
+    }
+}
+
+/// The schemas can fail.
+#[test]
+fn what_is_not_promised_is_refused() {
+    let text = printed(&["modes", PENDULUMS, "--json"]);
+    let good: Value = serde_json::from_str(&text).unwrap();
+    let schema = Schema::read("modes");
+    assert!(!schema.refuses(&good));
+    let mut bad = good.clone();
+    bad["stability"] = "perhaps".into();
+    assert!(schema.refuses(&bad));
+    let mut bad = good.clone();
+    bad["modes"][0]["error_bound"] = (-1.0).into();
+    assert!(schema.refuses(&bad));
+    let mut bad = good;
+    bad["modes"][0]["omega_digits"] = "3,13".into();
+    assert!(schema.refuses(&bad));
+}

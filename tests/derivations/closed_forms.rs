@@ -1,0 +1,442 @@
+//! Closed forms of all models, read back in the model language, against references of 40 digits that are
+//! computed by other means (tests/reference); and as they are written, in one snapshot.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+
+use std::path::Path;
+
+use common::{model_files, model_in};
+use librate::derive::{Case, Parts, derive};
+use librate::expr::Tape;
+use librate::model::Model;
+use librate::number::Number;
+use librate::precision::{Ball, Scalar};
+use librate::report::{Style, derive_json, derive_text};
+use serde_json::Value;
+
+fn frequencies(model: &Model) -> Value {
+    let derivation = derive(model, &Parts::default().frequencies(true)).unwrap();
+    serde_json::from_str(&derive_json(&derivation)).unwrap()
+}
+
+/// The values of expressions in the model language, with the parameters of a model.
+fn values(text: &str, folder: &Path, settings: &[&str], expressions: &[String]) -> Vec<Ball> {
+    let mut all = text.to_owned();
+    for (i, expression) in expressions.iter().enumerate() {
+        all.push_str(&format!("\nparam closed_form_{i} = {expression}"));
+    }
+    let model = model_in(&all, folder, settings);
+    let value = |i: usize| {
+        let name = format!("closed_form_{i}");
+        let parameter = model.parameters.iter().find(|p| p.name == name).unwrap();
+        let tape = Tape::compile(&model.pool, &[parameter.value.unwrap()], &[]).unwrap();
+        tape.evaluate::<Ball>(&[], &mut Vec::new())[0]
+    };
+    (0..expressions.len()).map(value).collect()
+}
+
+fn ball(text: &str) -> Ball {
+    let (negative, digits) = match text.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, text),
+    };
+    let number = Number::parse(digits).unwrap();
+    Ball::from_number(&if negative { number.neg() } else { number }, ())
+}
+
+/// omega^2 of the modes of a reference, ascending.
+fn references(name: &str) -> Vec<Ball> {
+    let text = std::fs::read_to_string(format!("tests/reference/{name}.json")).unwrap();
+    let reference: Value = serde_json::from_str(&text).unwrap();
+    let modes = reference["modes"].as_array().unwrap();
+    let squared = modes.iter().map(|mode| {
+        let (omega, growth) = (
+            ball(mode["omega"].as_str().unwrap()),
+            ball(mode["growth"].as_str().unwrap()),
+        );
+        omega.mul(&omega).sub(&growth.mul(&growth))
+    });
+    let mut all: Vec<Ball> = squared.collect();
+    all.sort_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64()));
+    all
+}
+
+/// Each closed form with its multiplicity among the references; all of them where it says so.
+fn check(name: &str, json: &Value, values: &[Ball]) {
+    let want = references(name);
+    let scale = want.iter().map(|w| w.mid_f64().abs()).fold(0.0, f64::max);
+    let mut left = want.clone();
+    for (entry, value) in json["frequencies"].as_array().unwrap().iter().zip(values) {
+        for _ in 0..entry["multiplicity"].as_u64().unwrap() {
+            let near = |w: &Ball| (w.mid_f64() - value.mid_f64()).abs() <= 1e-14 * scale;
+            let at = left.iter().position(near);
+            let at =
+                at.unwrap_or_else(|| panic!("{name}: {entry} is {value:?}, not among {want:?}"));
+            left.remove(at);
+        }
+    }
+    let complete = json["frequencies_complete"].as_bool().unwrap();
+    assert_eq!(complete, left.is_empty(), "{name}");
+}
+
+#[test]
+fn closed_forms_agree_with_references() {
+    let mut complete = Vec::new();
+    let mut lines = Vec::new();
+    for path in model_files() {
+        let name = path.file_stem().unwrap().to_string_lossy().to_string();
+        let text = std::fs::read_to_string(&path).unwrap();
+        let folder = path.parent().unwrap();
+        let model = model_in(&text, folder, &[]);
+        if derive(&model, &Parts::default()).is_err() {
+            continue;
+        }
+        let json = frequencies(&model);
+        let Some(entries) = json.get("frequencies") else {
+            continue;
+        };
+        // Where the equilibrium was searched for, coordinates stand for themselves.
+        let searched = |(name, at): (&Value, &Value)| name == at;
+        let pairs = json["coordinates"].as_array().unwrap().iter();
+        if pairs
+            .zip(json["equilibrium"].as_array().unwrap())
+            .any(searched)
+        {
+            continue;
+        }
+        let expressions: Vec<String> = entries
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
+            .collect();
+        check(&name, &json, &values(&text, folder, &[], &expressions));
+        if json["frequencies_complete"] == true {
+            complete.push(name.clone());
+        }
+        let derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+        let text = derive_text(&derivation, &Style::default());
+        let heading = |line: &&str| line.starts_with("symmetry") || line.contains("frequencies");
+        let part = text.lines().skip_while(|line| !heading(line));
+        lines.push(format!("{name}\n{}\n", part.collect::<Vec<_>>().join("\n")));
+    }
+    for name in [
+        "three_pendulums",
+        "coupled_oscillators_equal",
+        "ring",
+        "chain_walls",
+        "chain_free",
+        "chain_fixed_free",
+        "beam_simply_supported",
+        "diatomic_ring",
+        "double_pendulum",
+        "co2",
+        "square_lattice",
+        "tetrahedron",
+        "two_pendulums_on_a_cart",
+        "torsion_discs",
+    ] {
+        assert!(complete.iter().any(|own| own == name), "{name}");
+    }
+    insta::assert_snapshot!("closed_forms_of_all_models", lines.join("\n"));
+}
+
+fn forms(case: &Case, text: impl Fn(librate::expr::ExprId) -> String) -> Vec<(String, usize)> {
+    let forms = case.frequencies.iter();
+    forms
+        .map(|f| (text(f.omega_squared), f.multiplicity))
+        .collect()
+}
+
+#[test]
+fn the_odd_class_of_three_pendulums_is_the_one_of_the_text() {
+    let text = std::fs::read_to_string("models/three_pendulums.lag").unwrap();
+    let derivation = derive(
+        &model_in(&text, Path::new("models"), &[]),
+        &Parts::default().frequencies(true),
+    )
+    .unwrap();
+    let found = derivation.linear.unwrap().frequencies.unwrap();
+    assert!(found.general.frequencies.is_empty());
+    let tied = found.tied.unwrap();
+    let symmetry = tied.symmetry.unwrap();
+    assert_eq!(
+        symmetry.ties,
+        [
+            vec!["m[1]", "m[3]"],
+            vec!["l[1]", "l[3]"],
+            vec!["k12", "k23"]
+        ]
+    );
+    let odd = tied
+        .frequencies
+        .iter()
+        .find(|f| f.symmetry.as_deref() == Some("odd"))
+        .unwrap();
+    assert_eq!(
+        derivation.pool.display(odd.omega_squared),
+        "g/l[1] + L^2*k12/(m[1]*l[1]^2)"
+    );
+    let block = tied
+        .blocks
+        .iter()
+        .find(|block| block.class == "odd")
+        .unwrap();
+    assert_eq!(block.basis, [vec![(0, 1), (2, -1)]]);
+}
+
+#[test]
+fn parameters_without_values_are_drawn() {
+    let text = "param k  param m  coord x, y
+        T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2 + (x - y)^2)";
+    let derivation = derive(
+        &model_in(text, Path::new("."), &[]),
+        &Parts::default().frequencies(true),
+    )
+    .unwrap();
+    let found = derivation.linear.unwrap().frequencies.unwrap();
+    let pool = &derivation.pool;
+    let forms = forms(&found.general, |e| pool.display(e));
+    assert_eq!(forms, [("k/m".to_owned(), 1), ("3*k/m".to_owned(), 1)]);
+}
+
+#[test]
+fn equalities_that_would_make_a_symmetry_are_told() {
+    let text = std::fs::read_to_string("models/three_pendulums_unequal.lag").unwrap();
+    let derivation = derive(
+        &model_in(&text, Path::new("models"), &[]),
+        &Parts::default().frequencies(true),
+    )
+    .unwrap();
+    let found = derivation.linear.unwrap().frequencies.unwrap();
+    assert!(found.general.symmetry.is_none() && found.tied.is_none());
+    let would_be = found.would_be.unwrap();
+    assert_eq!(
+        would_be.ties,
+        [
+            vec!["m[1]", "m[3]"],
+            vec!["l[1]", "l[3]"],
+            vec!["k12", "k23"]
+        ]
+    );
+}
+
+#[test]
+fn limits_and_series_of_closed_forms() {
+    let text = std::fs::read_to_string("models/two_masses_walls.lag").unwrap();
+    let model = model_in(&text, Path::new("models"), &["k1=1", "k2=1/1000", "m1=2"]);
+    let mut derivation = derive(&model, &Parts::default().frequencies(true)).unwrap();
+    let exact = derivation.clone();
+    derivation.expand("k2", 2);
+    let value = |derivation: &librate::derive::Derivation| -> Vec<f64> {
+        let json: Value = serde_json::from_str(&derive_json(derivation)).unwrap();
+        let entries = json["frequencies"].as_array().unwrap();
+        let expressions: Vec<String> = entries
+            .iter()
+            .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
+            .collect();
+        let settings = ["k1=1", "k2=1/1000", "m1=2"];
+        let values = values(&text, Path::new("models"), &settings, &expressions);
+        values.iter().map(Ball::mid_f64).collect()
+    };
+    // The next term is of the third power of 1/1000.
+    for (series, exact) in value(&derivation).iter().zip(value(&exact)) {
+        let off = (series - exact).abs();
+        assert!(off < 5e-9 && off > 0.0, "{series} {exact}");
+    }
+    let mut limit = exact.clone();
+    limit.limit("k2", &Number::ZERO);
+    let values = value(&limit);
+    // k1/m1 = 1/2 and k3/m2 = 5/3.
+    assert!((values[0] - 0.5).abs() < 1e-15 && (values[1] - 5.0 / 3.0).abs() < 1e-15);
+}
+
+#[test]
+fn a_cubic_is_solved_on_request() {
+    // Zeros of the Laguerre polynomial L_3 (SymPy: laguerre_poly(3).nroots()), times g/l.
+    let want = [0.415774556783479, 2.29428036027904, 6.28994508293748];
+    let text = std::fs::read_to_string("models/triple_pendulum.lag").unwrap();
+    let model = model_in(
+        &text,
+        Path::new("models"),
+        &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"],
+    );
+    let plain = frequencies(&model);
+    assert!(plain.get("frequencies").is_none());
+    let parts = Parts::default().frequencies(true).cubic(true);
+    let json = derive_json(&derive(&model, &parts).unwrap());
+    let json: Value = serde_json::from_str(&json).unwrap();
+    let expressions: Vec<String> = json["frequencies"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
+        .collect();
+    let settings = ["g=1", "l[1]=1", "l[2]=1", "l[3]=1"];
+    let values = values(&text, Path::new("models"), &settings, &expressions);
+    for (own, want) in values.iter().zip(want) {
+        assert!((own.mid_f64() - want).abs() < 1e-13, "{own:?} {want}");
+    }
+    assert_eq!(values.len(), 3);
+}
+
+/// Four masses in a row between walls, nothing equal.
+const FOUR_MASSES: &str = "param m[1..4] = [2, 3, 5, 1]
+    param k[1..5] = [7, 2, 1, 3, 4]
+    coord x[1..4]
+    T = 1/2*sum(i in 1..4, m[i]*x[i]'^2)
+    V = 1/2*k[1]*x[1]^2 + 1/2*sum(i in 1..3, k[i+1]*(x[i+1] - x[i])^2) + 1/2*k[5]*x[4]^2";
+
+/// Equal oscillators in a row, coupled unequally: the squares lie symmetrically about k/m, so that the quartic is a quadratic
+/// in (omega^2 - k/m)^2.
+const FOUR_COUPLED: &str = "param m = 2  param k = 5  param a = 1  param b = 2  param c = 3/2
+    coord x[1..4]
+    T = 1/2*m*sum(i in 1..4, x[i]'^2)
+    V = 1/2*k*sum(i in 1..4, x[i]^2) + a*x[1]*x[2] + b*x[2]*x[3] + c*x[3]*x[4]";
+
+#[test]
+fn a_quartic_is_solved_on_request() {
+    // mpmath, 40 digits: eigsy of M^(-1/2) K M^(-1/2).
+    for (text, want) in [
+        (
+            FOUR_MASSES,
+            [
+                "0.381891308687522349578187896580536658186",
+                "0.9580062150537797244747609105170636531806",
+                "4.681778507608290389890750174145974949385",
+                "7.278323968650407536056301018756424739248",
+            ],
+        ),
+        (
+            FOUR_COUPLED,
+            [
+                "1.184221267118686345461296558675513713792",
+                "2.214997673523101482916649022669032970078",
+                "2.785002326476898517083350977330967029922",
+                "3.815778732881313654538703441324486286208",
+            ],
+        ),
+    ] {
+        let model = model_in(text, Path::new("."), &[]);
+        for parts in [Parts::default(), Parts::default().cubic(true)] {
+            let derivation = derive(&model, &parts.frequencies(true)).unwrap();
+            let page = derive_text(&derivation, &Style::default());
+            assert!(page.contains("zeros of quartics: --quartic"), "{page}");
+            let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+            assert!(json.get("frequencies").is_none());
+        }
+        let parts = Parts::default().frequencies(true).quartic(true);
+        let derivation = derive(&model, &parts).unwrap();
+        assert!(!derive_text(&derivation, &Style::default()).contains("--quartic"));
+        let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+        let expressions: Vec<String> = json["frequencies"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
+            .collect();
+        assert_eq!(expressions.len(), 4);
+        let own = values(text, Path::new("."), &[], &expressions);
+        for (own, want) in own.iter().zip(want) {
+            let off = own.sub(&ball(want));
+            assert!(off.contains_zero() && off.radius < 1e-11, "{own:?} {want}");
+        }
+    }
+}
+
+#[test]
+fn what_a_page_abbreviates_is_what_programs_read() {
+    let mut checked = 0;
+    let texts = [FOUR_MASSES.to_owned(), FOUR_COUPLED.to_owned()];
+    let models = texts.map(|text| model_in(&text, Path::new("."), &[]));
+    let files = model_files().into_iter().filter_map(|path| {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let model = model_in(&text, path.parent().unwrap(), &[]);
+        (model.coordinates.len() <= 20).then_some(model)
+    });
+    for model in files.chain(models) {
+        let parts = Parts::default().frequencies(true).quartic(true);
+        let Ok(derivation) = derive(&model, &parts) else {
+            continue;
+        };
+        // Equilibria that are searched for have symbols of their own.
+        let Some(found) = derivation
+            .linear
+            .as_ref()
+            .ok()
+            .and_then(|linear| linear.frequencies.as_ref())
+        else {
+            continue;
+        };
+        for case in [Some(&found.general), found.tied.as_ref()]
+            .into_iter()
+            .flatten()
+        {
+            for solved in &case.solved {
+                let mut known: Vec<(String, f64)> = Vec::new();
+                for parameter in &model.parameters {
+                    let Some(value) = parameter.value else {
+                        continue;
+                    };
+                    let tape = Tape::compile(&model.pool, &[value], &[]).unwrap();
+                    let value = tape.evaluate::<f64>(&[], &mut Vec::new())[0];
+                    known.push((parameter.name.clone(), value));
+                }
+                let linearized = librate::linearize::linearize(model.clone()).unwrap();
+                let at = linearized.equilibrium().values.iter();
+                for (coordinate, value) in model.coordinates.iter().zip(at) {
+                    known.push((coordinate.name.clone(), value.mid_f64()));
+                }
+                let evaluate = |known: &[(String, f64)], e| {
+                    let pool = &derivation.pool;
+                    let symbols = pool.symbols(e);
+                    let inputs: Vec<f64> = symbols
+                        .iter()
+                        .map(|symbol| {
+                            let name = pool.symbol_name(*symbol);
+                            known.iter().find(|(own, _)| own == name).unwrap().1
+                        })
+                        .collect();
+                    let tape = Tape::compile(pool, &[e], &symbols).unwrap();
+                    tape.evaluate::<f64>(&inputs, &mut Vec::new())[0]
+                };
+                for abbreviation in &solved.abbreviations {
+                    let value = evaluate(&known, abbreviation.value);
+                    known.push((abbreviation.names[0].clone(), value));
+                }
+                let mut own: Vec<f64> = Vec::new();
+                for formula in &solved.formulas {
+                    let numbers = formula.numbers.clone();
+                    let (letter, numbers) = numbers.unwrap_or(("1".to_owned(), vec![0]));
+                    for number in numbers {
+                        let mut known = known.clone();
+                        known.push((letter.clone(), number as f64));
+                        let terms = formula.terms.iter().map(|e| evaluate(&known, *e));
+                        let sum: f64 = terms.sum();
+                        let whole = evaluate(&known, formula.omega_squared);
+                        assert!((sum - whole).abs() < 1e-12 * whole.abs().max(1.0));
+                        own.push(sum);
+                    }
+                }
+                let written = solved.frequencies.iter();
+                let mut written: Vec<f64> = written.map(|e| evaluate(&known, *e)).collect();
+                own.sort_by(f64::total_cmp);
+                written.sort_by(f64::total_cmp);
+                assert_eq!(own.len(), written.len());
+                let size = written.iter().fold(0.0, |a: f64, b| a.max(b.abs()));
+                for (own, written) in own.iter().zip(&written) {
+                    assert!((own - written).abs() < 1e-12 * size, "{own} {written}");
+                    checked += 1;
+                }
+            }
+        }
+    }
+    assert!(checked >= 20, "{checked}");
+}

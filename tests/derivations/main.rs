@@ -1,0 +1,14 @@
+//! Derivations: equations, closed forms, normal coordinates, LaTeX, book forms.
+
+mod book_forms;
+mod closed_forms;
+#[cfg(feature = "engine")]
+#[path = "../common/mod.rs"]
+mod common;
+mod derivation_of_a_cart;
+mod derive;
+mod derive_constraints;
+#[cfg(feature = "cli")]
+mod derive_support;
+mod latex;
+mod normal_coordinates;

@@ -1,0 +1,150 @@
+//! Frequencies near a bifurcation are said to be ill-conditioned, with the parameter that matters; stiff
+//! beside soft is not.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+
+use common::{load, model};
+use librate::linearize::{LinearizeError, linearize};
+use librate::model::{Model, Settings, TableTexts, elaborate};
+use librate::modes::Options;
+use librate::oscillation::{Warning, normal_modes, warnings};
+use librate::syntax::parse;
+
+fn ill_conditioned(model: Model) -> Option<Warning> {
+    // Some models are there for their mistake.
+    let linearized = linearize(model).ok()?;
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    let mut all = warnings(&linearized, &modes).into_iter();
+    all.find(|warning| warning.code() == "W0104")
+}
+
+fn of_text(text: &str) -> Option<Warning> {
+    let file = parse(text).unwrap();
+    ill_conditioned(elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap())
+}
+
+fn parameter_and_change(warning: Option<Warning>) -> (Option<String>, String) {
+    match warning {
+        Some(Warning::IllConditioned {
+            parameter, change, ..
+        }) => (parameter, change),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// omega^2 = W^2 - (g/(W*R))^2 with W^2*R/g = (1 + e)^2, e = 1e-8: about 4*e*W^2, and it changes by 4*W^2
+/// with ln W and by -2*W^2 with ln g and ln R. A change of W by 2e-10 is one of omega by 1 %.
+#[test]
+fn the_speed_of_the_hoop_matters_most() {
+    let hoop = "param g = 10  param R = 0.1  param W = 10.0000001  coord th
+        T = 1/2*R^2*(th'^2 + W^2*sin(th)^2)  V = -g*R*cos(th)";
+    for place in ["equilibrium th = acos(g/(W^2*R))", "guess th = 1e-4"] {
+        let (parameter, change) = parameter_and_change(of_text(&format!("{hoop}  {place}")));
+        assert_eq!(parameter.as_deref(), Some("W"), "{place}");
+        assert_eq!(change, "2e-10", "{place}");
+    }
+    // At the bottom, just below the critical speed, omega^2 = g/R - W^2 is 2*e*W^2.
+    let slow = hoop.replace("10.0000001", "9.9999999");
+    let (parameter, change) = parameter_and_change(of_text(&slow));
+    assert_eq!(
+        (parameter.as_deref(), change.as_str()),
+        (Some("W"), "2e-10")
+    );
+    // Well above it nothing cancels.
+    let fast = hoop.replace("10.0000001", "20");
+    assert!(of_text(&format!("{fast}  guess th = 1")).is_none());
+}
+
+/// With a speed that is defined by the critical one, no parameter matters: the terms do.
+#[test]
+fn parameters_that_change_together_are_not_blamed() {
+    let (parameter, change) = parameter_and_change(of_text(
+        "param g = 10  param R = 0.1  param W = (1 - 1e-8)*sqrt(g/R)  coord th
+         T = 1/2*R^2*(th'^2 + W^2*sin(th)^2)  V = -g*R*cos(th)",
+    ));
+    assert_eq!(parameter, None);
+    assert_eq!(change, "2e-10");
+}
+
+/// Of the hard models those near a bifurcation, and those whose terms cancel; of the others none: no
+/// springs or masses far apart, weak bonds, bodies far from the origin.
+#[test]
+fn stiff_beside_soft_is_no_cancellation() {
+    let mut found: Vec<String> = Vec::new();
+    for folder in ["models", "models/hard"] {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            let name = path.file_stem().unwrap().to_string_lossy().to_string();
+            let slow = ["chain_2000", "ubiquitin"].contains(&name.as_str());
+            let model = path.extension().is_some_and(|end| end == "lag") && !slow;
+            if model && ill_conditioned(load(&path)).is_some() {
+                found.push(name);
+            }
+        }
+    }
+    found.sort();
+    assert_eq!(
+        found,
+        [
+            "bead_just_above",
+            "bead_just_above_searched",
+            "bead_just_below",
+            "cancelling_energies",
+            "cancelling_energies_extreme",
+            "cancelling_energies_severe",
+            "column_just_buckled",
+            "column_just_falls",
+            "column_just_stands",
+        ]
+    );
+}
+
+/// What is not told from 0 is not called 0.
+#[test]
+fn a_mass_matrix_is_called_singular_only_where_it_is() {
+    let proved = |kinetic: &str| {
+        let text = format!("coord x, y  T = {kinetic}  V = x^2 + y^2");
+        let file = parse(&text).unwrap();
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+        let error = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap_err();
+        let words = error.to_string();
+        let LinearizeError::SingularMass { proved, .. } = error else {
+            panic!("{error}");
+        };
+        assert_eq!(words.contains("is singular"), proved, "{words}");
+        assert_eq!(words.contains("not shown"), !proved, "{words}");
+        proved
+    };
+    assert!(proved("1/2*x'^2"));
+    assert!(!proved("1/2*(sqrt(2)*x' + y')^2"));
+}
+
+#[test]
+fn shapes_of_a_wide_cluster_are_orthonormal() {
+    // 35 equal oscillators, hardly coupled: one cluster in the digits that are asked for.
+    let model = model(
+        "param N = 35  param m = 6.17  param k = 7.48  param c = 9e-14
+         coord x[1..N]
+         T = sum(a in 1..N, 1/2*m*x[a]'^2)
+         V = sum(a in 1..N, 1/2*k*x[a]^2) + sum(a in 1..N-1, 1/2*c*(x[a+1] - x[a])^2)",
+    );
+    let linearized = linearize(model).unwrap();
+    let modes = normal_modes(&linearized, &Options::default())
+        .unwrap()
+        .modes;
+    for (a, left) in modes.iter().enumerate() {
+        for (b, right) in modes.iter().enumerate() {
+            let parts = left.vector.iter().zip(&right.vector);
+            let product: f64 = 6.17 * parts.map(|(x, y)| x * y).sum::<f64>();
+            let want = f64::from(u8::from(a == b));
+            assert!((product - want).abs() < 1e-13, "{a} {b}: {product:e}");
+        }
+    }
+}

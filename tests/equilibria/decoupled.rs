@@ -1,0 +1,530 @@
+//! Motions that no friction reaches beside damped ones, and repeated exponents: what they are is decided.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+
+use common::model;
+use librate::linearize::{Linearized, linearize};
+use librate::modes::exponents::Limit;
+use librate::modes::{Kind, Options, Stability};
+use librate::oscillation::{NormalModes, normal_modes, warnings};
+
+fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
+    let linearized = linearize(model(text)).unwrap();
+    let modes = normal_modes(&linearized, options).unwrap();
+    (linearized, modes)
+}
+
+/// An undamped oscillator, a damped one, and two charges of which one drags: omega² = sqrt(2), x²+πx/5+3 = 0, and
+/// omega = sqrt(1 + B²) ± B for B = sqrt(3)/4 without friction.
+const SEPARATE: &str = "param B = sqrt(3)/4  coord a, b, x, y
+    T = 1/2*(a'^2 + b'^2 + x'^2 + y'^2) + B*(x*y' - y*x')
+    V = sqrt(2)/2*a^2 + 3/2*b^2 + 1/2*(x^2 + y^2)
+    dissipation = pi/10*b'^2";
+
+#[test]
+fn growth_is_exactly_zero_where_no_friction_acts() {
+    let (_, found) = solve(SEPARATE, &Options::default().digits(20));
+    assert_eq!(found.stability, Stability::Stable);
+    let b = 3.0_f64.sqrt() / 4.0;
+    let root = (1.0 + b * b).sqrt();
+    let damped = std::f64::consts::PI / 10.0;
+    let want = [
+        (root - b, 0.0),
+        (2.0_f64.powf(0.25), 0.0),
+        (root + b, 0.0),
+        ((3.0 - damped * damped).sqrt(), -damped),
+    ];
+    let mut want = want.to_vec();
+    want.sort_by(|a, b| a.0.total_cmp(&b.0));
+    assert_eq!(found.modes.len(), 4);
+    for (mode, (omega, growth)) in found.modes.iter().zip(want) {
+        assert!((mode.omega.mid_f64() - omega).abs() < 1e-15, "{mode:?}");
+        assert!((mode.growth.mid_f64() - growth).abs() < 1e-15, "{mode:?}");
+        assert_eq!(mode.growth.is_zero(), growth == 0.0, "{mode:?}");
+        let kind = if growth == 0.0 {
+            Kind::Oscillation
+        } else {
+            Kind::Damped
+        };
+        assert_eq!(mode.kind, kind);
+        assert_eq!((mode.vector.len(), mode.limit), (4, None));
+    }
+}
+
+#[test]
+fn parts_are_ordered_and_cut_as_one() {
+    let (_, all) = solve(SEPARATE, &Options::default());
+    let omegas: Vec<f64> = all.modes.iter().map(|mode| mode.omega.mid_f64()).collect();
+    assert!(omegas.is_sorted(), "{omegas:?}");
+    let (_, lowest) = solve(SEPARATE, &Options::default().lowest(2));
+    let cut: Vec<f64> = lowest
+        .modes
+        .iter()
+        .map(|mode| mode.omega.mid_f64())
+        .collect();
+    assert_eq!(cut, omegas[..2]);
+    assert!(
+        all.modes
+            .iter()
+            .enumerate()
+            .all(|(at, mode)| mode.cluster as usize == at)
+    );
+}
+
+/// c² = 4 m k in numbers that are irrational, beside anything else: -c/2m twice with one vector. One unit off in the
+/// 30th place it is not, and that is decided as well.
+#[test]
+fn irrational_critical_damping_is_recognised() {
+    let energies = "param k = 2  param m = 3/7  coord x, y  T = 1/2*m*x'^2 + 1/2*y'^2
+        V = 1/2*k*x^2 + pi/2*y^2";
+    for other in ["0", "1/9*y'^2"] {
+        let text = format!("{energies}  dissipation = sqrt(k*m)*x'^2 + {other}");
+        for digits in [10, 60] {
+            let (_, found) = solve(&text, &Options::default().digits(digits));
+            assert_eq!(found.stability, Stability::Stable);
+            let want = (2.0_f64 * 7.0 / 3.0).sqrt();
+            let double: Vec<_> = found
+                .modes
+                .iter()
+                .filter(|mode| mode.omega.is_zero())
+                .collect();
+            assert_eq!((found.modes.len(), double.len()), (3, 2));
+            for mode in double {
+                assert_eq!(mode.kind, Kind::Overdamped);
+                assert!((mode.growth.mid_f64() + want).abs() < 1e-15, "{mode:?}");
+                let limit = Limit::Defective { order: 2 };
+                assert_eq!(mode.limit, Some(limit));
+                assert_eq!(mode.precise.is_some(), digits == 60);
+                assert!((mode.vector[0] - (7.0_f64 / 3.0).sqrt()).abs() < 1e-15);
+                assert_eq!(mode.vector[1], 0.0);
+            }
+        }
+    }
+    for (sign, kind) in [("+", Kind::Overdamped), ("-", Kind::Damped)] {
+        let text = format!("{energies}  dissipation = sqrt(k*m)*(1 {sign} 1e-30)*x'^2");
+        let (_, found) = solve(&text, &Options::default());
+        assert!(
+            found.modes.iter().any(|mode| mode.kind == kind),
+            "{found:?}"
+        );
+        assert!(
+            found.modes.iter().all(|mode| mode.limit.is_none()),
+            "{found:?}"
+        );
+    }
+}
+
+/// Equal exponents of separate parts are one cluster: omega = 2^(1/4) twice, and each with its own vector.
+#[test]
+fn equal_exponents_of_parts_are_one_cluster() {
+    let text = "coord a, b, c, d
+        T = 1/2*(a'^2 + b'^2 + c'^2 + d'^2)
+        V = sqrt(2)/2*(a^2 + b^2) + sqrt(2)/2*c^2 + sqrt(5)/2*d^2 + 1/7*c*d
+        dissipation = pi/10*d'^2";
+    let (_, found) = solve(text, &Options::default());
+    let free: Vec<u32> = found
+        .modes
+        .iter()
+        .filter(|mode| mode.growth.is_zero())
+        .map(|mode| mode.cluster)
+        .collect();
+    assert_eq!(free.len(), 2);
+    assert_eq!(free[0], free[1]);
+}
+
+/// A free body beside a damped one: the zero keeps its name, and the whole is neutral.
+#[test]
+fn zero_modes_of_parts_keep_their_names() {
+    let text = "coord x, y
+        T = 1/2*pi*(x'^2 + y'^2)  V = sqrt(2)*y^2  dissipation = sqrt(3)*y'^2/9";
+    let (_, found) = solve(text, &Options::default());
+    assert_eq!(found.stability, Stability::Neutral);
+    assert_eq!(found.modes[0].kind, Kind::Zero);
+    assert_eq!(found.zero_motions.len(), 1);
+    assert_eq!(found.modes[1].kind, Kind::Damped);
+}
+
+/// What grows without friction is left to the whole: it has both exponents, as a damped model lists them.
+#[test]
+fn what_grows_has_both_exponents_as_before() {
+    let text = "coord x, y
+        T = 1/2*(x'^2 + y'^2)  V = -sqrt(2)/2*x^2 + y^2  dissipation = pi/10*y'^2";
+    let (_, found) = solve(text, &Options::default());
+    assert_eq!(found.stability, Stability::Unstable);
+    let growths: Vec<f64> = found
+        .modes
+        .iter()
+        .map(|mode| mode.growth.mid_f64())
+        .collect();
+    let s = 2.0_f64.powf(0.25);
+    assert!((growths[0] - s).abs() < 1e-14, "{growths:?}");
+    assert!(
+        growths.iter().any(|growth| (growth + s).abs() < 1e-14),
+        "{growths:?}"
+    );
+}
+
+/// Oil that turns does work round loops, more than it takes out where it turns fast; a belt in a straight line does
+/// none.
+#[test]
+fn friction_that_drives_loops_is_told() {
+    let energies = "param u = 3  coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(x^2 + y^2)";
+    for (friction, told) in [
+        ("1/10*((x' + u*y)^2 + (y' - u*x)^2)", true),
+        ("1/10*((x' - u)^2 + (y' - u)^2)", false),
+        ("1/10*((x' + u/6*y)^2 + (y' - u/6*x)^2)", false),
+        ("1/10*(x'*y - y'*x)", true),
+        ("-1/10*u*x'^2", true),
+    ] {
+        let (linearized, modes) = solve(
+            &format!("{energies}  dissipation = {friction}"),
+            &Options::default(),
+        );
+        let codes: Vec<&str> = warnings(&linearized, &modes)
+            .iter()
+            .map(|warning| warning.code())
+            .collect();
+        assert_eq!(codes.contains(&"W0106"), told, "{friction}: {codes:?}");
+    }
+}
+
+/// What is known of a repeated exponent: growth, omega, and the sizes of its Jordan blocks, one for each entry.
+type Repeated = (f64, f64, &'static [usize]);
+
+/// The entries at an exponent have the blocks that are expected, with one shape each; shapes solve λ²Mx + λDx + Sx = 0 and
+/// are orthonormal.
+fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated]) {
+    let (linearized, found) = solve(text, &Options::default());
+    assert_eq!(
+        (found.stability, found.secular),
+        (stability, Some(secular)),
+        "{text}"
+    );
+    let n = linearized.dimension();
+    let mass = linearized.mass();
+    let (velocity, stiffness) = linearized.velocity_and_stiffness();
+    for (growth, omega, orders) in repeated {
+        let own: Vec<_> = found
+            .modes
+            .iter()
+            .filter(|mode| {
+                (mode.growth.mid_f64() - growth).hypot(mode.omega.mid_f64() - omega) < 1e-9
+            })
+            .collect();
+        let sizes: Vec<usize> = own
+            .iter()
+            .map(|mode| match mode.limit {
+                Some(Limit::Defective { order }) => order,
+                None => 1,
+                other => panic!("{text}: {other:?}"),
+            })
+            .collect();
+        assert_eq!(sizes, *orders, "{text}: {growth} {omega}");
+        // Real and imaginary parts, and their products.
+        let part = |x: &[f64], i: usize| x.get(i).copied().unwrap_or(0.0);
+        let shape = |at: usize, i: usize| (part(&own[at].vector, i), part(&own[at].imaginary, i));
+        let times = |x: (f64, f64), y: (f64, f64)| (x.0 * y.0 - x.1 * y.1, x.0 * y.1 + x.1 * y.0);
+        let lambda = (*growth, *omega);
+        for at in 0..own.len() {
+            assert!(own[at].vector_error_bound < 1e-12, "{text}: {:?}", own[at]);
+            for i in 0..n {
+                let mut sum = (0.0, 0.0);
+                for j in 0..n {
+                    let k = i + n * j;
+                    let l = times(times(lambda, lambda), (mass[k].mid_f64(), 0.0));
+                    let d = times(lambda, (velocity[k].mid_f64(), 0.0));
+                    let term = times(
+                        (l.0 + d.0 + stiffness[k].mid_f64(), l.1 + d.1),
+                        shape(at, j),
+                    );
+                    sum = (sum.0 + term.0, sum.1 + term.1);
+                }
+                assert!(sum.0.hypot(sum.1) < 1e-11, "{text}: {sum:?} {:?}", own[at]);
+            }
+            for other in 0..at {
+                let mut product = (0.0, 0.0);
+                for i in 0..n {
+                    for j in 0..n {
+                        let (x, y) = (shape(other, i), shape(at, j));
+                        let term = times((x.0, -x.1), y);
+                        let m = mass[i + n * j].mid_f64();
+                        product = (product.0 + m * term.0, product.1 + m * term.1);
+                    }
+                }
+                let size = product.0.hypot(product.1);
+                let same = own[at].vector == own[other].vector;
+                assert!(
+                    (size - if same { 1.0 } else { 0.0 }).abs() < 1e-12,
+                    "{text}: {size}"
+                );
+            }
+        }
+        // One shape a block; a block of even size at 0 without friction has half as many entries.
+        let mut shapes: Vec<&Vec<f64>> = own.iter().map(|mode| &mode.vector).collect();
+        shapes.dedup();
+        let mut blocks = 0;
+        let mut at = 0;
+        while at < sizes.len() {
+            let entries = match own[at].kind {
+                Kind::Zero if sizes[at] > 2 => {
+                    sizes.iter().filter(|size| **size == sizes[at]).count()
+                }
+                Kind::Zero => 1,
+                _ => sizes[at],
+            };
+            blocks += 1;
+            at += entries;
+        }
+        assert_eq!(shapes.len(), blocks, "{text}: {growth} {omega}");
+    }
+}
+
+/// Every mode once for its multiplicity, Jordan blocks by their sizes, shapes that span what they claim.
+#[test]
+fn jordan_blocks_have_their_sizes() {
+    let two = "coord x, y  T = 1/2*(x'^2 + y'^2)";
+    let cases: &[(String, Stability, bool, &[Repeated])] = &[
+        // Two oscillators damped critically: twice a block of 2.
+        (
+            format!("{two}  V = 1/2*(x^2 + y^2)  dissipation = x'^2 + y'^2"),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 2, 2])],
+        ),
+        // The same in other coordinates.
+        (
+            "coord x, y  T = 1/2*((x' + 2*y')^2 + (3*x' + 5*y')^2)
+             V = 1/2*((x + 2*y)^2 + (3*x + 5*y)^2)
+             dissipation = (x' + 2*y')^2 + (3*x' + 5*y')^2"
+                .to_owned(),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 2, 2])],
+        ),
+        // One critical, one with -1 and -3; and free ones with -1.
+        (
+            format!("{two}  V = 1/2*x^2 + 3/2*y^2  dissipation = x'^2 + 2*y'^2"),
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 1]), (-3.0, 0.0, &[1])],
+        ),
+        (
+            "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  V = 1/2*x^2
+             dissipation = x'^2 + 1/2*(y'^2 + z'^2)"
+                .to_owned(),
+            Stability::Neutral,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 1, 1]), (0.0, 0.0, &[1, 1])],
+        ),
+        // A degenerate real exponent with enough shapes.
+        (
+            format!("{two}  V = 1/2*(x - y)^2  dissipation = 1/2*((x' - y')^2 + x'^2 + y'^2)"),
+            Stability::Neutral,
+            false,
+            &[(-1.0, 0.0, &[1, 1]), (-2.0, 0.0, &[1]), (0.0, 0.0, &[1])],
+        ),
+        // λ³(λ + 1), and λ⁴ without friction: motions grow as t² and t³.
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*x*y'  V = -2*x^2  dissipation = 1/2*x'^2".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[3]), (-1.0, 0.0, &[1])],
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*x*y'  V = -2*x^2".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[4, 4])],
+        ),
+        // A charge in a magnetic field: a drift along it, a guiding centre, a gyration.
+        (
+            "coord x, y, z
+             lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + 1/2*(x*y' - y*x')"
+                .to_owned(),
+            Stability::Neutral,
+            false,
+            &[(0.0, 0.0, &[1, 1]), (0.0, 1.0, &[1])],
+        ),
+        // Where a top falls asleep, alone and beside two oscillators of its frequency, of which one is a second such top.
+        (
+            "coord x, y  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'".to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2])],
+        ),
+        (
+            "coord x, y, z, w  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'
+             + 1/2*(z'^2 + w'^2 - z^2 - w^2)"
+                .to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2, 1, 1])],
+        ),
+        (
+            "coord x, y, z, w  lagrangian = 1/2*(x'^2 + y'^2 + x^2 + y^2) + x*y' - y*x'
+             + 1/2*(z'^2 + w'^2 + z^2 + w^2) + w*z' - z*w'"
+                .to_owned(),
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2, 2, 2])],
+        ),
+        // A ring of four with friction: equal complex exponents, and their shapes are real.
+        (
+            "coord x[1..4]  T = 1/2*sum(i in 1..4, x[i]'^2)
+             V = 1/2*sum(i in 1..3, (x[i+1] - x[i])^2) + 1/2*(x[1] - x[4])^2 + 1/2*sum(i in 1..4, x[i]^2)
+             dissipation = 1/10*sum(i in 1..4, x[i]'^2)"
+                .to_owned(),
+            Stability::Stable,
+            false,
+            &[(-0.1, 2.99_f64.sqrt(), &[1, 1])],
+        ),
+        // Irrational numbers: friction alone leaves both matrices symmetric, and equal real exponents have their shapes.
+        (
+            format!("{two}  V = sqrt(2)/2*(x^2 + y^2)  dissipation = 2*(x'^2 + y'^2)"),
+            Stability::Stable,
+            false,
+            &[],
+        ),
+    ];
+    for (text, stability, secular, repeated) in cases {
+        holds(text, *stability, *secular, repeated);
+    }
+}
+
+/// Equal real exponents of irrational matrices: kinds are decided, shapes are the coordinates.
+#[test]
+fn equal_real_exponents_of_irrational_numbers_are_real() {
+    let text = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = sqrt(2)/2*(x^2 + y^2)
+        dissipation = 2*(x'^2 + y'^2)";
+    let (_, found) = solve(text, &Options::default());
+    assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    let shapes: Vec<Vec<f64>> = found.modes.iter().map(|mode| mode.vector.clone()).collect();
+    let (x, y) = (vec![1.0, 0.0], vec![0.0, 1.0]);
+    assert_eq!(shapes, [x.clone(), y.clone(), x, y]);
+}
+
+/// All directions that are free are named, more than there are entries.
+#[test]
+fn the_kernel_is_named_as_a_whole() {
+    let text = "coord x, y, z
+        lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + 1/2*(x*y' - y*x')";
+    let (_, found) = solve(text, &Options::default());
+    assert_eq!(found.zero_motions, ["x is free", "y is free", "z is free"]);
+    let zero = &found.modes[..2];
+    assert_eq!(zero[0].vector, [0.0, 0.0, 1.0]);
+    let half = 0.5_f64.sqrt();
+    assert!(
+        (zero[1].vector[0] - half).abs() < 1e-15 && (zero[1].imaginary[1] - half).abs() < 1e-15
+    );
+}
+
+/// Square roots in the entries that units take away: boundaries of gyroscopic stability, blocks at 0; and a searched equilibrium
+/// that is a fraction.
+#[test]
+fn blocks_of_irrational_models_are_decided() {
+    let cases: &[(&str, Stability, bool, &[Repeated])] = &[
+        (
+            "param b = sqrt(2)  coord x, y
+             lagrangian = 1/2*(x'^2 + y'^2) + b*(x*y' - y*x') + b^2/2*(x^2 + y^2)",
+            Stability::Neutral,
+            true,
+            &[(0.0, 2.0_f64.sqrt(), &[2, 2])],
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2) + 2*sqrt(1/3)*x*y'  V = -2/3*x^2",
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[4, 4])],
+        ),
+        (
+            "param s = sqrt(1/3)  coord x, y, z
+             lagrangian = 1/2*(x'^2 + y'^2 + z'^2) + s*(x*y' - y*x' + y*z' - z*y' + z*x' - x*z')",
+            Stability::Neutral,
+            false,
+            &[(0.0, 0.0, &[1, 1]), (0.0, 2.0, &[1])],
+        ),
+        // Lengths in units of their own.
+        (
+            "param b = sqrt(2)  coord x, y
+             T = 1/2*(x'^2 + 3*y'^2) + b*sqrt(3)*(x*y' - y*x')  V = -1/2*b^2*(x^2 + 3*y^2)",
+            Stability::Neutral,
+            true,
+            &[(0.0, 2.0_f64.sqrt(), &[2, 2])],
+        ),
+        (
+            "coord x  T = 1/2*x'^2  V = 1/4*(x^2 - 16/9)^2  dissipation = 2*sqrt(8/9)*x'^2  guess x = 1",
+            Stability::Stable,
+            false,
+            &[(-1.885_618_083_164_126_7, 0.0, &[2, 2])],
+        ),
+    ];
+    for (text, stability, secular, repeated) in cases {
+        holds(text, *stability, *secular, repeated);
+    }
+}
+
+/// A steady rotation beside friction: the angle drifts with its own rate, a block of 2 at 0 whatever the numbers are.
+#[test]
+fn steady_rotation_beside_friction_is_neutral() {
+    for (rate, stiffness) in [("1", "3"), ("sqrt(2)", "6"), ("1/3", "pi")] {
+        let text = format!(
+            "param W = {rate}  param k = {stiffness}  coord th, r
+             T = 1/2*((1 + r)^2*th'^2 + r'^2)  V = 1/2*k*r^2  dissipation = 1/10*r'^2
+             equilibrium th' = W"
+        );
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(
+            (found.stability, found.secular),
+            (Stability::Neutral, Some(false)),
+            "{text}"
+        );
+        let kinds: Vec<Kind> = found.modes.iter().map(|mode| mode.kind).collect();
+        assert_eq!(kinds, [Kind::Zero, Kind::Damped], "{text}");
+        assert_eq!(found.zero_motions, ["th is free"]);
+    }
+}
+
+/// Rates of decay that are far apart: c/m and k/c of one coordinate, whatever the numbers are; and of two that are coupled.
+#[test]
+fn rates_far_apart_are_found() {
+    let relative = |found: f64, want: f64| (found / want - 1.0).abs();
+    for (mass, damping, stiffness) in [
+        ("1", "1", "1e-17"),
+        ("1e-30", "1", "sqrt(2)*1e-20"),
+        ("7", "1e30", "1e-30"),
+        ("pi*1e-25", "3e20", "1e-30"),
+    ] {
+        let text = format!(
+            "param m = {mass}  param c = {damping}  param k = {stiffness}
+             coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2"
+        );
+        let (linearized, found) = solve(&text, &Options::default());
+        let value = |matrix: &[librate::precision::Ball]| matrix[0].mid_f64();
+        let m = value(&linearized.mass());
+        let c = value(&linearized.damping().unwrap());
+        let k = value(&linearized.stiffness());
+        assert_eq!(found.stability, Stability::Stable, "{text}");
+        let growths: Vec<f64> = found
+            .modes
+            .iter()
+            .map(|mode| mode.growth.mid_f64())
+            .collect();
+        assert_eq!(growths.len(), 2, "{text}");
+        assert!(relative(growths[0], -k / c) < 1e-14, "{text}: {growths:?}");
+        assert!(relative(growths[1], -c / m) < 1e-14, "{text}: {growths:?}");
+        assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    }
+    // Fifty orders of magnitude between the slowest and the fastest.
+    let text = "coord x, y  T = 1/2*(x'^2 + 1e-10*y'^2)  V = 1/2*(1e-20*x^2 + 1e-12*(x - y)^2)
+        dissipation = 1/2*(x'^2 + 1e10*y'^2)";
+    let (_, found) = solve(text, &Options::default());
+    assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
+    assert_eq!(found.modes.len(), 4);
+}

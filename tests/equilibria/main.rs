@@ -1,0 +1,12 @@
+//! Equilibria: the search and its proofs, constraints, zero modes, symmetries, parts apart from each other.
+
+#[cfg(feature = "engine")]
+#[path = "../common/mod.rs"]
+mod common;
+mod conditioning;
+mod constraints;
+mod decoupled;
+mod equilibrium;
+mod equilibrium_proof;
+mod symmetry;
+mod zero_modes;

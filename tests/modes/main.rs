@@ -1,0 +1,21 @@
+//! Modes and exponents: bounds, digits, hard cases, sensitivities, batches.
+
+mod batch;
+mod batch_pencils;
+#[cfg(feature = "engine")]
+mod batch_support;
+#[cfg(feature = "engine")]
+#[path = "../common/mod.rs"]
+mod common;
+mod exponents;
+mod exponents_properties;
+mod exponents_random;
+mod hard;
+mod models;
+mod modes;
+mod modes_factored;
+mod modes_precise;
+mod modes_properties;
+#[cfg(feature = "engine")]
+mod modes_support;
+mod sensitivity;

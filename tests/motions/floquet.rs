@@ -1,0 +1,498 @@
+//! Floquet multipliers against references of 50 digits that were computed by other means (tests/reference/driven.py), and
+//! the steps behind them against solutions in closed form and against themselves with more digits.
+#![cfg(feature = "engine")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+
+use common::{load, model_files};
+use librate::chart::Chart;
+use librate::expr::{Pool, Symbol};
+use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
+use librate::flow::{Enclosing, Enclosure, Equations, Plain};
+use librate::model::{Model, Settings, TableTexts, elaborate};
+use librate::number::Number;
+use librate::precision::{Ball, Big, Scalar};
+use librate::sweep::Range;
+use librate::syntax;
+use proptest::prelude::*;
+use serde_json::Value;
+
+fn number(text: &str) -> Number {
+    match text.strip_prefix('-') {
+        Some(rest) => Number::parse(rest).unwrap().neg(),
+        None => Number::parse(text).unwrap(),
+    }
+}
+
+fn ball(value: &Value) -> Ball {
+    Ball::from_number(&number(value.as_str().unwrap()), ())
+}
+
+fn model(text: &str, settings: &[String]) -> Model {
+    let file = syntax::parse(text).unwrap();
+    let mut all = Settings::new();
+    for setting in settings {
+        all.add(setting).unwrap();
+    }
+    elaborate(&file, &TableTexts::new(), &all).unwrap()
+}
+
+fn multipliers_of(text: &str) -> Floquet {
+    floquet(&model(text, &[]), &Options::default()).unwrap()
+}
+
+fn assert_holds(what: &str, own: &Ball, want: &Ball) {
+    let off = *own - *want;
+    assert!(off.contains_zero(), "{what}: {own:?} is not {want:?}");
+    assert!(off.abs_upper() <= 1e-12, "{what}: bound {:e}", own.radius);
+}
+
+#[test]
+fn models_agree_with_references() {
+    let mut checked = 0;
+    for path in model_files() {
+        let name = path.file_stem().unwrap().to_string_lossy().to_string();
+        let text = std::fs::read_to_string(format!("tests/reference/{name}.json")).unwrap();
+        let want: Value = serde_json::from_str(&text).unwrap();
+        let model = load(&path);
+        if want.get("multipliers").is_none() {
+            assert!(model.time_dependent.is_none(), "{name} has no reference");
+            assert!(
+                matches!(
+                    floquet(&model, &Options::default()),
+                    Err(FloquetError::NoTime { .. })
+                ),
+                "{name}"
+            );
+            continue;
+        }
+        checked += 1;
+        let found =
+            floquet(&model, &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_holds(&name, &found.period, &ball(&want["period"]));
+        for (own, want) in found.place.iter().zip(want["place"].as_array().unwrap()) {
+            assert_holds(&name, own, &ball(want));
+        }
+        let wanted = want["multipliers"].as_array().unwrap();
+        assert_eq!(found.multipliers.len(), wanted.len(), "{name}");
+        let mut free: Vec<(Ball, Ball)> =
+            wanted.iter().map(|z| (ball(&z[0]), ball(&z[1]))).collect();
+        for own in &found.multipliers {
+            let near =
+                |z: &(Ball, Ball)| (z.0 - own.re).abs_upper().hypot((z.1 - own.im).abs_upper());
+            let best = (0..free.len()).min_by(|a, b| near(&free[*a]).total_cmp(&near(&free[*b])));
+            let (re, im) = free.remove(best.unwrap());
+            assert_holds(&name, &own.re, &re);
+            assert_holds(&name, &own.im, &im);
+            assert_holds(&name, &own.modulus, &(re.powi(2) + im.powi(2)).sqrt());
+        }
+        assert_eq!(found.stable, want["stable"].as_bool(), "{name}");
+        assert_holds(
+            &name,
+            &found.growth_rate.unwrap(),
+            &ball(&want["growth_rate"]),
+        );
+    }
+    assert!(checked >= 6);
+}
+
+const HILL: &str =
+    "param a = 1  param q = 1  coord y  T = 1/2*y'^2  V = 1/2*(a - 2*q*cos(2*t))*y^2  period pi";
+
+/// The solution that begins with (1, 0) is even, that with (0, 1) odd: a_r are the zeros of y1'(pi), b_r those of y2(pi).
+fn sign_changes(q: &str, order: &str, value: &Number) -> bool {
+    let size = value.abs().to_f64().max(1.0);
+    let shift = Number::from_f64_exact(1e-12 * size).unwrap();
+    let entry = |a: &Number| {
+        let settings = [format!("a = {}", decimal(a)), format!("q = {q}")];
+        let found = floquet(&model(HILL, &settings), &Options::default()).unwrap();
+        found.monodromy[if order.starts_with('a') { 2 } else { 1 }]
+    };
+    let (low, high) = (entry(&value.sub(&shift)), entry(&value.add(&shift)));
+    low.is_positive() && high.is_negative() || low.is_negative() && high.is_positive()
+}
+
+/// A fraction in the language.
+fn decimal(value: &Number) -> String {
+    format!("{}/{}", value.numerator(), value.denominator())
+}
+
+#[test]
+fn borders_of_mathieus_equation() {
+    let text = std::fs::read_to_string("tests/reference/driven/mathieu_borders.json").unwrap();
+    let data: Value = serde_json::from_str(&text).unwrap();
+    let mut checked = 0;
+    for row in data["borders"].as_array().unwrap() {
+        let row = row.as_object().unwrap();
+        let q = row["q"].as_str().unwrap();
+        for (order, value) in row.iter().filter(|(key, _)| *key != "q") {
+            let value = number(value.as_str().unwrap());
+            assert!(sign_changes(q, order, &value), "{order}({q})");
+            checked += 1;
+        }
+    }
+    assert_eq!(checked, 8 * 21);
+}
+
+/// Tables that others made, with 16 digits.
+#[test]
+fn borders_of_published_tables() {
+    let mut checked = 0;
+    for kind in ["a", "b"] {
+        let text =
+            std::fs::read_to_string(format!("tests/reference/driven/mathieu_{kind}.csv")).unwrap();
+        let mut lines = text.lines();
+        let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
+        for line in lines.step_by(20) {
+            let cells: Vec<&str> = line.split(',').collect();
+            for (order, cell) in heading.iter().zip(&cells).skip(1) {
+                assert!(
+                    sign_changes(cells[0], order, &number(cell)),
+                    "{order}({})",
+                    cells[0]
+                );
+                checked += 1;
+            }
+        }
+    }
+    assert_eq!(checked, 6 * 11 + 6 * 10);
+}
+
+fn chart(text: &str, ranges: [&str; 2]) -> Chart {
+    let file = syntax::parse(text).unwrap();
+    let ranges = ranges.map(|range| Range::parse(range).unwrap());
+    Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges).unwrap()
+}
+
+#[test]
+fn charts_have_the_borders_of_mathieus_equation() {
+    let text = std::fs::read_to_string("tests/reference/driven/mathieu_borders.json").unwrap();
+    let data: Value = serde_json::from_str(&text).unwrap();
+    for row in data["borders"].as_array().unwrap() {
+        let row = row.as_object().unwrap();
+        let q = row["q"].as_str().unwrap();
+        let chart = chart(HILL, ["a=-20..50:8001", &format!("q={q}..{q}:1")]);
+        let mut worker = chart.worker();
+        let rows: Vec<_> = (0..chart.len()[0]).map(|at| worker.row(at)).collect();
+        let mut found = Vec::new();
+        for at in 0..rows.len() {
+            let pair = [at, at + 1].map(|at| rows.get(at).map(Vec::as_slice));
+            found.extend(worker.borders(at, pair).iter().map(|border| border.at[0]));
+        }
+        let orders = row.iter().filter(|(key, _)| *key != "q");
+        let mut known: Vec<f64> = orders
+            .map(|(_, value)| value.as_str().unwrap().parse().unwrap())
+            .collect();
+        known.sort_by(f64::total_cmp);
+        // A tongue between two lines of the grid is not seen; what is seen is where it is. In a shallow one the trace comes
+        // to its border slowly, in proportion to the width, and what is rounded moves the border by as much more.
+        for border in &found {
+            let near = (0..known.len())
+                .min_by(|a, b| {
+                    (known[*a] - border)
+                        .abs()
+                        .total_cmp(&(known[*b] - border).abs())
+                })
+                .unwrap();
+            let partner = |at: usize| {
+                known
+                    .get(at)
+                    .map_or(f64::INFINITY, |a| (a - known[near]).abs())
+            };
+            let width = partner(near + 1).min(partner(near.wrapping_sub(1)));
+            let allowed = 1e-12 * border.abs().max(10.0) * (0.1 / width).max(1.0);
+            let off = (known[near] - border).abs();
+            assert!(off <= allowed, "{q}: {border} by {off:e}, width {width}");
+        }
+        let wide = |pair: &[f64]| pair[1] - pair[0] > 0.02;
+        let least = known.windows(2).filter(|pair| wide(pair)).count();
+        assert!(
+            found.len() >= least / 2 && !found.is_empty(),
+            "{q}: {}",
+            found.len()
+        );
+    }
+}
+
+#[test]
+fn charts_agree_with_certified_multipliers() {
+    let damped = "param W = 2  param k = 1  param m = 2  param f = W^2/4  coord x, y
+        T = 1/2*(m*x'^2 + y'^2)  V = 1/2*(f + k*cos(W*t))*(x - y)^2 + x^2 + y^2
+        dissipation = 1/50*x'^2  period 2*pi/W";
+    let forced = "param F = 1  param W = 2  coord x
+        T = 1/2*x'^2  V = 1/2*3*x^2 + 1/4*x^4 - F*x*cos(W*t)  dissipation = 1/5*x'^2  period 2*pi/W";
+    let cases = [
+        (HILL, ["a=-1..7:6", "q=-3..4:5"]),
+        (damped, ["W=1..4:5", "k=0..3/2:4"]),
+        (forced, ["F=0..1:3", "W=1/2..3:4"]),
+    ];
+    let mut seen = [0, 0];
+    for (text, ranges) in cases {
+        let chart = chart(text, ranges);
+        let mut worker = chart.worker();
+        let [first, second] = [chart.values(0), chart.values(1)];
+        for (i, a) in first.iter().enumerate() {
+            let row = worker.row(i);
+            for (b, place) in second.iter().zip(row) {
+                let exact = |x: &f64| decimal(&Number::from_f64_exact(*x).unwrap());
+                let names = chart.names();
+                let settings = [
+                    format!("{} = {}", names[0], exact(a)),
+                    format!("{} = {}", names[1], exact(b)),
+                ];
+                let found = floquet(&model(text, &settings), &Options::default()).unwrap();
+                if let Some(stable) = found.stable {
+                    seen[usize::from(stable)] += 1;
+                    assert_eq!(place.stable, Some(stable), "{settings:?}");
+                    let rate = found.growth_rate.unwrap().mid_f64();
+                    assert!(
+                        (place.growth_rate - rate).abs() < 1e-9,
+                        "{settings:?} {rate}"
+                    );
+                }
+            }
+        }
+    }
+    assert!(seen[0] > 10 && seen[1] > 20, "{seen:?}");
+}
+
+#[test]
+fn places_do_not_depend_on_those_beside_them() {
+    // A row of eight beside its places one by one, with periods and motions that differ from place to place.
+    let forced = "param F = 1  param W = 2  coord x
+        T = 1/2*x'^2  V = 1/2*3*x^2 + 1/4*x^4 - F*x*cos(W*t)  dissipation = 1/5*x'^2  period 2*pi/W";
+    let meissner = "param W = 2  param k = 1  coord x  T = 1/2*x'^2  V = 1/2*(1 + k*cos(W*t))*x^2
+        period 2*pi/W";
+    for (text, first, [from, to]) in [(forced, "F", [0.5, 4.0]), (meissner, "k", [0.4, 4.0])] {
+        let row = chart(
+            text,
+            [&format!("{first}=1..1:1"), &format!("W={from}..{to}:13")],
+        );
+        let together = row.worker().row(0);
+        for (at, place) in row.values(1).iter().zip(together) {
+            let alone = chart(
+                text,
+                [&format!("{first}=1..1:1"), &format!("W={at}..{at}:1")],
+            );
+            let alone = alone.worker().row(0)[0];
+            assert_eq!(place.stable, alone.stable, "W = {at}");
+            let off = (place.growth_rate - alone.growth_rate).abs();
+            assert!(
+                off < 1e-11 || place.growth_rate.is_nan(),
+                "W = {at}: {off:e}"
+            );
+        }
+    }
+    // One place without a motion beside others that have one.
+    let escaping = chart(
+        "param F = 1  param W = 2  coord x  T = 1/2*x'^2  V = exp(-x) + F*x - x*cos(W*t)/10  period 2*pi/W",
+        ["W=2..2:1", "F=-1..2:7"],
+    );
+    let row = escaping.worker().row(0);
+    let found: Vec<bool> = row.iter().map(|place| place.stable.is_some()).collect();
+    assert_eq!(
+        found,
+        [false, false, false, true, true, true, true],
+        "{row:?}"
+    );
+    // Where Newton's steps have to be shortened the motions are still found, in short time.
+    let forced = chart(
+        "param F = 1  param W = 2  coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - F*x*cos(W*t)  period 2*pi/W",
+        ["W=1.2..1.2:1", "F=0.5..0.5:1"],
+    );
+    assert_eq!(forced.worker().row(0)[0].stable, Some(true));
+}
+
+#[test]
+fn what_lies_on_the_border_is_undecided() {
+    // Without a drive: 2 sqrt(a) = W exactly, where both multipliers are -1.
+    let both = multipliers_of(
+        "coord y  T = 1/2*y'^2 + 0*sin(2*t)*y'  V = 1/2*y^2 + 1/2*0*cos(2*t)*y^2 + sin(2*t)  period pi",
+    );
+    assert_eq!(both.stable, None);
+    assert_eq!(both.growth_rate, None);
+    // A free coordinate beside a driven one: 1 twice, with one vector.
+    let free = multipliers_of(
+        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(2 + cos(7*t)/2)*y^2  period 2*pi/7",
+    );
+    assert_eq!(free.stable, None);
+    assert!(free.growth_rate.unwrap().is_zero());
+    let single = free
+        .multipliers
+        .iter()
+        .filter(|own| own.place == Place::On && own.single);
+    assert_eq!(single.count(), 2);
+    assert!(free.multipliers.iter().all(|own| own.place == Place::On));
+}
+
+#[test]
+fn damping_and_gyroscopic_terms() {
+    // The product of all multipliers is exp(-∫ tr M⁻¹C dt).
+    let damped = multipliers_of(
+        "coord x, y  T = 1/2*(x'^2 + 2*y'^2) + 1/2*(x*y' - y*x')
+         V = 1/2*((3 + cos(2*t))*x^2 + 4*y^2)  dissipation = 1/10*x'^2 + 1/5*y'^2  period pi",
+    );
+    let product = damped
+        .multipliers
+        .iter()
+        .fold(Ball::ONE, |all, own| all * own.modulus);
+    let want = (Ball::exact(-0.4) * Ball::PI).exp();
+    assert!((product - want).abs_upper() < 1e-12, "{product:?} {want:?}");
+    assert_eq!(damped.stable, Some(true));
+    assert!(damped.growth_rate.unwrap().is_negative());
+    // A mass that changes: x = y/sqrt(m).
+    let heavy =
+        multipliers_of("let m = 2 + sin(t)  coord x  T = 1/2*m*x'^2  V = 1/2*3*x^2  period 2*pi");
+    assert!(
+        heavy
+            .multipliers
+            .iter()
+            .all(|own| own.place == Place::On || own.modulus.is_positive())
+    );
+    assert!(heavy.stable.is_some());
+}
+
+#[test]
+fn forced_motion_is_found_and_proved() {
+    // Linear: x = cos(t)/(k - 1) in steady state.
+    let forced = multipliers_of("coord x  T = 1/2*x'^2  V = 1/2*3*x^2 - x*cos(t)  period 2*pi");
+    assert!(!forced.rests);
+    assert_holds("x", &forced.place[0], &Ball::exact(0.5));
+    assert_holds("x'", &forced.velocities[0], &Ball::ZERO);
+    assert_eq!(forced.stable, Some(true));
+    // Duffing's oscillator, damped: the multipliers have the product exp(-2 c P).
+    let duffing = multipliers_of(
+        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - 3/10*x*cos(6/5*t)  dissipation = 1/10*x'^2  period 2*pi/(6/5)",
+    );
+    let product = duffing
+        .multipliers
+        .iter()
+        .fold(Ball::ONE, |all, own| all * own.modulus);
+    let want = (-Ball::exact(0.2) * duffing.period).exp();
+    assert!((product - want).abs_upper() < 1e-12);
+}
+
+fn single(rate: impl Fn(&mut Pool, Symbol, Symbol) -> librate::expr::ExprId) -> Equations {
+    let mut pool = Pool::default();
+    let (t, x) = (pool.symbol("t"), pool.symbol("x"));
+    let rate = rate(&mut pool, t, x);
+    Equations::compile(&mut pool, t, &[x], &[], &[rate]).unwrap()
+}
+
+/// x' = x (1 - x) has x(t) = 1/(1 + (1/x_0 - 1) e^-t), with dx/dx_0 = e^-t (x/x_0)².
+#[test]
+fn logistic_growth_is_enclosed() {
+    let equations = single(|pool, _, x| {
+        let e = pool.symbol_expr(x);
+        let one = pool.one();
+        let rest = pool.sub(one, e);
+        pool.mul(e, rest)
+    });
+    let mut walk = Enclosing::<Ball>::new(&equations, 30, ());
+    let start = Ball::exact(0.125);
+    let (mut time, mut x, mut slope) = (Ball::ZERO, start, Ball::ONE);
+    let end = Ball::exact(6.5);
+    let mut steps = 0;
+    loop {
+        let step = walk.step(&time, &[x], &(end - time)).unwrap();
+        x = step.image[0] + step.slopes[0] * (x - x.center());
+        slope = step.slopes[0] * slope;
+        steps += 1;
+        if step.whole {
+            break;
+        }
+        time = time + step.length;
+    }
+    let decay = (-end).exp();
+    let want = Ball::ONE / (Ball::ONE + (Ball::ONE / start - Ball::ONE) * decay);
+    let turned = decay * (want / start).powi(2);
+    assert!(
+        (x - want).contains_zero() && x.radius < 1e-27,
+        "{x:?} {want:?}"
+    );
+    assert!(
+        (slope - turned).contains_zero() && slope.radius < 1e-26,
+        "{slope:?} {turned:?}"
+    );
+    assert!((2..60).contains(&steps), "{steps}");
+    let (there, slopes) = Plain::new(&equations)
+        .travel(0.0, 6.5, &[0.125], |_, _, _| {})
+        .unwrap();
+    assert!((there[0] - want.mid_f64()).abs() < 1e-14);
+    assert!((slopes[0] - turned.mid_f64()).abs() < 1e-14);
+}
+
+/// x' = x² from 1 is 1/(1 - t): there is no way beyond t = 1.
+#[test]
+fn a_singularity_ends_the_way() {
+    let equations = single(|pool, _, x| {
+        let e = pool.symbol_expr(x);
+        pool.square(e)
+    });
+    let mut walk = Enclosing::<Ball>::new(&equations, 20, ());
+    let (mut time, mut x) = (Ball::ZERO, Ball::ONE);
+    let mut reached = 0;
+    while let Some(step) = walk.step(&time, &[x], &(Ball::exact(2.0) - time)) {
+        assert!(!step.whole);
+        x = step.image[0] + step.slopes[0] * (x - x.center());
+        time = time + step.length;
+        assert!((x - Ball::ONE / (Ball::ONE - time)).contains_zero());
+        reached += 1;
+        assert!(reached < 2000);
+    }
+    assert!(time.mid_f64() > 0.9 && time.mid_f64() < 1.0);
+    assert!(
+        Plain::new(&equations)
+            .travel(0.0, 2.0, &[1.0], |_, _, _| {})
+            .is_none()
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 20, ..ProptestConfig::default() })]
+
+    /// Results in double-double and with 300 bits hold the same numbers.
+    #[test]
+    fn precisions_agree(a in -3.0..40.0f64, q in -8.0..8.0f64, b in -0.5..0.5f64) {
+        let mut pool = Pool::default();
+        let t = pool.symbol("t");
+        let e = pool.symbol_expr(t);
+        let twice = pool.scale(e, &Number::from(2));
+        let cosine = pool.cos(twice);
+        let [a, q, b] = [a, q, b].map(|x| Number::from_f64_exact(x).unwrap());
+        let wave = pool.scale(cosine, &q);
+        let a = pool.number(a.neg());
+        let stiffness = pool.add(a, wave);
+        let drag = pool.scale(cosine, &b);
+        let (zero, one) = (pool.zero(), pool.one());
+        let equations = Equations::linear(&pool, t, 2, &[], &[zero, one, stiffness, drag]).unwrap();
+        fn total<S: Enclosure>(equations: &Equations, end: S, order: usize, precision: S::Precision) -> Vec<Ball> {
+            let mut walk = Enclosing::<S>::new(equations, order, precision);
+            let mut total = walk.unit();
+            let mut time = S::exact(0.0, precision);
+            loop {
+                let step = walk.step(&time, &[], &end.sub(&time)).unwrap();
+                let s = &step.slopes;
+                let entry = |i: usize, j: usize| s[2 * i].mul(&total[j]).add(&s[2 * i + 1].mul(&total[2 + j]));
+                total = vec![entry(0, 0), entry(0, 1), entry(1, 0), entry(1, 1)];
+                if step.whole {
+                    return total.iter().map(S::to_ball).collect();
+                }
+                time = time.add(&step.length);
+            }
+        }
+        let quick = total::<Ball>(&equations, Ball::PI, 34, ());
+        let careful = total::<Big>(&equations, Big::pi(300), 90, 300);
+        let size = careful.iter().fold(1.0_f64, |most, x| most.max(x.abs_upper()));
+        for (quick, careful) in quick.iter().zip(&careful) {
+            prop_assert!((*quick - *careful).contains_zero());
+            prop_assert!(quick.radius <= 1e-25 * size, "{:e} {:e}", quick.radius, size);
+        }
+    }
+}

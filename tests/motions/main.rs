@@ -1,0 +1,20 @@
+//! Motions: integration and its proofs, periods, amplitudes, driven systems.
+
+mod amplitude;
+mod charts;
+#[cfg(feature = "cli")]
+#[path = "../cli_support/mod.rs"]
+mod cli_support;
+#[cfg(feature = "engine")]
+#[path = "../common/mod.rs"]
+mod common;
+mod floquet;
+mod floquet_limits;
+mod floquet_random;
+mod motion;
+mod motion_hard;
+mod motion_proved;
+mod motion_steps;
+#[cfg(feature = "cli")]
+mod motion_support;
+mod period;

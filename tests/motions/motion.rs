@@ -1,0 +1,325 @@
+//! Motions against closed forms and references of 40 digits (tests/reference/motion.py): every printed digit is right, and
+//! estimates of errors are not too small.
+#![cfg(feature = "cli")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
+
+use crate::common;
+use crate::motion_support;
+
+use common::{load, model, model_files};
+use librate::linearize::linearize;
+use librate::model::Constant;
+use librate::modes::Options;
+use librate::motion::{MotionError, Start, System, Times, superposition};
+use librate::oscillation::normal_modes;
+use librate::precision::Scalar;
+use librate::report::{motion_csv, motion_svg};
+use motion_support::{check, motion, reference, share, signed, start, times};
+
+#[test]
+fn a_pendulum_follows_elliptic_functions() {
+    let model = model(
+        "param g = 9.81  param l = 1/2
+         coord phi
+         T = 1/2*l^2*phi'^2
+         V = -g*l*cos(phi)",
+    );
+    let found = motion(&model, "phi=3", "5", 5);
+    check("pendulum", &model, &found, 10);
+    check("pendulum", &model, &found, 25);
+    assert!(found.energy_drift.unwrap() < 1e-28);
+}
+
+#[test]
+fn the_same_pendulum_in_x_and_y() {
+    let text = "param g = 9.81  param l = 1/2
+         coord x, y
+         T = 1/2*(x'^2 + y'^2)
+         V = g*y
+         constraint x^2 + y^2 = l^2
+         equilibrium x = 0
+         equilibrium y = -l";
+    let model = model(text);
+    let found = motion(&model, "x=sin(1)/2, y=-cos(1)/2", "7", 8);
+    let angle = self::model(
+        "param g = 9.81  param l = 1/2  coord phi
+         T = 1/2*l^2*phi'^2  V = -g*l*cos(phi)",
+    );
+    let same = motion(&angle, "phi=1", "7", 8);
+    for (row, angle) in found.rows.iter().zip(&same.rows) {
+        let (x, y) = (row[0].mid_f64(), row[1].mid_f64());
+        let phi = angle[0].mid_f64();
+        assert!((x - 0.5 * phi.sin()).abs() < 1e-15 && (y + 0.5 * phi.cos()).abs() < 1e-15);
+        let speed = 0.5 * angle[1].mid_f64();
+        assert!((row[2].mid_f64() - speed * phi.cos()).abs() < 1e-14);
+        let gap = row[0].mul(&row[0]).add(&row[1].mul(&row[1])).mid_f64() - 0.25;
+        assert!(gap.abs() < 1e-15);
+    }
+    // What is left out of a start follows from the constraint.
+    let rest = start(&model, "x=3/10");
+    assert!((rest.positions[1].mid_f64() + 0.4).abs() < 1e-16);
+}
+
+#[test]
+fn a_planet_from_its_pericentre() {
+    let model = model(
+        "coord x, y
+         T = 1/2*(x'^2 + y'^2)
+         V = -1/sqrt(x^2 + y^2)",
+    );
+    // a = 2, e = 9/10
+    let found = motion(&model, "x=1/5, y'=sqrt(19/2)", "20", 6);
+    check("kepler", &model, &found, 10);
+    assert!(found.energy_drift.unwrap() < 1e-27);
+}
+
+#[test]
+fn friction_and_driving() {
+    let damped = model(
+        "param k = 4  param c = 0.2  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2",
+    );
+    let found = motion(&damped, "x=1", "60", 5);
+    check("damped", &damped, &found, 10);
+    assert!(found.energy_drift.is_none());
+    let driven = model(
+        "param k = 4  param f = 0.5  param w = 1.9  coord x  T = 1/2*x'^2  V = 1/2*k*x^2 - f*cos(w*t)*x  period 2*pi/w",
+    );
+    let found = motion(&driven, "x=0", "100", 5);
+    check("driven", &driven, &found, 10);
+}
+
+#[test]
+fn a_motion_needs_no_equilibrium() {
+    let model = model("param g = 9.81  param m = 2  coord z  T = 1/2*m*z'^2  V = m*g*z");
+    let found = motion(&model, "z=10", "2", 3);
+    check("free_fall", &model, &found, 10);
+}
+
+#[test]
+fn a_double_pendulum_for_a_hundred_seconds() {
+    let model = model(
+        "param g = 9.81  param l[1..2] = 1  param m[1..2] = 1
+         coord th[1..2]
+         let r1 = [l[1]*sin(th[1]), -l[1]*cos(th[1])]
+         let r2 = r1 + [l[2]*sin(th[2]), -l[2]*cos(th[2])]
+         T = 1/2*m[1]*dot(r1', r1') + 1/2*m[2]*dot(r2', r2')
+         V = m[1]*g*r1[2] + m[2]*g*r2[2]",
+    );
+    let found = motion(&model, "th[1]=3/10, th[2]=3/10", "100", 5);
+    check("double_pendulum", &model, &found, 10);
+    check("double_pendulum", &model, &found, 20);
+    // In doubles, to a tolerance.
+    let system = System::new(&model).unwrap();
+    let from = start(&model, "th[1]=3/10, th[2]=3/10");
+    let want = reference("double_pendulum");
+    let mut before = f64::INFINITY;
+    for tolerance in [1e-6, 1e-9, 1e-12, 1e-15] {
+        let quick = system.quick(&from, &times("100", 5), tolerance).unwrap();
+        let off = quick.rows[4]
+            .iter()
+            .zip(&want[4])
+            .map(|(own, want)| (own.mid_f64() - signed(want).mid_f64()).abs())
+            .fold(0.0, f64::max);
+        assert!(off < before.min(1e3 * tolerance), "{tolerance:e}: {off:e}");
+        before = off;
+    }
+}
+
+#[test]
+fn digits_of_a_chaotic_motion_run_out() {
+    let model = model(
+        "coord p, q
+         T = 1/2*(2*p'^2 + q'^2 + 2*cos(p - q)*p'*q')
+         V = -9.81*(2*cos(p) + cos(q))",
+    );
+    let short = motion(&model, "p=3, q=3", "40", 5);
+    let long = motion(&model, "p=3, q=3", "120", 13);
+    // Rows that both have agree within what they claim, though the runs have other sizes.
+    for (row, same) in short.rows.iter().zip(&long.rows) {
+        for (a, b) in row.iter().zip(same) {
+            let off = a.sub(b).mid_f64().abs();
+            assert!(off <= a.radius + b.radius, "{a:?} {b:?}");
+        }
+    }
+    let csv = motion_csv(&model, &long, None, 10);
+    let last = csv.lines().last().unwrap();
+    let cells: Vec<&str> = last.split(',').collect();
+    assert!(cells[1].len() < 8, "{last}");
+}
+
+#[test]
+fn modes_start_small_motions() {
+    let mut followed = 0;
+    for path in model_files() {
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        let model = load(&path);
+        if model.coordinates.len() > 6 || model.time_dependent.is_some() {
+            continue;
+        }
+        // Some have no equilibrium.
+        let Ok(linearized) = linearize(model.clone()) else {
+            continue;
+        };
+        let modes = normal_modes(&linearized, &Options::default()).unwrap();
+        let system = System::new(&model).unwrap();
+        let amplitude = share(&linearized, 1e-7);
+        for (at, mode) in modes.modes.iter().enumerate() {
+            let (omega, growth) = (mode.omega.mid_f64(), mode.growth.mid_f64());
+            if omega == 0.0 || growth > 0.0 {
+                continue;
+            }
+            followed += 1;
+            let from = Start::mode(at + 1, &amplitude, &linearized, &modes, &system).unwrap();
+            let period = format!("{:.17e}", std::f64::consts::TAU / omega);
+            let found = system.motion(&from, &times(&period, 5)).unwrap();
+            // After a period it is where it was, but for its decay.
+            let decay = (growth * std::f64::consts::TAU / omega).exp();
+            let rest = &linearized.equilibrium().values;
+            let n = rest.len();
+            let size = |i: usize| from.positions[i].sub(&rest[i]).mid_f64();
+            let most = (0..n).map(|i| size(i).abs()).fold(0.0, f64::max);
+            let rates = linearized.rates();
+            for i in 0..n {
+                let turned = rates[i].mid_f64() * std::f64::consts::TAU / omega;
+                let end = found.rows[4][i].sub(&rest[i]).mid_f64() - turned;
+                let off = (end - decay * size(i)).abs();
+                assert!(
+                    off < 1e-4 * most,
+                    "{name}, mode {}: {off:e} of {most:e}",
+                    at + 1
+                );
+            }
+            let linear = superposition(&linearized, &from, &times(&period, 5)).unwrap();
+            for (row, linear) in found.rows.iter().zip(&linear) {
+                for i in 0..n {
+                    let off = (row[i].mid_f64() - linear[i]).abs();
+                    // The superposition is one of doubles.
+                    let rounding = 4.0 * f64::EPSILON * rest[i].mid_f64().abs();
+                    assert!(
+                        off < 1e-4 * most + rounding,
+                        "{name}, mode {}: {off:e} of {most:e}",
+                        at + 1
+                    );
+                }
+            }
+        }
+    }
+    assert!(followed > 80, "{followed}");
+}
+
+#[test]
+fn numbers_are_in_the_coordinates_units() {
+    let model = model(
+        "param g : m/s^2 = 9.81  param l : m = 1/2  param m : kg = 1
+         coord phi : deg
+         T = 1/2*m*l^2*phi'^2
+         V = -m*g*l*cos(phi)",
+    );
+    let from = start(&model, "phi = 90, phi' = 180");
+    assert!((from.positions[0].mid_f64() - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+    assert!((from.velocities[0].mid_f64() - std::f64::consts::PI).abs() < 1e-15);
+}
+
+#[test]
+fn singularities_are_told() {
+    let model = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)");
+    let system = System::new(&model).unwrap();
+    let from = start(&model, "x=1");
+    let error = system.motion(&from, &times("3", 4)).unwrap_err();
+    assert!(matches!(error, MotionError::Singular { .. }), "{error}");
+    // Where the mass matrix is singular from the start.
+    let model = self::model("coord r, phi  T = 1/2*(r'^2 + r^2*phi'^2)  V = 1/2*r^2  guess r = 0");
+    let system = System::new(&model).unwrap();
+    let from = start(&model, "r=0, phi'=1");
+    let error = system.motion(&from, &times("3", 4)).unwrap_err();
+    assert!(matches!(error, MotionError::Singular { .. }), "{error}");
+}
+
+#[test]
+fn units_of_time_do_not_matter() {
+    // The same oscillator with a period of 1e-14 s and of 1e14 s.
+    for (k, scale) in [("4e28", 1e14), ("4", 1.0), ("4e-28", 1e-14)] {
+        let text = format!("param k = {k}  coord x  T = 1/2*x'^2  V = 1/2*k*x^2*(1 + x^2)");
+        let model = model(&text);
+        let until = format!("{:e}", 3.0 / scale);
+        let found = motion(&model, "x=1/2", &until, 4);
+        let plain = self::model("coord x  T = 1/2*x'^2  V = 2*x^2*(1 + x^2)");
+        let same = motion(&plain, "x=1/2", "3", 4);
+        for (row, same) in found.rows.iter().zip(&same.rows) {
+            assert!((row[0].mid_f64() - same[0].mid_f64()).abs() < 1e-14, "{k}");
+            assert!(
+                (row[1].mid_f64() / scale - same[1].mid_f64()).abs() < 1e-14,
+                "{k}"
+            );
+            assert!(row[0].radius < 1e-20);
+        }
+    }
+}
+
+#[test]
+fn wrong_starts_are_told() {
+    let model = model(
+        "param l = 1/2  coord x, y  T = 1/2*(x'^2 + y'^2)  V = y
+         constraint x^2 + y^2 = l^2
+         equilibrium x = 0
+         equilibrium y = -l",
+    );
+    let system = System::new(&model).unwrap();
+    let linearized = linearize(model.clone()).unwrap();
+    let start = |text: &str| Start::parse(text, &model, Some(&linearized), &system).unwrap_err();
+    for (text, code) in [
+        ("x", "E0601"),
+        ("x=", "E0601"),
+        ("x=1, x=2", "E0601"),
+        ("x''=1", "E0601"),
+        ("x=y", "E0601"),
+        ("z=1", "E0602"),
+        ("x=1", "E0606"),
+        ("x=0.3, y=0.3", "E0606"),
+        ("y'=1", "E0606"),
+    ] {
+        let error = start(text);
+        assert_eq!(error.code(), code, "{text}: {error}");
+    }
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    let amplitude = Constant::parse("1").unwrap();
+    let error = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap_err();
+    assert!(matches!(
+        error,
+        MotionError::NoSuchMode { mode: 2, count: 1 }
+    ));
+    assert!(Times::new(&Constant::parse("0").unwrap(), 3).is_err());
+    assert!(Times::new(&Constant::parse("1").unwrap(), 0).is_err());
+}
+
+#[test]
+fn a_table_and_a_picture() {
+    let model = load("models/three_pendulums.lag".as_ref());
+    let linearized = linearize(model.clone()).unwrap();
+    let modes = normal_modes(&linearized, &Options::default()).unwrap();
+    let system = System::new(&model).unwrap();
+    let amplitude = Constant::parse("1/2").unwrap();
+    let from = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap();
+    let times = times("10", 11);
+    let found = system.motion(&from, &times).unwrap();
+    let linear = superposition(&linearized, &from, &times).unwrap();
+    let csv = motion_csv(&model, &found, None, 10);
+    let mut lines = csv.lines();
+    let header = "t,phi[1],phi[2],phi[3],phi[1]',phi[2]',phi[3]'";
+    assert_eq!(lines.next(), Some(header));
+    assert_eq!(lines.next(), Some("0.0,0.5000000000,0,-0.5000000000,0,0,0"));
+    assert_eq!(csv.lines().count(), 12);
+    // An odd motion stays odd.
+    for row in csv.lines().skip(1) {
+        assert_eq!(row.split(',').nth(2), Some("0"), "{row}");
+    }
+    let both = motion_csv(&model, &found, Some(&linear), 10);
+    assert!(both.lines().next().unwrap().ends_with(",linear phi[3]'"));
+    let svg = motion_svg(&model, &found, Some(&linear));
+    assert!(svg.contains("phi[3]") && svg.matches("<polyline").count() >= 6);
+}
