@@ -62,7 +62,7 @@ fn gives(statement: &Statement) -> (&'static str, Vec<&str>) {
         StatementKind::Lagrangian(_) => ("lagrangian", Vec::new()),
         StatementKind::Dissipation(_) => ("dissipation", Vec::new()),
         StatementKind::Constraint { .. } => ("constraint", Vec::new()),
-        StatementKind::Guess(binding) => ("guess", vec![&binding.name.text]),
+        StatementKind::Guess { binding, .. } => ("guess", vec![&binding.name.text]),
         StatementKind::Equilibrium { binding, .. } => ("equilibrium", vec![&binding.name.text]),
         StatementKind::Period(_) => ("period", Vec::new()),
         StatementKind::Table { name, .. } => ("table", vec![&name.text]),

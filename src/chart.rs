@@ -170,19 +170,19 @@ impl Chart {
             floquet::try_period(&model)?;
             floquet::try_period(&other)?;
         }
-        let point = floquet::point(&model, &mut driven);
+        let begin = floquet::begin(&model, &mut driven);
         let not_defined = FloquetError::NotDefined {
             span: driven.driven_at,
         };
-        let equations = if floquet::rests(&model, &mut driven, &point)? {
-            let slopes = driven.linear(&point)?;
+        let equations = if floquet::rests(&model, &mut driven, &begin)? {
+            let slopes = driven.linear(&begin[..n])?;
             Equations::linear(&driven.pool, driven.time, 2 * n, &driven.open, &slopes)
                 .map_err(|_| not_defined.clone())?
         } else {
             driven.equations()?
         };
         let mut roots = vec![driven.period.0];
-        roots.extend(&point);
+        roots.extend(&begin);
         let start = Tape::compile(&driven.pool, &roots, &driven.open).map_err(|_| not_defined)?;
         Ok(Self {
             axes: [first, second],
@@ -324,11 +324,9 @@ impl Worker<'_> {
     }
 
     fn alone(&mut self, place: [f64; 2]) -> Place {
-        let found = self.start(place).and_then(|(values, period, point)| {
+        let found = self.start(place).and_then(|(values, period, start)| {
             self.single.set_parameters(&values);
             let slopes = if self.chart.equations.is_moving() {
-                let mut start = point;
-                start.resize(self.chart.equations.dimension(), 0.0);
                 let start = floquet::repeating(&mut self.single, period, &start, SEARCH)?;
                 self.single.travel(0.0, period, &start, |_, _, _| {})?.1
             } else {
@@ -353,13 +351,13 @@ impl Worker<'_> {
         let values = [0, 1].map(|axis| lanes(&|at| starts[at].0[axis]));
         self.several.set_parameters(&values);
         let period = lanes(&|at| starts[at].1);
-        let point = self.chart.equations.is_moving().then(|| {
-            let coordinates = 0..starts[0].2.len();
-            coordinates
+        let start = self.chart.equations.is_moving().then(|| {
+            let components = 0..starts[0].2.len();
+            components
                 .map(|i| lanes(&|at| starts[at].2[i]))
                 .collect::<Vec<Lane>>()
         });
-        let slopes = monodromy(&mut self.several, period, point)?;
+        let slopes = monodromy(&mut self.several, period, start)?;
         let found = (0..places.len()).map(|at| {
             let own: Vec<f64> = slopes.iter().map(|slope| slope.one(at)).collect();
             self.chart.judged(&own, starts[at].1)
@@ -387,14 +385,13 @@ impl Search {
 }
 
 /// The derivative of the state after a period by the initial one: about a state that rests, or about the periodic motion near
-/// a point, which begins without velocity.
-fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, point: Option<Vec<N>>) -> Option<Vec<N>> {
+/// one.
+fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>) -> Option<Vec<N>> {
     let zero = N::each(|_| 0.0);
-    let Some(mut x) = point else {
+    let Some(mut x) = start else {
         return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1);
     };
-    let n = 2 * x.len();
-    x.resize(n, zero);
+    let n = x.len();
     plain.set_most_steps(usize::MAX);
     for _ in 0..NEWTON {
         let mut steps = 0;

@@ -39,7 +39,12 @@ impl Study {
                 parameter.value = closed(&mut model.pool, parameter.symbolic, &values);
             }
         }
-        for given in [&mut model.guesses, &mut model.equilibria, &mut model.rates] {
+        for given in [
+            &mut model.guesses,
+            &mut model.guessed_velocities,
+            &mut model.equilibria,
+            &mut model.rates,
+        ] {
             for given in given.iter_mut().flatten() {
                 given.value = closed(&mut model.pool, given.symbolic, &values);
             }

@@ -30,7 +30,7 @@ pub use trial::TRIALS;
 
 use std::cmp::Ordering;
 
-use crate::expr::ExprId;
+use crate::expr::{ExprId, ZeroVerdict};
 use crate::flow::{Equations, Plain};
 use crate::linearize::{LinearizeError, constant};
 use crate::model::Model;
@@ -82,7 +82,7 @@ pub struct Floquet {
     pub velocities: Vec<Ball>,
     /// Whether the place is an equilibrium at all times; otherwise a periodic motion passes it.
     pub rests: bool,
-    /// The coordinates with a guess that the periodic motion stays far away from.
+    /// The coordinates and velocities with a guess that the periodic motion stays far away from.
     pub away: Vec<Away>,
     /// The multipliers, two for each coordinate, by falling modulus; those on the unit circle by rising angle, the one
     /// above the real axis first.
@@ -101,12 +101,15 @@ pub struct Floquet {
     pub monodromy: Vec<Ball>,
 }
 
-/// A coordinate whose guess is far from the periodic motion that was found: further than four times its amplitude.
+/// A coordinate, or its velocity, whose guess is far from the periodic motion that was found: further than four times its
+/// amplitude.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Away {
     /// Its place among the coordinates.
     pub coordinate: usize,
+    /// Whether it is its velocity.
+    pub velocity: bool,
     /// Where it was guessed to be, in SI.
     pub guess: f64,
     /// The least and the largest value it has on the way, about.
@@ -125,7 +128,7 @@ impl Floquet {
 /// The multipliers of a model that is periodic in time.
 ///
 /// They are those about the equilibrium that the model gives, or the point 0, if no force acts there at any time; else
-/// about the periodic motion found from the guess (0 where there is none).
+/// about the periodic motion found from the guesses of coordinates and velocities (0 where there is none).
 ///
 /// # Errors
 /// Where nothing depends on the time, the period is missing or none, a given equilibrium moves, no periodic motion is
@@ -145,16 +148,17 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
     let n = driven.dimension();
-    let point = point(model, &mut driven);
-    let numbers = numbers(&driven, &point);
+    let begin = begin(model, &mut driven);
+    let numbers = numbers(&driven, &begin);
+    let point = &begin[..n];
     let roots = driven.expressions();
     let repeats = trial::repeats(&mut driven.pool, driven.time, driven.period.0, &roots);
     if repeats.is_none() {
         trial::try_period(&driven, &period, &numbers)?;
     }
-    let rests = rests(model, &mut driven, &point)?;
+    let rests = rests(model, &mut driven, &begin)?;
     let equations = if rests {
-        let slopes = driven.linear(&point)?;
+        let slopes = driven.linear(point)?;
         let not_defined = |_| FloquetError::NotDefined {
             span: driven.driven_at,
         };
@@ -166,15 +170,13 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
         driven: &driven,
         equations: &equations,
         period: &period,
-        point: &point,
+        point,
         digits: options.digits,
     };
     let found = if rests {
         task.about_rest()?
     } else {
-        let mut start = numbers.clone();
-        start.resize(2 * n, 0.0);
-        task.about_motion(&start)?
+        task.about_motion(&numbers)?
     };
     let mut multipliers = found.multipliers;
     sort(&mut multipliers);
@@ -214,12 +216,15 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     })
 }
 
-/// The coordinates that stay far away from where they were guessed to be.
+/// The coordinates and velocities that stay far away from where they were guessed to be.
 fn away(model: &Model, guesses: &[f64], range: &[(f64, f64)]) -> Vec<Away> {
-    let all = model.guesses.iter().zip(guesses).zip(range).enumerate();
+    let n = model.coordinates.len();
+    let given = model.guesses.iter().chain(&model.guessed_velocities);
+    let all = given.zip(guesses).zip(range).enumerate();
     all.filter(|(_, ((given, _), _))| given.is_some())
-        .map(|(coordinate, ((_, guess), range))| Away {
-            coordinate,
+        .map(|(at, ((_, guess), range))| Away {
+            coordinate: at % n,
+            velocity: at >= n,
             guess: *guess,
             range: *range,
         })
@@ -246,7 +251,7 @@ fn sort(multipliers: &mut [Multiplier]) {
     });
 }
 
-/// About the coordinates of a point.
+/// About the coordinates and velocities of a state.
 fn numbers(driven: &Driven, point: &[ExprId]) -> Vec<f64> {
     let values = point.iter();
     values
@@ -258,8 +263,8 @@ fn numbers(driven: &Driven, point: &[ExprId]) -> Vec<f64> {
 pub(crate) fn try_period(model: &Model) -> Result<(), FloquetError> {
     let mut driven = Driven::new(model, &[])?;
     let period = period(&driven)?;
-    let point = point(model, &mut driven);
-    trial::try_period(&driven, &period, &numbers(&driven, &point))
+    let begin = begin(model, &mut driven);
+    trial::try_period(&driven, &period, &numbers(&driven, &begin))
 }
 
 /// A state that repeats after a period, as far as doubles tell, found from one near it in at most `budget` steps.
@@ -289,23 +294,29 @@ fn period(driven: &Driven) -> Result<Ball, FloquetError> {
     }
 }
 
-/// Where motions are looked at: as given, as guessed, else 0.
-pub(crate) fn point(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
-    let given = model.equilibria.iter().zip(&model.guesses);
-    given
-        .map(|(equilibrium, guess)| match equilibrium.or(*guess) {
+/// Where motions are looked at, coordinates before velocities: as given, as guessed, else 0. With an equilibrium they rest.
+pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
+    let resting = model.equilibria.iter().any(Option::is_some);
+    let places = model.equilibria.iter().zip(&model.guesses);
+    let places = places.map(|(equilibrium, guess)| equilibrium.or(*guess));
+    let velocities = model.guessed_velocities.iter();
+    let velocities = velocities.map(|guess| guess.filter(|_| !resting));
+    places
+        .chain(velocities)
+        .map(|given| match given {
             Some(given) => driven.with_values(given.symbolic),
             None => driven.pool.zero(),
         })
         .collect()
 }
 
-/// Whether no force acts on what rests at a point, at any time.
+/// Whether no motion begins at a state, as it has no velocity and no force acts there at any time.
 pub(crate) fn rests(
     model: &Model,
     driven: &mut Driven,
-    point: &[ExprId],
+    begin: &[ExprId],
 ) -> Result<bool, FloquetError> {
+    let (point, velocities) = begin.split_at(driven.dimension());
     let moved = driven.moved(point);
     let energy = driven.driven_at;
     for (at, moved) in moved.iter().enumerate() {
@@ -325,7 +336,9 @@ pub(crate) fn rests(
             });
         }
     }
-    Ok(moved.iter().all(|moved| *moved == Some(false)))
+    let mut still = velocities.iter();
+    let still = still.all(|own| driven.pool.is_zero(*own) == ZeroVerdict::Zero);
+    Ok(still && moved.iter().all(|moved| *moved == Some(false)))
 }
 
 fn stable(multipliers: &[Multiplier]) -> Option<bool> {

@@ -243,12 +243,12 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
     Some(count.unsigned_abs())
 }
 
-/// Compares the equations of motion at many states with those a period later; states are drawn around the point. What
+/// Compares the equations of motion at many states with those a period later; states are drawn around one. What
 /// is analytic and agrees at so many irregular places to 28 digits is likely to agree.
 pub(crate) fn try_period(
     driven: &Driven,
     period: &Ball,
-    point: &[f64],
+    state: &[f64],
 ) -> Result<(), FloquetError> {
     let undefined = FloquetError::NotDefined {
         span: driven.driven_at,
@@ -268,7 +268,7 @@ pub(crate) fn try_period(
         let time = *period * Ball::exact(fraction(0));
         let scale = if trial % 2 == 0 { 0.3 } else { 1e-3 };
         let mut inputs = vec![time];
-        for (k, at) in point.iter().chain(&vec![0.0; point.len()]).enumerate() {
+        for (k, at) in state.iter().enumerate() {
             let shift = scale * (fraction(k as u32 + 1) - 0.5);
             inputs.push(Ball::exact(at + shift * at.abs().max(1.0)));
         }

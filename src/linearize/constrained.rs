@@ -71,6 +71,7 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
             factor: None,
         });
         model.guesses.push(None);
+        model.guessed_velocities.push(None);
         model.equilibria.push(None);
         model.rates.push(None);
         model.potential.push(TermFamily::single(

@@ -114,6 +114,7 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
             factor: None,
         });
         own.guesses.push(None);
+        own.guessed_velocities.push(None);
         // A force on what is held need not vanish here.
         own.equilibria.push(own.equilibria[i].map(|given| Given {
             symbolic: zero,

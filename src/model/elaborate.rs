@@ -70,7 +70,7 @@ pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Sett
             | StatementKind::Lagrangian(_)
             | StatementKind::Dissipation(_)
             | StatementKind::Constraint { .. }
-            | StatementKind::Guess(_)
+            | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. }
             | StatementKind::Period(_) => {}
         }
@@ -225,7 +225,7 @@ impl<'a> Elaborator<'a> {
             }
             // These need all coordinates and are read at the end.
             StatementKind::Constraint { .. }
-            | StatementKind::Guess(_)
+            | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. } => {}
         }
     }
@@ -408,13 +408,27 @@ impl<'a> Elaborator<'a> {
 
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
-        let (mut guesses, mut equilibria, mut rates) =
-            (vec![None; count], vec![None; count], vec![None; count]);
+        let [
+            mut guesses,
+            mut guessed_velocities,
+            mut equilibria,
+            mut rates,
+        ] = [const { Vec::new() }; 4].map(|mut all| {
+            all.resize(count, None);
+            all
+        });
         let mut constraints = Vec::new();
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
             match &statement.kind {
-                StatementKind::Guess(binding) => self.given(binding, "the guess", &mut guesses),
+                StatementKind::Guess {
+                    binding,
+                    rate: false,
+                } => self.given(binding, "the guess", &mut guesses),
+                StatementKind::Guess {
+                    binding,
+                    rate: true,
+                } => self.given(binding, "the guessed velocity", &mut guessed_velocities),
                 StatementKind::Equilibrium {
                     binding,
                     rate: false,
@@ -504,6 +518,7 @@ impl<'a> Elaborator<'a> {
             potential,
             lagrangian: is_lagrangian,
             guesses,
+            guessed_velocities,
             equilibria,
             rates,
             dissipation: energies.dissipation.map(|(_, span)| span),
@@ -568,7 +583,7 @@ fn declared(kind: &StatementKind) -> Vec<&Name> {
         | StatementKind::Lagrangian(_)
         | StatementKind::Dissipation(_)
         | StatementKind::Constraint { .. }
-        | StatementKind::Guess(_)
+        | StatementKind::Guess { .. }
         | StatementKind::Equilibrium { .. }
         | StatementKind::Period(_) => Vec::new(),
     }

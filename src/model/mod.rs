@@ -122,8 +122,10 @@ pub struct Model {
     pub potential: Vec<TermFamily>,
     /// Whether `kinetic` holds a `lagrangian`.
     pub lagrangian: bool,
-    /// Per coordinate: where the search for an equilibrium starts.
+    /// Per coordinate: where the search for an equilibrium or a periodic motion starts.
     pub guesses: Vec<Option<Given>>,
+    /// Per coordinate: its velocity at t = 0 where the search for a periodic motion starts.
+    pub guessed_velocities: Vec<Option<Given>>,
     /// Per coordinate: the equilibrium as given.
     pub equilibria: Vec<Option<Given>>,
     /// Per coordinate: the rate of a steady motion.

@@ -24,7 +24,7 @@ pub(super) fn declared_names(file: &File) -> HashMap<String, Span> {
             | StatementKind::Lagrangian(_)
             | StatementKind::Dissipation(_)
             | StatementKind::Constraint { .. }
-            | StatementKind::Guess(_)
+            | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. }
             | StatementKind::Period(_) => {}
         }
@@ -84,7 +84,7 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
                 }
             }
             StatementKind::Let(binding)
-            | StatementKind::Guess(binding)
+            | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => {
                 if let Some(indices) = &binding.indices {
                     add(indices, &mut todo);

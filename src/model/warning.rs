@@ -75,6 +75,14 @@ pub enum Warning {
         /// The statement.
         span: Span,
     },
+    /// A velocity that is guessed where no periodic motion is searched for.
+    #[error("a velocity is guessed, but {reason}")]
+    UselessVelocity {
+        /// Why none is searched for.
+        reason: &'static str,
+        /// The statement.
+        span: Span,
+    },
 }
 
 impl Warning {
@@ -90,6 +98,7 @@ impl Warning {
             Self::DecimalRange { .. } => "W0006",
             Self::UnusedIndex { .. } => "W0007",
             Self::PeriodWithoutTime { .. } => "W0008",
+            Self::UselessVelocity { .. } => "W0009",
         }
     }
 
@@ -102,7 +111,8 @@ impl Warning {
             | Self::NoRestoringForce { span, .. }
             | Self::DecimalRange { span, .. }
             | Self::UnusedIndex { span, .. }
-            | Self::PeriodWithoutTime { span } => *span,
+            | Self::PeriodWithoutTime { span }
+            | Self::UselessVelocity { span, .. } => *span,
         }
     }
 }
@@ -136,6 +146,9 @@ impl From<&Warning> for Diagnostic {
             Warning::PeriodWithoutTime { .. } => at("has no meaning here").with_help(
                 "leave it out, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
             ),
+            Warning::UselessVelocity { .. } => at("has no meaning here").with_help(
+                "it says where the search for the periodic motion of a driven model begins; initial velocities are for `librate motion --start`",
+            ),
         }
     }
 }
@@ -157,6 +170,7 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
     found.extend(decimal_ranges(file));
     found.extend(unused_indices(file));
     found.extend(period_without_time(model));
+    found.extend(useless_velocity(model));
     let unused: HashSet<String> = found
         .iter()
         .filter_map(|warning| match warning {
@@ -193,7 +207,7 @@ fn unused_names(file: &File) -> Vec<Warning> {
         match &statement.kind {
             StatementKind::Param(binding)
             | StatementKind::Let(binding)
-            | StatementKind::Guess(binding)
+            | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => {
                 used.extend(binding.indices.as_deref().into_iter().flat_map(tables_of));
             }
@@ -254,7 +268,7 @@ fn unused_names(file: &File) -> Vec<Warning> {
             | StatementKind::Lagrangian(_)
             | StatementKind::Dissipation(_)
             | StatementKind::Constraint { .. }
-            | StatementKind::Guess(_)
+            | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. }
             | StatementKind::Period(_) => {}
         }
@@ -284,7 +298,7 @@ fn bounds(file: &File) -> Vec<ExprRef> {
         match &statement.kind {
             StatementKind::Param(binding)
             | StatementKind::Let(binding)
-            | StatementKind::Guess(binding)
+            | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => all.extend(binding.indices.as_deref()),
             StatementKind::Coord { declarations } => {
                 all.extend(declarations.iter().filter_map(|one| one.indices.as_deref()));
@@ -384,6 +398,22 @@ fn period_without_time(model: &Model) -> Option<Warning> {
         .time_dependent
         .is_none()
         .then_some(Warning::PeriodWithoutTime { span: period.span })
+}
+
+/// The first guess of a velocity where no periodic motion is searched for.
+fn useless_velocity(model: &Model) -> Option<Warning> {
+    let guess = model.guessed_velocities.iter().flatten().next()?;
+    let reason = if model.time_dependent.is_none() {
+        "nothing depends on the time"
+    } else if model.equilibria.iter().any(Option::is_some) {
+        "the model is held at an equilibrium"
+    } else {
+        return None;
+    };
+    Some(Warning::UselessVelocity {
+        reason,
+        span: guess.span,
+    })
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

@@ -217,7 +217,8 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     );
     for own in &floquet.away {
         let name = model.coordinates.get(own.coordinate);
-        let name = name.map_or("", |own| own.name.as_str());
+        let prime = if own.velocity { "'" } else { "" };
+        let name = name.map_or(String::new(), |own| format!("{}{prime}", own.name));
         let (low, high) = own.range;
         let _ = writeln!(
             text,

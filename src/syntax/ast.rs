@@ -112,8 +112,13 @@ pub enum StatementKind {
         /// Right of `=`.
         right: ExprRef,
     },
-    /// `guess …`
-    Guess(Binding),
+    /// `guess …`, with `rate` for `guess NAME' = …`
+    Guess {
+        /// Name, indices and value.
+        binding: Binding,
+        /// Whether a velocity is guessed (`NAME'`) instead of a value.
+        rate: bool,
+    },
     /// `equilibrium …`, with `rate` for `equilibrium NAME' = …`
     Equilibrium {
         /// Name, indices and value.

@@ -255,7 +255,7 @@ impl<'f> Formatter<'_, 'f> {
         let value = match &statement.kind {
             StatementKind::Param(binding)
             | StatementKind::Let(binding)
-            | StatementKind::Guess(binding)
+            | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => binding.value,
             StatementKind::Kinetic(value)
             | StatementKind::Potential(value)
@@ -292,7 +292,7 @@ impl<'f> Formatter<'_, 'f> {
         let (end, equals) = match &statement.kind {
             StatementKind::Param(binding)
             | StatementKind::Let(binding)
-            | StatementKind::Guess(binding)
+            | StatementKind::Guess { binding, .. }
             | StatementKind::Equilibrium { binding, .. } => {
                 let indices = binding.indices.as_ref().map(|indices| indices.span);
                 let unit = binding.unit.map(|unit| self.file.unit(unit).span);

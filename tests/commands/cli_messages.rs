@@ -82,6 +82,31 @@ fn a_period_without_time_is_told() {
 }
 
 #[test]
+fn velocities_guessed_in_vain_are_told() {
+    let warned = |command: &str, rest: &str| {
+        let model = format!("coord x, y  T = 1/2*(x'^2 + y'^2)  {rest}  guess y' = 2");
+        let run = with_input(&[command, "-", "--message-format", "json"], &model);
+        assert_eq!(run.status, 0, "{}", run.err);
+        lines(&run.err).iter().any(|line| line["code"] == "W0009")
+    };
+    let driven = "V = x^2 + y^2 + y^4 - y*cos(t)/10  period 2*pi";
+    assert!(warned("modes", "V = x^2 + y^2"));
+    assert!(warned("check", "V = x^2 + y^2"));
+    assert!(warned("check", &format!("{driven}  equilibrium x = 0")));
+    assert!(!warned("floquet", driven));
+    let model =
+        "coord x : cm  param m : kg = 1  param k : N/m = 2  T = 1/2*m*x'^2  V = 1/2*k*x^2*cos(t/1)
+        guess x' : m = 1";
+    let run = with_input(&["check", "-", "--message-format", "json"], model);
+    let wrong = lines(&run.err)
+        .into_iter()
+        .find(|line| line["code"] == "E0205")
+        .expect("a length is no velocity");
+    let message = wrong["message"].as_str().unwrap_or_default();
+    assert!(message.contains("`x'` is a velocity"), "{message}");
+}
+
+#[test]
 fn messages_for_programs() {
     let model = "coord x\nT = 1/2*m*x'^2\nV = 1/2*x^2 + 2 x\n# ü\nlet ä = öde*2\n";
     for format in ["--message-format=json", "--message-format=text"] {

@@ -53,6 +53,20 @@ fn assert_holds(what: &str, own: &Ball, want: &Ball) {
     assert!(off.abs_upper() <= 1e-12, "{what}: bound {:e}", own.radius);
 }
 
+fn assert_multipliers(name: &str, found: &Floquet, wanted: &Value) {
+    let wanted = wanted.as_array().unwrap();
+    assert_eq!(found.multipliers.len(), wanted.len(), "{name}");
+    let mut free: Vec<(Ball, Ball)> = wanted.iter().map(|z| (ball(&z[0]), ball(&z[1]))).collect();
+    for own in &found.multipliers {
+        let near = |z: &(Ball, Ball)| (z.0 - own.re).abs_upper().hypot((z.1 - own.im).abs_upper());
+        let best = (0..free.len()).min_by(|a, b| near(&free[*a]).total_cmp(&near(&free[*b])));
+        let (re, im) = free.remove(best.unwrap());
+        assert_holds(name, &own.re, &re);
+        assert_holds(name, &own.im, &im);
+        assert_holds(name, &own.modulus, &(re.powi(2) + im.powi(2)).sqrt());
+    }
+}
+
 #[test]
 fn models_agree_with_references() {
     let mut checked = 0;
@@ -79,19 +93,7 @@ fn models_agree_with_references() {
         for (own, want) in found.place.iter().zip(want["place"].as_array().unwrap()) {
             assert_holds(&name, own, &ball(want));
         }
-        let wanted = want["multipliers"].as_array().unwrap();
-        assert_eq!(found.multipliers.len(), wanted.len(), "{name}");
-        let mut free: Vec<(Ball, Ball)> =
-            wanted.iter().map(|z| (ball(&z[0]), ball(&z[1]))).collect();
-        for own in &found.multipliers {
-            let near =
-                |z: &(Ball, Ball)| (z.0 - own.re).abs_upper().hypot((z.1 - own.im).abs_upper());
-            let best = (0..free.len()).min_by(|a, b| near(&free[*a]).total_cmp(&near(&free[*b])));
-            let (re, im) = free.remove(best.unwrap());
-            assert_holds(&name, &own.re, &re);
-            assert_holds(&name, &own.im, &im);
-            assert_holds(&name, &own.modulus, &(re.powi(2) + im.powi(2)).sqrt());
-        }
+        assert_multipliers(&name, &found, &want["multipliers"]);
         assert_eq!(found.stable, want["stable"].as_bool(), "{name}");
         assert_holds(
             &name,
@@ -227,7 +229,10 @@ fn charts_agree_with_certified_multipliers() {
         dissipation = 1/50*x'^2  period 2*pi/W";
     let forced = "param F = 1  param W = 2  coord x
         T = 1/2*x'^2  V = 1/2*3*x^2 + 1/4*x^4 - F*x*cos(W*t)  dissipation = 1/5*x'^2  period 2*pi/W";
+    let jumped = "param F = 3/10  param W = 3/2  coord x  guess x' = 3/2
+        T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - F*x*sin(W*t)  dissipation = 1/200*x'^2  period 2*pi/W";
     let cases = [
+        (jumped, ["F=1/5..2/5:3", "W=7/5..8/5:3"]),
         (HILL, ["a=-1..7:6", "q=-3..4:5"]),
         (damped, ["W=1..4:5", "k=0..3/2:4"]),
         (forced, ["F=0..1:3", "W=1/2..3:4"]),
@@ -376,6 +381,59 @@ fn forced_motion_is_found_and_proved() {
         .fold(Ball::ONE, |all, own| all * own.modulus);
     let want = (-Ball::exact(0.2) * duffing.period).exp();
     assert!((product - want).abs_upper() < 1e-12);
+}
+
+/// Motions of one period beside each other, each from its guess of coordinate and velocity.
+#[test]
+fn coexisting_motions_are_found_from_their_guesses() {
+    let text = std::fs::read_to_string("tests/reference/driven/coexisting.json").unwrap();
+    let want: Value = serde_json::from_str(&text).unwrap();
+    for motion in want["motions"].as_array().unwrap() {
+        let name = motion["model"].as_str().unwrap();
+        let found = multipliers_of(name);
+        assert!(!found.rests, "{name}");
+        assert_holds(name, &found.place[0], &ball(&motion["start"][0]));
+        assert_holds(name, &found.velocities[0], &ball(&motion["start"][1]));
+        assert_multipliers(name, &found, &motion["multipliers"]);
+    }
+    // Without a velocity, or beside an equilibrium, what rests is asked for.
+    let parametric =
+        "coord x  T = 1/2*x'^2  V = 1/2*(1 + 2/5*cos(2*t))*x^2 + 1/4*x^4  period 2*pi ";
+    for rest in [
+        "guess x' = 0",
+        "equilibrium x = 0  guess x' = 1",
+        "guess x = 0",
+    ] {
+        assert!(
+            multipliers_of(&format!("{parametric} {rest}")).rests,
+            "{rest}"
+        );
+    }
+    // What is found from far away is said to be far.
+    let far = multipliers_of(&format!("{parametric} guess x' = 2"));
+    let away: Vec<_> = far
+        .away
+        .iter()
+        .map(|own| (own.coordinate, own.velocity, own.guess))
+        .collect();
+    assert_eq!(away, [(0, true, 2.0)]);
+    // Two oscillators, one coupled weakly to the other, each on its own branch: the velocities are those of the references.
+    let two = multipliers_of(
+        "coord x[1..2] : cm  param m : kg = 1  param k : N/m = 1  param a : N/m^3 = 1  param F : N = 0.3  param W : rad/s = 1.5
+         T = sum(i in 1..2, m/2*x[i]'^2)
+         V = sum(i in 1..2, k/2*x[i]^2 + a/4*x[i]^4 - F*x[i]*sin(W*t))
+         period 2*pi/W  guess x[i in 1..1]' = -37  guess x[2]' : m/s = 2",
+    );
+    assert_holds(
+        "x[1]'",
+        &two.velocities[0],
+        &ball(&want["motions"][4]["start"][1]),
+    );
+    assert_holds(
+        "x[2]'",
+        &two.velocities[1],
+        &ball(&want["motions"][6]["start"][1]),
+    );
 }
 
 fn single(rate: impl Fn(&mut Pool, Symbol, Symbol) -> librate::expr::ExprId) -> Equations {

@@ -225,6 +225,76 @@ def reference(name):
     }
 
 
+# x'' + c x' + (1 + h cos 2t) x + x³ = F cos(W t) or F sin(W t): several motions of one period, each from a guess.
+DUFFING = {
+    "cosine": {
+        "model": "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - 3/10*x*cos(3/2*t)  dissipation = 1/40*x'^2  period 4*pi/3",
+        "force": ("0.05", "0", "0.3", "0"),
+        "starts": [("", "-0.248", "0.023"), ("guess x = 1  guess x' = 1", "1.307", "0.873"), ("guess x = -1  guess x' = 1", "-1.108", "0.569"), ("guess x' = 2", "1.307", "0.873")],
+    },
+    "sine": {
+        "model": "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - 3/10*x*sin(3/2*t)  period 4*pi/3",
+        "force": ("0", "0", "0", "0.3"),
+        "starts": [("", "0", "-0.373"), ("guess x' = -3/2", "0", "-1.611"), ("guess x' = 2", "0", "1.895")],
+    },
+    "parametric": {
+        "model": "coord x  T = 1/2*x'^2  V = 1/2*(1 + 2/5*cos(2*t))*x^2 + 1/4*x^4  period 2*pi",
+        "force": ("0", "0.4", "0", "0"),
+        "starts": [("guess x' = 1/2", "0", "0.543"), ("guess x' = -1", "0", "-0.543")],
+    },
+}
+
+
+def over_a_period(force, period, start, steps):
+    """The state after a period and its derivative by the initial one."""
+    c, h, along, across = map(mpf, force)
+    length = period / steps
+    state, turned = list(start), mp.eye(2)
+    for k in range(steps):
+        t = k * length
+        spring = combine((mpf(1), constant(1)), (h, cosine(mpf(2), t)))
+        drive = combine((along, cosine(mpf(3) / 2, t)), (across, cosine(mpf(3) / 2, t, -pi / 2)))
+        x, square, cube = [state[0], state[1]], [], []
+        for n in range(ORDER - 2):
+            square.append(product(x, x, n))
+            cube.append(product(square, x, n))
+            rest = drive[n] - product(spring, x, n) - cube[n] - c * (n + 1) * x[n + 1]
+            x.append(rest / ((n + 1) * (n + 2)))
+        square = [product(x, x, n) for n in range(ORDER)]
+        stiffness = combine((mpf(1), spring), (mpf(3), square))
+        turned = step(second_order(([[stiffness]], [[constant(c)]])), 2, length) * turned
+        state = [
+            sum((a * length**n for n, a in enumerate(x)), mpf(0)),
+            sum((n * a * length ** (n - 1) for n, a in enumerate(x) if n), mpf(0)),
+        ]
+    return state, turned
+
+
+def coexisting():
+    cases = []
+    for own in DUFFING.values():
+        period = 2 * pi if own["force"][1] != "0" else 4 * pi / 3
+        for guess, x, v in own["starts"]:
+            state, found = matrix([mpf(x), mpf(v)]), None
+            for _ in range(9):
+                end, turned = over_a_period(own["force"], period, state, 48)
+                gap = mp.lu_solve(turned - mp.eye(2), matrix(end) - state)
+                state -= gap
+            assert max(map(abs, gap)) < mpf(10) ** -60, own
+            end, coarse = over_a_period(own["force"], period, state, 40)
+            assert max(abs(a - b) for a, b in zip(end, state)) < mpf(10) ** -55, own
+            assert max(abs(a) for a in coarse - turned) < mpf(10) ** -50, own
+            found = multipliers(turned)
+            cases.append(
+                {
+                    "model": (own["model"] + "  " + guess).strip(),
+                    "start": [text(a if abs(a) > mpf(10) ** -50 else 0) for a in state],
+                    "multipliers": [[text(z.real), text(z.imag if abs(z.imag) > mpf(10) ** -45 else 0)] for z in map(mpc, found)],
+                }
+            )
+    return cases
+
+
 def tridiagonal(kind, q, size):
     """The matrices of DLMF 28.4 for even and odd solutions of period pi and 2 pi."""
     even, odd = kind[0] == "a", kind[1] == "1"
@@ -267,6 +337,11 @@ def main():
         "borders": [
             {"q": q, **borders(mpf(q))} for q in ("-10", "-7.3", "-2.5", "-0.1", "0.5", "1", "4", "10")
         ],
+    }
+    mp.dps = 80
+    files["driven/coexisting.json"] = {
+        "how": "Newton's method on the map over a period; Taylor series of 60 terms at 48 places of a period, 80 digits",
+        "motions": coexisting(),
     }
     bad = 0
     for name, data in files.items():

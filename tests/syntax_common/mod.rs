@@ -45,7 +45,10 @@ impl Copy<'_> {
             StatementKind::Model { name: n } => StatementKind::Model { name: self.name(n) },
             StatementKind::Param(b) => StatementKind::Param(self.binding(b)),
             StatementKind::Let(b) => StatementKind::Let(self.binding(b)),
-            StatementKind::Guess(b) => StatementKind::Guess(self.binding(b)),
+            StatementKind::Guess { binding, rate } => StatementKind::Guess {
+                binding: self.binding(binding),
+                rate: *rate,
+            },
             StatementKind::Equilibrium { binding, rate } => StatementKind::Equilibrium {
                 binding: self.binding(binding),
                 rate: *rate,

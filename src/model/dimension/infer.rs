@@ -136,7 +136,9 @@ impl<'a> Inference<'a> {
                 self.sheet
                     .alike(&sides, &Context::Arguments("the sides of a constraint"));
             }
-            StatementKind::Guess(binding) => self.given(binding, "guess", false),
+            StatementKind::Guess { binding, rate } => {
+                self.given(binding, "guess", *rate);
+            }
             StatementKind::Equilibrium { binding, rate } => {
                 let side = if *rate { "rate" } else { "equilibrium" };
                 self.given(binding, side, *rate);
@@ -312,17 +314,19 @@ impl<'a> Inference<'a> {
         let Some(mut quantity) = self.names.get(binding.name.text.as_str()).cloned() else {
             return;
         };
+        let mut name = binding.name.clone();
         if rate {
             quantity = quantity.rate();
+            name.text = format!("{}'", name.text).into();
         }
-        if let Some(unit) = binding.unit {
-            let own = self.unit(unit);
-            let span = self.file.unit(unit).span;
-            self.same_at(&binding.name, binding.name.span, &quantity, side, own, span);
+        let unit = binding.unit.map(|unit| self.file.unit(unit).span);
+        if let (Some(own), Some(span)) = (binding.unit.map(|unit| self.unit(unit)), unit) {
+            self.same_at(&name, name.span, &quantity, side, own, span);
         }
         if let Some(root) = binding.value.filter(|root| self.names_something(*root)) {
             let own = self.evaluate(root, scope);
-            self.same(binding, &quantity, side, own, root);
+            let (declared, span) = (unit.unwrap_or(name.span), self.file.expr(root).span);
+            self.same_at(&name, declared, &quantity, side, own, span);
         }
     }
 

@@ -122,7 +122,10 @@ impl Builder {
             },
             Rule::param => StatementKind::Param(self.binding(pair)?.0),
             Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
-            Rule::guess => StatementKind::Guess(self.binding(pair)?.0),
+            Rule::guess => {
+                let (binding, rate) = self.binding(pair)?;
+                StatementKind::Guess { binding, rate }
+            }
             Rule::equilibrium => {
                 let (binding, rate) = self.binding(pair)?;
                 StatementKind::Equilibrium { binding, rate }

@@ -120,7 +120,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.out.blank();
                 self.put_expr(*right);
             }
-            StatementKind::Guess(binding) => self.binding("guess", binding, false),
+            StatementKind::Guess { binding, rate } => self.binding("guess", binding, *rate),
             StatementKind::Equilibrium { binding, rate } => {
                 self.binding("equilibrium", binding, *rate);
             }

@@ -353,7 +353,10 @@ impl Planter {
                     StatementKind::Param(binding)
                 }
                 2 => StatementKind::Let(binding),
-                3 => StatementKind::Guess(binding),
+                3 => StatementKind::Guess {
+                    binding,
+                    rate: bound.rate,
+                },
                 4 => StatementKind::Equilibrium {
                     binding,
                     rate: bound.rate,
