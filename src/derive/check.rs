@@ -13,11 +13,11 @@ use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict};
-use crate::linearize::{self, Linearized};
+use crate::linearize::{self, LinearizeError, Linearized};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::oscillation::normal_modes;
+use crate::oscillation::{mass_error, may_be_singular, normal_modes};
 use crate::precision::{Ball, Function, Scalar};
 
 /// An enclosure has to tell so much of a number.
@@ -73,7 +73,10 @@ impl<'a> Checker<'a> {
                     .next()
             });
             complete &= value.is_some();
-            values.insert(parameter.symbol, value.unwrap_or_else(|| drawn(i)));
+            values.insert(
+                parameter.symbol,
+                value.unwrap_or_else(|| Ball::from_number(&drawn(i), ())),
+            );
         }
         Self {
             model,
@@ -93,6 +96,27 @@ impl<'a> Checker<'a> {
                 .flatten()
         });
         made.as_ref()
+    }
+
+    /// That the coordinates lose a motion at the equilibrium which they have beside it (gimbal lock), at the values of the
+    /// parameters or drawn ones.
+    pub(super) fn singular_coordinates(
+        &self,
+        pool: &Pool,
+        mass: &[Vec<ExprId>],
+    ) -> Option<LinearizeError> {
+        let values = self.evaluate(pool, &mass.concat())?;
+        if !may_be_singular(mass.len(), &values) {
+            return None;
+        }
+        let mut model = self.model.clone();
+        for (i, parameter) in model.parameters.iter_mut().enumerate() {
+            parameter
+                .value
+                .get_or_insert_with(|| model.pool.number(drawn(i)));
+        }
+        let error = mass_error(&linearize::linearize(model).ok()?);
+        error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
     }
 
     /// Its modes.
@@ -574,12 +598,11 @@ fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
 }
 
 /// A positive rational number without a relation to the others: (2 a + 1)/(2 b), between 1/2 and 2.
-fn drawn(number: usize) -> Ball {
+fn drawn(number: usize) -> Number {
     let mut x = (number as u64).wrapping_add(0x9e37_79b9_7f4a_7c15);
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
     let part = i64::try_from(x >> 45).unwrap_or(0);
     // part is below 2^19, so that this is between 1/2 and 2.
-    let value = Number::ratio((1 << 18) + part, 1 << 19).unwrap_or(Number::ONE);
-    Ball::from_number(&value, ())
+    Number::ratio((1 << 18) + part, 1 << 19).unwrap_or(Number::ONE)
 }

@@ -122,6 +122,7 @@ pub(super) fn reduce(
                 displacements: of(&names.displacements),
                 normal: names.normal.clone(),
             },
+            rates: Vec::new(),
             symbols: std::collections::BTreeMap::new(),
             linear: Ok(reduced),
             equations: None,

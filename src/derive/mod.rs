@@ -186,6 +186,8 @@ pub struct Derivation {
     /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
     /// velocities (`x'`), the time `t`, where it speaks of it, and multipliers of constraints.
     pub symbols: BTreeMap<String, ExprId>,
+    /// The rates of a steady motion, each with the name of its coordinate.
+    pub rates: Vec<(String, ExprId)>,
     /// The model about its equilibrium, or why it has no M and K.
     pub linear: Result<Linear, LinearizeError>,
     /// The left sides of Lagrange's equations, one a coordinate.
@@ -320,13 +322,19 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         ) => return Err(error),
         Err(error) => (with_multipliers.pool.clone(), Err(error)),
     };
+    let checker = Checker::new(model);
+    if let Ok(found) = &linear
+        && found.tangent.is_none()
+        && let Some(error) = checker.singular_coordinates(&pool, &found.mass)
+    {
+        linear = Err(error);
+    }
     let names = names(model, &pool, &linear);
     let mut symbols = symbols(model, &mut pool);
     for name in tied.iter().flat_map(Tied::names) {
         let symbol = pool.symbol(&name);
         symbols.insert(name, pool.symbol_expr(symbol));
     }
-    let checker = Checker::new(model);
     if let Ok(linear) = &mut linear {
         budget.at("M and K in their shortest form", None);
         linear.finish(&mut pool, &mut short, &checker, parts);
@@ -336,6 +344,14 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         pool,
         model: model.name.clone(),
         names,
+        rates: model
+            .coordinates
+            .iter()
+            .zip(&model.rates)
+            .filter_map(|(coordinate, rate)| {
+                Some((coordinate.name.clone(), rate.as_ref()?.symbolic))
+            })
+            .collect(),
         linear,
         equations: None,
         energy: None,

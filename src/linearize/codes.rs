@@ -28,6 +28,7 @@ impl LinearizeError {
             Self::RateNotKept { .. } => "E0317",
             Self::SingularCoordinates { .. } => "E0318",
             Self::ConstraintFlat { .. } => "E0320",
+            Self::ForceOfParameters { .. } => "E0321",
         }
     }
 }

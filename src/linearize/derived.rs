@@ -193,8 +193,11 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     if !settled {
         let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
             let undefined = assembly.undefined_in_symbols(&model, &point);
-            let undefined = undefined.filter(|_| !guessed);
-            undefined.unwrap_or_else(|| missing_value(&model, missing.0))
+            let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
+            undefined
+                .or_else(doubtful)
+                .filter(|_| !guessed)
+                .unwrap_or_else(|| missing_value(&model, missing.0))
         })?;
         let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
         if !model.constraints.is_empty() {

@@ -33,6 +33,18 @@ pub enum LinearizeError {
         /// Where it is declared.
         span: Span,
     },
+    /// A point given as equilibrium where parameters without values decide whether a force acts.
+    #[error(
+        "whether this is an equilibrium depends on values of parameters: the force on `{coordinate}` is {force}"
+    )]
+    ForceOfParameters {
+        /// The coordinate.
+        coordinate: String,
+        /// The generalised force, as an expression.
+        force: String,
+        /// Where the equilibrium is given.
+        span: Span,
+    },
     /// A point given as equilibrium where a force acts.
     #[error("this is no equilibrium: a force {force} acts on `{coordinate}`")]
     NotAnEquilibrium {
@@ -273,6 +285,9 @@ impl From<&LinearizeError> for Diagnostic {
 fn described(error: &LinearizeError) -> Diagnostic {
     let message = error.to_string();
     match error {
+            LinearizeError::ForceOfParameters { span, .. } => Diagnostic::error(message, *span, "given here").with_help(
+                "where a root is taken the sign of a parameter counts, which its value tells: give the parameters values in the file, or on the command line by --set",
+            ),
             LinearizeError::MissingValue { name, span } => {
                 Diagnostic::error(message, *span, "declared without a value").with_help(format!(
                     "give it a value in the file, or on the command line: --set {name}=VALUE"

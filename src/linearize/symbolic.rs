@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use super::assemble::{Assembly, known_values, signed_terms};
 use super::elements::Element;
 use super::equilibrium::{Equilibrium, Origin, short};
+use super::error::LinearizeError;
 use super::multipliers::SymbolicConstraints;
 use super::velocity::Matrix;
 use crate::expr::{ExprId, Node, Pool, Substitution, ZeroVerdict};
@@ -215,6 +216,49 @@ pub(crate) fn forces_vanish(
     point: &[ExprId],
     known: &Substitution,
 ) -> Option<bool> {
+    let Some((pool, forces)) = forces(model, assembly, point, known) else {
+        return Some(false);
+    };
+    let mut decided = true;
+    for force in forces.values() {
+        match pool.is_zero(*force) {
+            ZeroVerdict::Zero => {}
+            ZeroVerdict::NonZero => return Some(false),
+            ZeroVerdict::Unknown => decided = false,
+        }
+    }
+    decided.then_some(true)
+}
+
+/// The first force at a point that is given in full which is not 0 whatever the parameters are.
+pub(crate) fn doubtful_force(
+    model: &Model,
+    assembly: &Assembly,
+    point: &[ExprId],
+) -> Option<LinearizeError> {
+    let given = model.equilibria.iter().flatten().next()?.span;
+    if !model.equilibria.iter().all(Option::is_some) {
+        return None;
+    }
+    let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
+    let (number, force) = forces
+        .into_iter()
+        .find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
+    let force = pool.neg(force);
+    Some(LinearizeError::ForceOfParameters {
+        coordinate: model.coordinates.get(number as usize)?.name.clone(),
+        force: pool.display(force),
+        span: given,
+    })
+}
+
+/// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
+fn forces(
+    model: &Model,
+    assembly: &Assembly,
+    point: &[ExprId],
+    known: &Substitution,
+) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
     let mut pool = model.pool.clone();
     let mut forces: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
     for family in &assembly.families {
@@ -226,11 +270,11 @@ pub(crate) fn forces_vanish(
                 .iter()
                 .any(|e| matches!(pool.node(*e), Node::Undefined))
             {
-                return Some(false);
+                return None;
             }
             for element in &family.potential {
                 if element.is_undefined_at(&mut pool, &map) {
-                    return Some(false);
+                    return None;
                 }
                 let here = element.substituted(&mut pool, &map);
                 for (place, slope) in &here.slope {
@@ -248,17 +292,12 @@ pub(crate) fn forces_vanish(
             forces.entry(coordinate).or_default().push(part);
         }
     }
-    let mut decided = true;
-    for parts in forces.values() {
-        let force = pool.sum(parts);
-        let force = pool.substitute_one(force, known);
-        match pool.is_zero(force) {
-            ZeroVerdict::Zero => {}
-            ZeroVerdict::NonZero => return Some(false),
-            ZeroVerdict::Unknown => decided = false,
-        }
-    }
-    decided.then_some(true)
+    let sums = forces.into_iter().map(|(coordinate, parts)| {
+        let force = pool.sum(&parts);
+        (coordinate, pool.substitute_one(force, known))
+    });
+    let sums = sums.collect();
+    Some((pool, sums))
 }
 
 /// Writes M and K out at an equilibrium.

@@ -271,7 +271,7 @@ fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
 /// Whether a Cholesky decomposition of K in doubles fails or nearly does: only then zero modes are
 /// looked for. A false alarm costs time, nothing else; a K that is positive by a clear margin has
 /// no kernel.
-fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
+pub(crate) fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
     let mut factor: Vec<f64> = stiffness.iter().map(Ball::mid_f64).collect();
     // Row by row; `factor` holds L in its lower triangle, column by column.
     for j in 0..n {
@@ -318,7 +318,7 @@ fn first_span(linearized: &Linearized) -> Span {
 }
 
 /// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.
-fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
+pub(crate) fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
     let dimension = linearized.dimension();
     let problem = Problem {
         dimension,

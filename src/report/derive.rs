@@ -317,6 +317,10 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
 
 fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> String {
     let mut out = equilibrium_text(derivation, linear, style);
+    let rates = rate_texts(derivation);
+    if !rates.is_empty() {
+        out.push_str(&formulas("steady motion", &rates, style));
+    }
     let potential = potential_name(derivation);
     out.push_str(&matrices_text(derivation, linear, potential, "", style));
     let Some(tangent) = &linear.tangent else {
@@ -413,10 +417,10 @@ fn second_order_text(
     out
 }
 
-/// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities.
+/// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities, as rates leave one.
 pub(super) fn potential_name(derivation: &Derivation) -> &'static str {
     let energy = derivation.energy.as_ref();
-    if energy.is_some_and(|energy| energy.rest_energy) {
+    if !derivation.rates.is_empty() || energy.is_some_and(|energy| energy.rest_energy) {
         "V - T0"
     } else {
         "V"
@@ -480,6 +484,14 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
         out.push_str(&formulas("multipliers there", &items, style));
     }
     out
+}
+
+/// `psi' = W`, one a rate of a steady motion.
+pub(super) fn rate_texts(derivation: &Derivation) -> Vec<String> {
+    let rates = derivation.rates.iter();
+    rates
+        .map(|(name, rate)| format!("{name}' = {}", derivation.pool.display(*rate)))
+        .collect()
 }
 
 /// A list of formulas behind a title; where some take more than one line, each in lines of its own.

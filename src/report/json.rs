@@ -190,6 +190,13 @@ pub fn derive_json(derivation: &Derivation) -> String {
                 "equilibrium",
                 array(linear.equilibrium.iter().map(expression)),
             ));
+            if !derivation.rates.is_empty() {
+                let rates = derivation.rates.iter();
+                let rates =
+                    rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
+                let rates: Vec<String> = rates.collect();
+                fields.push(("rates", format!("{{{}}}", rates.join(", "))));
+            }
             fields.push(("mass", matrix(&linear.mass)));
             fields.push(("stiffness", matrix(&linear.stiffness)));
             for (_, letter, rows) in linear.others() {

@@ -5,7 +5,7 @@ use super::constraints::{
 };
 use super::derive::{
     MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
-    potential_name, quadratic_forms, root_texts, symmetry_of,
+    potential_name, quadratic_forms, rate_texts, root_texts, symmetry_of,
 };
 use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks,
@@ -240,6 +240,11 @@ impl<'a> Page<'a> {
     fn linear(&mut self, linear: &'a Linear) {
         self.heading("Equilibrium");
         self.equilibrium(linear);
+        let rates = rate_texts(self.derivation);
+        if !rates.is_empty() {
+            self.out.push_str("Steady motion:\n");
+            self.equations(&rates);
+        }
         let potential = potential_name(self.derivation);
         self.matrices(linear, potential, "");
         let Some(tangent) = &linear.tangent else {

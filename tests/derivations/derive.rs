@@ -405,6 +405,89 @@ fn what_has_no_matrices_says_why() {
 }
 
 #[test]
+fn coordinates_that_lose_a_motion_are_told() {
+    let spherical = "T = 1/2*m*l^2*(th'^2 + phi'^2*sin(th)^2)  V = -m*l*cos(th)";
+    let euler = "T = 1/2*m*(th'^2 + psi'^2*sin(th)^2) + 1/2*l*(phi' + psi'*cos(th))^2  V = th^2";
+    let cases = [
+        ("param m  param l  coord th, phi", spherical, "`phi`"),
+        (
+            "param m = 2  param l = 3  coord th, phi",
+            spherical,
+            "`phi`",
+        ),
+        (
+            "param m  param l  coord psi, th, phi",
+            euler,
+            "along psi - phi",
+        ),
+    ];
+    for (names, energies, motion) in cases {
+        let derivation = derive(&model(&format!("{names}  {energies}")), &Parts::all()).unwrap();
+        let error = derivation.linear.unwrap_err();
+        assert!(matches!(error, LinearizeError::SingularCoordinates { .. }));
+        assert!(error.to_string().contains(motion), "{error}");
+        assert!(derivation.energy.is_some() && derivation.equations.is_some());
+    }
+    // Where the angle is away from the axis, and where a coordinate has no inertia anywhere, M and K stand.
+    for text in [
+        "param m  coord th, phi  T = 1/2*m*(th'^2 + phi'^2*sin(th)^2)  V = cos(th)^2  equilibrium th = pi/2",
+        "param m  coord x, y  T = 1/2*m*x'^2  V = x^2 + (x - y)^2",
+    ] {
+        assert!(derive(&model(text), &Parts::all()).unwrap().linear.is_ok());
+    }
+}
+
+#[test]
+fn parameters_that_decide_whether_a_force_acts() {
+    // The sign of a root, and what vanishes for some values only.
+    let spring =
+        "param k  param l  param h  coord x  T = 1/2*x'^2  V = 1/2*k*(sqrt(x^2 + h^2) - l)^2";
+    let cases = [
+        (
+            format!("{spring}  equilibrium x = sqrt(l^2 - h^2)"),
+            "abs(l)",
+        ),
+        (
+            "param a  param b  coord x  T = x'^2  V = x^2 - 2*a*x  equilibrium x = b".to_owned(),
+            "a - 2*b",
+        ),
+    ];
+    for (text, force) in cases {
+        let error = derive(&model(&text), &Parts::all())
+            .unwrap()
+            .linear
+            .unwrap_err();
+        assert!(
+            matches!(error, LinearizeError::ForceOfParameters { .. }),
+            "{error}"
+        );
+        assert!(error.to_string().contains(force), "{error}");
+    }
+    // With values the sign is known.
+    let valued = spring
+        .replace("param k", "param k = 2")
+        .replace("param l", "param l = 5")
+        .replace("param h", "param h = 3");
+    let derivation = derive(
+        &model(&format!("{valued}  equilibrium x = sqrt(l^2 - h^2)")),
+        &Parts::all(),
+    );
+    assert!(derivation.unwrap().linear.is_ok());
+}
+
+#[test]
+fn steady_motions_are_told_with_their_rates() {
+    let text = "param m  param k  param l  param W  coord r, phi  T = 1/2*m*(r'^2 + r^2*phi'^2)  V = 1/2*k*(r - l)^2
+        equilibrium r = k*l/(k - m*W^2)  equilibrium phi' = W";
+    let derivation = derive(&model(text), &Parts::all()).unwrap();
+    let page = librate::report::derive_text(&derivation, &librate::report::Style::default());
+    assert!(page.contains("steady motion: φ̇ = W"), "{page}");
+    assert!(page.contains("T and V - T0 to second order"), "{page}");
+    let json: Value = serde_json::from_str(&derive_json(&derivation)).unwrap();
+    assert_eq!(json["rates"], serde_json::json!({"phi": "W"}));
+}
+
+#[test]
 fn parts_are_worked_out_where_they_are_asked_for() {
     let pendulum = model("param l  coord phi  T = 1/2*l^2*phi'^2  V = -l*cos(phi)");
     let derivation = derive(&pendulum, &Parts::default()).unwrap();
