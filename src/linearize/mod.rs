@@ -71,6 +71,7 @@ pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
 pub(crate) use symbolic::{instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
+pub(crate) use zero::NO_FORCE;
 pub use zero::ZeroMode;
 
 use assemble::{Assembly, Values};
@@ -143,6 +144,8 @@ pub enum Structure {
     Conservative,
     /// M q'' + G q' + K q = 0 with skew G and symmetric K.
     Gyroscopic,
+    /// M q'' + (K + N) q = 0: friction acts at rest alone, and exponents are in pairs ±s.
+    Circulatory,
     /// M q'' + (G + C) q' + (K + N) q = 0: with dissipation.
     Damped,
 }
@@ -419,12 +422,16 @@ impl Linearized {
         };
         if self.assembly.velocity.is_empty() {
             Structure::Conservative
-        } else if acts(self.damping()) || acts(self.circulatory()) {
+        } else if acts(self.damping()) {
             Structure::Damped
-        } else if acts(self.gyroscopic()) {
-            Structure::Gyroscopic
         } else {
-            Structure::Conservative
+            match (acts(self.gyroscopic()), acts(self.circulatory())) {
+                (false, false) => Structure::Conservative,
+                (true, false) => Structure::Gyroscopic,
+                (false, true) => Structure::Circulatory,
+                // The two together leave no pairs ±s.
+                (true, true) => Structure::Damped,
+            }
         }
     }
 

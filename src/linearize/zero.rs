@@ -14,6 +14,9 @@ use super::{exact, mechanism};
 use crate::model::Model;
 use crate::precision::Ball;
 
+/// What a zero mode is that no symmetry explains.
+pub(crate) const NO_FORCE: &str = "no restoring force to second order";
+
 /// A motion that is proved to cost no energy to second order.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -80,15 +83,14 @@ pub(crate) fn zero_modes(
         let vector = symmetry.vector(at, ());
         count = add(vector, &meaning, Ground::Symmetry(symmetry));
     }
-    let nothing = "no restoring force to second order";
     for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
         let balls = vector.iter().map(|x| x.in_numbers(())).collect();
-        add(balls, nothing, Ground::Exact(vector));
+        add(balls, NO_FORCE, Ground::Exact(vector));
     }
     if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
         for (own, vector) in mechanism.vectors {
             let pivots = mechanism.pivots.clone();
-            add(vector, nothing, Ground::Mechanism { pivots, own });
+            add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
         }
     }
     kept

@@ -3,7 +3,7 @@
 use faer::c64;
 
 use super::{NormalMode, NormalModes, parts};
-use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
+use crate::linearize::{LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
     Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
@@ -69,6 +69,7 @@ pub(super) fn normal_modes(
         velocity,
         stiffness,
         structure: match linearized.structure() {
+            Structure::Circulatory => Form::Circulatory,
             Structure::Damped if circulatory => Form::Damped,
             Structure::Damped if linearized.gyroscopic().is_some() => Form::Dissipative,
             Structure::Damped => Form::Symmetric,
@@ -95,14 +96,25 @@ pub(super) fn normal_modes(
         }
     };
     let modes = found.entries.into_iter();
-    let modes = modes.map(|entry| mode(linearized, entry)).collect();
+    let modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
+    let zeros: Vec<&NormalMode> = modes
+        .iter()
+        .filter(|mode| mode.kind == Kind::Zero)
+        .collect();
+    let mut zero_motions = super::zero_motions(zero_modes);
+    if zeros.is_empty() {
+        zero_motions.clear();
+    }
+    // Others are known by their exponents alone.
+    let apart = zeros.iter().filter(|mode| mode.limit.is_none()).count();
+    zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable
         && falling_direction(&problem.mass, &problem.stiffness).is_some();
     Ok(NormalModes {
         stability: found.stability,
         secular: found.secular,
-        zero_motions: super::zero_motions(zero_modes),
+        zero_motions,
         modes,
         rung: found.rung,
         gyroscopically_stabilised: stabilised,

@@ -164,7 +164,7 @@ pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
             found.extend(runs_away(linearized, modes));
             found.extend(ill_conditioned(linearized, modes));
         }
-        Structure::Damped => found.extend(feeds_energy(linearized, modes)),
+        Structure::Circulatory | Structure::Damped => found.extend(feeds_energy(linearized, modes)),
         _ => {}
     }
     found

@@ -425,6 +425,127 @@ fn the_kernel_is_named_as_a_whole() {
     );
 }
 
+/// Without friction and rotation, forces that go round leave pairs ±s: n entries, the growing one of a real pair, both of
+/// ±a ± ib, half of the zeros.
+#[test]
+fn circulatory_forces_alone_leave_pairs() {
+    use Kind::{Damped, Oscillation, Unstable, Zero};
+    type Entry = (Kind, f64, f64);
+    let root = |x: f64| x.sqrt();
+    // s² = -3/2 ± i √(4ν² - 1)/2 for ν = 2.
+    let (a, b) = (-1.5, root(15.0) / 2.0);
+    let modulus = root(a * a + b * b);
+    let flutter = (root((modulus + a) / 2.0), root((modulus - a) / 2.0));
+    let e = 1.0_f64.exp();
+    let split = root(9.0 - 1.0 / 16.0);
+    let cases: &[(&str, Stability, &[Entry])] = &[
+        (
+            "V = -x^2/2 - 2*y^2  dissipation = (x'*y - y'*x)/8",
+            Stability::Unstable,
+            &[
+                (Unstable, root((5.0 + split) / 2.0), 0.0),
+                (Unstable, root((5.0 - split) / 2.0), 0.0),
+                (Zero, 0.0, 0.0),
+            ],
+        ),
+        (
+            "V = x^2/2 + y^2 + z^2/2  dissipation = 2*(x'*y - y'*x)",
+            Stability::Unstable,
+            &[
+                (Unstable, flutter.0, flutter.1),
+                (Oscillation, 0.0, 1.0),
+                (Damped, -flutter.0, flutter.1),
+            ],
+        ),
+        (
+            "V = sqrt(2)/2*z^2  dissipation = exp(1)*(x'*y - y'*x)",
+            Stability::Unstable,
+            &[
+                (Unstable, root(e / 2.0), root(e / 2.0)),
+                (Damped, -root(e / 2.0), root(e / 2.0)),
+                (Oscillation, 0.0, 2.0_f64.powf(0.25)),
+            ],
+        ),
+        (
+            "V = pi*(x^2 - z^2)  dissipation = exp(1)*(y'*x - 2*y'*z)",
+            Stability::Unstable,
+            &[
+                (Unstable, root(2.0 * std::f64::consts::PI), 0.0),
+                (Zero, 0.0, 0.0),
+                (Oscillation, 0.0, root(2.0 * std::f64::consts::PI)),
+            ],
+        ),
+        // N symmetric: springs, only written otherwise.
+        (
+            "V = x^2 + z^2  dissipation = x'*y + y'*x",
+            Stability::Unstable,
+            &[
+                (Unstable, root(root(2.0) - 1.0), 0.0),
+                (Oscillation, 0.0, root(2.0)),
+                (Oscillation, 0.0, root(1.0 + root(2.0))),
+            ],
+        ),
+    ];
+    for (text, stability, entries) in cases {
+        let text = format!("coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)  {text}");
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(found.stability, *stability, "{text}");
+        assert_eq!(found.modes.len(), entries.len(), "{text}");
+        for (mode, (kind, growth, omega)) in found.modes.iter().zip(*entries) {
+            assert_eq!(mode.kind, *kind, "{text}: {mode:?}");
+            assert!((mode.growth.mid_f64() - growth).abs() < 1e-14, "{text}");
+            assert!((mode.omega.mid_f64() - omega).abs() < 1e-14, "{text}");
+            assert_eq!(mode.growth.is_zero(), *growth == 0.0, "{text}");
+            assert_eq!(mode.omega.is_zero(), *omega == 0.0, "{text}");
+        }
+    }
+    // A block of 4 at 0 that no arithmetic decides is said to be open.
+    let (_, open) = solve(
+        "param c = exp(1)  coord x, z  T = 1/2*(x'^2 + z'^2)  dissipation = c/20*x*z'",
+        &Options::default(),
+    );
+    assert_eq!(open.stability, Stability::Undecided);
+    assert!(open.modes.iter().all(|mode| mode.kind == Kind::Undecided));
+    let repeated: &[(&str, Stability, bool, &[Repeated])] = &[
+        (
+            "V = 1/2*(x^2 + y^2)  dissipation = 1/2*x'*y",
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2])],
+        ),
+        (
+            "V = -1/2*(x^2 + y^2)  dissipation = 1/2*x'*y",
+            Stability::Unstable,
+            false,
+            &[(1.0, 0.0, &[2, 2])],
+        ),
+        (
+            "dissipation = x'*y",
+            Stability::Neutral,
+            true,
+            &[(0.0, 0.0, &[4, 4])],
+        ),
+    ];
+    for (text, stability, secular, repeated) in repeated {
+        let text = format!("coord x, y  T = 1/2*(x'^2 + y'^2)  {text}");
+        holds(&text, *stability, *secular, repeated);
+    }
+}
+
+/// A zero mode of friction at rest that no symmetry explains has no other one's name.
+#[test]
+fn zero_modes_of_circulatory_forces_are_named() {
+    let (_, found) = solve(
+        "coord x, y, z  T = 1/2*(x'^2 + y'^2 + z'^2)
+         V = 1/2*x^2 - x*y  dissipation = x'*y - y'*x",
+        &Options::default(),
+    );
+    assert_eq!(
+        found.zero_motions,
+        ["z is free", "no restoring force to second order"]
+    );
+}
+
 /// Square roots in the entries that units take away: boundaries of gyroscopic stability, blocks at 0; and a searched equilibrium
 /// that is a fraction.
 #[test]

@@ -125,6 +125,7 @@ pub(crate) const KINDS: [(&str, &[Drawing]); 11] = [
         &[
             ugly::repeated,
             ugly::gyroscopic,
+            ugly::circulatory,
             ugly::low_rank,
             ugly::steady,
         ],

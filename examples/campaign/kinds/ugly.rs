@@ -95,9 +95,7 @@ fn repeated_pencil(draw: &mut Draw) -> Pencil {
         pencil.velocity[i][i] = whole(c);
         pencil.position[i][i] = whole(k);
     }
-    // Without friction, what circulates would pair exponents ±s.
-    let is_damped = pencil.velocity.iter().flatten().any(|c| *c != RBig::ZERO);
-    if is_damped && draw.once_in(3) {
+    if draw.once_in(3) {
         for (i, j) in pairs(n, n).filter(|(i, j)| i < j) {
             if draw.once_in(3) {
                 pencil.position[i][j] = whole(draw.int(-1, 1));
@@ -127,6 +125,21 @@ fn gyroscopic_pencil(draw: &mut Draw) -> Pencil {
         pencil.mass = sum(&pencil.mass, &gram(draw, n, 1));
     }
     mixed(draw, pencil)
+}
+
+/// Neither friction nor rotation; forces of each on the others that go round, repeated exponents and four together.
+pub(super) fn circulatory(draw: &mut Draw) -> Model {
+    let pencil = circulatory_pencil(draw);
+    plain(pencil)
+}
+
+fn circulatory_pencil(draw: &mut Draw) -> Pencil {
+    let drawn = gyroscopic_pencil(draw);
+    Pencil {
+        position: sum(&drawn.position, &drawn.velocity),
+        velocity: zeros(drawn.mass.len()),
+        mass: drawn.mass,
+    }
 }
 
 /// Friction and springs on fewer directions than there are.
@@ -199,7 +212,12 @@ equilibrium phi' = {w}
 
 /// Any of them with lengths and times in units that are far apart.
 pub(super) fn scaled(draw: &mut Draw) -> Model {
-    let drawings = [repeated_pencil, gyroscopic_pencil, low_rank_pencil];
+    let drawings = [
+        repeated_pencil,
+        gyroscopic_pencil,
+        circulatory_pencil,
+        low_rank_pencil,
+    ];
     let pencil = draw.pick(&drawings)(draw);
     let reach = draw.pick(&[3, 30, 60]);
     let length = draw.int(-reach / 2, reach / 2);

@@ -69,6 +69,8 @@ pub struct QuadraticProblem {
 pub enum Structure {
     /// Nothing is damped: D is skew and S symmetric, exactly.
     Gyroscopic,
+    /// D is 0, exactly; S may be anything: friction that acts at rest, and nothing that multiplies velocities.
+    Circulatory,
     /// D and S are symmetric, exactly: friction, and neither gyroscopic forces nor friction that acts at rest.
     Symmetric,
     /// S is symmetric, exactly: no friction acts at rest.
@@ -145,8 +147,8 @@ impl QuadraticSource for () {}
 #[non_exhaustive]
 pub struct Exponents {
     /// One for a pair of conjugate exponents, one for a real exponent of a damped problem, one for a real pair
-    /// ±s without dissipation (the growing one), each as often as its algebraic multiplicity; for the
-    /// exponent 0 half its multiplicity without dissipation, the dimension of the kernel of S with it. Unstable
+    /// ±s without damping (the growing one), each as often as its algebraic multiplicity; for the
+    /// exponent 0 half its multiplicity without damping, the dimension of the kernel of S with it. Unstable
     /// ones by falling growth, then zeros, then by rising frequency and falling growth.
     pub entries: Vec<Exponent>,
     /// What all exponents together say.

@@ -29,7 +29,7 @@ pub(super) fn exact_spectrum(
     exact: ExactSpectrum,
     options: &Options,
 ) -> Exponents {
-    let gyroscopic = facts.gyroscopic;
+    let paired = facts.paired;
     // Whole matrices are a multiple of the true ones in their units: vectors of length 1 in theirs are too short by its root.
     let unit = matrices.units.coordinates.first();
     let unit = unit.map_or(Big::one(4 * BITS), |unit| {
@@ -47,7 +47,7 @@ pub(super) fn exact_spectrum(
     let mut entries = Vec::new();
     let mut cluster = 0;
     for root in exact.roots {
-        if gyroscopic && root.omega.is_zero() && root.growth.is_negative() {
+        if paired && root.omega.is_zero() && root.growth.is_negative() {
             // The growing one stands for the pair.
             continue;
         }
@@ -80,7 +80,7 @@ pub(super) fn exact_spectrum(
     if let Some(root) = exact.zero {
         match root.blocks {
             Some(blocks) => {
-                for (head, order) in zero_rows(&blocks, gyroscopic) {
+                for (head, order) in zero_rows(&blocks, paired) {
                     let limit = (order > 2).then_some(Limit::Defective { order });
                     entries.push(zero(shape(head.as_ref(), true), limit, 0));
                 }
@@ -90,11 +90,7 @@ pub(super) fn exact_spectrum(
                     count: root.multiplicity,
                 });
                 let known = scaled.zero.len().max(1);
-                let count = if gyroscopic {
-                    root.multiplicity / 2
-                } else {
-                    known
-                };
+                let count = if paired { root.multiplicity / 2 } else { known };
                 let open = zero(shape(None, false), limit, 0);
                 entries.extend(std::iter::repeat_n(open, count));
             }
@@ -138,14 +134,14 @@ pub(super) fn zero((vector, bound): Shape, limit: Option<Limit>, cluster: u32) -
 /// The vectors of the entries of the exponent 0, each with the size of its block.
 ///
 /// With damping there is one for each block. Without, one stands for two exponents: a block of even size has half as
-/// many, and blocks of odd size, of which there are always two alike (the spectrum is that of a Hamiltonian matrix), share
-/// theirs as the limit of a pair ±iω does, with a vector whose real and imaginary parts head them.
-fn zero_rows(blocks: &Blocks, gyroscopic: bool) -> Vec<(Option<Vec<Wide>>, usize)> {
+/// many, and blocks of odd size, of which there are always two alike (the spectrum is that of a Hamiltonian matrix; where D is 0,
+/// all sizes are even), share theirs as the limit of a pair ±iω does, with a vector whose real and imaginary parts head them.
+fn zero_rows(blocks: &Blocks, paired: bool) -> Vec<(Option<Vec<Wide>>, usize)> {
     let mut rows = Vec::new();
     let mut at = 0;
     while let Some(&order) = blocks.sizes.get(at) {
         let head = blocks.heads.get(at).cloned();
-        if !gyroscopic {
+        if !paired {
             rows.push((head, order));
         } else if order % 2 == 0 {
             rows.extend(std::iter::repeat_n((head, order), order / 2));
@@ -206,7 +202,7 @@ pub(super) fn zero_shapes(
         let new = metric.orthonormal(&vectors, part.iter().map(wide).collect(), part.len())?;
         vectors.extend(new);
     }
-    let sizes = if solution.facts.gyroscopic {
+    let sizes = if solution.facts.paired {
         let drifts = (2 * count).saturating_sub(z).min(z);
         [vec![2; drifts], vec![1; z - drifts]].concat()
     } else {
@@ -216,7 +212,7 @@ pub(super) fn zero_shapes(
         sizes,
         heads: vectors,
     };
-    let rows = zero_rows(&blocks, solution.facts.gyroscopic).into_iter();
+    let rows = zero_rows(&blocks, solution.facts.paired).into_iter();
     Some(
         rows.filter_map(|(head, _)| Some(finished(&head?)))
             .collect(),

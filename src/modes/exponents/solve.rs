@@ -54,10 +54,21 @@ pub(super) fn solve(
         // What doubles and double-double do not begin with, exact numbers may decide all the same.
         Err(ExponentsError::NoConvergence) => {
             let facts = Facts::new(&scaled);
-            return source
-                .integers()
-                .and_then(|matrices| decided(&scaled, &matrices, &facts, options))
-                .ok_or(ExponentsError::NoConvergence);
+            let exact = source.integers();
+            if let Some(found) =
+                exact.and_then(|matrices| decided(&scaled, &matrices, &facts, options))
+            {
+                return Ok(found);
+            }
+            if problem.zero_vectors.is_empty() {
+                return Err(ExponentsError::NoConvergence);
+            }
+            // Chains longer than those that are split off: without what is known of them, everything near 0 stays open.
+            let open = QuadraticProblem {
+                zero_vectors: Vec::new(),
+                ..problem.clone()
+            };
+            return solve(&open, &(), options);
         }
         found => found?,
     };
@@ -362,11 +373,12 @@ impl Facts {
         let (least_zeros, zero_heads) = least_zeros(scaled);
         Self {
             gyroscopic,
+            paired: gyroscopic || scaled.structure == Structure::Circulatory,
             definite: gyroscopic
                 && scaled.zero.is_empty()
                 && is_positive_definite(&scaled.stiffness),
             symmetric: match scaled.structure {
-                Structure::Gyroscopic => false,
+                Structure::Gyroscopic | Structure::Circulatory => false,
                 Structure::Symmetric => true,
                 Structure::Dissipative | Structure::Damped => {
                     scaled.velocity.is_symmetric() && scaled.stiffness.is_symmetric()
@@ -425,7 +437,7 @@ fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
         let image =
             |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
         let image: Vec<Ball> = (0..n).map(image).collect();
-        if scaled.structure == Structure::Damped {
+        if matches!(scaled.structure, Structure::Circulatory | Structure::Damped) {
             return image.iter().all(Ball::is_zero);
         }
         scaled.zero.iter().all(|other| {

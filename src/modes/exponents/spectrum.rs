@@ -20,6 +20,8 @@ use crate::precision::{Ball, Big, Rounding, decimal, up};
 #[derive(Clone, Debug)]
 pub(super) struct Facts {
     pub(super) gyroscopic: bool,
+    /// Exponents are in pairs ±s: D is skew and S symmetric, or D is 0.
+    pub(super) paired: bool,
     /// Nothing is damped and S is positive definite: all exponents are imaginary and have as many vectors as
     /// their multiplicity, for the energy xᴴSx + |λ|² xᴴMx bounds all solutions.
     pub(super) definite: bool,
@@ -132,7 +134,9 @@ pub(super) fn status(
             let near = |part: f64| part.abs() <= up(radius);
             let growth_zero = !of_zero
                 && (facts.definite
-                    || facts.gyroscopic && near(re) && (alone(across) || shared > 1 && on_axis(j)));
+                    || facts.paired
+                        && near(re)
+                        && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
             let omega_zero = !of_zero
                 && !facts.definite
                 && near(im)
@@ -258,7 +262,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         // A pair of columns beside the real axis may stand for two real exponents.
         let copies = if paired && status.omega_zero { 2 } else { 1 };
         for _ in 0..copies {
-            if facts.gyroscopic && !status.growth_zero && (!paired || status.omega_zero) {
+            if facts.paired && !status.growth_zero && (!paired || status.omega_zero) {
                 real.push(j);
             } else {
                 entries.push(entry(scaled, solution, j, &shapes, options));
@@ -277,7 +281,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     }
     let z = columns.zeros;
     if z > 0 {
-        let zeros = if facts.gyroscopic {
+        let zeros = if facts.paired {
             facts.least_zeros / 2
         } else {
             z
@@ -292,7 +296,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         }
         // Columns of the exponent 0 that are not proved to be of it.
         let left = columns.together().saturating_sub(facts.least_zeros);
-        let left = if facts.gyroscopic { left / 2 } else { left };
+        let left = if facts.paired { left / 2 } else { left };
         for k in 0..left {
             let j = columns.together() - 1 - k;
             let mut open = entry(scaled, solution, j, &shapes, options);
