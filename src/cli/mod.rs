@@ -534,7 +534,16 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
     options.lowest = args.lowest;
     options.vectors = args.json && !args.no_vectors;
     let progress = Progress::start("computing the modes over the range");
-    let places: Vec<Place> = sweep::sweep(&file, &tables, &settings, &range, &options).collect();
+    let places = sweep::sweep(&file, &tables, &settings, &range, &options).map(|mut place| {
+        if args.json
+            && let Ok((linearized, modes)) = &mut place.result
+            && let Err(error) = sensitivity::put_uncertainties(linearized, modes, &options)
+        {
+            place.result = Err(error.into());
+        }
+        place
+    });
+    let places: Vec<Place> = places.collect();
     drop(progress);
     let errors = places
         .iter()
@@ -554,8 +563,9 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
             }
         }
     }
-    let models = places.iter().filter_map(|place| place.result.as_ref().ok());
-    remarks.extend(models.map(|(own, _)| own.model()).next().and_then(left_out));
+    let mut models = places.iter().filter_map(|place| place.result.as_ref().ok());
+    let first = models.next().filter(|_| !args.json);
+    remarks.extend(first.and_then(|(own, _)| left_out(own.model())));
     let text = if args.json {
         report::sweep_json(&range, &places, &options)
     } else {

@@ -284,7 +284,8 @@ pub struct Energy {
 ///
 /// # Errors
 /// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
-/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint; [`LinearizeError::Budget`].
+/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint; [`LinearizeError::ConstraintsContradict`];
+/// [`LinearizeError::Budget`].
 /// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
 pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
     let budget = model.pool.budget();
@@ -318,7 +319,8 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
         }
         Err(
             error @ (LinearizeError::NotAnEquilibrium { .. }
-            | LinearizeError::ConstraintBroken { .. }),
+            | LinearizeError::ConstraintBroken { .. }
+            | LinearizeError::ConstraintsContradict { .. }),
         ) => return Err(error),
         Err(error) => (with_multipliers.pool.clone(), Err(error)),
     };

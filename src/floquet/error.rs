@@ -145,7 +145,7 @@ fn described(error: &FloquetError) -> Diagnostic {
             .with_secondary(*energy, "contains the time")
             .with_help("without the statement, or with `guess` in its place, the periodic motion near this point is searched for"),
         FloquetError::NoPeriodicMotion { span, .. } => place(span, "contains the time")
-            .with_help("give a point near the motion with `guess`, or an equilibrium that holds at all times with `equilibrium`"),
+            .with_help("give a point near the motion, and its velocity there at t = 0, with `guess x` and `guess x'`, or an equilibrium that holds at all times with `equilibrium`"),
         FloquetError::Singular { span, .. } => place(span, "contains the time").with_help(
             "is something divided by zero on the way, a root taken of a negative number, or an inertia 0? Look at the values of parameters",
         ),

@@ -22,6 +22,8 @@ const ROUGH_DIGITS: usize = 2;
 const VAGUE_SHARE: f64 = 5e-4;
 /// A list of the equilibrium's coordinates ends here.
 const MOST_LISTED: usize = 12;
+/// A list of groups of equal modes ends here.
+const MOST_GROUPS: usize = 5;
 /// Beyond this share of a frequency an uncertainty is not small: the second order is felt.
 const ROUGH_SHARE: f64 = 0.3;
 /// With less room than this beside the frequencies, shapes stand below them.
@@ -577,12 +579,7 @@ fn remarks(
             out.push_str(&format!("{}: {words}\n", numbered(&block)));
         }
     }
-    for close in clusters(modes) {
-        out.push_str(&format!(
-            "{} are equal within their bounds: any other basis of the space that their shapes span does as well, within them\n",
-            numbered(&close)
-        ));
-    }
+    out.push_str(&clusters_remark(&clusters(modes)));
     out.push_str(&uncertainty_remark(modes));
     let undecided = of_kind(modes, Kind::Undecided);
     let damped = undecided
@@ -636,6 +633,25 @@ fn clusters(modes: &NormalModes) -> Vec<Vec<usize>> {
     }
     let groups = groups.into_iter().map(|(_, group)| group);
     groups.filter(|group| group.len() > 1).collect()
+}
+
+/// That shapes of equal modes are one choice of many; of many clusters in one line.
+fn clusters_remark(clusters: &[Vec<usize>]) -> String {
+    let own = match clusters {
+        [] => return String::new(),
+        [_] => "the space that their shapes span",
+        _ => "the space that the shapes of one group span",
+    };
+    let group = |modes: &Vec<usize>| numbered(modes).replace("modes ", "");
+    let mut groups: Vec<String> = clusters.iter().take(MOST_GROUPS).map(group).collect();
+    let more = clusters.len() - groups.len();
+    if more > 0 {
+        groups.push(format!("and {more} groups more"));
+    }
+    let groups = groups.join("; ");
+    format!(
+        "modes {groups} are equal within their bounds: any other basis of {own} does as well, within them\n"
+    )
 }
 
 /// What the columns of uncertainties mean, and where they mean little.

@@ -263,13 +263,15 @@ impl SyntaxError {
                 },
             ),
             Self::MisplacedRate { statement, .. } => match *statement {
-                "equilibrium" => plain(
+                "equilibrium" | "guess" => plain(
                     "not here",
-                    "a rate has one prime, behind the brackets if there are any: `equilibrium x[1]' = …`",
+                    &format!(
+                        "a rate has one prime, behind the brackets if there are any: `{statement} x[1]' = …`"
+                    ),
                 ),
                 _ => plain(
                     "not for this statement",
-                    "leave the `'` out; only `equilibrium` may give a rate",
+                    "leave the `'` out; only `equilibrium` may give a rate, and `guess` a velocity",
                 ),
             },
             Self::TwoNumbers { .. } => plain(

@@ -246,6 +246,35 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
     let off = sigma(&["--set", "l=1±0.1"]).unwrap() - omega * 0.05;
     assert!(off.abs() < 1e-15, "{off}");
     assert_eq!(sigma(&["--set", "l=1"]), None);
+    // The modes of a sweep have it too; that of a value put in for the parameter itself stays.
+    let text = "param k = 4 ± 1/10  param g = 1  coord x, y  T = 1/2*(x'^2 + y'^2)
+        V = 1/2*k*x^2 + 1/2*g*y^2";
+    for (over, sigmas) in [
+        ("g=1..9:2", [[0.0, 0.025], [0.025, 0.0]]),
+        ("k=9..16:2", [[0.0, 0.1 / 6.0], [0.0, 0.1 / 8.0]]),
+    ] {
+        for flag in ["--json", "--no-vectors"] {
+            let run = with_input(
+                &["sweep", "-", "--over", over, "--json", flag]
+                    [..5 + usize::from(flag != "--json")],
+                text,
+            );
+            assert!(!run.err.contains("left out"), "{}", run.err);
+            let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+            for (place, sigmas) in sigmas.iter().enumerate() {
+                for (mode, sigma) in sigmas.iter().enumerate() {
+                    let own = json[place]["modes"][mode]["omega_sigma"].as_f64().unwrap();
+                    assert!((own - sigma).abs() < 1e-15, "{over} {place} {mode}: {own}");
+                }
+            }
+        }
+        let run = with_input(&["sweep", "-", "--over", over], text);
+        assert!(
+            run.err.contains("the uncertainty of `k` is left out"),
+            "{}",
+            run.err
+        );
+    }
     // What is left out is said, where it is.
     let run = cli_support::run(&["period", PENDULUM, "--amplitude", "1", "--set", "l=1 ± 0.1"]);
     assert!(
@@ -253,6 +282,54 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
         "{}",
         run.err
     );
+}
+
+#[test]
+fn contradictory_constraints_are_no_derivation() {
+    let bodies = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2 + y^2";
+    for constraints in [
+        "constraint x + y = 1  constraint x + y = 2",
+        "param a = 3  constraint x = a  constraint 2*x = 7 - y + y",
+        "guess x = 1  constraint x^2 + y^2 = 1  constraint x^2 + y^2 = 1 + 1e-30",
+    ] {
+        for command in ["modes", "derive"] {
+            let run = with_input(&[command, "-"], &format!("{bodies}  {constraints}"));
+            assert_eq!(run.status, 1, "{command} {constraints}: {}", run.out);
+            assert!(
+                run.err.contains("E0313"),
+                "{command} {constraints}: {}",
+                run.err
+            );
+            assert!(run.out.is_empty(), "{}", run.out);
+        }
+    }
+    // What follows from the others is no contradiction.
+    let run = with_input(
+        &["derive", "-"],
+        &format!("{bodies}  constraint x + y = 1  constraint 2*x + 2*y = 2"),
+    );
+    assert_eq!(run.status, 0, "{}", run.err);
+}
+
+#[test]
+fn many_groups_of_equal_modes_are_told_in_one_line() {
+    let told = |model: &str| -> Vec<String> {
+        let text = printed(&["modes", model]);
+        let lines = text
+            .lines()
+            .filter(|line| line.contains("equal within their bounds"));
+        lines.map(str::to_owned).collect()
+    };
+    let many = told("models/square_lattice.lag");
+    assert_eq!(many.len(), 1, "{many:?}");
+    assert!(
+        many[0].starts_with("modes 1 and 2; 3 and 4;") && many[0].contains("31 groups more"),
+        "{many:?}"
+    );
+    let [few] = &told("models/tetrahedron.lag")[..] else {
+        panic!("no line, or several");
+    };
+    assert!(few.starts_with("modes 7 and 8; 9 to 11 are equal"), "{few}");
 }
 
 #[test]
