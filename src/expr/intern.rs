@@ -12,21 +12,11 @@ use crate::number::Number;
 /// The memory that a node takes in a pool, with its place in the table.
 pub(super) fn bytes(node: &Node) -> usize {
     const SLOTS: usize = 4 * size_of::<(u32, u32)>();
-    let parts = |parts: &[(ExprId, Number)]| -> usize {
-        let own = |(_, number): &(ExprId, Number)| size_of::<(ExprId, Number)>() + number.bytes();
-        parts.iter().map(own).sum()
-    };
-    let more = match node {
-        Node::Number(number) => number.bytes(),
-        Node::Sum { constant, terms } => constant.bytes() + parts(terms),
-        Node::Product(factors) => parts(factors),
-        Node::Pi
-        | Node::Symbol(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => 0,
-    };
+    let mut more = 0;
+    if let Node::Sum { terms: parts, .. } | Node::Product(parts) = node {
+        more += size_of_val(&**parts);
+    }
+    node.for_each_number(|number| more += number.bytes());
     size_of::<Node>() + SLOTS + more
 }
 

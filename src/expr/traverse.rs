@@ -5,6 +5,7 @@ use std::hash::BuildHasherDefault;
 
 use super::intern::NodeHasher;
 use super::{ExprId, Node, Pool, Symbol};
+use crate::number::Number;
 
 type Places = HashMap<ExprId, usize, BuildHasherDefault<NodeHasher>>;
 
@@ -57,6 +58,24 @@ impl Node {
                 visit(*y);
                 visit(*x);
             }
+        }
+    }
+
+    /// Calls `visit` with every number that the node itself holds: constants, factors of terms, exponents of products.
+    pub(crate) fn for_each_number(&self, mut visit: impl FnMut(&Number)) {
+        match self {
+            Node::Number(number) => visit(number),
+            Node::Sum { constant, terms } => {
+                visit(constant);
+                terms.iter().for_each(|(_, factor)| visit(factor));
+            }
+            Node::Product(factors) => factors.iter().for_each(|(_, exponent)| visit(exponent)),
+            Node::Pi
+            | Node::Symbol(_)
+            | Node::Power { .. }
+            | Node::Function(..)
+            | Node::Atan2 { .. }
+            | Node::Undefined => {}
         }
     }
 }

@@ -5,7 +5,7 @@
 
 use super::assemble::{evaluate_closed, known_values};
 use super::constrained::{choose_bound, solve};
-use crate::expr::{ExprId, Node, Symbol, Tape};
+use crate::expr::{ExprId, Symbol, Tape};
 use crate::model::{Model, SymbolKind};
 use crate::precision::{Ball, Big, Magnitude, Scalar};
 
@@ -43,22 +43,11 @@ pub(super) fn bits(model: &Model) -> Option<usize> {
     roots.extend(used.iter().filter_map(|symbol| known.get(symbol).copied()));
     let given = model.equilibria.iter().chain(&model.guesses).flatten();
     roots.extend(given.filter_map(|given| given.value));
-    let number = |id: ExprId| match model.pool.node(id) {
-        Node::Number(number) => number.bits(),
-        Node::Sum { constant, terms } => {
-            let largest = terms.iter().map(|(_, factor)| factor.bits()).max();
-            constant.bits().max(largest.unwrap_or(0))
-        }
-        Node::Product(factors) => factors.iter().map(|(_, e)| e.bits()).max().unwrap_or(0),
-        Node::Pi
-        | Node::Symbol(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => 0,
-    };
-    let largest = model.pool.reachable(&roots).into_iter().map(number).max();
-    let largest = largest.unwrap_or(0);
+    let mut largest = 0;
+    for id in model.pool.reachable(&roots) {
+        let node = model.pool.node(id);
+        node.for_each_number(|number| largest = largest.max(number.bits()));
+    }
     (largest <= MOST_BITS).then_some(LEAST_BITS + 8 * largest)
 }
 

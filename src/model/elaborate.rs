@@ -6,7 +6,7 @@ use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
 use super::settings::Settings;
-use super::survey::{children, declared_names, structural_names, tables_of_coordinates};
+use super::survey::{children, declared, declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
@@ -568,24 +568,6 @@ impl<'a> Elaborator<'a> {
             let symbols = self.world.pool.symbols_of(&[e]);
             symbols.contains(&time).then_some(span)
         })
-    }
-}
-
-/// The names that a statement declares.
-fn declared(kind: &StatementKind) -> Vec<&Name> {
-    match kind {
-        StatementKind::Param(binding) | StatementKind::Let(binding) => vec![&binding.name],
-        StatementKind::Coord { declarations } => declarations.iter().map(|one| &one.name).collect(),
-        StatementKind::Table { name, .. } => vec![name],
-        StatementKind::Model { .. }
-        | StatementKind::Kinetic(_)
-        | StatementKind::Potential(_)
-        | StatementKind::Lagrangian(_)
-        | StatementKind::Dissipation(_)
-        | StatementKind::Constraint { .. }
-        | StatementKind::Guess { .. }
-        | StatementKind::Equilibrium { .. }
-        | StatementKind::Period(_) => Vec::new(),
     }
 }
 

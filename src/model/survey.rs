@@ -5,29 +5,29 @@ use std::collections::{HashMap, HashSet};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
 
+/// The names that a statement declares.
+pub(super) fn declared(kind: &StatementKind) -> Vec<&Name> {
+    match kind {
+        StatementKind::Param(binding) | StatementKind::Let(binding) => vec![&binding.name],
+        StatementKind::Coord { declarations } => declarations.iter().map(|one| &one.name).collect(),
+        StatementKind::Table { name, .. } => vec![name],
+        StatementKind::Model { .. }
+        | StatementKind::Kinetic(_)
+        | StatementKind::Potential(_)
+        | StatementKind::Lagrangian(_)
+        | StatementKind::Dissipation(_)
+        | StatementKind::Constraint { .. }
+        | StatementKind::Guess { .. }
+        | StatementKind::Equilibrium { .. }
+        | StatementKind::Period(_) => Vec::new(),
+    }
+}
+
 /// Where every name is declared first.
 pub(super) fn declared_names(file: &File) -> HashMap<String, Span> {
     let mut names = HashMap::new();
-    let mut add = |name: &Name| {
+    for name in file.statements.iter().flat_map(|own| declared(&own.kind)) {
         names.entry(name.text.to_string()).or_insert(name.span);
-    };
-    for statement in &file.statements {
-        match &statement.kind {
-            StatementKind::Param(binding) | StatementKind::Let(binding) => add(&binding.name),
-            StatementKind::Coord { declarations } => {
-                declarations.iter().for_each(|one| add(&one.name));
-            }
-            StatementKind::Table { name, .. } => add(name),
-            StatementKind::Model { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Constraint { .. }
-            | StatementKind::Guess { .. }
-            | StatementKind::Equilibrium { .. }
-            | StatementKind::Period(_) => {}
-        }
     }
     names
 }
