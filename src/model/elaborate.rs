@@ -6,7 +6,7 @@ use super::compile::{Compiler, Scope};
 use super::coordinates::coordinate_families;
 use super::names::{Entity, Key, SymbolKind, World};
 use super::settings::Settings;
-use super::survey::{children, declared, declared_names, structural_names, tables_of_coordinates};
+use super::survey::{declared_names, structural_names, tables_of_coordinates};
 use super::table::{Table, TableTexts};
 use super::terms::{TermFamily, families};
 use super::values::{Value, sum};
@@ -160,7 +160,7 @@ impl<'a> Elaborator<'a> {
 
     /// Tells the budget which statement is being worked on.
     fn begin(&self, kind: &StatementKind, span: Span) {
-        let what = match declared(kind).as_slice() {
+        let what = match kind.declared().as_slice() {
             [] => "this statement".to_owned(),
             [first, ..] => format!("`{}`", first.text),
         };
@@ -232,7 +232,7 @@ impl<'a> Elaborator<'a> {
 
     /// What a statement with a mistake declares is broken.
     fn mark_broken(&mut self, kind: &StatementKind) {
-        for name in declared(kind) {
+        for name in kind.declared() {
             if let Some((entity, _)) = self.world.names.get(name.text.as_str()) {
                 self.world.broken.insert(*entity);
             }
@@ -319,7 +319,7 @@ impl<'a> Elaborator<'a> {
             {
                 return self.file.expr(at).span;
             }
-            children(self.file, at, &mut todo);
+            self.file.children(at, &mut todo);
         }
         self.file.expr(root).span
     }

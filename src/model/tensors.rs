@@ -8,7 +8,6 @@ use super::compile::Scope;
 use super::dimension::Dimensions;
 use super::elaborate::Elaborator;
 use super::names::{Entity, Family, Key, member_name};
-use super::survey::children;
 use super::values::Value;
 use crate::expr::ExprId;
 use crate::span::Span;
@@ -121,7 +120,7 @@ impl Elaborator<'_> {
                     _ => return false,
                 },
                 ExprKind::SumOver { .. } | ExprKind::Field { .. } => return false,
-                _ => children(self.file, at, &mut todo),
+                _ => self.file.children(at, &mut todo),
             }
         }
         true

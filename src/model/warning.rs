@@ -7,7 +7,7 @@ use super::survey::structural_names;
 use super::{Model, TermFamily};
 use crate::diagnostic::Diagnostic;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
+use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, StatementKind};
 
 /// Something suspicious that is no mistake.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -192,76 +192,25 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
 
 /// Names that nothing reads; those with `_` in front are so on purpose.
 fn unused_names(file: &File) -> Vec<Warning> {
-    let mut used: HashSet<&str> = HashSet::new();
-    for expr in file.expressions.iter() {
+    let named = file.expressions.iter().filter_map(|expr| {
         if let ExprKind::Name(name) = expr.kind {
-            used.insert(name);
+            Some(name)
+        } else {
+            None
         }
-        if let ExprKind::SumOver { indices, .. } = expr.kind {
-            used.extend(tables_of(indices));
-        }
-    }
+    });
+    let tables = file.indices().flat_map(Indices::tables);
+    let used: HashSet<&str> = named
+        .chain(tables.map(|table| table.text.as_str()))
+        .collect();
     let mut found = Vec::new();
     let mut seen: HashSet<&str> = HashSet::new();
     for statement in &file.statements {
-        match &statement.kind {
-            StatementKind::Param(binding)
-            | StatementKind::Let(binding)
-            | StatementKind::Guess { binding, .. }
-            | StatementKind::Equilibrium { binding, .. } => {
-                used.extend(binding.indices.as_deref().into_iter().flat_map(tables_of));
-            }
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    used.extend(one.indices.as_deref().into_iter().flat_map(tables_of));
-                }
-            }
-            StatementKind::Constraint { indices, .. } => {
-                used.extend(indices.as_deref().into_iter().flat_map(tables_of));
-            }
-            StatementKind::Model { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Period(_)
-            | StatementKind::Table { .. } => {}
-        }
-    }
-    for statement in &file.statements {
-        let mut check = |name: &'_ Name, make: fn(String, Span) -> Warning| {
-            if !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
-                found.push(make(name.text.to_string(), name.span));
-            }
-        };
-        match &statement.kind {
-            StatementKind::Param(binding) => {
-                if seen.insert(binding.name.text.as_str()) {
-                    check(&binding.name, |name, span| Warning::UnusedParameter {
-                        name,
-                        span,
-                    });
-                }
-            }
-            StatementKind::Let(binding) => {
-                if seen.insert(binding.name.text.as_str()) {
-                    check(&binding.name, |name, span| Warning::UnusedExpression {
-                        name,
-                        span,
-                    });
-                }
-            }
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    check(&one.name, |name, span| Warning::UnusedCoordinate {
-                        name,
-                        span,
-                    });
-                }
-            }
-            StatementKind::Table { name, .. } => {
-                check(name, |name, span| Warning::UnusedTable { name, span });
-            }
+        let make: fn(String, Span) -> Warning = match &statement.kind {
+            StatementKind::Param(_) => |name, span| Warning::UnusedParameter { name, span },
+            StatementKind::Let(_) => |name, span| Warning::UnusedExpression { name, span },
+            StatementKind::Table { .. } => |name, span| Warning::UnusedTable { name, span },
+            StatementKind::Coord { .. } => |name, span| Warning::UnusedCoordinate { name, span },
             StatementKind::Model { .. }
             | StatementKind::Kinetic(_)
             | StatementKind::Potential(_)
@@ -270,57 +219,17 @@ fn unused_names(file: &File) -> Vec<Warning> {
             | StatementKind::Constraint { .. }
             | StatementKind::Guess { .. }
             | StatementKind::Equilibrium { .. }
-            | StatementKind::Period(_) => {}
+            | StatementKind::Period(_) => continue,
+        };
+        for name in statement.kind.declared() {
+            // The members of a family may be given one by one.
+            let first = seen.insert(name.text.as_str());
+            if first && !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
+                found.push(make(name.text.to_string(), name.span));
+            }
         }
     }
     found
-}
-
-fn tables_of(indices: &Indices) -> impl Iterator<Item = &str> {
-    indices
-        .entries
-        .iter()
-        .filter_map(|entry| match &entry.kind {
-            IndexKind::Rows { table, .. } => Some(table.text.as_str()),
-            IndexKind::Member(_) | IndexKind::Range { .. } => None,
-        })
-}
-
-/// The bounds of all ranges.
-fn bounds(file: &File) -> Vec<ExprRef> {
-    let mut all: Vec<&Indices> = Vec::new();
-    for expr in file.expressions.iter() {
-        if let ExprKind::SumOver { indices, .. } = expr.kind {
-            all.push(indices);
-        }
-    }
-    for statement in &file.statements {
-        match &statement.kind {
-            StatementKind::Param(binding)
-            | StatementKind::Let(binding)
-            | StatementKind::Guess { binding, .. }
-            | StatementKind::Equilibrium { binding, .. } => all.extend(binding.indices.as_deref()),
-            StatementKind::Coord { declarations } => {
-                all.extend(declarations.iter().filter_map(|one| one.indices.as_deref()));
-            }
-            StatementKind::Constraint { indices, .. } => all.extend(indices.as_deref()),
-            StatementKind::Model { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Period(_)
-            | StatementKind::Table { .. } => {}
-        }
-    }
-    let entries = all.into_iter().flat_map(|indices| &indices.entries);
-    entries
-        .flat_map(|entry| match &entry.kind {
-            IndexKind::Range { from, to, .. } => vec![*from, *to],
-            IndexKind::Member(at) => vec![*at],
-            IndexKind::Rows { .. } => Vec::new(),
-        })
-        .collect()
 }
 
 /// `1..3.0`, and `param N = 10.0` where N sets a range.
@@ -332,7 +241,11 @@ fn decimal_ranges(file: &File) -> Vec<Warning> {
         }),
         _ => None,
     };
-    let mut found: Vec<Warning> = bounds(file).into_iter().filter_map(decimal).collect();
+    let mut found: Vec<Warning> = file
+        .indices()
+        .flat_map(Indices::expressions)
+        .filter_map(decimal)
+        .collect();
     let structural = structural_names(file);
     for statement in &file.statements {
         if let StatementKind::Param(binding) = &statement.kind

@@ -252,21 +252,8 @@ impl<'f> Formatter<'_, 'f> {
     /// Whether the members of the right side were set apart: a line was broken between terms of
     /// the sum that it is, or between entries of the vector.
     fn is_split(&self, statement: &Statement) -> bool {
-        let value = match &statement.kind {
-            StatementKind::Param(binding)
-            | StatementKind::Let(binding)
-            | StatementKind::Guess { binding, .. }
-            | StatementKind::Equilibrium { binding, .. } => binding.value,
-            StatementKind::Kinetic(value)
-            | StatementKind::Potential(value)
-            | StatementKind::Lagrangian(value)
-            | StatementKind::Dissipation(value) => Some(*value),
-            StatementKind::Model { .. }
-            | StatementKind::Coord { .. }
-            | StatementKind::Constraint { .. }
-            | StatementKind::Period(_)
-            | StatementKind::Table { .. } => None,
-        };
+        let binding = statement.kind.binding();
+        let value = binding.map_or(statement.kind.energy(), |binding| binding.value);
         let Some(value) = value else {
             return false;
         };
@@ -289,25 +276,14 @@ impl<'f> Formatter<'_, 'f> {
     /// Where the `=` of a statement stands in the source, if the statement begins a line.
     fn written_sign(&self, statement: &Statement) -> Option<Written> {
         let behind = |span: Span| self.text(span.end, statement.span.end).find('=');
-        let (end, equals) = match &statement.kind {
-            StatementKind::Param(binding)
-            | StatementKind::Let(binding)
-            | StatementKind::Guess { binding, .. }
-            | StatementKind::Equilibrium { binding, .. } => {
-                let indices = binding.indices.as_ref().map(|indices| indices.span);
-                let unit = binding.unit.map(|unit| self.file.unit(unit).span);
-                let end = unit.or(indices).unwrap_or(binding.name.span);
-                (end.end, behind(end)?)
-            }
-            StatementKind::Table { name, .. } => (name.span.end, behind(name.span)?),
-            StatementKind::Model { .. }
-            | StatementKind::Coord { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Constraint { .. }
-            | StatementKind::Period(_) => return None,
+        let (end, equals) = if let StatementKind::Table { name, .. } = &statement.kind {
+            (name.span.end, behind(name.span)?)
+        } else {
+            let binding = statement.kind.binding()?;
+            let indices = binding.indices.as_ref().map(|indices| indices.span);
+            let unit = binding.unit.map(|unit| self.file.unit(unit).span);
+            let end = unit.or(indices).unwrap_or(binding.name.span);
+            (end.end, behind(end)?)
         };
         let start = statement.span.start;
         let before = self.text(self.end, start);

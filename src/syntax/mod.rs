@@ -28,6 +28,7 @@ mod split;
 #[cfg(test)]
 mod tests;
 mod text;
+mod walk;
 mod words;
 
 pub use arena::{Expressions, Units};

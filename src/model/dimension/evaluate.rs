@@ -3,7 +3,6 @@
 use super::infer::{Inference, Scope};
 use super::operations::{Context, Quantity, base};
 use super::solve::Combination;
-use crate::model::survey::children;
 use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, Factor, IndexKind, Indices};
@@ -54,7 +53,7 @@ impl<'a> Inference<'a> {
                     }
                 }
                 ExprKind::Field { .. } => {}
-                _ => children(self.file, at, &mut todo),
+                _ => self.file.children(at, &mut todo),
             }
         }
     }
@@ -93,7 +92,7 @@ impl<'a> Inference<'a> {
                 }
                 ExprKind::Field { .. } => {}
                 _ => {
-                    children(self.file, at, &mut below);
+                    self.file.children(at, &mut below);
                     todo.extend(below.drain(..).map(|child| (child, scope)));
                 }
             }

@@ -5,7 +5,6 @@ use std::collections::{HashMap, HashSet};
 use super::operations::{Context, Quantity, Sheet, base, energy, power};
 use super::solve::Combination;
 use super::{Dimension, DimensionError};
-use crate::model::survey::children;
 use crate::model::units;
 use crate::number::Number;
 use crate::span::Span;
@@ -247,7 +246,7 @@ impl<'a> Inference<'a> {
                         return true;
                     }
                 }
-                _ => children(self.file, at, &mut todo),
+                _ => self.file.children(at, &mut todo),
             }
         }
         false
