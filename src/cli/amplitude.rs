@@ -37,8 +37,5 @@ pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
     } else {
         report::amplitude_text(&linearized, &normal, &found, args.digits, &style())
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }

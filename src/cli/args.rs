@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use librate::number::Number;
+
 use super::guard::{self, Guard, Limits};
 
 /// Paragraphs without the line breaks that they have here: they are broken as the terminal is wide. What is indented and
@@ -555,9 +557,11 @@ const MOST_DIGITS: usize = 250;
 const DOUBLE_DOUBLE_DIGITS: usize = 30;
 
 fn positive(text: &str) -> Result<usize, String> {
-    match text.parse() {
-        Ok(0) | Err(_) => Err("a whole number, 1 or more, is needed".to_owned()),
-        Ok(count) => Ok(count),
+    // 1e6 is one too.
+    let number = Number::parse(text).and_then(|number| number.to_i64());
+    match number.and_then(|number| usize::try_from(number).ok()) {
+        Some(0) | None => Err("a whole number, 1 or more, is needed".to_owned()),
+        Some(count) => Ok(count),
     }
 }
 

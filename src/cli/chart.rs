@@ -64,10 +64,10 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
     if let Some(path) = &args.svg {
         write_file(path, &report::chart_svg(&chart, &rows), &mut source)?;
     }
-    Ok(Answer {
-        text: report::chart_csv(&chart, &rows),
-        remarks: Some((source, Vec::new())),
-    })
+    Ok(Answer::new(
+        report::chart_csv(&chart, &rows),
+        Some((source, Vec::new())),
+    ))
 }
 
 /// Results by number, each made by one of the threads. Each thread makes its worker itself.

@@ -116,14 +116,14 @@ fn body_answer(
     body: Result<inertia::Body, InertiaError>,
 ) -> Result<Answer, Failure> {
     match body {
-        Ok(body) => Ok(Answer {
-            text: if args.json {
+        Ok(body) => Ok(Answer::new(
+            if args.json {
                 report::body_json(&body, args.digits)
             } else {
                 report::body_text(&source.shown(), &body, args.digits, &style())
             },
-            remarks: None,
-        }),
+            None,
+        )),
         Err(error) => {
             let mut told = Diagnostic::from(&error);
             told.primary = told
@@ -165,14 +165,14 @@ fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
             let warnings = tensors.iter().filter_map(inertia::NamedTensor::warning);
             let warnings = warnings.map(|warning| Diagnostic::from(&warning));
             let warnings = warnings.chain(left_out(&model)).collect();
-            Ok(Answer {
-                text: if args.json {
+            Ok(Answer::new(
+                if args.json {
                     report::tensors_json(name, &tensors, args.digits)
                 } else {
                     report::tensors_text(name, &tensors, args.digits, &style())
                 },
-                remarks: Some((source, warnings)),
-            })
+                Some((source, warnings)),
+            ))
         }
         Err(errors) => {
             let told = errors.iter().map(Diagnostic::from).collect();

@@ -15,7 +15,7 @@ mod period;
 mod progress;
 
 use std::ffi::OsString;
-use std::io::{self, IsTerminal};
+use std::io::{self, IsTerminal, Write};
 use std::process::ExitCode;
 
 use anstream::{AutoStream, ColorChoice};
@@ -60,8 +60,22 @@ enum Failure {
 /// What a command has to say: its result, and what was suspicious on the way.
 struct Answer {
     text: String,
+    /// What follows the text, worked out while it is written: as long as the reader wants.
+    rest: Option<Rest>,
     /// Warnings, and the text that they are about.
     remarks: Option<(Source, Vec<Diagnostic>)>,
+}
+
+type Rest = Box<dyn FnOnce(&mut dyn Write) -> Result<(), Failure>>;
+
+impl Answer {
+    fn new(text: String, remarks: Option<(Source, Vec<Diagnostic>)>) -> Self {
+        Self {
+            text,
+            rest: None,
+            remarks,
+        }
+    }
 }
 
 /// A model on its way through a command.
@@ -103,7 +117,8 @@ pub(crate) fn run() -> ExitCode {
         {
             tell(&source, &warnings, format);
         }
-        write_out(&answer.text)
+        write_out(&answer.text)?;
+        answer.rest.map_or(Ok(()), output::write_rest)
     });
     match written {
         Ok(()) | Err(Failure::BrokenPipe) => ExitCode::SUCCESS,
@@ -155,10 +170,7 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
             }
         },
     };
-    Ok(Answer {
-        text,
-        remarks: None,
-    })
+    Ok(Answer::new(text, None))
 }
 
 /// A page for a terminal: models indented, without fences.
@@ -207,10 +219,7 @@ fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
     } else {
         report::modes_text(&linearized, &modes, &options, &style())
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// A model about its equilibrium, and its modes.
@@ -247,10 +256,7 @@ fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
     } else {
         report::sensitivity_text(&linearized, &modes, &found, &options, &style())
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// What a later stage says, below what was suspicious already.
@@ -281,10 +287,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     } else {
         report::floquet_text(&model, &found, args.digits, &style())
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 fn check_text(args: &args::Check) -> Result<Answer, Failure> {
@@ -303,10 +306,8 @@ fn check_text(args: &args::Check) -> Result<Answer, Failure> {
     } else {
         "T and V are in order"
     };
-    Ok(Answer {
-        text: format!("{name}: {count} coordinate{plural}, {energies}\n"),
-        remarks: Some((source, warnings)),
-    })
+    let text = format!("{name}: {count} coordinate{plural}, {energies}\n");
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
@@ -341,10 +342,7 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
         Ok(derivation) => report::derive_text(&derivation, &style().ascii(args.ascii)),
         Err(error) => return Err(failed(source, warnings, error)),
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// Wrong words behind `--limit` or `--expand`.
@@ -571,10 +569,7 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
     } else {
         report::sweep_csv(&range, &places, &options)
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, remarks)),
-    })
+    Ok(Answer::new(text, Some((source, remarks))))
 }
 
 fn style() -> Style {

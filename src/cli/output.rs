@@ -1,15 +1,16 @@
 //! Writing: what goes to standard output, to standard error and into files, all of it.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 use std::fs::{self, File, Metadata};
-use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Write};
 use std::path::Path;
 
 use anstream::{AutoStream, ColorChoice};
 use tempfile::{Builder, NamedTempFile};
 
 use super::input::{self, Source};
-use super::{Failure, fault};
+use super::{Failure, Rest, fault};
 
 /// The text as a terminal may have it: what is not seen, and could hide, turn round or overwrite what is, stands as its
 /// number. Ends of lines and tabs stay, and where there is colour our own escape sequences for it.
@@ -119,16 +120,31 @@ pub(super) fn write_data(text: &str) -> Result<(), Failure> {
 }
 
 fn write_bytes(bytes: &[u8]) -> Result<(), Failure> {
-    let cannot = |reason: &str| fault(format!("can't write the result: {reason}"));
     if at_start::closed() {
-        return Err(cannot("standard output is closed"));
+        return Err(not_written(&"standard output is closed"));
     }
     let mut out = io::stdout().lock();
     let written = out.write_all(bytes).and_then(|()| out.flush());
-    written.map_err(|error| match error.kind() {
+    written.map_err(failed)
+}
+
+/// Writes what is worked out meanwhile, numbers and names of a model.
+pub(super) fn write_rest(rest: Rest) -> Result<(), Failure> {
+    let mut out = BufWriter::new(io::stdout().lock());
+    rest(&mut out)?;
+    out.flush().map_err(failed)
+}
+
+/// Why a result was not written.
+pub(super) fn failed(error: io::Error) -> Failure {
+    match error.kind() {
         ErrorKind::BrokenPipe => Failure::BrokenPipe,
-        _ => cannot(&error.to_string()),
-    })
+        _ => not_written(&error),
+    }
+}
+
+fn not_written(reason: &dyn Display) -> Failure {
+    fault(format!("can't write the result: {reason}"))
 }
 
 /// Writes messages. Where not even this can be done, the exit status has to do.

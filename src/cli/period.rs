@@ -100,10 +100,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             }
         }
     };
-    Ok(Answer {
-        text,
-        remarks: Some((source, warnings)),
-    })
+    Ok(Answer::new(text, Some((source, warnings))))
 }
 
 /// Why places have no period, each reason once; an error where none has.

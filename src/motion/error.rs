@@ -160,7 +160,7 @@ impl From<&MotionError> for Diagnostic {
             MotionError::TooLargeToProve { .. } => {
                 told.with_help("without --proved the digits are estimates")
             }
-            MotionError::TooManyNumbers { .. } => told.with_help("ask for fewer samples"),
+            MotionError::TooManyNumbers { .. } => told.with_help("ask for fewer samples, or for rows one after the other"),
         };
         told.with_code(error.code())
     }

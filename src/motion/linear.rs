@@ -9,14 +9,14 @@ use super::{Start, Times};
 use crate::linearize::Linearized;
 use crate::precision::{Ball, Scalar};
 
-/// What the linearized equations make of a start, one row a sample: coordinates and velocities in doubles, SI. `None` where M is singular to
-/// working precision.
+/// What the linearized equations make of a start, one row a sample as they are asked for: coordinates and velocities in doubles,
+/// SI. `None` where M is singular to working precision.
 #[must_use]
-pub fn superposition(
-    linearized: &Linearized,
+pub fn superposition<'a>(
+    linearized: &'a Linearized,
     start: &Start,
-    times: &Times,
-) -> Option<Vec<Vec<f64>>> {
+    times: &'a Times,
+) -> Option<impl Iterator<Item = Vec<f64>> + 'a> {
     let m = linearized.dimension();
     let n = linearized.coordinates();
     let of = |entries: &[Ball]| DMatrix::from_iterator(m, m, entries.iter().map(Ball::mid_f64));
@@ -49,20 +49,14 @@ pub fn superposition(
     let equilibrium: Vec<f64> = rest.iter().map(Ball::mid_f64).collect();
     let rates: Vec<f64> = rates.iter().map(Ball::mid_f64).collect();
     let mut state = DVector::from_vec(state);
-    let mut rows = Vec::with_capacity(times.len());
-    for row in 0..times.len() {
+    Some((0..times.len()).map(move |row| {
         let t = times.at(row).mid_f64();
         let (positions, _) = linearized.embed(&state.as_slice()[..m], 0.0);
         let (velocities, _) = linearized.embed(&state.as_slice()[m..], 0.0);
-        let mut values = Vec::with_capacity(2 * n);
-        for i in 0..n {
-            values.push(equilibrium[i] + rates[i] * t + positions[i]);
-        }
-        for i in 0..n {
-            values.push(rates[i] + velocities[i]);
-        }
-        rows.push(values);
-        state = &propagator * state;
-    }
-    Some(rows)
+        let places = (0..n).map(|i| equilibrium[i] + rates[i] * t + positions[i]);
+        let speeds = (0..n).map(|i| rates[i] + velocities[i]);
+        let values = places.chain(speeds).collect();
+        state = &propagator * &state;
+        values
+    }))
 }

@@ -15,6 +15,7 @@ mod error;
 mod length;
 mod limits;
 mod linear;
+mod long;
 mod matrix;
 mod projection;
 mod proved;
@@ -169,6 +170,16 @@ fn moment(time: f64) -> String {
     }
 }
 
+/// Order and tolerance of steps in doubles that leave out so much.
+fn quick_order(tolerance: f64) -> (usize, f64) {
+    let tolerance = tolerance.clamp(1e-17, 0.1);
+    // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
+    let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
+    let order = order.clamp(4.0, 22.0) as usize;
+    (order, tolerance)
+}
+
 /// States at the rows, and how many steps they took.
 struct Run<S> {
     rows: Vec<Vec<S>>,
@@ -219,8 +230,8 @@ impl System {
             samples: times.samples.saturating_sub(1) * stride + 1,
             ..times.clone()
         };
-        let fine = self.run::<DoubleDouble>(start, times, FINE, 0.0)?;
-        let plain = self.run::<f64>(start, times, PLAIN, 0.0).ok();
+        let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
+        let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
         let sizes = self.sizes(&fine.rows);
         let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
@@ -252,7 +263,7 @@ impl System {
                 }
                 _ => {
                     if check.is_none() {
-                        let other = self.run::<DoubleDouble>(start, times, CHECK, DISPLACED)?;
+                        let other = self.table::<DoubleDouble>(start, times, CHECK, DISPLACED)?;
                         check = Some(other.balls());
                     }
                     if let Some(check) = &check {
@@ -300,13 +311,7 @@ impl System {
         tolerance: f64,
     ) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
-        let tolerance = tolerance.clamp(1e-17, 0.1);
-        // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
-        let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
-        let order = order.clamp(4.0, 22.0) as usize;
-
-        let run = self.run::<f64>(start, times, (order, tolerance), 0.0)?;
+        let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
         let Run { rows, steps } = run.balls();
         Ok(Trajectory {
             energy_drift: self.drift(times, &rows, f64::ROUNDING),
@@ -329,18 +334,35 @@ impl System {
         })
     }
 
-    /// Follows the motion from a start whose values are displaced by so much beside their sizes.
+    /// All rows of a motion from a start whose values are displaced by so much beside their sizes.
+    fn table<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        order: (usize, f64),
+        displaced: f64,
+    ) -> Result<Run<S>, MotionError> {
+        let mut rows = Vec::with_capacity(times.samples);
+        let steps = self.run(start, times, order, displaced, &mut |_, row| {
+            rows.push(row);
+            true
+        })?;
+        Ok(Run { rows, steps })
+    }
+
+    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on; tells how many steps it took.
     fn run<S: Real>(
         &self,
         start: &Start,
         times: &Times,
-        (order, tolerance): (usize, f64),
+        order: (usize, f64),
         displaced: f64,
-    ) -> Result<Run<S>, MotionError> {
+        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
+    ) -> Result<usize, MotionError> {
         self.budget.at("the motion", None);
-        let run = self.steps(start, times, (order, tolerance), displaced);
+        let steps = self.steps(start, times, order, displaced, each);
         self.budget.check().map_err(LinearizeError::from)?;
-        run
+        steps
     }
 
     #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
@@ -350,7 +372,8 @@ impl System {
         times: &Times,
         (order, tolerance): (usize, f64),
         displaced: f64,
-    ) -> Result<Run<S>, MotionError> {
+        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
+    ) -> Result<usize, MotionError> {
         let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
         let moved = |(at, value): (usize, &Ball)| {
             let by = if at % 2 == 0 { displaced } else { -displaced };
@@ -361,8 +384,7 @@ impl System {
         let mut v: Vec<S> = start.velocities.iter().enumerate().map(moved).collect();
         let mut t = S::exact(0.0);
         let end = S::from_ball(&times.at(times.samples - 1));
-        let mut rows = Vec::with_capacity(times.samples);
-        let mut steps = 0;
+        let (mut done, mut steps) = (0, 0);
         let mut resting = 0;
         loop {
             let left = end.sub(&t);
@@ -380,8 +402,8 @@ impl System {
             if let Some(kink) = &kink {
                 length = kink.middle();
             }
-            while rows.len() < times.samples {
-                let after = S::from_ball(&times.at(rows.len())).sub(&t);
+            while done < times.samples {
+                let after = S::from_ball(&times.at(done)).sub(&t);
                 if after.middle() > length {
                     break;
                 }
@@ -390,10 +412,13 @@ impl System {
                 if !row.iter().all(S::is_finite) {
                     return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
                 }
-                rows.push(row);
+                done += 1;
+                if !each(done - 1, row) {
+                    return Ok(steps);
+                }
             }
-            if rows.len() == times.samples {
-                return Ok(Run { rows, steps });
+            if done == times.samples {
+                return Ok(steps);
             }
             let h = kink.unwrap_or_else(|| S::exact(longest));
             let next = t.add(&h);

@@ -17,12 +17,12 @@ use crate::precision::{Ball, Big};
 
 /// Order of steps in double-double.
 const ORDER: usize = 36;
+/// Bits of double-double.
+const BITS: usize = 106;
 /// Steps of a motion in double-double; of more bits, so many fewer as these cost more.
 const MOST_STEPS: usize = 100_000;
 /// More coordinates than this, with constraints, have expressions that are too large.
 const MOST_COORDINATES: usize = 24;
-/// Bits of double-double.
-const BITS: usize = 106;
 /// With more bits than this motions are not followed: radii have to stay above the smallest double.
 const MOST_BITS: usize = 800;
 /// Bits beyond those that seem to be needed.
@@ -35,21 +35,26 @@ const LARGE: f64 = 1e-4;
 /// A model as equations of motion, ready for proofs.
 #[derive(Clone, Debug)]
 pub struct Enclosed {
-    budget: Budget,
+    pub(super) budget: Budget,
     equations: Equations,
 }
 
-/// A run of some precision.
-struct Run {
+/// All rows of a run of some precision.
+struct Table {
     rows: Vec<Vec<Ball>>,
+    run: Run,
+}
+
+/// How a run went.
+pub(super) struct Run {
     steps: usize,
     /// Where it ended before the end.
-    stuck: Option<Stuck>,
+    pub(super) stuck: Option<Stuck>,
 }
 
 /// A run that ended before its end.
 #[derive(Clone, Copy)]
-struct Stuck {
+pub(super) struct Stuck {
     time: f64,
     /// Whether what is known of the motion had become too little.
     spread: bool,
@@ -57,7 +62,25 @@ struct Stuck {
     steps: bool,
 }
 
+impl Stuck {
+    pub(super) fn error(&self) -> MotionError {
+        let reason = if self.steps {
+            "the steps that are proved become too many"
+        } else if self.spread {
+            "the motion magnifies what is unknown of it until nothing is left that could be proved"
+        } else {
+            "no step can be proved there, as beside a singularity or at the kink of an absolute value"
+        };
+        MotionError::NotProved {
+            reached: moment(self.time),
+            reason,
+        }
+    }
+}
+
 impl Enclosed {
+    pub(super) const BITS: usize = BITS;
+
     /// Writes the equations of motion out, solved for the accelerations.
     ///
     /// # Errors
@@ -100,70 +123,86 @@ impl Enclosed {
                 most: MOST_NUMBERS,
             });
         }
-        let mut run = self.run::<Ball>(start, times, ORDER, MOST_STEPS, ())?;
+        let mut table = self.table::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
         for _ in 0..CLIMBS {
-            let Some(more) = wanted_bits(&run, times, digits, bits) else {
+            let Some(more) = wanted_bits(&table, times, digits, bits) else {
                 break;
             };
             if more > MOST_BITS || !start.is_exact() {
                 break;
             }
-            // About the best order for numbers that take longer than those of its bounds.
-            let order = 3 * more / 10;
-            let most_steps = MOST_STEPS * ORDER * ORDER / (4 * order * order);
-            let mut next = self.run::<Big>(start, times, order, most_steps, more)?;
-            match (&run.stuck, &mut next.stuck) {
+            let mut next = self.table::<Big>(start, times, more, more)?;
+            match (&table.run.stuck, &mut next.run.stuck) {
                 // What is there already has fewer digits, and is proved all the same.
                 (None, Some(_)) => break,
                 (Some(before), Some(stuck)) => stuck.time = stuck.time.max(before.time),
                 (_, None) => {}
             }
-            (run, bits) = (next, more);
+            (table, bits) = (next, more);
         }
         self.budget.check().map_err(LinearizeError::from)?;
-        if let Some(stuck) = run.stuck {
-            let reason = if stuck.steps {
-                "the steps that are proved become too many"
-            } else if stuck.spread {
-                "the motion magnifies what is unknown of it until nothing is left that could be proved"
-            } else {
-                "no step can be proved there, as beside a singularity or at the kink of an absolute value"
-            };
-            return Err(MotionError::NotProved {
-                reached: moment(stuck.time),
-                reason,
-            });
+        if let Some(stuck) = table.run.stuck {
+            return Err(stuck.error());
         }
         Ok(Trajectory {
             times: (0..times.len()).map(|row| times.at(row)).collect(),
-            rows: run.rows,
+            rows: table.rows,
             energy_drift: None,
-            steps: run.steps,
+            steps: table.run.steps,
             estimated: true,
             proved: Some(bits),
         })
     }
 
-    fn run<S: Enclosure>(
+    /// The order of steps with so many bits, and how many are made at most.
+    pub(super) fn order(bits: usize) -> (usize, usize) {
+        if bits == BITS {
+            return (ORDER, MOST_STEPS);
+        }
+        // About the best order for numbers that take longer than those of its bounds.
+        let order = 3 * bits / 10;
+        (order, MOST_STEPS * ORDER * ORDER / (4 * order * order))
+    }
+
+    fn table<S: Enclosure>(
         &self,
         start: &Start,
         times: &Times,
-        order: usize,
-        most_steps: usize,
+        bits: usize,
         precision: S::Precision,
+    ) -> Result<Table, MotionError> {
+        let mut rows = Vec::new();
+        let run = self.run::<S>(start, times, Self::order(bits), precision, &mut |_, row| {
+            rows.push(row);
+            true
+        })?;
+        Ok(Table { rows, run })
+    }
+
+    /// Encloses the motion and hands each row to `each` with its number, as long as that says to go on.
+    pub(super) fn run<S: Enclosure>(
+        &self,
+        start: &Start,
+        times: &Times,
+        (order, most_steps): (usize, usize),
+        precision: S::Precision,
+        each: &mut dyn FnMut(usize, Vec<Ball>) -> bool,
     ) -> Result<Run, MotionError> {
         let first = start.enclosed::<S>(precision)?;
         let rows = times.len();
         let time = |row: usize| times.enclosed::<S>(row, precision);
         let end = times.at(rows - 1).abs_upper();
         let mut run = Run {
-            rows: vec![first.iter().map(S::to_ball).collect()],
             steps: 0,
             stuck: None,
         };
+        if !each(0, first.iter().map(S::to_ball).collect()) {
+            return Ok(run);
+        }
+        let mut done = 1;
         let mut walk = Following::<S>::new(&self.equations, order, precision, &first, end);
-        while run.rows.len() < rows {
+        while done < rows {
             let now = S::exact(walk.time(), precision);
             let left = time(rows - 1).sub(&now).abs_upper();
             let lost = walk.spread() > LARGE;
@@ -179,14 +218,17 @@ impl Enclosed {
                 });
                 return Ok(run);
             };
-            while run.rows.len() < rows {
-                let after = time(run.rows.len()).sub(&now);
+            while done < rows {
+                let after = time(done).sub(&now);
                 let ends = after.to_ball();
                 if ends.upper() > reach || ends.lower() < 0.0 {
                     break;
                 }
                 let Some(state) = walk.at(&after) else { break };
-                run.rows.push(state.iter().map(S::to_ball).collect());
+                done += 1;
+                if !each(done - 1, state.iter().map(S::to_ball).collect()) {
+                    return Ok(run);
+                }
             }
             if walk.advance().is_none() {
                 run.stuck = Some(Stuck {
@@ -207,8 +249,8 @@ fn expected_steps(steps: usize, time: f64, end: f64) -> f64 {
 }
 
 /// How many bits the motion wants, if there are not enough.
-fn wanted_bits(run: &Run, times: &Times, digits: usize, bits: usize) -> Option<usize> {
-    let more = match run.stuck {
+fn wanted_bits(table: &Table, times: &Times, digits: usize, bits: usize) -> Option<usize> {
+    let more = match table.run.stuck {
         // Beside a singularity bits do not help, and more of them mean more steps.
         Some(stuck) if stuck.steps || !stuck.spread => return None,
         // They have gone evenly, as far as that goes.
@@ -217,7 +259,7 @@ fn wanted_bits(run: &Run, times: &Times, digits: usize, bits: usize) -> Option<u
             count(bits) * (share.min(100.0) - 1.0) + count(digits) * std::f64::consts::LOG2_10
         }
         None => {
-            let missing = missing_bits(&run.rows, digits);
+            let missing = missing_bits(&table.rows, digits);
             if missing <= 0.0 {
                 return None;
             }

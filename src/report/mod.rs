@@ -30,7 +30,9 @@ pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
-pub use motion::{motion_csv, motion_json, motion_remark, motion_svg, start_remark};
+pub use motion::{
+    MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark,
+};
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use sensitivity::{sensitivity_json, sensitivity_text};

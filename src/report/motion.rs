@@ -1,5 +1,7 @@
 //! Motions, as CSV and as a picture.
 
+use std::io::{self, Cursor, Read, Seek, SeekFrom, Write};
+
 use plotters::prelude::*;
 
 use super::json::{array, null, number, string};
@@ -23,39 +25,90 @@ pub fn motion_csv(
     superposition: Option<&[Vec<f64>]>,
     digits: usize,
 ) -> String {
-    let names: Vec<&str> = model
-        .coordinates
-        .iter()
-        .map(|own| own.name.as_str())
-        .collect();
-    let both = |prefix: &str| -> Vec<String> {
-        let positions = names.iter().map(|name| format!("{prefix}{name}"));
-        let velocities = names.iter().map(|name| format!("{prefix}{name}'"));
-        positions.chain(velocities).collect()
-    };
-    let mut header = vec!["t".to_owned()];
-    header.extend(both(""));
-    if superposition.is_some() {
-        header.extend(both("linear "));
-    }
     // Writing to memory does not fail.
-    let mut table = csv::Writer::from_writer(Vec::new());
-    let _ = table.write_record(&header);
-    for (at, (time, row)) in trajectory.times.iter().zip(&trajectory.rows).enumerate() {
-        let mut cells = vec![number(time.mid_f64())];
-        cells.extend(row.iter().map(|value| {
-            if trajectory.estimated {
-                decided(value, digits)
+    let written = || -> io::Result<Vec<u8>> {
+        let linear = superposition.is_some();
+        let mut table = MotionCsv::new(Vec::new(), model, trajectory, linear, digits)?;
+        for (at, (time, row)) in trajectory.times.iter().zip(&trajectory.rows).enumerate() {
+            let linear = superposition.and_then(|rows| rows.get(at));
+            table.row(time, row, linear.map_or(&[], Vec::as_slice))?;
+        }
+        table.finish()
+    };
+    String::from_utf8(written().unwrap_or_default()).unwrap_or_default()
+}
+
+/// [`motion_csv`], row by row.
+#[derive(Debug)]
+pub struct MotionCsv<W: Write> {
+    table: csv::Writer<W>,
+    estimated: bool,
+    digits: usize,
+}
+
+impl<W: Write> MotionCsv<W> {
+    /// Begins a table of a motion, which may be known at other times, with its header.
+    ///
+    /// # Errors
+    /// Those of the writer, here and below.
+    pub fn new(
+        out: W,
+        model: &Model,
+        known: &Trajectory,
+        superposition: bool,
+        digits: usize,
+    ) -> io::Result<Self> {
+        let mut header = vec!["t".to_owned()];
+        header.extend(columns(model));
+        if superposition {
+            header.extend(columns(model).map(|name| format!("linear {name}")));
+        }
+        let mut table = csv::Writer::from_writer(out);
+        table.write_record(&header).map_err(plain)?;
+        Ok(Self {
+            table,
+            estimated: known.estimated,
+            digits,
+        })
+    }
+
+    /// Writes a row, with what the superposition of modes has there.
+    #[allow(clippy::missing_errors_doc)] // those of the writer
+    pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
+        let own = row.iter().map(|value| {
+            if self.estimated {
+                decided(value, self.digits)
             } else {
                 number(value.mid_f64())
             }
-        }));
-        let linear = superposition.and_then(|rows| rows.get(at));
-        cells.extend(linear.into_iter().flatten().map(|value| number(*value)));
-        let _ = table.write_record(&cells);
+        });
+        let linear = superposition.iter().map(|value| number(*value));
+        let time = std::iter::once(number(time.mid_f64()));
+        let record = time.chain(own).chain(linear);
+        self.table.write_record(record).map_err(plain)
     }
-    let bytes = table.into_inner().unwrap_or_default();
-    String::from_utf8(bytes).unwrap_or_default()
+
+    /// Ends the table.
+    #[allow(clippy::missing_errors_doc)] // those of the writer
+    pub fn finish(self) -> io::Result<W> {
+        self.table
+            .into_inner()
+            .map_err(csv::IntoInnerError::into_error)
+    }
+}
+
+/// What the writer below said.
+fn plain(error: csv::Error) -> io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => io::Error::other(format!("{other:?}")),
+    }
+}
+
+/// The names of the columns: coordinates, then velocities.
+fn columns(model: &Model) -> impl Iterator<Item = String> {
+    let names = || model.coordinates.iter().map(|own| own.name.clone());
+    names().chain(names().map(|name| format!("{name}'")))
 }
 
 /// A motion as a JSON object, a column for each coordinate and each velocity: doubles, the digits of [`motion_csv`], and what the doubles
@@ -63,43 +116,147 @@ pub fn motion_csv(
 /// The schema is `motion.schema.json`.
 #[must_use]
 pub fn motion_json(model: &Model, trajectory: &Trajectory, digits: usize) -> String {
-    let names = || model.coordinates.iter().map(|own| own.name.clone());
-    let columns = names().chain(names().map(|name| format!("{name}'")));
-    let columns = columns.enumerate().map(|(at, name)| {
-        let values = || trajectory.rows.iter().map(move |row| &row[at]);
-        let middles = array(values().map(|value| number(value.mid_f64())));
-        let mut text = format!("\n  {{\"name\": {}, \"values\": {middles}", string(&name));
-        if trajectory.estimated {
-            let digits = values().map(|value| match decided(value, digits) {
+    // Writing to memory does not fail.
+    let written = || -> io::Result<Vec<u8>> {
+        let mut json = MotionJson::new(Cursor::new(Vec::new()), model, trajectory, digits);
+        for (time, row) in trajectory.times.iter().zip(&trajectory.rows) {
+            json.row(time, row)?;
+        }
+        let mut out = Vec::new();
+        json.finish(&mut out)?;
+        Ok(out)
+    };
+    String::from_utf8(written().unwrap_or_default()).unwrap_or_default()
+}
+
+/// [`motion_json`], row by row: its columns are kept in a file until all rows are there.
+#[derive(Debug)]
+pub struct MotionJson<S> {
+    kept: S,
+    /// Bytes there.
+    end: u64,
+    /// Bytes of an array that are collected before they are put there.
+    block: usize,
+    /// Everything in front of the first array, between two of them, and behind the last.
+    around: Vec<String>,
+    /// The times, then the arrays of each column.
+    arrays: Vec<Array>,
+    estimated: bool,
+    digits: usize,
+}
+
+/// The elements of an array: what is not kept elsewhere yet, and where the others are.
+#[derive(Clone, Debug, Default)]
+struct Array {
+    text: String,
+    blocks: Vec<(u64, usize)>,
+}
+
+/// Memory for what is collected of all arrays.
+const COLLECTED: usize = 1 << 24;
+
+impl<S: Read + Write + Seek> MotionJson<S> {
+    /// Begins with a motion, which may be known at other times, and a file to keep columns in.
+    #[must_use]
+    pub fn new(kept: S, model: &Model, known: &Trajectory, digits: usize) -> Self {
+        let names = model.coordinates.iter().map(|own| string(&own.name));
+        let mut around = vec![format!(
+            "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": [",
+            model.name.as_deref().map_or_else(null, string),
+            array(names),
+            known.proved.is_some(),
+            known.steps,
+            known.energy_drift.map_or_else(null, number),
+        )];
+        let errors = if known.proved.is_some() {
+            "error_bounds"
+        } else {
+            "error_estimates"
+        };
+        for (at, name) in columns(model).enumerate() {
+            let before = if at == 0 {
+                "],\n \"columns\": ["
+            } else {
+                "]},"
+            };
+            let name = string(&name);
+            around.push(format!("{before}\n  {{\"name\": {name}, \"values\": ["));
+            if known.estimated {
+                around.push("], \"digits\": [".to_owned());
+                around.push(format!("], \"{errors}\": ["));
+            }
+        }
+        let arrays = vec![Array::default(); around.len()];
+        around.push("]}]}\n".to_owned());
+        Self {
+            kept,
+            end: 0,
+            block: (COLLECTED / arrays.len()).clamp(512, 1 << 16),
+            around,
+            arrays,
+            estimated: known.estimated,
+            digits,
+        }
+    }
+
+    /// Takes a row.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn row(&mut self, time: &Ball, row: &[Ball]) -> io::Result<()> {
+        self.put(0, &number(time.mid_f64()))?;
+        for (at, value) in row.iter().enumerate() {
+            let middle = number(value.mid_f64());
+            if !self.estimated {
+                self.put(1 + at, &middle)?;
+                continue;
+            }
+            let digits = match decided(value, self.digits) {
                 text if text.is_empty() => null(),
                 text => string(&text),
-            });
-            let errors = values().map(|value| number(one_digit_up(value.mid_f64_error())));
-            let what = if trajectory.proved.is_some() {
-                "error_bounds"
-            } else {
-                "error_estimates"
             };
-            text.push_str(&format!(
-                ", \"digits\": {}, \"{what}\": {}",
-                array(digits),
-                array(errors)
-            ));
+            self.put(1 + 3 * at, &middle)?;
+            self.put(2 + 3 * at, &digits)?;
+            self.put(3 + 3 * at, &number(one_digit_up(value.mid_f64_error())))?;
         }
-        text.push('}');
-        text
-    });
-    let columns: Vec<String> = columns.collect();
-    format!(
-        "{{\"model\": {},\n \"coordinates\": {},\n \"proved\": {},\n \"steps\": {},\n \"energy_drift\": {},\n \"times\": {},\n \"columns\": [{}]}}\n",
-        model.name.as_deref().map_or_else(null, string),
-        array(names().map(|name| string(&name))),
-        trajectory.proved.is_some(),
-        trajectory.steps,
-        trajectory.energy_drift.map_or_else(null, number),
-        array(trajectory.times.iter().map(|time| number(time.mid_f64()))),
-        columns.join(",")
-    )
+        Ok(())
+    }
+
+    fn put(&mut self, array: usize, item: &str) -> io::Result<()> {
+        let Some(array) = self.arrays.get_mut(array) else {
+            return Ok(());
+        };
+        if !(array.text.is_empty() && array.blocks.is_empty()) {
+            array.text.push_str(", ");
+        }
+        array.text.push_str(item);
+        if array.text.len() >= self.block {
+            self.kept.write_all(array.text.as_bytes())?;
+            array.blocks.push((self.end, array.text.len()));
+            self.end += array.text.len() as u64;
+            array.text.clear();
+        }
+        Ok(())
+    }
+
+    /// Writes all of it.
+    ///
+    /// # Errors
+    /// Those of the file and of the writer.
+    pub fn finish(mut self, mut out: impl Write) -> io::Result<()> {
+        let mut bytes = Vec::new();
+        for (before, array) in self.around.iter().zip(&self.arrays) {
+            out.write_all(before.as_bytes())?;
+            for (at, length) in &array.blocks {
+                bytes.resize(*length, 0);
+                self.kept.seek(SeekFrom::Start(*at))?;
+                self.kept.read_exact(&mut bytes)?;
+                out.write_all(&bytes)?;
+            }
+            out.write_all(array.text.as_bytes())?;
+        }
+        out.write_all(self.around.last().map_or(&[], |text| text.as_bytes()))
+    }
 }
 
 /// The digits that are certain; nothing where none is.

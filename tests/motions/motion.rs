@@ -194,7 +194,9 @@ fn modes_start_small_motions() {
                     at + 1
                 );
             }
-            let linear = superposition(&linearized, &from, &times(&period, 5)).unwrap();
+            let linear = superposition(&linearized, &from, &times(&period, 5))
+                .unwrap()
+                .collect::<Vec<_>>();
             for (row, linear) in found.rows.iter().zip(&linear) {
                 for i in 0..n {
                     let off = (row[i].mid_f64() - linear[i]).abs();
@@ -307,7 +309,9 @@ fn a_table_and_a_picture() {
     let from = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap();
     let times = times("10", 11);
     let found = system.motion(&from, &times).unwrap();
-    let linear = superposition(&linearized, &from, &times).unwrap();
+    let linear = superposition(&linearized, &from, &times)
+        .unwrap()
+        .collect::<Vec<_>>();
     let csv = motion_csv(&model, &found, None, 10);
     let mut lines = csv.lines();
     let header = "t,phi[1],phi[2],phi[3],phi[1]',phi[2]',phi[3]'";

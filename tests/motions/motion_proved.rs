@@ -37,6 +37,85 @@ fn agree(what: &str, one: &Trajectory, other: &Trajectory) {
     }
 }
 
+/// Rows one after the other are those of a table, whatever other times told of their digits.
+#[test]
+fn rows_one_by_one_are_those_of_a_table() {
+    let few = |count| times("3", count);
+    for (text, start) in [
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)",
+            "x=1, y'=4/5",
+        ),
+        (
+            "coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4 - x*cos(3*t)  dissipation = x'^2/10",
+            "x=-2",
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint x^2 + y^2 = 1  equilibrium x = 0  equilibrium y = -1",
+            "x=3/5, y=-4/5",
+        ),
+    ] {
+        let model = model(text);
+        let from = motion_support::start(&model, start);
+        let system = System::new(&model).unwrap();
+        let enclosed = Enclosed::new(&model).unwrap();
+        // As many bits as the first kind of numbers has, and more.
+        for digits in [10, 40] {
+            let known = enclosed.motion(&from, &few(7), digits).unwrap();
+            assert_eq!(known.proved > Some(106), digits == 40);
+            let table = enclosed.motion(&from, &few(50), digits).unwrap();
+            let mut rows = Vec::new();
+            enclosed
+                .rows(&from, &few(50), &known, |at, row| {
+                    assert_eq!(at, rows.len());
+                    rows.push(row);
+                    true
+                })
+                .unwrap();
+            assert_eq!(rows.len(), 50);
+            let streamed = &mut table.clone();
+            streamed.rows = rows;
+            agree(text, streamed, &table);
+        }
+        let truth = enclosed.motion(&from, &few(50), 25).unwrap();
+        for tolerance in [None, Some(1e-9)] {
+            let once = |count| match tolerance {
+                None => system.motion(&from, &few(count)).unwrap(),
+                Some(tolerance) => system.quick(&from, &few(count), tolerance).unwrap(),
+            };
+            let (known, table) = (once(9), once(50));
+            let mut rows = Vec::new();
+            system
+                .rows(&from, &few(50), &known, tolerance, |at, row| {
+                    rows.push(row);
+                    at < 49
+                })
+                .unwrap();
+            for (at, (row, same)) in rows.iter().zip(&table.rows).enumerate() {
+                for ((own, same), truth) in row.iter().zip(same).zip(&truth.rows[at]) {
+                    assert_eq!(own.mid, same.mid, "{text}");
+                    let off = own.sub(truth).mid_f64().abs();
+                    assert!(
+                        off <= own.radius + truth.radius || tolerance.is_some() && off < 1e-6,
+                        "{text}: {off:e}"
+                    );
+                }
+            }
+        }
+        // Whoever has enough says so.
+        let known = system.motion(&from, &few(9)).unwrap();
+        let mut seen = 0;
+        let stop = |_: usize, _: Vec<_>| {
+            seen += 1;
+            seen < 5
+        };
+        system
+            .rows(&from, &times("3", usize::MAX / 2), &known, None, stop)
+            .unwrap();
+        assert_eq!(seen, 5);
+    }
+}
+
 fn double_pendulum() -> Model {
     model(
         "param g = 9.81  param l[1..2] = 1  param m[1..2] = 1
