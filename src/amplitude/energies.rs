@@ -37,7 +37,11 @@ pub(super) struct Energies {
 impl Energies {
     pub(super) fn new(model: &Model) -> Result<Self, AmplitudeError> {
         let mut pool = model.pool.clone();
-        let parts = Parts::of(model, &mut pool)?;
+        let mut parts = Parts::of(model, &mut pool)?;
+        let small = pool.with_small_exponentials(&[parts.kinetic, parts.potential]);
+        if let [kinetic, potential] = small.as_slice() {
+            (parts.kinetic, parts.potential) = (*kinetic, *potential);
+        }
         if let Some(span) = parts.linear_span
             && acts(model, &mut pool, parts.linear)
         {

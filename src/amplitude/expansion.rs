@@ -25,9 +25,6 @@ use crate::precision::Ball;
 /// A part of the motion beside the mode itself may be so large, of the mode's size, where the range ends.
 const SHARE: f64 = 0.1;
 
-/// Components this near to the largest count as largest: the first of them is taken.
-const EQUAL: f64 = 1e-6;
-
 /// What all modes share.
 pub(super) struct Expansion<'a> {
     basis: &'a Basis,
@@ -131,15 +128,14 @@ impl<'a> Expansion<'a> {
         Some((both, second))
     }
 
-    /// What becomes of a mode, by its number.
-    pub(super) fn mode(&mut self, at: usize, own: &NormalMode) -> Result<ModeAmplitude, NotSmooth> {
+    /// What becomes of a mode, by its number, for an amplitude of one coordinate.
+    pub(super) fn mode(
+        &mut self,
+        at: usize,
+        own: &NormalMode,
+        coordinate: usize,
+    ) -> Result<ModeAmplitude, NotSmooth> {
         let basis = self.basis;
-        let size = own.vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        let largest = own
-            .vector
-            .iter()
-            .position(|x| x.abs() >= size * (1.0 - EQUAL));
-        let coordinate = largest.unwrap_or(0);
         let mut found = ModeAmplitude {
             coordinate,
             change: None,

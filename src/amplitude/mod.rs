@@ -37,8 +37,11 @@ use expansion::{Expansion, NotSmooth};
 use crate::linearize::{LinearizeError, Linearized, Structure};
 use crate::model::Model;
 use crate::modes::Kind;
-use crate::oscillation::{NormalMode, NormalModes};
+use crate::oscillation::{NormalMode, NormalModes, in_units};
 use crate::precision::Ball;
+
+/// Components this near to the largest count as largest: the first of them is taken.
+const EQUAL: f64 = 1e-6;
 
 /// What becomes of all modes.
 #[derive(Clone, Debug)]
@@ -126,10 +129,17 @@ pub fn amplitude(
     amplitudes
 }
 
+/// The coordinate of the largest component: the first of those that are as large.
+fn largest(mode: &NormalMode) -> usize {
+    let size = mode.vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut all = mode.vector.iter();
+    all.position(|x| x.abs() >= size * (1.0 - EQUAL)).unwrap_or(0)
+}
+
 fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
     let model = linearized.model();
     check(model)?;
-    let energies = Energies::new(model)?;
+    let energies = Energies::new(linearized.measured_model())?;
     if linearized.structure() != Structure::Conservative {
         let first = model.kinetic.first();
         let span = first.map(|family| family.span).unwrap_or_default();
@@ -148,16 +158,27 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
         equal: Vec::new(),
         drives: None,
     };
+    let largest: Vec<usize> = modes.modes.iter().map(largest).collect();
+    let units = linearized.units();
+    let modes = &*in_units(linearized, modes);
     let Some(basis) = Basis::new(linearized, modes) else {
         let modes = vec![undecided; modes.modes.len()];
         return Ok(Amplitudes { modes });
     };
-    let equilibrium = &linearized.equilibrium().values;
+    let equilibrium = linearized.measured_equilibrium();
     let mut expansion = Expansion::new(&energies, &basis, equilibrium);
     let found = modes.modes.iter().enumerate();
     let found: Result<Vec<ModeAmplitude>, NotSmooth> =
-        found.map(|(at, mode)| expansion.mode(at, mode)).collect();
+        found.map(|(at, mode)| expansion.mode(at, mode, largest[at])).collect();
     let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth)?;
+    if let Some(units) = units {
+        for mode in &mut modes {
+            let length = units.length(mode.coordinate);
+            mode.change = mode.change.map(|change| change.scale_far(-2 * length));
+            let reach = mode.reach.map(|reach| Ball::exact(reach).scale_far(length));
+            mode.reach = reach.map(|reach| reach.mid_f64());
+        }
+    }
     // The term a² b of the mean Lagrangian that a mode drives one of twice the frequency with is what makes this one excite it.
     for slow in 0..modes.len() {
         if let Some(Obstacle::OneToTwo { with }) = modes[slow].obstacle {

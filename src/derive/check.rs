@@ -13,15 +13,18 @@ use super::frequencies::{Case, Frequency};
 use super::pair::Pair;
 use super::simplify::{Simplifier, rebuild};
 use crate::expr::{ExprId, Node, Pool, Symbol, Tape, ZeroVerdict};
-use crate::linearize::{self, LinearizeError, Linearized};
+use crate::linearize::{self, LinearizeError, Linearized, Units, evaluate_closed};
 use crate::model::Model;
 use crate::modes::{self, Options, Problem};
 use crate::number::Number;
-use crate::oscillation::{mass_error, may_be_singular, normal_modes};
-use crate::precision::{Ball, Function, Scalar};
+use crate::oscillation::{in_units, mass_error, may_be_singular, normal_modes};
+use crate::precision::{Ball, Big, Function, Magnitude, Scalar};
 
 /// An enclosure has to tell so much of a number.
 const WIDEST: f64 = 1e-9;
+
+/// Bits of numbers beyond the range of balls.
+const BITS: usize = 192;
 
 /// What has a sign at the values of the parameters, and whether that is negative.
 pub(super) type Signs = Vec<(ExprId, bool)>;
@@ -66,12 +69,9 @@ impl<'a> Checker<'a> {
         let mut values = HashMap::new();
         let mut complete = true;
         for (i, parameter) in model.parameters.iter().enumerate() {
-            let value = parameter.value.and_then(|value| {
-                let tape = Tape::compile(&model.pool, &[value], &[]).ok()?;
-                tape.evaluate::<Ball>(&[], &mut Vec::new())
-                    .into_iter()
-                    .next()
-            });
+            let value = parameter.value;
+            let value = value.and_then(|value| evaluate_closed(&model.pool, value, BITS));
+            let value = value.map(|value: Big| value.to_far_ball());
             complete &= value.is_some();
             values.insert(
                 parameter.symbol,
@@ -136,6 +136,11 @@ impl<'a> Checker<'a> {
             .flatten()
             .filter(|value| !value.contains_zero())
             .map(Ball::is_negative)
+    }
+
+    /// What the numbers of the other path are measured in, where that is not SI.
+    fn units(&self) -> Option<&Units> {
+        self.linearized()?.units()
     }
 
     /// Whether an expression is different from 0 at the values of the parameters, drawn ones too.
@@ -263,6 +268,28 @@ impl<'a> Checker<'a> {
         Some(places)
     }
 
+    /// Columns of omega^2, xᵀMx and x each, in the units of the other path; there x is about 1.
+    fn measured_columns(&self, pool: &Pool, columns: &[ExprId], n: usize) -> Option<Vec<Ball>> {
+        let Some(units) = self.units() else {
+            return self.evaluate(pool, columns);
+        };
+        let mut found = Vec::with_capacity(columns.len());
+        for column in self.wide(pool, columns)?.chunks(n + 2) {
+            let [square, mass, x @ ..] = column else {
+                return None;
+            };
+            let own = x.iter().enumerate();
+            let own = own.map(|(at, x)| x.scale(-units.length(at)));
+            let x: Vec<Big> = own.collect();
+            let largest = x.iter().map(Big::abs_upper);
+            let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
+            let mass = mass.scale(2 * units.rate() - units.energy() - 2 * by);
+            found.extend([square.scale(-2 * units.rate()), mass].iter().map(Big::to_ball));
+            found.extend(x.iter().map(|x| x.scale(-by).to_ball()));
+        }
+        Some(found)
+    }
+
     /// Whether the columns are the modes: to each its omega^2 and xᵀMx, in the order of rising omega^2. They have to solve
     /// K x = omega^2 M x with the numbers of the other path, one by one, and to be orthogonal.
     pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
@@ -282,7 +309,7 @@ impl<'a> Checker<'a> {
             all.extend([column.omega_squared, column.mass]);
             all.extend(&column.vector);
         }
-        let Some(values) = self.evaluate(pool, &all) else {
+        let Some(values) = self.measured_columns(pool, &all, n) else {
             return false;
         };
         let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
@@ -349,40 +376,21 @@ impl<'a> Checker<'a> {
         (places, at): (&[Symbol], &[Vec<i64>]),
         (numbers, modes): (&[Symbol], &[Vec<i64>]),
     ) -> Option<Vec<Vec<Ball>>> {
-        let symbols = pool.symbols_of(&forms);
-        // Of letters, which list they are in.
-        let mut inputs = Vec::new();
-        let mut letters = Vec::new();
-        for (input, symbol) in symbols.iter().enumerate() {
-            let place = places.iter().position(|own| own == symbol);
-            let number = numbers.iter().position(|own| own == symbol);
-            if place.is_some() || number.is_some() {
-                letters.push((input, place, number));
-                inputs.push(Ball::ZERO);
-            } else {
-                inputs.push(self.value(pool, *symbol)?);
-            }
-        }
-        let tape = Tape::compile(pool, &forms, &symbols).ok()?;
-        let mut room = Vec::new();
-        let mut columns = Vec::new();
-        for mode in modes {
-            let mut column = vec![Ball::ZERO; at.len() + 1];
-            for (i, own) in at.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
-                for (input, place, number) in &letters {
-                    let value = match (place, number) {
-                        (Some(at), _) => own.get(*at),
-                        (None, at) => mode.get((*at)?),
-                    };
-                    inputs[*input] = Ball::from_number(&Number::from(*value?), ());
-                }
-                let values = tape.evaluate::<Ball>(&inputs, &mut room);
-                column[0] = values[0];
-                column[i + 1] = values[1];
-            }
-            columns.push(column);
-        }
-        Some(columns)
+        let Some(units) = self.units() else {
+            let value = |symbol| self.value(pool, symbol);
+            return waves(pool, forms, (places, at), (numbers, modes), (), value);
+        };
+        let value = |symbol| self.wide_value(pool, symbol);
+        let columns = waves(pool, forms, (places, at), (numbers, modes), BITS, value)?;
+        let power = |place: usize| match place.checked_sub(1) {
+            None => 2 * units.rate(),
+            Some(at) => units.of_shapes(at),
+        };
+        let measured = |column: &Vec<Big>| {
+            let own = column.iter().enumerate();
+            own.map(|(place, x)| x.scale(-power(place)).to_ball()).collect()
+        };
+        Some(columns.iter().map(measured).collect())
     }
 
     /// Whether such columns, omega^2 in front, are modes with xᵀMx = 1, orthogonal to each other.
@@ -453,7 +461,7 @@ impl<'a> Checker<'a> {
             None => self.solved(pool, pair),
         };
         let (Some(values), Some(modes)) = (
-            self.evaluate(pool, &expressions),
+            self.measured(pool, &expressions, &[2 * self.units().map_or(0, Units::rate)]),
             self.modes().or(own.as_ref()),
         ) else {
             case.frequencies.clear();
@@ -540,7 +548,41 @@ impl<'a> Checker<'a> {
             .map(|symbol| self.value(pool, *symbol))
             .collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
-        Some(tape.evaluate(&inputs?, &mut Vec::new()))
+        let mut found = tape.evaluate(&inputs?, &mut Vec::new());
+        if !found.iter().all(Ball::is_finite) {
+            let wide = self.wide(pool, expressions)?;
+            let open = found.iter_mut().zip(&wide).filter(|(own, _)| !own.is_finite());
+            open.for_each(|(own, wide)| *own = wide.to_far_ball());
+        }
+        Some(found)
+    }
+
+    /// The same in numbers of any range.
+    fn wide(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Big>> {
+        let symbols = pool.symbols_of(expressions);
+        let inputs = symbols.iter().map(|symbol| self.wide_value(pool, *symbol));
+        let inputs: Option<Vec<Big>> = inputs.collect();
+        let tape = Tape::compile(pool, expressions, &symbols).ok()?;
+        Some(tape.prepare::<Big>(BITS).evaluate(&inputs?, &mut Vec::new()))
+    }
+
+    fn wide_value(&self, pool: &Pool, symbol: Symbol) -> Option<Big> {
+        let mut parameters = self.model.parameters.iter();
+        let own = parameters.find(|parameter| parameter.symbol == symbol);
+        match own.and_then(|parameter| parameter.value) {
+            Some(value) => evaluate_closed(&self.model.pool, value, BITS),
+            None => Some(Big::from_ball(&self.value(pool, symbol)?, BITS)),
+        }
+    }
+
+    /// The values in the units of the other path, where it has some: of 2^power, these powers over and over.
+    fn measured(&self, pool: &Pool, expressions: &[ExprId], powers: &[i64]) -> Option<Vec<Ball>> {
+        if self.units().is_none() {
+            return self.evaluate(pool, expressions);
+        }
+        let wide = self.wide(pool, expressions)?;
+        let both = wide.iter().zip(powers.iter().cycle());
+        Some(both.map(|(own, power)| own.scale(-power).to_ball()).collect())
     }
 
     /// M and K at the values at hand, column by column.
@@ -581,6 +623,56 @@ impl<'a> Checker<'a> {
     }
 }
 
+/// [`Checker::waves`] in numbers of one kind, with the values of parameters.
+fn waves<S: Scalar>(
+    pool: &Pool,
+    forms: [ExprId; 2],
+    (places, at): (&[Symbol], &[Vec<i64>]),
+    (numbers, modes): (&[Symbol], &[Vec<i64>]),
+    precision: S::Precision,
+    known: impl Fn(Symbol) -> Option<S>,
+) -> Option<Vec<Vec<S>>> {
+    let zero = S::from_number(&Number::ZERO, precision);
+    let symbols = pool.symbols_of(&forms);
+    // Of letters, which list they are in.
+    let mut inputs = Vec::new();
+    let mut letters = Vec::new();
+    for (input, symbol) in symbols.iter().enumerate() {
+        let place = places.iter().position(|own| own == symbol);
+        let number = numbers.iter().position(|own| own == symbol);
+        if place.is_some() || number.is_some() {
+            letters.push((input, place, number));
+            inputs.push(zero.clone());
+        } else {
+            inputs.push(known(*symbol)?);
+        }
+    }
+    let tape = Tape::compile(pool, &forms, &symbols).ok()?;
+    let prepared = tape.prepare::<S>(precision);
+    let mut room = Vec::new();
+    let mut columns = Vec::new();
+    for mode in modes {
+        let mut column = vec![zero.clone(); at.len() + 1];
+        for (i, own) in at.iter().enumerate().filter(|(_, own)| !own.is_empty()) {
+            for (input, place, number) in &letters {
+                let value = match (place, number) {
+                    (Some(at), _) => own.get(*at),
+                    (None, at) => mode.get((*at)?),
+                };
+                inputs[*input] = S::from_number(&Number::from(*value?), precision);
+            }
+            let values = prepared.evaluate(&inputs, &mut room);
+            let [square, component] = values.as_slice() else {
+                return None;
+            };
+            column[0] = square.clone();
+            column[i + 1] = component.clone();
+        }
+        columns.push(column);
+    }
+    Some(columns)
+}
+
 fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
     // A copy is needed to write the difference down; only near coincidences come here.
     let mut pool = pool.clone();
@@ -590,9 +682,10 @@ fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {
 
 fn references(linearized: &Linearized) -> Option<Vec<Reference>> {
     let modes = normal_modes(linearized, &Options::default().without_vectors()).ok()?;
-    let references = modes.modes.into_iter().map(|mode| Reference {
+    let modes = in_units(linearized, &modes);
+    let references = modes.modes.iter().map(|mode| Reference {
         omega_squared: mode.omega_squared.unwrap_or(Ball::NOT_FINITE),
-        symmetry: mode.symmetry,
+        symmetry: mode.symmetry.clone(),
     });
     Some(references.collect())
 }

@@ -1,7 +1,11 @@
 //! Replacing symbols by expressions, and absolute values by signs.
 
 use super::traverse::Reachable;
-use super::{ExprId, Function, Node, Pool, Substitution, Symbol};
+use super::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
+use crate::number::Number;
+
+/// From this power of two on an exponential is large.
+const LARGE: f64 = 200.0;
 
 impl Pool {
     /// The roots with their symbols replaced, all at once, and simplified anew.
@@ -11,7 +15,7 @@ impl Pool {
         if !dependent.contains(&true) {
             return roots.to_vec();
         }
-        self.rebuilt(roots, &reachable, &dependent, map, &mut |_, _| None)
+        self.rebuilt(roots, &reachable, &dependent, map, &mut |_, _, _| None)
     }
 
     /// The roots with each absolute value |x| of something that depends on a wanted symbol written s x, and all these x with
@@ -24,7 +28,10 @@ impl Pool {
         let reachable = self.reachable_places(roots);
         let dependent = self.dependent(&reachable, is_wanted);
         let mut signs: Vec<(ExprId, Symbol)> = Vec::new();
-        let mut signed = |pool: &mut Self, x: ExprId| {
+        let mut signed = |pool: &mut Self, function: Function, x: ExprId| {
+            if function != Function::Abs {
+                return None;
+            }
             let known = signs.iter().find(|known| known.0 == x);
             let sign = known.map(|known| known.1).unwrap_or_else(|| {
                 let sign = pool.fresh_symbol("sign");
@@ -39,14 +46,40 @@ impl Pool {
         (roots, signs)
     }
 
-    /// The roots built anew from what replaces their symbols, and their absolute values where `signed` gives something.
+    /// The same with exp(c) for a large constant c as 2^n exp(c - n ln 2) where that is about 1: products with numbers are then within the
+    /// range of doubles on their way.
+    pub(crate) fn with_small_exponentials(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = vec![true; reachable.ids.len()];
+        let none = Substitution::default();
+        let mut smaller = |pool: &mut Self, function: Function, x: ExprId| {
+            if function != Function::Exp || !pool.is_constant(x) {
+                return None;
+            }
+            let tape = Tape::compile(pool, &[x], &[]).ok()?;
+            let value = *tape.evaluate::<f64>(&[], &mut Vec::new()).first()?;
+            let power = (value / std::f64::consts::LN_2).round();
+            if !(LARGE..LARGE * 1000.0).contains(&power.abs()) {
+                return None;
+            }
+            let by = Number::from(power as i64);
+            let two = pool.integer(2);
+            let (log, factor) = (pool.apply(Function::Ln, two), pool.powr(two, &by));
+            let rest = pool.linear(&[(x, Number::ONE), (log, by.neg())]);
+            let rest = pool.apply(Function::Exp, rest);
+            Some(pool.mul(factor, rest))
+        };
+        self.rebuilt(roots, &reachable, &dependent, &none, &mut smaller)
+    }
+
+    /// The roots built anew from what replaces their symbols, and their functions where `replaced` gives something.
     fn rebuilt(
         &mut self,
         roots: &[ExprId],
         reachable: &Reachable,
         dependent: &[bool],
         map: &Substitution,
-        signed: &mut impl FnMut(&mut Self, ExprId) -> Option<ExprId>,
+        replaced: &mut impl FnMut(&mut Self, Function, ExprId) -> Option<ExprId>,
     ) -> Vec<ExprId> {
         let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
         let mut parts = Vec::new();
@@ -64,7 +97,7 @@ impl Pool {
                     parts.extend(terms.iter().map(|(term, c)| (image(*term), c.clone())));
                     let constant = constant.clone();
                     let constant = self.number(constant);
-                    parts.push((constant, crate::number::Number::ONE));
+                    parts.push((constant, Number::ONE));
                     self.linear(&parts)
                 }
                 Node::Product(factors) => {
@@ -78,9 +111,8 @@ impl Pool {
                 }
                 Node::Function(function, x) => {
                     let (function, x) = (*function, image(*x));
-                    let signed = (function == Function::Abs).then(|| signed(self, x));
-                    match signed.flatten() {
-                        Some(signed) => signed,
+                    match replaced(self, function, x) {
+                        Some(replaced) => replaced,
                         None => self.apply(function, x),
                     }
                 }

@@ -11,7 +11,7 @@ use super::velocity::{Origin, VelocityFamily};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::{Function, Scalar};
+use crate::precision::{Ball, Big, Function, Scalar};
 use crate::span::Span;
 
 /// The elements of one family of terms, ready to be evaluated.
@@ -37,6 +37,9 @@ pub struct ElementFamily {
     stiffness_tape: Tape,
 }
 
+/// Bits of numbers of any range, where those of balls do not do.
+const WIDE: usize = 192;
+
 /// All families, with what they share.
 #[derive(Clone, Debug)]
 pub(crate) struct Assembly {
@@ -55,6 +58,8 @@ pub(crate) struct Values<S: Scalar> {
     parameters: Vec<Option<S>>,
     pub(super) constants: Vec<S>,
     precision: S::Precision,
+    /// Where the range of these numbers does not do: the same in others, which all is evaluated in ([`Scalar::to_wide`]).
+    wide: Option<Box<Values<Big>>>,
 }
 
 /// The parameter that would have to have a value.
@@ -362,6 +367,13 @@ impl<S: Scalar> Values<S> {
         value.unwrap_or(otherwise).clone()
     }
 
+    /// A point and the values in numbers of any range, where these do not do.
+    pub(super) fn wide(&self, at: &[S]) -> Option<(Vec<Big>, &Values<Big>)> {
+        let wide = self.wide.as_deref()?;
+        let at: Option<Vec<Big>> = at.iter().map(|x| x.to_wide(WIDE)).collect();
+        Some((at?, wide))
+    }
+
     /// What the numbers were made with.
     pub(crate) fn precision(&self) -> S::Precision {
         self.precision
@@ -408,7 +420,15 @@ impl Assembly {
             parameters,
             constants,
             precision,
+            wide: None,
         })
+    }
+
+    /// The values, for expressions whose parts may be anywhere beyond the range of balls.
+    pub(super) fn wide_values(&self, model: &Model) -> Result<Values<Ball>, NoValue> {
+        let mut values = self.values(model, ())?;
+        values.wide = Some(Box::new(self.values(model, WIDE)?));
+        Ok(values)
     }
 
     /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the
@@ -464,6 +484,9 @@ impl Assembly {
 
     /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.
     pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        if let Some((at, wide)) = values.wide(at) {
+            return S::all_from_wide(&self.gradient(&at, wide));
+        }
         let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
         self.run(Part::Force, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
@@ -490,6 +513,13 @@ impl Assembly {
     /// ∇s of all elements of the effective potential: coordinates, each once, and entries. All that s
     /// depends on is there, also where the entry happens to be zero.
     pub(crate) fn slopes<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<Vec<(usize, S)>> {
+        if let Some((at, wide)) = values.wide(at) {
+            let rows = self.slopes(&at, wide).into_iter();
+            let narrowed = |(place, slope)| Some((place, S::from_wide(&slope)?));
+            return rows
+                .map(|row| row.into_iter().filter_map(narrowed).collect())
+                .collect();
+        }
         let mut rows = Vec::new();
         let zero = S::from_number(&Number::ZERO, values.precision);
         self.run(Part::Force, at, values, |family, instance, numbers| {
@@ -550,6 +580,15 @@ impl Assembly {
         values: &Values<S>,
         mut share: impl FnMut(u32, u32, &S),
     ) {
+        if let Some((at, wide)) = values.wide(at) {
+            let narrowed: &mut dyn FnMut(u32, u32, &Big) = &mut |i, j, own| {
+                if let Some(own) = S::from_wide(own) {
+                    share(i, j, &own);
+                }
+            };
+            self.entries(part, &at, wide, narrowed);
+            return;
+        }
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
             let elements = if part == Part::Inertia {
@@ -613,8 +652,13 @@ pub(crate) fn evaluate_closed<S: Scalar>(
         return Some(S::from_number(number, precision));
     }
     let tape = Tape::compile(pool, &[value], &[]).ok()?;
-    tape.prepare::<S>(precision)
-        .evaluate(&[], &mut Vec::new())
-        .into_iter()
-        .next()
+    let own = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());
+    let own = own.into_iter().next()?;
+    if own.is_finite() {
+        return Some(own);
+    }
+    // Parts may be beyond the range of what they come to.
+    let wide = tape.prepare::<Big>(WIDE).evaluate(&[], &mut Vec::new());
+    let wide = wide.first().filter(|wide| wide.is_finite());
+    Some(wide.and_then(S::from_wide).unwrap_or(own))
 }

@@ -43,6 +43,7 @@ mod symmetry;
 mod tied;
 mod unbalanced;
 mod undefined;
+mod units;
 mod velocity;
 mod verify;
 mod zero;
@@ -78,7 +79,11 @@ use assemble::{Assembly, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
+pub(crate) use units::power_of_two;
+pub use units::Units;
 use velocity::Matrix;
+
+use std::cell::Cell;
 
 use crate::model::Model;
 use crate::precision::{Ball, Big, Scalar};
@@ -121,6 +126,8 @@ pub struct Linearized {
     unbalanced: Option<Box<Unbalanced>>,
     /// The directions that constraints allow.
     constrained: Option<Box<Constrained>>,
+    /// What all but `shown` is measured in, where that is not SI.
+    units: Option<Units>,
     structure: Structure,
 }
 
@@ -159,15 +166,33 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
-    let linearized = leaving_out_dependent(&model, |left_out| {
-        linearize_without(model.clone(), left_out)
-    });
+    let linearized =
+        leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
     budget.check()?;
     linearized
 }
 
 /// Linearizes a model without some of its constraints, which follow from the others.
-fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+    let is_far = Cell::new(false);
+    let found = linearize_in(model.clone(), left_out, true, &is_far);
+    let Err(error) = found else { return found };
+    // What is wrong is said in the numbers of the file, as far as these tell.
+    let kind = std::mem::discriminant(&error);
+    let told = is_far
+        .get()
+        .then(|| linearize_in(model.clone(), left_out, false, &is_far).err());
+    let told = told.flatten();
+    Err(told.filter(|own| std::mem::discriminant(own) == kind).unwrap_or(error))
+}
+
+/// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.
+fn linearize_in(
+    mut model: Model,
+    left_out: &[usize],
+    units: bool,
+    is_far: &Cell<bool>,
+) -> Result<Linearized, LinearizeError> {
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
@@ -175,7 +200,7 @@ fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized,
     check_size(visible)?;
     let turning = model.rates.iter().any(Option::is_some);
     let bound = !model.constraints.is_empty();
-    let asked = (turning || bound).then(|| model.clone());
+    let mut asked = (turning || bound).then(|| model.clone());
     velocity::check_smooth(&model)?;
     if turning {
         steady::put_rates_in(&mut model)?;
@@ -188,10 +213,21 @@ fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized,
         check_size(model.coordinates.len())?;
     }
     assemble::put_exponents_in(&mut model);
-    let (mut assembly, linear) = assemble::assemble(&mut model);
-    let values = assembly
-        .values::<Ball>(&model, ())
-        .map_err(|missing| missing_value(&model, missing.0))?;
+    let missing = |model: &Model, missing: assemble::NoValue| missing_value(model, missing.0);
+    let (mut assembly, mut linear) = assemble::assemble(&mut model);
+    let values = assembly.values::<Ball>(&model, ());
+    let mut values = values.map_err(|name| missing(&model, name))?;
+    let chosen = units::choose(&model, &assembly, &values, visible);
+    is_far.set(chosen.is_some());
+    if let Some(own) = &chosen {
+        if units {
+            asked.get_or_insert_with(|| model.clone());
+            own.put_in(&mut model);
+            (assembly, linear) = assemble::assemble(&mut model);
+        }
+        let wide = assembly.wide_values(&model);
+        values = wide.map_err(|name| missing(&model, name))?;
+    }
     let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
     if !linear.is_empty() {
         let mut pool = std::mem::take(&mut model.pool);
@@ -207,7 +243,14 @@ fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized,
     } else {
         None
     };
-    let shown = asked.map(|model| Box::new((model, equilibrium.first(visible))));
+    let units = chosen.filter(|_| units);
+    let shown = asked.map(|model| {
+        let mut own = equilibrium.first(visible);
+        if let Some(units) = &units {
+            own.values = units.positions(&own.values);
+        }
+        Box::new((model, own))
+    });
     let mut linearized = Linearized {
         model,
         shown,
@@ -216,6 +259,7 @@ fn linearize_without(mut model: Model, left_out: &[usize]) -> Result<Linearized,
         equilibrium,
         unbalanced: unbalanced.map(Box::new),
         constrained,
+        units,
         structure: Structure::Conservative,
     };
     linearized.structure = linearized.find_structure();
@@ -344,12 +388,31 @@ impl Linearized {
         self.shown.as_ref().map_or(&self.model, |shown| &shown.0)
     }
 
+    /// What matrices, forces and motions are measured in where numbers in SI would leave the range of doubles; `None` where it is SI.
+    /// The equilibrium is in SI always.
+    #[must_use]
+    pub fn units(&self) -> Option<&Units> {
+        self.units.as_ref()
+    }
+
+    /// The model in [`Linearized::units`], with rates and multipliers put in.
+    pub(crate) fn measured_model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The equilibrium in [`Linearized::units`], multipliers behind the coordinates.
+    pub(crate) fn measured_equilibrium(&self) -> &[Ball] {
+        &self.equilibrium.values
+    }
+
     /// The multipliers of constraints by their names, at the equilibrium.
     pub(crate) fn multipliers(&self) -> impl Iterator<Item = (&str, Ball)> {
         let visible = self.model().coordinates.len();
         let names = self.model.coordinates.iter().map(|own| own.name.as_str());
+        let values = self.equilibrium.values.iter().enumerate();
+        let length = |at| self.units.as_ref().map_or(0, |units| units.length(at));
         names
-            .zip(self.equilibrium.values.iter().copied())
+            .zip(values.map(move |(at, value)| value.scale_far(length(at))))
             .skip(visible)
     }
 

@@ -109,7 +109,11 @@ impl Linearized {
         let ends = finite(&point) && finite(&mass) && finite(&stiffness);
         (ends && velocity.as_deref().is_none_or(finite)).then(|| Precise {
             bits,
-            equilibrium: point[..visible].to_vec(),
+            equilibrium: point[..visible]
+                .iter()
+                .enumerate()
+                .map(|(at, x)| x.scale(self.units.as_ref().map_or(0, |own| own.length(at))))
+                .collect(),
             mass,
             stiffness,
             velocity,

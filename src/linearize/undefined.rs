@@ -14,7 +14,7 @@ use super::velocity::VelocityFamily;
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, function_name};
 use crate::model::{Given, Model, SymbolKind, TermFamily};
 use crate::number::Number;
-use crate::precision::Ball;
+use crate::precision::{Ball, Big, Scalar};
 
 /// Longer expressions are not quoted in messages.
 const MOST_QUOTED: usize = 60;
@@ -24,6 +24,9 @@ const MOST_LISTED: usize = 6;
 
 /// Parameters defined through parameters are followed so far.
 const MOST_DEFINITIONS: usize = 100;
+
+/// Numbers beyond the range of doubles are no reason to blame: all is evaluated with so many bits.
+const BITS: usize = 192;
 
 /// What terms with velocities give.
 const FRICTION: &str = "a matrix of gyroscopic forces or friction";
@@ -52,22 +55,34 @@ impl Assembly {
         values: &Values<Ball>,
         what: &str,
     ) -> Option<LinearizeError> {
+        let undefined = match values.wide(at) {
+            Some((at, wide)) => self.first_undefined(&at, wide, what),
+            None => self.first_undefined(at, values, what),
+        };
+        undefined?.error(model, model.pool.clone(), &Point::Numbers(at))
+    }
+
+    fn first_undefined<'a, S: Scalar>(
+        &'a self,
+        at: &[S],
+        values: &Values<S>,
+        what: &'a str,
+    ) -> Option<Undefined<'a>> {
         let mut place: Option<(&ElementFamily, usize)> = None;
         for part in [Part::Force, Part::Inertia, Part::Stiffness] {
             self.run(part, at, values, |family, instance, numbers| {
-                if place.is_none() && !numbers.iter().all(Ball::is_finite) {
+                if place.is_none() && !numbers.iter().all(S::is_finite) {
                     place = Some((family, instance));
                 }
             });
         }
-        let undefined = match place {
-            Some((family, instance)) => Undefined::of_energy(family, instance, what),
+        match place {
+            Some((family, instance)) => Some(Undefined::of_energy(family, instance, what)),
             None => self.velocity.iter().find_map(|family| {
                 let instance = family.not_finite(at, values)?;
                 Some(Undefined::of_velocities(family, instance))
-            })?,
-        };
-        undefined.error(model, model.pool.clone(), &Point::Numbers(at))
+            }),
+        }
     }
 
     /// The first term that has no value at a point of expressions, as an error.
@@ -196,7 +211,7 @@ pub(super) fn given_not_finite(model: &Model, given: &Given) -> LinearizeError {
 struct Scene<'a> {
     model: &'a Model,
     pool: Pool,
-    numbers: HashMap<Symbol, Ball>,
+    numbers: HashMap<Symbol, Big>,
     names: Substitution,
     /// What they come to where that is no number: a point of expressions.
     images: Option<Substitution>,
@@ -215,15 +230,15 @@ impl<'a> Scene<'a> {
         for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
             let number = *number as usize;
             let value = match point {
-                Point::Numbers(at) => Some(*at.get(number)?),
+                Point::Numbers(at) => Some(Big::from_ball(at.get(number)?, BITS)),
                 Point::Expressions(at) => {
                     let image = *at.get(number)?;
                     images.insert(local.coordinate, image);
-                    evaluate_closed(&pool, image, ())
+                    evaluate_closed(&pool, image, BITS)
                 }
             };
             numbers.extend(value.map(|value| (local.coordinate, value)));
-            numbers.insert(local.velocity, Ball::ZERO);
+            numbers.insert(local.velocity, Big::zero(BITS));
             images.insert(local.velocity, pool.zero());
             let name = pool.symbol_expr(model.coordinates.get(number)?.symbol);
             names.insert(local.coordinate, name);
@@ -233,7 +248,7 @@ impl<'a> Scene<'a> {
             names.insert(*symbol, *constant);
             images.insert(*symbol, *constant);
             let value = pool.substitute_one(*constant, &known);
-            let value = evaluate_closed(&pool, value, ());
+            let value = evaluate_closed(&pool, value, BITS);
             numbers.extend(value.map(|value| (*symbol, value)));
         }
         Some(Self {
@@ -254,7 +269,7 @@ impl Scene<'_> {
         for _ in 0..MOST_DEFINITIONS {
             let parts = self.pool.reachable(&roots);
             let numbers = self.evaluate(&parts)?;
-            let value = |e: ExprId| Some(numbers[parts.binary_search(&e).ok()?]);
+            let value = |e: ExprId| numbers.get(parts.binary_search(&e).ok()?).cloned();
             let at = numbers.iter().position(|number| !number.is_finite())?;
             let Node::Symbol(symbol) = *self.pool.node(parts[at]) else {
                 let (said, blamed) = self.describe(parts[at], &value)?;
@@ -286,34 +301,34 @@ impl Scene<'_> {
         None
     }
 
-    fn evaluate(&mut self, parts: &[ExprId]) -> Option<Vec<Ball>> {
+    fn evaluate(&mut self, parts: &[ExprId]) -> Option<Vec<Big>> {
         if let Some(images) = &self.images {
             // What a symbol leaves open is not to blame.
             let images = self.pool.substitute(parts, images);
             let value = |e: &ExprId| {
                 if matches!(self.pool.node(*e), Node::Undefined) {
-                    Ball::ONE / Ball::ZERO
+                    Big::not_finite(BITS)
                 } else {
-                    evaluate_closed(&self.pool, *e, ()).unwrap_or(Ball::ONE)
+                    evaluate_closed(&self.pool, *e, BITS).unwrap_or_else(|| Big::one(BITS))
                 }
             };
             return Some(images.iter().map(value).collect());
         }
         let symbols = self.pool.symbols_of(parts);
-        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.number(*symbol)).collect();
+        let inputs: Option<Vec<Big>> = symbols.iter().map(|symbol| self.number(*symbol)).collect();
         let tape = Tape::compile(&self.pool, parts, &symbols).ok()?;
-        Some(tape.evaluate(&inputs?, &mut Vec::new()))
+        Some(tape.prepare(BITS).evaluate(&inputs?, &mut Vec::new()))
     }
 
-    fn number(&self, symbol: Symbol) -> Option<Ball> {
+    fn number(&self, symbol: Symbol) -> Option<Big> {
         if let Some(number) = self.numbers.get(&symbol) {
-            return Some(*number);
+            return Some(number.clone());
         }
         match self.model.symbols.get(&symbol)? {
             SymbolKind::Parameter(number) => evaluate_closed(
                 &self.model.pool,
                 self.model.parameters.get(*number)?.value?,
-                (),
+                BITS,
             ),
             _ => None,
         }
@@ -323,7 +338,7 @@ impl Scene<'_> {
     fn describe(
         &mut self,
         part: ExprId,
-        value: &dyn Fn(ExprId) -> Option<Ball>,
+        value: &dyn Fn(ExprId) -> Option<Big>,
     ) -> Option<(String, ExprId)> {
         match self.pool.node(part).clone() {
             Node::Product(factors) => {
@@ -376,7 +391,7 @@ impl Scene<'_> {
     }
 
     /// `the square root of `2 - a` is taken, which is -1 for a = 3`
-    fn taken_of(&mut self, power: &str, base: ExprId, number: Ball) -> String {
+    fn taken_of(&mut self, power: &str, base: ExprId, number: Big) -> String {
         let values = self.with_values(base, number);
         match self.quoted(base) {
             Some(text) => format!("the {power} of {text} is taken, which is {values}"),
@@ -418,7 +433,7 @@ impl Scene<'_> {
     }
 
     /// `-1 for a = 1`, for something that a function or a power is taken of.
-    fn with_values(&mut self, e: ExprId, number: Ball) -> String {
+    fn with_values(&mut self, e: ExprId, number: Big) -> String {
         format!("{}{}", short(number.mid_f64()), self.given(e))
     }
 
@@ -447,7 +462,7 @@ impl Scene<'_> {
     }
 
     /// The value of a coordinate or parameter under its own name.
-    fn value_of_name(&self, symbol: Symbol) -> Option<Ball> {
+    fn value_of_name(&self, symbol: Symbol) -> Option<Big> {
         let slot = self
             .names
             .iter()

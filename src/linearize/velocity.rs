@@ -11,7 +11,7 @@ use super::facts::{Facts, Variable};
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
-use crate::precision::{Ball, Function, Scalar};
+use crate::precision::{Function, Scalar};
 
 /// Which matrix an entry belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -113,11 +113,13 @@ impl VelocityFamily {
     }
 
     /// The first instance whose entries at a point are not finite.
-    pub(super) fn not_finite(&self, at: &[Ball], values: &Values<Ball>) -> Option<usize> {
+    pub(super) fn not_finite<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Option<usize> {
+        let zero = S::from_number(&Number::ZERO, values.precision());
+        let prepared = self.tape.prepare::<S>(values.precision());
         (0..self.terms.count).find(|instance| {
-            let inputs = self.inputs(*instance, at, values, &Ball::ZERO);
-            let numbers = self.tape.evaluate(&inputs, &mut Vec::new());
-            !numbers.iter().all(Ball::is_finite)
+            let inputs = self.inputs(*instance, at, values, &zero);
+            let numbers = prepared.evaluate(&inputs, &mut Vec::new());
+            !numbers.iter().all(S::is_finite)
         })
     }
 
@@ -266,6 +268,10 @@ impl Assembly {
         at: &[S],
         values: &Values<S>,
     ) -> Option<Vec<S>> {
+        if let Some((at, wide)) = values.wide(at) {
+            let found = self.velocity_matrix(matrix, &at, wide)?;
+            return Some(S::all_from_wide(&found));
+        }
         let n = self.dimension;
         let zero = S::from_number(&Number::ZERO, values.precision());
         let mut result: Option<Vec<S>> = None;

@@ -58,7 +58,7 @@ pub(super) fn spectrum(
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
             let shape = zero_shapes.next();
-            modes.push(mode(Ball::ZERO, None, Kind::Zero, shape, *number));
+            modes.push(mode((Ball::ZERO, 0), None, Kind::Zero, shape, *number));
         }
         *number += u32::from(zeros > 0);
     };
@@ -81,7 +81,8 @@ pub(super) fn spectrum(
             if position == unstable && position > cluster.start {
                 put_zeros(&mut modes, &mut number);
             }
-            let value = certificate.eigenvalues[position].scale(scaled.power);
+            // The sign and the root before they leave the range of doubles.
+            let value = certificate.eigenvalues[position];
             let kind = if value.is_positive() {
                 Kind::Oscillation
             } else if value.is_negative() {
@@ -91,6 +92,7 @@ pub(super) fn spectrum(
             };
             let precise = precise.get(position).and_then(Option::as_ref);
             let precise = precise.map(|x| x.scale(scaled.power.into()));
+            let value = (value, scaled.power);
             modes.push(mode(value, precise, kind, shapes.next(), own_number));
         }
     }
@@ -111,14 +113,15 @@ pub(super) fn spectrum(
     }
 }
 
+/// A mode with ω² as a ball times an even power of two.
 fn mode(
-    omega_squared: Ball,
+    (omega_squared, power): (Ball, i32),
     precise: Option<Big>,
     kind: Kind,
     shape: Option<shape::Shape>,
     cluster: u32,
 ) -> Mode {
-    let (omega, growth) = match kind {
+    let both = match kind {
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
         Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
@@ -126,11 +129,12 @@ fn mode(
             (omega_squared.sqrt(), (-omega_squared).sqrt())
         }
     };
+    let (omega, growth) = (both.0.scale(power / 2), both.1.scale(power / 2));
     let (vector, vector_error_bound) =
         shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));
     Mode {
         kind,
-        omega_squared,
+        omega_squared: omega_squared.scale(power),
         omega,
         growth,
         precise: precise.map(|x| Box::new(Precise::new(x, kind))),

@@ -159,13 +159,19 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
 fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64>, f64) {
     let real: Vec<f64> = own.iter().map(|x| x.re).collect();
     let imaginary: Vec<f64> = own.iter().map(|x| x.im).collect();
-    if own.is_empty() || !linearized.is_constrained() {
+    let plain = !linearized.is_constrained() && linearized.units().is_none();
+    if own.is_empty() || plain {
         let flat = imaginary.iter().all(|x| *x == 0.0);
         return (real, if flat { Vec::new() } else { imaginary }, bound);
     }
-    let (real, one) = linearized.embed(&real, bound);
-    let (imaginary, other) = linearized.embed(&imaginary, bound);
-    let bound = one.hypot(other).next_up();
+    let (mut real, one) = linearized.embed(&real, bound);
+    let (mut imaginary, other) = linearized.embed(&imaginary, bound);
+    let mut bound = one.hypot(other).next_up();
+    if let Some(units) = linearized.units() {
+        units.shape(&mut real, false);
+        units.shape(&mut imaginary, false);
+        bound = units.shape_error(bound, real.len(), false);
+    }
     let size = |at: usize| real[at].hypot(imaginary[at]);
     let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
     let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));

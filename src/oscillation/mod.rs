@@ -7,8 +7,10 @@
 mod exponents;
 mod parts;
 mod symmetry;
+mod units;
 mod warning;
 
+pub(crate) use units::in_units;
 pub use warning::{Warning, warnings};
 
 use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
@@ -106,7 +108,11 @@ pub fn normal_modes(
     budget.at(what, None);
     let modes = modes_of(linearized, options);
     budget.check()?;
-    modes
+    let mut modes = modes?;
+    if let Some(own) = linearized.units() {
+        modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
+    }
+    Ok(modes)
 }
 
 fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
@@ -220,10 +226,14 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
 /// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of
 /// the largest is positive in these, too.
 fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) {
-    if !linearized.is_constrained() {
+    if !linearized.is_constrained() && linearized.units().is_none() {
         return (own, bound);
     }
-    let (mut vector, bound) = linearized.embed(&own, bound);
+    let (mut vector, mut bound) = linearized.embed(&own, bound);
+    if let Some(units) = linearized.units() {
+        units.shape(&mut vector, false);
+        bound = units.shape_error(bound, vector.len(), false);
+    }
     let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
     if first.is_some_and(|x| *x < 0.0) {
@@ -340,7 +350,11 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             singular,
         } => {
             let own = direction;
-            let direction = &linearized.embed(direction, 0.0).0;
+            let mut direction = linearized.embed(direction, 0.0).0;
+            if let Some(units) = linearized.units() {
+                units.direction(&mut direction);
+            }
+            let direction = &direction;
             let combination: Vec<(String, f64)> = coordinates
                 .iter()
                 .zip(direction)

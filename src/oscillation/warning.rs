@@ -247,6 +247,7 @@ const MOST_JUDGED: usize = 8;
 
 /// The worst of the soft modes, if that is bad.
 fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
+    let modes = super::in_units(linearized, modes);
     let mut soft: Vec<(usize, Shape<'_>)> = modes
         .modes
         .iter()

@@ -2,7 +2,7 @@
 
 use super::panel::Field;
 use super::real::Real;
-use crate::linearize::short;
+use super::Oscillator;
 
 /// Newton steps to a summit.
 const MOST_STEPS: usize = 200;
@@ -27,8 +27,8 @@ impl<S: Real> Height<S> {
     }
 
     /// How far it is above another potential.
-    pub(super) fn words(&self, bottom: &S) -> String {
-        let height = short(self.at().sub(bottom).middle());
+    pub(super) fn words(&self, bottom: &S, oscillator: &Oscillator) -> String {
+        let height = oscillator.height(self.at().sub(bottom).middle());
         match self {
             Self::Top(_) => height,
             Self::AtLeast(_) => format!("more than {height}"),

@@ -47,10 +47,10 @@ use energies::Energies;
 use panel::Field;
 
 use crate::expr::{Pool, Tape};
-use crate::linearize::{Linearized, evaluate_closed};
+use crate::linearize::{self, Linearized, evaluate_closed, power_of_two, short};
 use crate::model::{Constant, Model};
 use crate::number::Number;
-use crate::precision::{Ball, Big, Rounding, Scalar, decimal};
+use crate::precision::{Ball, Big, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
 
 /// Which motion is meant.
 #[derive(Clone, Debug)]
@@ -116,6 +116,8 @@ pub struct Period {
     pub motion: Motion,
     /// The energy, as a value of U = V - T0.
     pub energy: Ball,
+    /// The energy where doubles do not hold it.
+    pub energy_precise: Option<Big>,
     /// The equilibrium that amplitudes are measured from.
     pub equilibrium: Ball,
     /// Whether the equilibrium is known to be there. Where not, its place is an estimate, and a period by
@@ -129,6 +131,42 @@ pub struct Period {
     /// The leading change of the frequency: omega = omega_0 (1 + bend A² + …) for small amplitudes A; `None` where
     /// there are no small oscillations.
     pub bend: Option<Ball>,
+}
+
+/// Powers of two that numbers of [`Linearized::units`] are multiplied by in SI.
+#[derive(Clone, Copy, Default)]
+struct Powers {
+    energy: i64,
+    rate: i64,
+    length: i64,
+}
+
+impl Period {
+    /// The same in SI, where it was found in units of these powers of two.
+    fn in_si(mut self, powers: &Powers) -> Self {
+        let Powers {
+            energy,
+            rate,
+            length,
+        } = *powers;
+        self.period = self.period.scale_far(-rate);
+        self.small = self.small.map(|small| small.scale_far(-rate));
+        self.precise = self.precise.map(|period| period.scale(-rate));
+        self.small_precise = self.small_precise.map(|small| small.scale(-rate));
+        self.bend = self.bend.map(|bend| bend.scale_far(-2 * length));
+        self.energy_precise = self.energy_precise.map(|own| own.scale(energy));
+        self.energy = self.energy.scale_far(energy);
+        self.equilibrium = self.equilibrium.scale_far(length);
+        self.motion = match self.motion {
+            Motion::Libration { turning } => Motion::Libration {
+                turning: turning.map(|place| place.scale_far(length)),
+            },
+            Motion::Rotation { advance } => Motion::Rotation {
+                advance: advance.scale_far(length),
+            },
+        };
+        self
+    }
 }
 
 /// A model of one coordinate, ready for periods.
@@ -158,7 +196,7 @@ impl Oscillator {
     pub fn new(linearized: &Linearized) -> Result<Self, PeriodError> {
         let model = linearized.model();
         check(model)?;
-        let mut energies = Energies::new(model)?;
+        let mut energies = Energies::new(linearized.measured_model())?;
         // All parameters have values, or there would be no linearization.
         let tape = energies.tape().ok_or_else(|| PeriodError::NotQuadratic {
             coordinate: model.coordinates[0].name.clone(),
@@ -200,10 +238,45 @@ impl Oscillator {
         budget.at("the period", None);
         let period = solve::period(self, request, options);
         budget.check()?;
-        period
+        period.map(|period| period.in_si(&self.powers()))
     }
 
-    /// The number that is asked for, in SI.
+    /// What energies and lengths are measured in, and rates, as powers of two: see [`Linearized::units`].
+    fn powers(&self) -> Powers {
+        let units = self.linearized.units();
+        units.map_or_else(Powers::default, |units| Powers {
+            energy: units.energy(),
+            rate: units.rate(),
+            length: units.length(0),
+        })
+    }
+
+    /// A coordinate in a message.
+    fn place(&self, value: f64) -> String {
+        self.text(value, self.powers().length)
+    }
+
+    /// An energy in a message.
+    fn height(&self, value: f64) -> String {
+        self.text(value, self.powers().energy)
+    }
+
+    /// A bound of a difference of energies in a message.
+    fn margin(&self, value: Magnitude) -> String {
+        one_digit_up_text(value.scale(self.powers().energy).to_f64())
+    }
+
+    /// The equilibrium in the units of the energies.
+    fn measured_place(&self, precise: &linearize::Precise) -> Option<Big> {
+        let place = precise.equilibrium.first()?;
+        Some(place.scale(-self.powers().length))
+    }
+
+    fn text(&self, value: f64, power: i64) -> String {
+        short(Ball::exact(value).scale_far(power).mid_f64())
+    }
+
+    /// The number that is asked for, in the units of the energies.
     fn value<S: Scalar>(&self, request: &Request, precision: S::Precision) -> S {
         let (constant, factor) = match request {
             Request::Amplitude(constant) => (constant, self.coordinate().factor),
@@ -212,6 +285,15 @@ impl Oscillator {
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
         let factor = factor.and_then(|factor| {
             evaluate_closed::<S>(&self.linearized.model().pool, factor, precision)
+        });
+        let powers = self.powers();
+        let power = match request {
+            Request::Amplitude(_) => powers.length,
+            Request::Energy(_) => powers.energy,
+        };
+        let value = value.map(|value| match power {
+            0 => value,
+            _ => value.mul(&S::from_number(&power_of_two(-power), precision)),
         });
         match (value, factor) {
             (Some(value), Some(factor)) => value.mul(&factor),

@@ -65,9 +65,11 @@ pub(super) fn period(
             Ball::new(value.mid, 0.0)
         }
     };
-    let place = equilibrium.values.first().map_or(Ball::ZERO, at);
+    let place = oscillator.linearized.measured_equilibrium();
+    let place = place.first().map_or(Ball::ZERO, at);
     let mut fence = None;
-    if bits <= BITS_OF_BALLS {
+    // Numbers far from usual ones leave the range of balls on their way.
+    if bits <= BITS_OF_BALLS && oscillator.linearized.units().is_none() {
         let mut task = Task::<Ball>::new(oscillator, request, (), place, bits, None);
         match task.run(request) {
             Ok(found) if decides(&found.period, options.digits) => {
@@ -93,7 +95,7 @@ pub(super) fn period(
         oscillator.linearized.model().pool.budget().check()?;
         let precise = oscillator.linearized.precisely(precision);
         let centre = match precise.filter(|_| equilibrium.proved) {
-            Some(precise) => precise.equilibrium.into_iter().next(),
+            Some(precise) => oscillator.measured_place(&precise),
             None => None,
         };
         let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
@@ -152,7 +154,7 @@ pub(super) fn period(
                 if attempts > 12 || precision > MOST_BITS {
                     return Err(PeriodError::Undecided {
                         coordinate: oscillator.coordinate().name.clone(),
-                        place: short(at.mid_f64()),
+                        place: oscillator.place(at.mid_f64()),
                     });
                 }
             }
@@ -204,7 +206,7 @@ fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), Perio
     let bad = |reason| {
         Err(PeriodError::BadRequest {
             what,
-            value: if within || value.is_zero() {
+            value: if (within || value.is_zero()) && oscillator.linearized.units().is_none() {
                 short(value.mid_f64())
             } else {
                 text.to_owned()
@@ -246,6 +248,10 @@ fn finished<S: Real>(
         period: found.period.ball(),
         precise,
         motion,
+        energy_precise: oscillator
+            .linearized
+            .units()
+            .map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
         energy: found.energy.ball(),
         equilibrium: *place,
         proved: oscillator.linearized.equilibrium().proved,
@@ -278,7 +284,7 @@ fn judge<S: Real>(
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
             coordinate: oscillator.coordinate().name.clone(),
-            place: short(at.middle()),
+            place: oscillator.place(at.middle()),
         }),
         Verdict::Unknown => Ok(None),
     }
@@ -295,7 +301,7 @@ fn look(
 ) -> Verdict {
     let bits = BITS_OF_BARRIERS;
     let precise = oscillator.linearized.precisely(bits);
-    let centre = precise.and_then(|precise| precise.equilibrium.into_iter().next());
+    let centre = precise.and_then(|precise| oscillator.measured_place(&precise));
     let centre = centre.unwrap_or_else(|| Big::from_ball(place, bits));
     let mut task = Task::<Big>::new(oscillator, request, bits, centre, 256, None);
     let reach = at.sub(&task.centre).mid_f64().abs();
@@ -315,7 +321,7 @@ fn look(
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
         return Verdict::Final(PeriodError::NotSmooth {
             coordinate: oscillator.coordinate().name.clone(),
-            place: short(summit.mid_f64()),
+            place: oscillator.place(summit.mid_f64()),
         });
     }
     let excess = task.energy.sub(&height);
@@ -325,9 +331,9 @@ fn look(
     if undecided || rough && excess.largest() <= small {
         return Verdict::Final(PeriodError::AtBarrier {
             coordinate: oscillator.coordinate().name.clone(),
-            barrier: short(summit.mid_f64()),
-            margin: crate::precision::one_digit_up_text(excess.largest().to_f64()),
-            height: short(height.mid_f64()),
+            barrier: oscillator.place(summit.mid_f64()),
+            margin: oscillator.margin(excess.largest()),
+            height: oscillator.height(height.mid_f64()),
         });
     }
     if excess.is_negative() {

@@ -5,7 +5,6 @@ use super::panel::{Field, Obstacle, Path, Refusal, order_for};
 use super::real::Real;
 use super::turning::Outward;
 use super::{Oscillator, PeriodError, Request};
-use crate::linearize::short;
 use crate::precision::Big;
 
 /// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
@@ -312,14 +311,14 @@ impl<'a, S: Real> Task<'a, S> {
                 let coordinate = self.oscillator.coordinate();
                 Stop::Final(PeriodError::NegativeMass {
                     coordinate: coordinate.name.clone(),
-                    place: short(obstacle.at.middle()),
+                    place: self.oscillator.place(obstacle.at.middle()),
                     span: coordinate.span,
                 })
             }
             Refusal::Rough => Stop::Rough(obstacle.at),
             Refusal::Long => Stop::Final(PeriodError::TooLong {
                 coordinate: self.name(),
-                place: short(obstacle.at.middle()),
+                place: self.oscillator.place(obstacle.at.middle()),
             }),
             Refusal::Precision | Refusal::Forbidden => Stop::Precision(obstacle.at),
         }
@@ -335,8 +334,8 @@ impl<'a, S: Real> Task<'a, S> {
     pub(super) fn below_equilibrium(&mut self) -> PeriodError {
         let centre = self.centre.clone();
         PeriodError::BelowEquilibrium {
-            energy: short(self.energy.middle()),
-            potential: short(self.field.potential(&centre).middle()),
+            energy: self.oscillator.height(self.energy.middle()),
+            potential: self.oscillator.height(self.field.potential(&centre).middle()),
             maximum: self.is_maximum(),
         }
     }
@@ -345,7 +344,7 @@ impl<'a, S: Real> Task<'a, S> {
         PeriodError::NotPeriodic {
             coordinate: self.name(),
             upward,
-            end: end.map(short),
+            end: end.map(|end| self.oscillator.place(end)),
         }
     }
 
@@ -364,7 +363,7 @@ impl<'a, S: Real> Task<'a, S> {
             }
             None => PeriodError::Undecided {
                 coordinate: self.name(),
-                place: short(centre.middle()),
+                place: self.oscillator.place(centre.middle()),
             },
         }
     }
@@ -388,7 +387,7 @@ impl<'a, S: Real> Task<'a, S> {
     fn maximum(&self) -> PeriodError {
         PeriodError::Maximum {
             coordinate: self.name(),
-            equilibrium: short(self.centre.middle()),
+            equilibrium: self.oscillator.place(self.centre.middle()),
         }
     }
 
@@ -400,11 +399,11 @@ impl<'a, S: Real> Task<'a, S> {
             .as_ref()
             .map_or(f64::NAN, |(_, distance)| distance.middle());
         PeriodError::BeyondBarrier {
-            amplitude: short(amplitude),
+            amplitude: self.oscillator.place(amplitude),
             coordinate: self.name(),
-            barrier: short(summit.middle()),
-            height: height.words(&bottom),
-            energy: short(self.energy.sub(&bottom).middle()),
+            barrier: self.oscillator.place(summit.middle()),
+            height: height.words(&bottom, self.oscillator),
+            energy: self.oscillator.height(self.energy.sub(&bottom).middle()),
         }
     }
 }

@@ -8,6 +8,7 @@
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::double::{DoubleDouble, power_of_two, scale, two_prod, two_sum};
+use super::magnitude::Magnitude;
 
 /// u^2 = 2^-106, the unit of the double-double bounds.
 pub(crate) const U2: f64 = power_of_two(-106);
@@ -221,6 +222,19 @@ impl Ball {
                 radius
             },
         )
+    }
+
+    /// x 2^exponent, beyond the range of balls as well: a double and its radius there, which nothing more can be calculated
+    /// with, and no number where there is no such double.
+    pub(crate) fn scale_far(&self, exponent: i64) -> Self {
+        let by = exponent.clamp(-3000, 3000) as i32;
+        let (within, mid) = (self.scale(by), self.mid.scale(by));
+        let radius = Magnitude::from_f64(self.radius).scale(exponent).to_f64();
+        if !within.is_finite() && mid.is_finite() && radius < f64::INFINITY {
+            Self { mid, radius }
+        } else {
+            within
+        }
     }
 
     /// Absolute value. Where the ball contains 0, it is [0, m] for the larger end m.

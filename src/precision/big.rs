@@ -234,6 +234,16 @@ impl Big {
         Ball::new(mid, self.radius.add(rest).to_f64())
     }
 
+    /// The same beyond the range of balls: see [`Ball::scale_far`].
+    pub(crate) fn to_far_ball(&self) -> Ball {
+        let size = self.abs_upper();
+        if size.is_zero() || !size.is_finite() {
+            return self.to_ball();
+        }
+        let (_, by) = size.parts();
+        self.scale(-by).to_ball().scale_far(by)
+    }
+
     /// The midpoint as a fraction of powers of 2: `(significand, exponent)`.
     #[must_use]
     pub fn mid(&self) -> (&IBig, i64) {

@@ -1,6 +1,7 @@
 //! The number types expressions are evaluated over: doubles, one or eight, double-doubles and balls.
 
 use super::ball::Ball;
+use super::big::Big;
 use super::double::DoubleDouble;
 use super::lane::Lane;
 use super::scalar::{self, Function, Scalar};
@@ -374,6 +375,14 @@ impl Scalar for Ball {
             return Some(sum);
         }
         scalar::one_by_one(left, right)
+    }
+
+    fn to_wide(&self, bits: usize) -> Option<Big> {
+        Some(Big::from_ball(self, bits))
+    }
+
+    fn from_wide(wide: &Big) -> Option<Self> {
+        Some(wide.to_far_ball())
     }
 
     #[inline]

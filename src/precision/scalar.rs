@@ -1,5 +1,6 @@
 //! What a number type has to offer so that compiled expressions can be evaluated over it.
 
+use super::Big;
 use crate::number::Number;
 
 /// The elementary functions of one argument.
@@ -77,6 +78,18 @@ pub trait Scalar: Clone {
     }
     /// Whether the value is a number at all.
     fn is_finite(&self) -> bool;
+    /// The same in numbers whose exponents have no end, for an enclosure that has one of its own range.
+    fn to_wide(&self, _bits: usize) -> Option<Big> {
+        None
+    }
+    /// What [`Scalar::to_wide`] came to, enclosed.
+    fn from_wide(_wide: &Big) -> Option<Self> {
+        None
+    }
+    /// All of several.
+    fn all_from_wide(wide: &[Big]) -> Vec<Self> {
+        wide.iter().filter_map(Self::from_wide).collect()
+    }
     /// Whether the value is zero and known to be exactly that; `false` is always allowed and only
     /// costs time.
     fn is_exact_zero(&self) -> bool {

@@ -74,7 +74,11 @@ pub fn period_text(
     ));
     rows.push((
         "energy",
-        format!("{}{}", written(&found.energy), behind(" J")),
+        format!(
+            "{}{}",
+            Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(),
+            behind(" J")
+        ),
     ));
     match &found.small {
         Some(small) => {

@@ -16,12 +16,12 @@ mod split;
 
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::linearize::{
-    LinearizeError, Linearized, Slopes, Structure, WithMultipliers, ZeroMode, constant,
+    LinearizeError, Linearized, Slopes, Structure, Units, WithMultipliers, ZeroMode, constant,
 };
 use crate::model::Model;
 use crate::modes::{Kind, Options};
 use crate::number::Number;
-use crate::oscillation::{NormalMode, NormalModes, Uncertainty, normal_modes};
+use crate::oscillation::{NormalMode, NormalModes, Uncertainty, in_units, normal_modes};
 use crate::precision::Ball;
 use bordered::Place;
 use complex::{Enclosed, Rows};
@@ -117,6 +117,8 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
     let parameters: Vec<usize> = (0..linearized.model().parameters.len())
         .filter(|parameter| linearized.can_vary(*parameter))
         .collect();
+    let modes = &*in_units(linearized, modes);
+    let rate = linearized.units().map_or(0, Units::rate);
     let whole = linearized.with_multipliers();
     let groups = groups(&modes.modes);
     let spaces: Vec<Option<Space>> = groups
@@ -133,8 +135,9 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
         for (group, space) in groups.iter().zip(&spaces) {
             let moved = space.as_ref().and_then(|space| space.moved(&slopes));
             for (mode, moved) in group.iter().zip(moved.into_iter().flatten()) {
-                omega[*mode][at] = Some(moved.im).filter(Ball::is_finite);
-                growth[*mode][at] = Some(moved.re).filter(Ball::is_finite);
+                let [im, re] = [moved.im, moved.re].map(|own| own.scale_far(rate));
+                omega[*mode][at] = Some(im).filter(Ball::is_finite);
+                growth[*mode][at] = Some(re).filter(Ball::is_finite);
             }
         }
     }

@@ -22,6 +22,8 @@ use crate::precision::{Big, Rounding};
 pub(crate) const LARGEST: usize = 20;
 /// The most bits that roots are separated with.
 const MOST_BITS: usize = 8192;
+/// What is a tie with so many bits is left one.
+const BITS_OF_TIES: usize = 1024;
 /// So often the bits are doubled for blocks and vectors.
 const RISES: usize = 4;
 /// Vectors shall be known as well as this.
@@ -97,7 +99,12 @@ pub(super) fn exact(
             let parts = separated(&squares, &rest, bits)?;
             let covered = |x: &Big| {
                 let rounding = || (x * &rate(bits)).decimal(digits).rounding;
-                x.is_zero() || matches!(rounding(), Rounding::Correct | Rounding::Tie)
+                x.is_zero()
+                    || match rounding() {
+                        Rounding::Correct => true,
+                        Rounding::Tie => bits >= BITS_OF_TIES,
+                        Rounding::Fewer | Rounding::Undecided => false,
+                    }
             };
             let mut all = parts.iter();
             let all = all.all(|(growth, omega)| covered(growth) && covered(omega));

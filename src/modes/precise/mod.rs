@@ -465,7 +465,7 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     result
 }
 
-/// Whether √|x| has so many digits, correctly rounded, or is a tie as far as can be told.
+/// Whether √|x| has so many digits, correctly rounded.
 fn covers_precisely(x: &Big, digits: usize) -> bool {
     if x.contains_zero() {
         return false;
@@ -475,11 +475,7 @@ fn covers_precisely(x: &Big, digits: usize) -> bool {
     if relative > -wanted {
         return false;
     }
-    match x.abs().sqrt().decimal(digits).rounding {
-        Rounding::Correct => true,
-        Rounding::Tie => relative <= -wanted - plan::TIE,
-        Rounding::Fewer | Rounding::Undecided => false,
-    }
+    x.abs().sqrt().decimal(digits).rounding == Rounding::Correct
 }
 
 /// The outcome in the form that the double-double rung has, the precise values beside it.

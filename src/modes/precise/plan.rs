@@ -3,8 +3,8 @@
 use crate::modes::certify::Couplings;
 use crate::modes::dense::Matrix;
 
-/// Bits beyond the digits wanted at which a tie counts as one that can't be decided.
-pub(super) const TIE: f64 = 24.0;
+/// Bits of an eigenvalue beyond which a rounding is left open: entries have little more.
+const MOST_BITS: f64 = 900.0;
 /// Bits below the largest eigenvalue down to which signs are searched for, at first and at last.
 const SIGNS: [f64; 2] = [192.0, 640.0];
 /// Columns with more bits than this would leave the range in which double-doubles copy them.
@@ -14,7 +14,6 @@ const MOST_COLUMN_BITS: f64 = 900.0;
 pub(super) struct Goal {
     /// Bits of an eigenvalue relative to itself.
     bits: f64,
-    raised: usize,
     signs: usize,
     /// The largest eigenvalue, roughly.
     pub(super) largest: f64,
@@ -24,7 +23,6 @@ impl Goal {
     pub(super) fn new(digits: usize) -> Self {
         Self {
             bits: (digits as f64 + 4.0) * std::f64::consts::LOG2_10,
-            raised: 0,
             signs: 0,
             largest: 1.0,
         }
@@ -47,9 +45,8 @@ impl Goal {
             self.signs += 1;
             raised = true;
         }
-        if roundings && self.raised < 2 {
-            self.raised += 1;
-            self.bits += TIE + 8.0;
+        if roundings && self.bits < MOST_BITS {
+            self.bits = (2.0 * self.bits).clamp(64.0, MOST_BITS);
             raised = true;
         }
         raised
