@@ -131,9 +131,13 @@ pub fn amplitude(
 
 /// The coordinate of the largest component: the first of those that are as large.
 fn largest(mode: &NormalMode) -> usize {
-    let size = mode.vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let size = mode
+        .vector
+        .iter()
+        .fold(0.0_f64, |most, x| most.max(x.abs()));
     let mut all = mode.vector.iter();
-    all.position(|x| x.abs() >= size * (1.0 - EQUAL)).unwrap_or(0)
+    all.position(|x| x.abs() >= size * (1.0 - EQUAL))
+        .unwrap_or(0)
 }
 
 fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
@@ -168,8 +172,9 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     let equilibrium = linearized.measured_equilibrium();
     let mut expansion = Expansion::new(&energies, &basis, equilibrium);
     let found = modes.modes.iter().enumerate();
-    let found: Result<Vec<ModeAmplitude>, NotSmooth> =
-        found.map(|(at, mode)| expansion.mode(at, mode, largest[at])).collect();
+    let found: Result<Vec<ModeAmplitude>, NotSmooth> = found
+        .map(|(at, mode)| expansion.mode(at, mode, largest[at]))
+        .collect();
     let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth)?;
     if let Some(units) = units {
         for mode in &mut modes {

@@ -284,7 +284,11 @@ impl<'a> Checker<'a> {
             let largest = x.iter().map(Big::abs_upper);
             let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
             let mass = mass.scale(2 * units.rate() - units.energy() - 2 * by);
-            found.extend([square.scale(-2 * units.rate()), mass].iter().map(Big::to_ball));
+            found.extend(
+                [square.scale(-2 * units.rate()), mass]
+                    .iter()
+                    .map(Big::to_ball),
+            );
             found.extend(x.iter().map(|x| x.scale(-by).to_ball()));
         }
         Some(found)
@@ -388,7 +392,8 @@ impl<'a> Checker<'a> {
         };
         let measured = |column: &Vec<Big>| {
             let own = column.iter().enumerate();
-            own.map(|(place, x)| x.scale(-power(place)).to_ball()).collect()
+            own.map(|(place, x)| x.scale(-power(place)).to_ball())
+                .collect()
         };
         Some(columns.iter().map(measured).collect())
     }
@@ -461,7 +466,11 @@ impl<'a> Checker<'a> {
             None => self.solved(pool, pair),
         };
         let (Some(values), Some(modes)) = (
-            self.measured(pool, &expressions, &[2 * self.units().map_or(0, Units::rate)]),
+            self.measured(
+                pool,
+                &expressions,
+                &[2 * self.units().map_or(0, Units::rate)],
+            ),
             self.modes().or(own.as_ref()),
         ) else {
             case.frequencies.clear();
@@ -551,7 +560,10 @@ impl<'a> Checker<'a> {
         let mut found = tape.evaluate(&inputs?, &mut Vec::new());
         if !found.iter().all(Ball::is_finite) {
             let wide = self.wide(pool, expressions)?;
-            let open = found.iter_mut().zip(&wide).filter(|(own, _)| !own.is_finite());
+            let open = found
+                .iter_mut()
+                .zip(&wide)
+                .filter(|(own, _)| !own.is_finite());
             open.for_each(|(own, wide)| *own = wide.to_far_ball());
         }
         Some(found)
@@ -563,7 +575,10 @@ impl<'a> Checker<'a> {
         let inputs = symbols.iter().map(|symbol| self.wide_value(pool, *symbol));
         let inputs: Option<Vec<Big>> = inputs.collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
-        Some(tape.prepare::<Big>(BITS).evaluate(&inputs?, &mut Vec::new()))
+        Some(
+            tape.prepare::<Big>(BITS)
+                .evaluate(&inputs?, &mut Vec::new()),
+        )
     }
 
     fn wide_value(&self, pool: &Pool, symbol: Symbol) -> Option<Big> {
@@ -582,7 +597,10 @@ impl<'a> Checker<'a> {
         }
         let wide = self.wide(pool, expressions)?;
         let both = wide.iter().zip(powers.iter().cycle());
-        Some(both.map(|(own, power)| own.scale(-power).to_ball()).collect())
+        Some(
+            both.map(|(own, power)| own.scale(-power).to_ball())
+                .collect(),
+        )
     }
 
     /// M and K at the values at hand, column by column.

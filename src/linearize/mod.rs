@@ -79,8 +79,8 @@ use assemble::{Assembly, Values};
 use constrained::Tangent;
 use derived::leaving_out_dependent;
 use unbalanced::Unbalanced;
-pub(crate) use units::power_of_two;
 pub use units::Units;
+pub(crate) use units::power_of_two;
 use velocity::Matrix;
 
 use std::cell::Cell;
@@ -166,8 +166,7 @@ pub enum Structure {
 pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
     let budget = model.pool.budget().clone();
     budget.at("the equilibrium and the matrices there", None);
-    let linearized =
-        leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
+    let linearized = leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
     budget.check()?;
     linearized
 }
@@ -183,7 +182,9 @@ fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, Li
         .get()
         .then(|| linearize_in(model.clone(), left_out, false, &is_far).err());
     let told = told.flatten();
-    Err(told.filter(|own| std::mem::discriminant(own) == kind).unwrap_or(error))
+    Err(told
+        .filter(|own| std::mem::discriminant(own) == kind)
+        .unwrap_or(error))
 }
 
 /// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.

@@ -210,7 +210,10 @@ impl Units {
             map.insert(local.coordinate, pool.mul(unit, place));
             let velocity = pool.symbol_expr(local.velocity);
             let velocity = pool.mul(unit, velocity);
-            map.insert(local.velocity, pool.scale(velocity, &power_of_two(self.rate)));
+            map.insert(
+                local.velocity,
+                pool.scale(velocity, &power_of_two(self.rate)),
+            );
         }
         let body = pool.substitute_one(family.body, &map);
         family.body = pool.scale(body, &power_of_two(factor));
@@ -237,7 +240,9 @@ impl Units {
     pub(crate) fn shape(&self, vector: &mut [f64], back: bool) {
         for (at, x) in vector.iter_mut().enumerate() {
             let by = clamped(self.of_shapes(at));
-            *x = DoubleDouble::exact(*x).scale(if back { -by } else { by }).hi;
+            *x = DoubleDouble::exact(*x)
+                .scale(if back { -by } else { by })
+                .hi;
         }
     }
 
@@ -248,7 +253,9 @@ impl Units {
         let bound = Magnitude::from_f64(bound).scale(if back { -most } else { most });
         // What is smaller than doubles are, was rounded.
         let lost = powers().min().filter(|_| back);
-        let lost = lost.map_or(Magnitude::ZERO, |least| Magnitude::power_of_two(-1074 - least));
+        let lost = lost.map_or(Magnitude::ZERO, |least| {
+            Magnitude::power_of_two(-1074 - least)
+        });
         up(bound.max(lost).to_f64())
     }
 
@@ -275,7 +282,8 @@ impl Units {
     /// Coordinates that were measured in these units, in SI.
     pub(super) fn positions(&self, values: &[Ball]) -> Vec<Ball> {
         let both = values.iter().zip(&self.lengths);
-        both.map(|(value, length)| value.scale_far(*length)).collect()
+        both.map(|(value, length)| value.scale_far(*length))
+            .collect()
     }
 }
 

@@ -11,7 +11,7 @@ use super::pencil::{self, Pencil, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::{Bounds, Quick, Round};
 use super::start::{self, Failure};
 use super::{ModesError, Options, Rung, Source, refine, shape};
-use crate::precision::{Ball, Big, DoubleDouble, Rounding, decimal, up};
+use crate::precision::{Ball, Big, DoubleDouble, up};
 
 /// Most rounds of refinement; each squares the error, so that more do not help.
 const ROUNDS: usize = 6;
@@ -495,27 +495,17 @@ pub(super) fn covered(certificate: &Certificate, options: &Options) -> bool {
         .eigenvalues
         .iter()
         .take(options.lowest.unwrap_or(usize::MAX))
-        .all(|x| covers(x, options.digits))
+        .all(|x| covers(x, options))
 }
 
-/// Whether √|x| has `digits` digits, correctly rounded, with two to spare for what is derived.
-pub(super) fn covers(x: &Ball, digits: usize) -> bool {
+/// Whether √|x| has all digits, correctly rounded, with two to spare for what is derived.
+pub(super) fn covers(x: &Ball, options: &Options) -> bool {
     if x.contains_zero() {
         return false;
     }
     let relative = x.radius / x.mid.hi.abs();
-    if relative > 10f64.powi(-(digits.min(300) as i32) - 3) {
+    if relative > 10f64.powi(-(options.digits.min(300) as i32) - 3) {
         return false;
     }
-    // Near a tie the bound has to be narrower. In doubles, if they can tell: 10^12 has a spacing
-    // of 1e-4.
-    let root = x.mid.hi.abs().sqrt();
-    if digits <= 12 {
-        let place = 10f64.powi(digits as i32 - 1 - root.log10().floor() as i32);
-        let fraction = (root * place).fract();
-        if root.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
-            return true;
-        }
-    }
-    decimal(&x.abs().sqrt(), digits).rounding == Rounding::Correct
+    options.decide(x.mid.hi.abs().sqrt(), || x.abs().sqrt())
 }

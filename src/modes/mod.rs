@@ -30,7 +30,7 @@ mod start;
 
 use thiserror::Error;
 
-use crate::precision::Ball;
+use crate::precision::{Ball, Big, Rounding, decimal};
 use climb::{Certificate, Gram, Solution, climb, covered, covers, first};
 use dense::Matrix;
 pub use factored::Factors;
@@ -68,6 +68,8 @@ pub struct Options {
     pub lowest: Option<usize>,
     /// How many correctly rounded significant digits the frequencies shall have.
     pub digits: usize,
+    /// What is printed is 2^power times what is found: which roundings are close depends on it.
+    pub(crate) power: i64,
 }
 
 impl Default for Options {
@@ -76,11 +78,44 @@ impl Default for Options {
             vectors: true,
             lowest: None,
             digits: 10,
+            power: 0,
         }
     }
 }
 
 impl Options {
+    /// For numbers that are 2^power times smaller still.
+    pub(crate) fn smaller(&self, power: i64) -> Self {
+        Self {
+            power: self.power + power,
+            ..self.clone()
+        }
+    }
+
+    /// Whether the bound of a positive number of about this size decides its rounding to all digits as it is printed.
+    fn decide(&self, size: f64, number: impl FnOnce() -> Ball) -> bool {
+        // In doubles, if they can tell: 10^12 has a spacing of 1e-4.
+        if self.digits <= 12 {
+            let printed = Ball::exact(size).scale_far(self.power).mid_f64();
+            let place = 10f64.powi(self.digits as i32 - 1 - printed.log10().floor() as i32);
+            let fraction = (printed * place).fract();
+            if printed.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
+                return true;
+            }
+        }
+        let number = number();
+        if self.power == 0 {
+            decimal(&number, self.digits).rounding == Rounding::Correct
+        } else {
+            self.decide_precisely(&Big::from_ball(&number, BITS_OF_BALLS))
+        }
+    }
+
+    /// The same for more digits than a ball has.
+    fn decide_precisely(&self, number: &Big) -> bool {
+        number.scale(self.power).decimal(self.digits).rounding == Rounding::Correct
+    }
+
     /// Frequencies only: shapes cost as much again.
     #[must_use]
     pub fn without_vectors(mut self) -> Self {
@@ -102,6 +137,9 @@ impl Options {
         self
     }
 }
+
+/// A ball has no more bits than these, but for zeros between its two parts.
+const BITS_OF_BALLS: usize = 192;
 
 /// All modes that were asked for.
 #[derive(Clone, Debug)]
@@ -341,6 +379,7 @@ pub fn solve_from(
             return Err(ModesError::ZeroVector { index });
         }
     };
+    let options = &options.smaller(i64::from(scaled.power / 2));
     let below = |options: &Options| climb(&scaled, &zero, source, options);
     let solution = precise::further(&scaled, &zero, &below, source, options)?;
     Ok(spectrum(&scaled, &zero, &solution, options))

@@ -13,7 +13,7 @@ mod warning;
 pub(crate) use units::in_units;
 pub use warning::{Warning, warnings};
 
-use crate::linearize::{LinearizeError, Linearized, Structure, ZeroMode};
+use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode};
 use crate::modes::exponents::Limit;
 use crate::modes::{
     self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source,
@@ -106,11 +106,15 @@ pub fn normal_modes(
     let budget = linearized.model().pool.budget();
     let what = format!("the modes of {} coordinates", linearized.dimension());
     budget.at(what, None);
-    let modes = modes_of(linearized, options);
+    let rate = linearized.units().map_or(0, Units::rate);
+    let modes = modes_of(linearized, &options.smaller(rate));
     budget.check()?;
     let mut modes = modes?;
     if let Some(own) = linearized.units() {
-        modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
+        modes
+            .modes
+            .iter_mut()
+            .for_each(|mode| units::in_si(own, mode));
     }
     Ok(modes)
 }

@@ -26,7 +26,9 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
     let pairs = [(&mode.omega, &omega), (&mode.growth, &growth)];
     let squares = mode.omega_squared.as_ref().zip(square.as_ref());
     let lost = pairs.into_iter().chain(squares);
-    let lost = lost.into_iter().any(|(before, after)| is_lost(before, after));
+    let lost = lost
+        .into_iter()
+        .any(|(before, after)| is_lost(before, after));
     if lost && mode.precise.is_none() {
         let big = |x: &Ball| Big::from_ball(x, BITS);
         let (omega, growth) = (big(&mode.omega), big(&mode.growth));
@@ -47,7 +49,10 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
 }
 
 /// Modes in the units that the matrices of the model are in: the way back.
-pub(crate) fn in_units<'a>(linearized: &Linearized, modes: &'a NormalModes) -> Cow<'a, NormalModes> {
+pub(crate) fn in_units<'a>(
+    linearized: &Linearized,
+    modes: &'a NormalModes,
+) -> Cow<'a, NormalModes> {
     let Some(units) = linearized.units() else {
         return Cow::Borrowed(modes);
     };

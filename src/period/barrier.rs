@@ -1,8 +1,8 @@
 //! Barriers: maxima of U on the way.
 
+use super::Oscillator;
 use super::panel::Field;
 use super::real::Real;
-use super::Oscillator;
 
 /// Newton steps to a summit.
 const MOST_STEPS: usize = 200;

@@ -97,7 +97,12 @@ impl Energies {
         let centre = match linearized.equilibrium().origins.first() {
             Some(Origin::Zero) => self.pool.zero(),
             Some(Origin::Given) => {
-                let given = linearized.measured_model().equilibria.first().copied().flatten();
+                let given = linearized
+                    .measured_model()
+                    .equilibria
+                    .first()
+                    .copied()
+                    .flatten();
                 match given.and_then(|given| given.value) {
                     Some(value) => value,
                     None => return false,

@@ -335,7 +335,9 @@ impl<'a, S: Real> Task<'a, S> {
         let centre = self.centre.clone();
         PeriodError::BelowEquilibrium {
             energy: self.oscillator.height(self.energy.middle()),
-            potential: self.oscillator.height(self.field.potential(&centre).middle()),
+            potential: self
+                .oscillator
+                .height(self.field.potential(&centre).middle()),
             maximum: self.is_maximum(),
         }
     }

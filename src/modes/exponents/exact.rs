@@ -9,13 +9,13 @@
 
 use dashu_int::IBig;
 
-use super::IntegerQuadratic;
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil, Search};
 use super::complex::Wide;
 use super::polynomial::{
     Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through,
 };
+use super::{IntegerQuadratic, Options};
 use crate::precision::{Big, Rounding};
 
 /// Up to this number of coordinates.
@@ -60,7 +60,7 @@ fn at(matrices: &IntegerQuadratic, n: usize, lambda: &IBig) -> Vec<Vec<IBig>> {
 pub(super) fn exact(
     matrices: &IntegerQuadratic,
     n: usize,
-    digits: usize,
+    options: &Options,
     semisimple: bool,
     metric: Option<&Metric<'_>>,
 ) -> Option<ExactSpectrum> {
@@ -98,7 +98,8 @@ pub(super) fn exact(
         let parts = |bits: usize| {
             let parts = separated(&squares, &rest, bits)?;
             let covered = |x: &Big| {
-                let rounding = || (x * &rate(bits)).decimal(digits).rounding;
+                let printed = || (x * &rate(bits)).scale(options.power);
+                let rounding = || printed().decimal(options.digits).rounding;
                 x.is_zero()
                     || match rounding() {
                         Rounding::Correct => true,
@@ -110,7 +111,7 @@ pub(super) fn exact(
             let all = all.all(|(growth, omega)| covered(growth) && covered(omega));
             all.then_some(parts)
         };
-        let bits = 128 + 4 * digits;
+        let bits = 128 + 4 * options.digits;
         let factor = (&factor, multiplicity);
         found.extend(with_blocks(
             &pencil, factor, &parts, bits, semisimple, metric,

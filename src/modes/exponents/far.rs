@@ -14,7 +14,7 @@ use super::complex::{Complex, Wide};
 use super::exact::exact;
 use super::scale::Scaled;
 use super::start::Start;
-use super::{IntegerQuadratic, Units};
+use super::{IntegerQuadratic, Options, Units};
 use crate::precision::Big;
 
 /// Digits of the exponents.
@@ -36,7 +36,13 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
         mass: &mass,
         shift: &vec![0; n],
     };
-    let found = exact(&matrices, n, DIGITS, false, Some(&metric))?;
+    let found = exact(
+        &matrices,
+        n,
+        &Options::default().digits(DIGITS),
+        false,
+        Some(&metric),
+    )?;
     let right = Pencil {
         matrices: &matrices,
         n,

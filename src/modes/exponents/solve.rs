@@ -50,7 +50,8 @@ pub(super) fn solve(
             rung: Rung::Doubles,
         });
     }
-    let mut solution = match in_double_double(&scaled, options) {
+    let inner = &options.smaller(i64::from(scaled.power));
+    let mut solution = match in_double_double(&scaled, inner) {
         // What doubles and double-double do not begin with, exact numbers may decide all the same.
         Err(ExponentsError::NoConvergence) => {
             let facts = Facts::new(&scaled);
@@ -83,7 +84,7 @@ pub(super) fn solve(
             return Ok(found);
         }
         if lacking {
-            solution = climb(&scaled, problem, source, solution, options);
+            solution = climb(&scaled, problem, source, solution, inner);
         }
     }
     Ok(spectrum(&scaled, &solution, options))
@@ -108,7 +109,7 @@ fn decided(
         shift: &scaled.shift,
     };
     let metric = options.vectors.then_some(&metric);
-    let found = exact(matrices, n, options.digits, facts.definite, metric)?;
+    let found = exact(matrices, n, options, facts.definite, metric)?;
     Some(exact_spectrum(scaled, facts, matrices, found, options))
 }
 

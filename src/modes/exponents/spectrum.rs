@@ -14,7 +14,7 @@ use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
 use super::{Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Rung, Stability};
-use crate::precision::{Ball, Big, Rounding, decimal, up};
+use crate::precision::{Ball, Big, up};
 
 /// What is proved about the problem as a whole.
 #[derive(Clone, Debug)]
@@ -164,8 +164,8 @@ pub(super) fn status(
                     missing.clamp(0.0, 2000.0)
                 };
                 let covered = match wide {
-                    Some(wide) => covers_wide(wide, options.digits),
-                    None => covers(value, options.digits),
+                    Some(wide) => covers_wide(wide, options),
+                    None => covers(value, options),
                 };
                 (covered, bits)
             };
@@ -211,33 +211,25 @@ pub(super) fn mark_rough(
     }
 }
 
-/// Whether the number has `digits` digits, correctly rounded.
-pub(super) fn covers(x: &Ball, digits: usize) -> bool {
+/// Whether the number has all digits, correctly rounded.
+pub(super) fn covers(x: &Ball, options: &Options) -> bool {
     if x.contains_zero() {
         return false;
     }
     let size = x.mid.hi.abs();
-    if x.radius / size > 10f64.powi(-(digits.min(300) as i32) - 3) {
+    if x.radius / size > 10f64.powi(-(options.digits.min(300) as i32) - 3) {
         return false;
     }
-    // Near a tie the bound has to be narrower. In doubles, if they can tell: 10^12 has a spacing of 1e-4.
-    if digits <= 12 {
-        let place = 10f64.powi(digits as i32 - 1 - size.log10().floor() as i32);
-        let fraction = (size * place).fract();
-        if size.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
-            return true;
-        }
-    }
-    decimal(&x.abs(), digits).rounding == Rounding::Correct
+    options.decide(size, || x.abs())
 }
 
 /// The same for more digits than a ball has.
-fn covers_wide(x: &Big, digits: usize) -> bool {
+fn covers_wide(x: &Big, options: &Options) -> bool {
     if x.contains_zero() {
         return false;
     }
     let missing = x.radius().log2() - x.abs_upper().log2();
-    missing < -3.33 * (digits as f64 + 3.0) && x.decimal(digits).rounding == Rounding::Correct
+    missing < -3.33 * (options.digits as f64 + 3.0) && options.decide_precisely(x)
 }
 
 /// The entries in printing order.
@@ -421,14 +413,11 @@ fn entry(
         })
     });
     // More than the digits was aimed at; what has these lacks nothing.
-    let decided = |x: &Ball, precise: Option<&Big>| {
-        let rounding = match precise {
-            Some(x) if x.contains_zero() => return x.is_zero(),
-            Some(x) => x.decimal(options.digits).rounding,
-            None if x.contains_zero() => return x.is_zero(),
-            None => decimal(&x.abs(), options.digits).rounding,
-        };
-        rounding == Rounding::Correct
+    let decided = |x: &Ball, precise: Option<&Big>| match precise {
+        Some(x) if x.contains_zero() => x.is_zero(),
+        Some(x) => options.decide_precisely(x),
+        None if x.contains_zero() => x.is_zero(),
+        None => options.decide(x.mid.hi.abs(), || x.abs()),
     };
     let both = || {
         decided(&growth, precise.as_ref().map(|own| &own.growth))

@@ -23,7 +23,7 @@ use super::quick::Bounds;
 use super::{
     Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers,
 };
-use crate::precision::{Big, Magnitude, Rounding};
+use crate::precision::{Big, Magnitude};
 use data::Data;
 use fixed::{LOST, length};
 use measure::{Background, Columns, Measured, measure};
@@ -386,7 +386,7 @@ fn lacking(certificate: &Certificate, options: &Options) -> Vec<usize> {
         clusters,
     } = certificate;
     let wanted = options.lowest.unwrap_or(usize::MAX);
-    let lacks = |position: usize| !covers(&eigenvalues[position], options.digits);
+    let lacks = |position: usize| !covers(&eigenvalues[position], options);
     let mut own: Vec<usize> = clusters
         .iter()
         .filter(|cluster| (cluster.start..cluster.end.min(wanted)).any(lacks))
@@ -442,14 +442,10 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     for (ball, precise) in values.zip(&solution.precise).take(wanted) {
         let (size, radius, covered) = match precise {
             Some(value) => {
-                let covered = covers_precisely(value, options.digits);
+                let covered = covers_precisely(value, options);
                 (value.abs_upper().to_f64(), value.radius().log2(), covered)
             }
-            None => (
-                ball.abs_upper(),
-                ball.radius.log2(),
-                covers(ball, options.digits),
-            ),
+            None => (ball.abs_upper(), ball.radius.log2(), covers(ball, options)),
         };
         // Beyond what is aimed at nothing is gained.
         let target = goal.target(size).log2();
@@ -466,16 +462,16 @@ fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
 }
 
 /// Whether √|x| has so many digits, correctly rounded.
-fn covers_precisely(x: &Big, digits: usize) -> bool {
+fn covers_precisely(x: &Big, options: &Options) -> bool {
     if x.contains_zero() {
         return false;
     }
     let relative = (x.radius() / x.abs_lower()).log2();
-    let wanted = (digits as f64 + 3.0) * std::f64::consts::LOG2_10;
+    let wanted = (options.digits as f64 + 3.0) * std::f64::consts::LOG2_10;
     if relative > -wanted {
         return false;
     }
-    x.abs().sqrt().decimal(digits).rounding == Rounding::Correct
+    options.decide_precisely(&x.abs().sqrt())
 }
 
 /// The outcome in the form that the double-double rung has, the precise values beside it.
