@@ -15,7 +15,8 @@ const BITS: usize = 128;
 
 fn is_lost(before: &Ball, after: &Ball) -> bool {
     let (_, exponent) = Magnitude::from_f64(after.abs_upper()).parts();
-    !before.is_zero() && !(after.is_finite() && OF_BALLS.contains(&exponent))
+    let held = after.is_finite() && OF_BALLS.contains(&exponent);
+    !(held || before.is_zero())
 }
 
 /// Puts a mode's numbers in SI. Where balls do not hold them there, [`NormalMode::precise`] does.
