@@ -95,6 +95,32 @@ impl Diagnostic {
         }
     }
 
+    /// The same with what is wrong.
+    pub(crate) fn told(self, severity: Severity, message: String, code: &'static str) -> Self {
+        Self {
+            severity,
+            message: readable(message),
+            code: Some(code),
+            ..self
+        }
+    }
+
+    /// The same with a second place, if there is one.
+    pub(crate) fn and_at(self, span: Option<Span>, text: &str) -> Self {
+        match span {
+            Some(span) => self.with_secondary(span, text),
+            None => self,
+        }
+    }
+
+    /// The same with a fix, if there is one.
+    pub(crate) fn or_help(self, help: Option<String>) -> Self {
+        Self {
+            help: help.map(readable).or(self.help),
+            ..self
+        }
+    }
+
     /// The same with the code of its kind.
     #[must_use]
     pub fn with_code(mut self, code: &'static str) -> Self {
@@ -118,6 +144,16 @@ impl Diagnostic {
         self.help = Some(readable(help.into()));
         self
     }
+}
+
+/// A place with a label, of which it is not said yet what is wrong there.
+pub(crate) fn at(span: Span, label: impl Into<String>) -> Diagnostic {
+    Diagnostic::error("", span, label)
+}
+
+/// No place at all.
+pub(crate) fn nowhere() -> Diagnostic {
+    Diagnostic::global("")
 }
 
 /// Longer words than this are shortened in messages: they are no names that a person has written.

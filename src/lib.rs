@@ -101,6 +101,8 @@ pub mod explain;
 
 pub mod diagnostic;
 
+mod mistakes;
+
 pub mod syntax;
 #[cfg(feature = "format")]
 pub mod typeset;

@@ -23,7 +23,6 @@
 //! ```
 
 mod basis;
-mod codes;
 mod energies;
 mod error;
 mod expansion;
@@ -175,7 +174,7 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     let found: Result<Vec<ModeAmplitude>, NotSmooth> = found
         .map(|(at, mode)| expansion.mode(at, mode, largest[at]))
         .collect();
-    let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth)?;
+    let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth {})?;
     if let Some(units) = units {
         for mode in &mut modes {
             let length = units.length(mode.coordinate);

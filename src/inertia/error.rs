@@ -3,24 +3,32 @@
 use thiserror::Error;
 
 use super::mesh::Edge;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes::mistakes;
 use crate::span::Span;
 
+mistakes! {
 /// Why a model, a table of points or a mesh gives no tensor.
 #[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum InertiaError {
+Error InertiaError {
     /// No named expression of a model is a constant symmetric matrix of 3 x 3.
     #[error(
         "there is no constant tensor in this model: no `let` is a symmetric 3 x 3 matrix of parameters and numbers alone"
     )]
-    NoTensor {
+    "E0401" NoTensor {
         /// A matrix of 3 x 3 that is none, where it stands, and why.
         nearest: Option<(String, Span, String)>,
+    } => {
+        let help = "name the tensor, as in `let I = inertia_box(m, a, b, c)`";
+        match nearest {
+            Some((_, span, why)) => at(*span, why.clone()).with_help(help),
+            None => nowhere().with_help(help),
+        }
     },
+
     /// A tensor whose parameter has no value.
     #[error("the tensor `{tensor}` needs a value for the parameter `{parameter}`")]
-    MissingValue {
+    "E0402" MissingValue {
         /// The tensor.
         tensor: String,
         /// Where it stands.
@@ -29,10 +37,15 @@ pub enum InertiaError {
         parameter: String,
         /// Where that is declared.
         declared: Span,
-    },
+    } => at(*span, "depends on it")
+        .with_secondary(*declared, "declared without a value")
+        .with_help(format!(
+            "give it a value in the file, or on the command line: --set {parameter}=VALUE"
+        )),
+
     /// An entry of a tensor that is no number.
     #[error("entry ({row}, {column}) of the tensor `{tensor}` is no finite number")]
-    NotANumberEntry {
+    "E0403" NotANumberEntry {
         /// The tensor.
         tensor: String,
         /// Where it stands.
@@ -41,146 +54,198 @@ pub enum InertiaError {
         row: usize,
         /// The column, from 1.
         column: usize,
-    },
+    } => at(*span, "this tensor")
+        .with_help("is something divided by zero, or a root taken of a negative number?"),
+
     /// A table that can't be read.
     #[error("line {line} of the table: {reason}")]
-    BadTable {
+    "E0404" BadTable {
         /// The line, from 1.
         line: u64,
         /// What is wrong.
         reason: String,
-    },
+    } => nowhere().with_help(
+        "a table of points has a header, `m,x,y,z`, and a row of as many numbers for each point",
+    ),
+
     /// A column that is needed and not there.
     #[error("the table has no column `{}`", .wanted.join("` or `"))]
-    MissingColumn {
+    "E0405" MissingColumn {
         /// What it may be called.
         wanted: Vec<&'static str>,
         /// The first columns that there are.
         found: Vec<String>,
-    },
+    } => nowhere().with_help(format!(
+        "its columns are {}; the header of a table of points is `m,x,y,z`, in any order and with others between",
+        found
+            .iter()
+            .map(|name| format!("`{name}`"))
+            .collect::<Vec<_>>()
+            .join(", ")
+    )),
+
     /// Two columns that mean the same.
     #[error("the columns `{first}` and `{second}` mean the same")]
-    ColumnTwice {
+    "E0406" ColumnTwice {
         /// One.
         first: String,
         /// The other.
         second: String,
-    },
+    } => nowhere().with_help("rename one of them"),
+
     /// A field that is no number.
     #[error("line {line} of the table: `{text}` in column `{column}` is not a number")]
-    NotANumber {
+    "E0407" NotANumber {
         /// As it stands.
         text: String,
         /// The column.
         column: String,
         /// The line, from 1.
         line: u64,
-    },
+    } => nowhere().with_help("numbers are written 0.5, -2 or 1e-3"),
+
     /// A negative mass.
     #[error("line {line} of the table: the mass {mass} is negative")]
-    NegativeMass {
+    "E0408" NegativeMass {
         /// The line, from 1.
         line: u64,
         /// The mass.
         mass: String,
-    },
+    } => nowhere().with_help(
+        "a mass can't be negative; a hole is described by the tensor of what is missing, in a model: `let I = A - B`",
+    ),
+
     /// No mass at all.
     #[error("the points have no mass: {rows} rows")]
-    NoMass {
+    "E0409" NoMass {
         /// How many rows there are.
         rows: usize,
-    },
+    } => nowhere().with_help("at least one point needs a mass"),
+
     /// A file that is no STL file, or an empty one.
     #[error("this is no mesh: {reason}")]
-    NotAMesh {
+    "E0410" NotAMesh {
         /// Why not.
         reason: String,
-    },
+    } => nowhere().with_help("STL files are read, binary and ASCII"),
+
     /// A binary STL file whose length is not that of the triangles it declares.
     #[error("the file declares {declared} triangles, and is as long as {room} would be")]
-    WrongLength {
+    "E0411" WrongLength {
         /// The number in its head.
         declared: u32,
         /// How many there is room for.
         room: usize,
-    },
+    } => nowhere().with_help(if (*declared as usize) > *room {
+        "is it cut off, or no STL file at all?"
+    } else {
+        "what wrote it may not have filled in the number at the end; write the file again"
+    }),
+
     /// An ASCII STL file without its end.
     #[error("the file is cut off after {triangles} triangles")]
-    CutOff {
+    "E0412" CutOff {
         /// How many are whole.
         triangles: usize,
-    },
+    } => nowhere().with_help("an ASCII STL file ends with `endsolid`"),
+
     /// A triangle that can't be read.
     #[error("triangle {triangle} can't be read: {reason}")]
-    BadTriangle {
+    "E0413" BadTriangle {
         /// Its number, from 1.
         triangle: usize,
         /// Its first line in an ASCII file, from 1.
         line: Option<usize>,
         /// What is wrong.
         reason: String,
+    } => match line {
+        Some(line) => nowhere().with_help(format!("it begins in line {line}")),
+        None => nowhere().with_help("STL files are read, binary and ASCII"),
     },
+
     /// A coordinate that is infinite or no number.
     #[error("a coordinate of triangle {triangle} is no finite number")]
-    NotFinite {
+    "E0414" NotFinite {
         /// The triangle, from 1.
         triangle: usize,
-    },
+    } => nowhere().with_help("the file is damaged, or a coordinate is beyond single precision"),
+
     /// Edges that belong to one triangle only.
     #[error("the mesh is open: {}", edge_words(.edge, *.edges, "belongs to triangle", "alone"))]
-    OpenMesh {
+    "E0415" OpenMesh {
         /// The first of them.
         edge: Edge,
         /// How many there are.
         edges: usize,
-    },
+    } => nowhere().with_help(
+        "a body has no holes in its surface; vertices are the same only if their coordinates are, to the last bit: fill the holes or merge the vertices in the program that wrote the mesh",
+    ),
+
     /// Edges through which two triangles run in the same direction.
     #[error("the triangles are not all turned the same way: {}", edge_words(.edge, *.edges, "is run through in one direction by triangles", ""))]
-    TurnedTriangle {
+    "E0416" TurnedTriangle {
         /// The first of them.
         edge: Edge,
         /// How many there are.
         edges: usize,
-    },
+    } => nowhere().with_help(
+        "the corners of a triangle are counted counterclockwise seen from outside; let the program that wrote the mesh recompute its normals",
+    ),
+
     /// Edges of more than two triangles.
     #[error("the mesh is not the surface of a body: {}", edge_words(.edge, *.edges, "belongs to triangles", "and so to more than two"))]
-    NotAManifold {
+    "E0417" NotAManifold {
         /// The first of them.
         edge: Edge,
         /// How many there are.
         edges: usize,
-    },
+    } => nowhere().with_help(
+        "where bodies touch in an edge, or a wall has no thickness, inside and outside are not defined; take them apart by a little",
+    ),
+
     /// A surface whose normals point inwards.
     #[error("{} is inside out: its volume is {volume}", match .vertex {
         None => "the mesh".to_owned(),
         Some(vertex) => format!("the surface with the vertex {}", point(vertex)),
     })]
-    InsideOut {
+    "E0418" InsideOut {
         /// The volume, negative.
         volume: String,
         /// A vertex of the surface, where there are others that are right.
         vertex: Option<[f32; 3]>,
-    },
+    } => nowhere().with_help(match vertex {
+        None => {
+            "the corners of its triangles are counted clockwise seen from outside; turn all of them over"
+        }
+        Some(_) => {
+            "only the surface of a cavity is, which lies within that of a body; turn it over"
+        }
+    }),
+
     /// A mesh that encloses nothing.
     #[error("the mesh encloses no volume")]
-    NoVolume {},
+    "E0419" NoVolume {} => nowhere().with_help("it is flat, or its parts are a body and a cavity of the same size"),
+
     /// Numbers beyond the range of doubles.
     #[error("the tensor is beyond the range of numbers")]
-    OutOfRange {},
+    "E0420" OutOfRange {} => nowhere().with_help("choose other units"),
+
     /// A density or a mass that is not positive.
     #[error("the {what} must be a positive number, `{text}` is not")]
-    BadAmount {
+    "E0421" BadAmount {
         /// `density` or `mass`.
         what: &'static str,
         /// As it was given.
         text: String,
-    },
+    } => nowhere().with_help(format!("for example --{what} 2700")),
+
     /// The eigenvalues could not be had.
     #[error("the principal moments could not be found: {reason}")]
-    NoMoments {
+    "E0422" NoMoments {
         /// Why.
         reason: String,
-    },
+    } => nowhere(),
+}
 }
 
 impl InertiaError {
@@ -218,93 +283,4 @@ fn edge_words(edge: &Edge, edges: usize, verb: &str, after: &str) -> String {
         more => words.push_str(&format!(" (and {} more edges)", more - 1)),
     }
     words
-}
-
-impl From<&InertiaError> for Diagnostic {
-    fn from(error: &InertiaError) -> Self {
-        described(error).with_code(error.code())
-    }
-}
-
-fn described(error: &InertiaError) -> Diagnostic {
-    use InertiaError as E;
-    let message = error.to_string();
-    let plain = |help: &str| Diagnostic::global(message.clone()).with_help(help);
-    match error {
-        E::NoTensor { nearest } => {
-            let help = "name the tensor, as in `let I = inertia_box(m, a, b, c)`";
-            match nearest {
-                Some((_, span, why)) => {
-                    Diagnostic::error(message, *span, why.clone()).with_help(help)
-                }
-                None => plain(help),
-            }
-        }
-        E::MissingValue {
-            span,
-            parameter,
-            declared,
-            ..
-        } => Diagnostic::error(message, *span, "depends on it")
-            .with_secondary(*declared, "declared without a value")
-            .with_help(format!(
-                "give it a value in the file, or on the command line: --set {parameter}=VALUE"
-            )),
-        E::NotANumberEntry { span, .. } => Diagnostic::error(message, *span, "this tensor")
-            .with_help("is something divided by zero, or a root taken of a negative number?"),
-        E::BadTable { .. } => plain(
-            "a table of points has a header, `m,x,y,z`, and a row of as many numbers for each point",
-        ),
-        E::MissingColumn { found, .. } => plain(&format!(
-            "its columns are {}; the header of a table of points is `m,x,y,z`, in any order and with others between",
-            found
-                .iter()
-                .map(|name| format!("`{name}`"))
-                .collect::<Vec<_>>()
-                .join(", ")
-        )),
-        E::ColumnTwice { .. } => plain("rename one of them"),
-        E::NotANumber { .. } => plain("numbers are written 0.5, -2 or 1e-3"),
-        E::NegativeMass { .. } => plain(
-            "a mass can't be negative; a hole is described by the tensor of what is missing, in a model: `let I = A - B`",
-        ),
-        E::NoMass { .. } => plain("at least one point needs a mass"),
-        E::NotAMesh { .. } => plain("STL files are read, binary and ASCII"),
-        E::WrongLength { declared, room } => plain(if (*declared as usize) > *room {
-            "is it cut off, or no STL file at all?"
-        } else {
-            "what wrote it may not have filled in the number at the end; write the file again"
-        }),
-        E::CutOff { .. } => plain("an ASCII STL file ends with `endsolid`"),
-        E::BadTriangle { line, .. } => match line {
-            Some(line) => plain(&format!("it begins in line {line}")),
-            None => plain("STL files are read, binary and ASCII"),
-        },
-        E::NotFinite { .. } => {
-            plain("the file is damaged, or a coordinate is beyond single precision")
-        }
-        E::OpenMesh { .. } => plain(
-            "a body has no holes in its surface; vertices are the same only if their coordinates are, to the last bit: fill the holes or merge the vertices in the program that wrote the mesh",
-        ),
-        E::TurnedTriangle { .. } => plain(
-            "the corners of a triangle are counted counterclockwise seen from outside; let the program that wrote the mesh recompute its normals",
-        ),
-        E::NotAManifold { .. } => plain(
-            "where bodies touch in an edge, or a wall has no thickness, inside and outside are not defined; take them apart by a little",
-        ),
-        E::InsideOut { vertex, .. } => plain(match vertex {
-            None => {
-                "the corners of its triangles are counted clockwise seen from outside; turn all of them over"
-            }
-            Some(_) => {
-                "only the surface of a cavity is, which lies within that of a body; turn it over"
-            }
-        }),
-        E::NoVolume {} => {
-            plain("it is flat, or its parts are a body and a cavity of the same size")
-        }
-        E::OutOfRange {} => plain("choose other units"),
-        E::BadAmount { what, .. } => plain(&format!("for example --{what} 2700")),
-        E::NoMoments { .. } => Diagnostic::global(message),
-    }
 }

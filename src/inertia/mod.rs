@@ -17,7 +17,6 @@
 //! It reads no file and knows no mechanics beyond this; whether the body can move freely, or how, is not its matter.
 
 mod body;
-mod codes;
 mod error;
 mod mesh;
 mod points;

@@ -2,18 +2,19 @@
 
 use super::principal::Impossible;
 use super::{NamedTensor, of_model};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::at;
+use crate::mistakes::mistakes;
 use crate::model::{Model, Tensor};
 use crate::precision::decimal;
 use crate::span::Span;
 
+mistakes! {
 /// Something suspicious about a tensor of a model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Warning {
+Warning Warning {
     /// Moments that break the triangle inequality, or a negative one.
     #[error("no body has {}: {why}", described(.name))]
-    ImpossibleTensor {
+    "W0201" ImpossibleTensor {
         /// The tensor; empty if it has no name.
         name: String,
         /// Where it stands.
@@ -22,7 +23,10 @@ pub enum Warning {
         rotational: Option<Span>,
         /// Which rule its moments break.
         why: String,
-    },
+    } => at(*span, "this tensor").and_at(*rotational, "used as one here").with_help(
+        "moments about three perpendicular axes are sums of m*(y^2 + z^2), m*(x^2 + z^2) and m*(x^2 + y^2): none is more than the two others together",
+    ),
+}
 }
 
 fn described(name: &str) -> String {
@@ -34,14 +38,6 @@ fn described(name: &str) -> String {
 }
 
 impl Warning {
-    /// The code of this kind, `W0201`.
-    #[must_use]
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::ImpossibleTensor { .. } => "W0201",
-        }
-    }
-
     /// What is to be said of a tensor whose moments are known.
     pub(super) fn of(tensor: &NamedTensor) -> Option<Self> {
         let [a, b, c] = tensor.principal.moments.as_slice() else {
@@ -70,23 +66,6 @@ impl Warning {
             rotational: tensor.rotational,
             why,
         })
-    }
-}
-
-impl From<&Warning> for Diagnostic {
-    fn from(warning: &Warning) -> Self {
-        let Warning::ImpossibleTensor {
-            span, rotational, ..
-        } = warning;
-        let told =
-            Self::warning(warning.to_string(), *span, "this tensor").with_code(warning.code());
-        let told = match rotational {
-            Some(rotational) => told.with_secondary(*rotational, "used as one here"),
-            None => told,
-        };
-        told.with_help(
-            "moments about three perpendicular axes are sums of m*(y^2 + z^2), m*(x^2 + z^2) and m*(x^2 + y^2): none is more than the two others together",
-        )
     }
 }
 

@@ -2,16 +2,17 @@
 
 use super::dimension::DimensionError;
 use crate::budget::Exceeded;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes::mistakes;
 use crate::span::Span;
 
+mistakes! {
 /// A mistake in what a model file says.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum ModelError {
+Error ModelError {
     /// A name that is not declared before it is used.
     #[error("`{name}` is not declared")]
-    UndeclaredName {
+    "E0101" UndeclaredName {
         /// The name.
         name: String,
         /// Where it is used.
@@ -20,10 +21,22 @@ pub enum ModelError {
         nearest: Option<String>,
         /// Where it is declared, but too late.
         later: Option<Span>,
+    } => match later {
+        Some(later) => at(*span, "used here")
+            .with_secondary(*later, "declared only here")
+            .with_help(format!(
+                "move the declaration of `{name}` before its first use"
+            )),
+        None => at(*span, "unknown name").or_help(meant(nearest.as_ref()).or_else(|| {
+                Some(format!(
+                    "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
+                ))
+            })),
     },
+
     /// A call of something that is no function.
     #[error("there is no function `{name}`")]
-    UnknownFunction {
+    "E0102" UnknownFunction {
         /// The name.
         name: String,
         /// Where it stands.
@@ -32,52 +45,80 @@ pub enum ModelError {
         nearest: Option<String>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
         quantity: bool,
-    },
+    } => at(*span, "not a function").or_help(if *quantity {
+        Some(format!(
+            "`{name}` is a quantity; to multiply, write `{name}*(…)`"
+        ))
+    } else {
+        function_elsewhere(name)
+            .map(str::to_owned)
+            .or_else(|| meant(nearest.as_ref()))
+    }),
+
     /// A name declared twice, or a member given twice.
     #[error("{} is given twice", quoted(.name))]
-    GivenTwice {
+    "E0103" GivenTwice {
         /// The name or member.
         name: String,
         /// The second place.
         span: Span,
         /// The first place.
         first: Span,
-    },
+    } => at(*span, "given again here").with_secondary(*first, "first given here"),
+
     /// A second statement where the model can have only one.
     #[error("{what} is given twice")]
-    SecondStatement {
+    "E0104" SecondStatement {
         /// `T`, `V`, …
         what: &'static str,
         /// The second place.
         span: Span,
         /// The first place.
         first: Span,
-    },
+    } => at(*span, "given again here")
+        .with_secondary(*first, "first given here")
+        .with_help(match *what {
+            "model" | "period" => "leave one of them out".to_owned(),
+            energy => format!("add the terms into one `{energy} = …`"),
+        }),
+
     /// `lagrangian` beside `T` or `V`.
     #[error("a model has either `lagrangian` or `T` and `V`, not both")]
-    LagrangianBesideEnergies {
+    "E0105" LagrangianBesideEnergies {
         /// The lagrangian.
         span: Span,
         /// The energy.
         energy: Span,
-    },
+    } => at(*span, "the lagrangian")
+        .with_secondary(*energy, "an energy beside it")
+        .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+
     /// A model without kinetic energy.
     #[error("the model has no kinetic energy")]
-    MissingKinetic {},
+    "E0106" MissingKinetic {} => nowhere()
+        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
+
     /// A model without coordinates.
     #[error("the model has no coordinates")]
-    NoCoordinates {},
+    "E0107" NoCoordinates {} => nowhere()
+        .with_help("declare the generalised coordinates, for example `coord x`"),
+
     /// A `let` that uses itself, or a member that uses one with the same or a higher index.
     #[error("`{name}` is defined through itself")]
-    RecursiveLet {
+    "E0108" RecursiveLet {
         /// The name or member.
         name: String,
         /// Where it uses itself.
         span: Span,
-    },
+    } => at(*span, "uses itself here").with_help(if name.contains('[') {
+        "a member of a family may use members with a lower index only"
+    } else {
+        "a `let` may use what is declared before it, and not itself"
+    }),
+
     /// A member outside the family.
     #[error("there is no member `{member}`")]
-    IndexOutOfRange {
+    "E0109" IndexOutOfRange {
         /// The member as asked for.
         member: String,
         /// Which members there are.
@@ -86,38 +127,42 @@ pub enum ModelError {
         span: Span,
         /// Where the family is declared.
         declared: Option<Span>,
-    },
+    } => at(*span, available).and_at(*declared, "declared here"),
+
     /// An index or bound that is not a whole number.
     #[error("{value} is not a whole number")]
-    NotAnInteger {
+    "E0110" NotAnInteger {
         /// What it came out as.
         value: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "indices and ranges count in whole numbers"),
+
     /// Too many indices or an index on something that has none.
     #[error("{what} {}", index_words(*.available))]
-    TooManyIndices {
+    "E0111" TooManyIndices {
         /// What is indexed.
         what: String,
         /// How many indices it has.
         available: usize,
         /// Where.
         span: Span,
-    },
+    } => at(*span, if *available == 0 { "an index here" } else { "more indices than that" }),
+
     /// Operands whose shapes don't fit.
     #[error("{what}")]
-    Shape {
+    "E0112" Shape {
         /// What doesn't fit.
         what: String,
         /// Where.
         span: Span,
         /// The way out, if there is one.
         help: Option<String>,
-    },
+    } => at(*span, "").or_help(help.clone()),
+
     /// A function with the wrong number of arguments.
     #[error("`{function}` takes {expected}, not {found}")]
-    ArgumentCount {
+    "E0113" ArgumentCount {
         /// The function.
         function: String,
         /// How many it takes, in words.
@@ -126,10 +171,11 @@ pub enum ModelError {
         found: usize,
         /// Where.
         span: Span,
-    },
+    } => at(*span, ""),
+
     /// A list of values of the wrong length.
     #[error("`{name}` has {expected} members, but {found} values are given")]
-    ListLength {
+    "E0114" ListLength {
         /// The family.
         name: String,
         /// Its members.
@@ -138,70 +184,86 @@ pub enum ModelError {
         found: usize,
         /// Where the values stand.
         span: Span,
-    },
+    } => at(*span, "").with_help(format!(
+        "give {expected} values, or a single one that fills the family"
+    )),
+
     /// An acceleration in an energy.
     #[error("{energy} contains an acceleration")]
-    Acceleration {
+    "E0115" Acceleration {
         /// `T`, `V`, …
         energy: &'static str,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "a second time derivative")
+        .with_help(format!(
+            "{energy} may contain coordinates and velocities only; was one `'` too many?"
+        )),
+
     /// A constraint that is not one of coordinates alone.
     #[error("a constraint is among coordinates, and this one contains the velocity `{on}`")]
-    ConstraintOnVelocities {
+    "E0133" ConstraintOnVelocities {
         /// The velocity.
         on: String,
         /// Where the constraint stands.
         span: Span,
-    },
+    } => at(*span, "of velocities")
+        .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
+
     /// A constant that depends on coordinates or time.
     #[error("{what} must be constant, but depends on `{on}`")]
-    NotConstant {
+    "E0116" NotConstant {
         /// What should be constant.
         what: String,
         /// What it depends on.
         on: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "not constant"),
+
     /// A parameter without a value where a number is needed.
     #[error("the parameter `{name}` has no value")]
-    MissingValue {
+    "E0117" MissingValue {
         /// The parameter.
         name: String,
         /// Where the number is needed, or where the parameter is declared.
         span: Span,
-    },
+    } => at(*span, "a number is needed").with_help(format!("give it a value in the file, or `--set {name}=VALUE`")),
+
     /// `--set` of something that is no parameter.
     #[error("`{name}` can't be set: the model has no such parameter")]
-    UnknownSetting {
+    "E0118" UnknownSetting {
         /// What was to be set.
         name: String,
         /// A parameter that it may have been meant to be.
         nearest: Option<String>,
-    },
+    } => nowhere().or_help(meant(nearest.as_ref())),
+
     /// A `--set` that can't be read.
     #[error("can't read the setting `{text}`: {reason}")]
-    BadSetting {
+    "E0119" BadSetting {
         /// As given.
         text: String,
         /// What is wrong.
         reason: String,
-    },
+    } => nowhere().with_help(
+        "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
+    ),
+
     /// A table whose file was not handed over.
     #[error("the table `{path}` can't be read{reason}")]
-    MissingTable {
+    "E0120" MissingTable {
         /// As written.
         path: String,
         /// Why, with a leading `: `; may be empty.
         reason: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "named here").with_help("the path is taken relative to the model file"),
+
     /// A table that is not a table.
     #[error("the table `{path}` has a mistake in line {line}: {reason}")]
-    BadTable {
+    "E0121" BadTable {
         /// As written.
         path: String,
         /// Line of the CSV file.
@@ -210,10 +272,11 @@ pub enum ModelError {
         reason: String,
         /// Where the model names the file.
         span: Span,
-    },
+    } => at(*span, "read here"),
+
     /// A column that the table does not have.
     #[error("the table `{table}` has no column `{column}`")]
-    UnknownColumn {
+    "E0122" UnknownColumn {
         /// The table.
         table: String,
         /// The column.
@@ -224,110 +287,144 @@ pub enum ModelError {
         nearest: Option<String>,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "unknown column").or_help(meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}")))),
+
     /// More members or terms than fit into memory.
     #[error("{count} are too many")]
-    TooLarge {
+    "E0123" TooLarge {
         /// How many of what.
         count: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "this does not fit into memory"),
+
     /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
     #[error("{what} is too long for an exact number")]
-    NumberTooLong {
+    "E0134" NumberTooLong {
         /// What comes to it.
         what: String,
         /// Where.
         span: Span,
-    },
-    /// The model grows beyond its budget.
-    #[error(transparent)]
-    Budget(#[from] Exceeded),
+    } => at(*span, "more than 30,000 digits").with_help(
+        "exact numbers have up to 100,000 bits; is an exponent wrong, or a number squared again and again?",
+    ),
+
     /// A comparison of numbers that can't be told apart.
     #[error("this comparison can't be decided")]
-    UndecidedComparison {
+    "E0124" UndecidedComparison {
         /// Where.
         span: Span,
-    },
+    } => at(*span, "the two sides agree to thirty digits").with_help(
+        "write the condition without roots or functions, for example with squares",
+    ),
+
     /// An index with the name of something declared.
     #[error("the index `{name}` has the name of something else")]
-    IndexReusesName {
+    "E0125" IndexReusesName {
         /// The name.
         name: String,
         /// Where the index stands.
         span: Span,
         /// Where the other is declared.
         declared: Option<Span>,
+    } => {
+        let diagnostic = at(*span, "an index needs a name of its own");
+        match declared {
+            Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+            None => diagnostic.with_help("an index of that name is already running here"),
+        }
     },
+
     /// A condition where a value is expected, or the reverse.
     #[error("{what}")]
-    ConditionOrValue {
+    "E0126" ConditionOrValue {
         /// What is expected and what there is.
         what: &'static str,
         /// Where.
         span: Span,
-    },
+    } => at(*span, ""),
+
     /// A form that can't set indices, bounds or filters.
     #[error("{what} can't stand in an index, a range or a filter")]
-    NotForIndices {
+    "E0127" NotForIndices {
         /// What.
         what: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "").with_help(
+        "literals, parameters, table fields and outer indices can, with mod and floor",
+    ),
+
     /// A division by exactly zero, or a function outside its domain.
     #[error("{what} is not defined")]
-    Undefined {
+    "E0128" Undefined {
         /// What.
         what: String,
         /// Where.
         span: Span,
         /// The rule that is broken, if there is a short one.
         help: Option<&'static str>,
-    },
+    } => at(*span, "not defined").or_help(help.map(str::to_owned)),
+
     /// A unit that is not known.
     #[error("`{name}` is not a unit")]
-    UnknownUnit {
+    "E0129" UnknownUnit {
         /// As written.
         name: String,
         /// Where.
         span: Span,
         /// A unit that it may have been meant to be.
         nearest: Option<String>,
+    } => {
+        let known = || Some(unit_elsewhere(name).to_owned());
+        at(*span, "unknown unit").or_help(meant(nearest.as_ref()).or_else(known))
     },
+
     /// A table or a row where a number is expected.
     #[error("`{name}` is a table, not a number")]
-    TableAsValue {
+    "E0130" TableAsValue {
         /// The table.
         name: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "a table").with_help(format!(
+        "`rows({name})` is its length, `{name}[3].column` one of its fields"
+    )),
+
     /// A `guess` or `equilibrium` for something that is no coordinate.
     #[error("`{name}` is not a coordinate")]
-    NotACoordinate {
+    "E0131" NotACoordinate {
         /// The name.
         name: String,
         /// Where.
         span: Span,
         /// A coordinate that it may have been meant to be.
         nearest: Option<String>,
-    },
+    } => at(*span, "not a coordinate").or_help(meant(nearest.as_ref())),
+
     /// A mistake that only follows from another one. It is never returned.
     #[error("this follows from another mistake")]
-    FollowOn {},
-    /// Quantities of different kinds where they have to be alike.
-    #[error(transparent)]
-    Dimension(Box<DimensionError>),
+    "E0100" FollowOn {} => nowhere(),
+
     /// A coordinate without a range where the family needs one.
     #[error("{what}")]
-    BadIndices {
+    "E0132" BadIndices {
         /// What is wrong.
         what: String,
         /// Where.
         span: Span,
-    },
+    } => at(
+        *span,
+        "all members of a family have as many indices, three at most",
+    ),
+} else {
+    /// The model grows beyond its budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
+    /// Quantities of different kinds where they have to be alike.
+    #[error(transparent)]
+    Dimension(Box<DimensionError>),
+}
 }
 
 impl From<DimensionError> for ModelError {
@@ -417,181 +514,4 @@ fn unit_elsewhere(name: &str) -> &'static str {
 
 fn meant(nearest: Option<&String>) -> Option<String> {
     nearest.map(|name| format!("did you mean `{name}`?"))
-}
-
-impl From<&ModelError> for Diagnostic {
-    fn from(error: &ModelError) -> Self {
-        described(error).with_code(error.code())
-    }
-}
-
-fn described(error: &ModelError) -> Diagnostic {
-    let message = error.to_string();
-    let at = |span: Span, label: &str| Diagnostic::error(message.clone(), span, label);
-    let or_help = |diagnostic: Diagnostic, help: Option<String>| match help {
-        Some(help) => diagnostic.with_help(help),
-        None => diagnostic,
-    };
-    match error {
-        ModelError::UndeclaredName {
-            span,
-            nearest,
-            later,
-            name,
-        } => match later {
-            Some(later) => at(*span, "used here")
-                .with_secondary(*later, "declared only here")
-                .with_help(format!(
-                    "move the declaration of `{name}` before its first use"
-                )),
-            None => or_help(
-                at(*span, "unknown name"),
-                meant(nearest.as_ref()).or_else(|| {
-                    Some(format!(
-                        "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
-                    ))
-                }),
-            ),
-        },
-        ModelError::UnknownFunction {
-            span,
-            nearest,
-            quantity,
-            name,
-        } => or_help(
-            at(*span, "not a function"),
-            if *quantity {
-                Some(format!(
-                    "`{name}` is a quantity; to multiply, write `{name}*(…)`"
-                ))
-            } else {
-                function_elsewhere(name)
-                    .map(str::to_owned)
-                    .or_else(|| meant(nearest.as_ref()))
-            },
-        ),
-        ModelError::GivenTwice { span, first, .. } => {
-            at(*span, "given again here").with_secondary(*first, "first given here")
-        }
-        ModelError::SecondStatement { span, first, what } => at(*span, "given again here")
-            .with_secondary(*first, "first given here")
-            .with_help(match *what {
-                "model" | "period" => "leave one of them out".to_owned(),
-                energy => format!("add the terms into one `{energy} = …`"),
-            }),
-        ModelError::LagrangianBesideEnergies { span, energy } => at(*span, "the lagrangian")
-            .with_secondary(*energy, "an energy beside it")
-            .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
-        ModelError::Dimension(error) => Diagnostic::from(&**error),
-        ModelError::FollowOn {} => Diagnostic::global(message.clone()),
-        ModelError::MissingKinetic {} => Diagnostic::global(message.clone())
-            .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
-        ModelError::NoCoordinates {} => Diagnostic::global(message.clone())
-            .with_help("declare the generalised coordinates, for example `coord x`"),
-        ModelError::RecursiveLet { span, name } => {
-            at(*span, "uses itself here").with_help(if name.contains('[') {
-                "a member of a family may use members with a lower index only"
-            } else {
-                "a `let` may use what is declared before it, and not itself"
-            })
-        }
-        ModelError::IndexOutOfRange {
-            span,
-            available,
-            declared,
-            ..
-        } => {
-            let diagnostic = at(*span, available);
-            match declared {
-                Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-                None => diagnostic,
-            }
-        }
-        ModelError::NotAnInteger { span, .. } => {
-            at(*span, "indices and ranges count in whole numbers")
-        }
-        ModelError::TooManyIndices {
-            span, available: 0, ..
-        } => at(*span, "an index here"),
-        ModelError::TooManyIndices { span, .. } => at(*span, "more indices than that"),
-        ModelError::Shape { span, help, .. } => or_help(at(*span, ""), help.clone()),
-        ModelError::ArgumentCount { span, .. } => at(*span, ""),
-        ModelError::ListLength { span, expected, .. } => at(*span, "").with_help(format!(
-            "give {expected} values, or a single one that fills the family"
-        )),
-        ModelError::Acceleration { span, energy } => at(*span, "a second time derivative")
-            .with_help(format!(
-                "{energy} may contain coordinates and velocities only; was one `'` too many?"
-            )),
-        ModelError::ConstraintOnVelocities { span, .. } => at(*span, "of velocities")
-            .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
-        ModelError::NotConstant { span, .. } => at(*span, "not constant"),
-        ModelError::MissingValue { span, name } => at(*span, "a number is needed").with_help(
-            format!("give it a value in the file, or `--set {name}=VALUE`"),
-        ),
-        ModelError::UnknownSetting { nearest, .. } => {
-            or_help(Diagnostic::global(message.clone()), meant(nearest.as_ref()))
-        }
-        ModelError::BadSetting { .. } => Diagnostic::global(message.clone()).with_help(
-            "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
-        ),
-        ModelError::MissingTable { span, .. } => {
-            at(*span, "named here").with_help("the path is taken relative to the model file")
-        }
-        ModelError::BadTable { span, .. } => at(*span, "read here"),
-        ModelError::UnknownColumn {
-            span,
-            nearest,
-            available,
-            ..
-        } => or_help(
-            at(*span, "unknown column"),
-            meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}"))),
-        ),
-        ModelError::TooLarge { span, .. } => at(*span, "this does not fit into memory"),
-        ModelError::NumberTooLong { span, .. } => at(*span, "more than 30,000 digits").with_help(
-            "exact numbers have up to 100,000 bits; is an exponent wrong, or a number squared again and again?",
-        ),
-        ModelError::Budget(exceeded) => Diagnostic::from(exceeded),
-        ModelError::UndecidedComparison { span } => {
-            at(*span, "the two sides agree to thirty digits").with_help(
-                "write the condition without roots or functions, for example with squares",
-            )
-        }
-        ModelError::IndexReusesName { span, declared, .. } => {
-            let diagnostic = at(*span, "an index needs a name of its own");
-            match declared {
-                Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-                None => diagnostic.with_help("an index of that name is already running here"),
-            }
-        }
-        ModelError::ConditionOrValue { span, .. } => at(*span, ""),
-        ModelError::NotForIndices { span, .. } => at(*span, "").with_help(
-            "literals, parameters, table fields and outer indices can, with mod and floor",
-        ),
-        ModelError::Undefined { span, help, .. } => {
-            or_help(at(*span, "not defined"), help.map(str::to_owned))
-        }
-        ModelError::UnknownUnit {
-            span,
-            nearest,
-            name,
-        } => {
-            let known = || Some(unit_elsewhere(name).to_owned());
-            or_help(
-                at(*span, "unknown unit"),
-                meant(nearest.as_ref()).or_else(known),
-            )
-        }
-        ModelError::TableAsValue { span, name } => at(*span, "a table").with_help(format!(
-            "`rows({name})` is its length, `{name}[3].column` one of its fields"
-        )),
-        ModelError::NotACoordinate { span, nearest, .. } => {
-            or_help(at(*span, "not a coordinate"), meant(nearest.as_ref()))
-        }
-        ModelError::BadIndices { span, .. } => at(
-            *span,
-            "all members of a family have as many indices, three at most",
-        ),
-    }
 }

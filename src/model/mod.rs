@@ -4,7 +4,6 @@
 //! taken apart into families of terms ([`TermFamily`]). Everything stays exact and symbolic: no
 //! energy is differentiated and no coordinate gets a number here.
 
-mod codes;
 mod compile;
 mod compile_index;
 mod constant;

@@ -5,152 +5,105 @@ use std::collections::{HashMap, HashSet};
 use super::names::SymbolKind;
 use super::survey::structural_names;
 use super::{Model, TermFamily};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, at};
+use crate::mistakes::mistakes;
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, StatementKind};
 
+mistakes! {
 /// Something suspicious that is no mistake.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Warning {
+Warning Warning {
     /// A parameter that nothing uses.
     #[error("the parameter `{name}` is never used")]
-    UnusedParameter {
+    "W0001" UnusedParameter {
         /// The parameter.
         name: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "declared here").with_help(format!(
+        "is a term missing? If not, leave the line out or call it `_{name}`"
+    )),
+
     /// A named expression that nothing uses.
     #[error("`{name}` is never used")]
-    UnusedExpression {
+    "W0002" UnusedExpression {
         /// Its name.
         name: String,
         /// Where it is given.
         span: Span,
-    },
+    } => at(*span, "given here").with_help(format!(
+        "is a term missing? If not, leave the line out or call it `_{name}`"
+    )),
+
     /// A table that nothing uses.
     #[error("the table `{name}` is never used")]
-    UnusedTable {
+    "W0003" UnusedTable {
         /// The table.
         name: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "read here"),
+
     /// A coordinate in no energy.
     #[error("the coordinate `{name}` is never used")]
-    UnusedCoordinate {
+    "W0004" UnusedCoordinate {
         /// The coordinate or family.
         name: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "declared here").with_help("a coordinate needs a kinetic energy"),
+
     /// A coordinate that the energies depend on through its velocity only.
     #[error("no force acts on `{name}`: nothing brings it back")]
-    NoRestoringForce {
+    "W0005" NoRestoringForce {
         /// The coordinate or family.
         name: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "only its velocity occurs in the energies").with_help(
+        "it moves freely and gives a mode of frequency zero; is a term of V missing?",
+    ),
+
     /// A whole number written with a decimal point where only whole numbers will do.
     #[error("`{text}` sets a range, but is written like a measured value")]
-    DecimalRange {
+    "W0006" DecimalRange {
         /// As written.
         text: String,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
+
     /// An index that its sum does not use.
     #[error("the index `{name}` does not occur in what is summed")]
-    UnusedIndex {
+    "W0007" UnusedIndex {
         /// The index.
         name: String,
         /// Where it stands.
         span: Span,
-    },
+    } => at(*span, "every term is the same")
+        .with_help("is an index in brackets missing behind a name?"),
+
     /// A period of a model in which nothing depends on the time.
     #[error("a period is given, but nothing depends on the time")]
-    PeriodWithoutTime {
+    "W0008" PeriodWithoutTime {
         /// The statement.
         span: Span,
-    },
+    } => at(*span, "has no meaning here").with_help(
+        "leave it out, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
+    ),
+
     /// A velocity that is guessed where no periodic motion is searched for.
     #[error("a velocity is guessed, but {reason}")]
-    UselessVelocity {
+    "W0009" UselessVelocity {
         /// Why none is searched for.
         reason: &'static str,
         /// The statement.
         span: Span,
-    },
+    } => at(*span, "has no meaning here").with_help(
+        "it says where the search for the periodic motion of a driven model begins; initial velocities are for `librate motion --start`",
+    ),
 }
-
-impl Warning {
-    /// The code of this kind, `W0001`.
-    #[must_use]
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::UnusedParameter { .. } => "W0001",
-            Self::UnusedExpression { .. } => "W0002",
-            Self::UnusedTable { .. } => "W0003",
-            Self::UnusedCoordinate { .. } => "W0004",
-            Self::NoRestoringForce { .. } => "W0005",
-            Self::DecimalRange { .. } => "W0006",
-            Self::UnusedIndex { .. } => "W0007",
-            Self::PeriodWithoutTime { .. } => "W0008",
-            Self::UselessVelocity { .. } => "W0009",
-        }
-    }
-
-    fn span(&self) -> Span {
-        match self {
-            Self::UnusedParameter { span, .. }
-            | Self::UnusedExpression { span, .. }
-            | Self::UnusedTable { span, .. }
-            | Self::UnusedCoordinate { span, .. }
-            | Self::NoRestoringForce { span, .. }
-            | Self::DecimalRange { span, .. }
-            | Self::UnusedIndex { span, .. }
-            | Self::PeriodWithoutTime { span }
-            | Self::UselessVelocity { span, .. } => *span,
-        }
-    }
-}
-
-impl From<&Warning> for Diagnostic {
-    fn from(warning: &Warning) -> Self {
-        let at = |label: &str| {
-            Self::warning(warning.to_string(), warning.span(), label).with_code(warning.code())
-        };
-        match warning {
-            Warning::UnusedParameter { name, .. } => at("declared here").with_help(format!(
-                "is a term missing? If not, leave the line out or call it `_{name}`"
-            )),
-            Warning::UnusedExpression { name, .. } => at("given here").with_help(format!(
-                "is a term missing? If not, leave the line out or call it `_{name}`"
-            )),
-            Warning::UnusedTable { .. } => at("read here"),
-            Warning::UnusedCoordinate { .. } => {
-                at("declared here").with_help("a coordinate needs a kinetic energy")
-            }
-            Warning::NoRestoringForce { .. } => at("only its velocity occurs in the energies")
-                .with_help(
-                    "it moves freely and gives a mode of frequency zero; is a term of V missing?",
-                ),
-            Warning::DecimalRange { text, .. } => {
-                let whole = text.split('.').next().unwrap_or(text);
-                at("a count").with_help(format!("write `{whole}`"))
-            }
-            Warning::UnusedIndex { .. } => at("every term is the same")
-                .with_help("is an index in brackets missing behind a name?"),
-            Warning::PeriodWithoutTime { .. } => at("has no meaning here").with_help(
-                "leave it out, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
-            ),
-            Warning::UselessVelocity { .. } => at("has no meaning here").with_help(
-                "it says where the search for the periodic motion of a driven model begins; initial velocities are for `librate motion --start`",
-            ),
-        }
-    }
 }
 
 /// Everything suspicious in a file and in the model that came of it, in the order of the file.
@@ -186,7 +139,7 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
                 _ => true,
             }),
     );
-    found.sort_by_key(Warning::span);
+    found.sort_by_key(|warning| Diagnostic::from(warning).primary.map(|label| label.span));
     found
 }
 

@@ -1,45 +1,58 @@
 //! Results that are probably not what was meant.
 
 use super::NormalModes;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, at};
 use crate::linearize::{Linearized, Origin, Shape, Structure};
+use crate::mistakes::mistakes;
 use crate::modes::Kind;
 use crate::span::Span;
 
+/// What is said of an equilibrium that was found and does not hold.
+fn runs_from(span: Span, coordinate: &str) -> Diagnostic {
+    at(span, format!("`{coordinate}` runs away from it")).with_help(
+        "if a stable one was meant, start the search near it with `guess`; if this one, give it with `equilibrium`",
+    )
+}
+
+mistakes! {
 /// Something suspicious about the normal modes of a model.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum Warning {
+Warning Warning {
     /// Nobody asked for the equilibrium that was taken, and the motion runs away from it in every
     /// direction.
     #[error("the equilibrium is a maximum of the potential energy")]
-    Maximum {
+    "W0101" Maximum {
         /// Where the coordinate is declared that runs away fastest.
         span: Span,
         /// That coordinate.
         coordinate: String,
-    },
+    } => runs_from(*span, coordinate),
+
     /// The same in some directions.
     #[error("the equilibrium is a saddle of the potential energy")]
-    Saddle {
+    "W0102" Saddle {
         /// Where the coordinate is declared that runs away fastest.
         span: Span,
         /// That coordinate.
         coordinate: String,
-    },
+    } => runs_from(*span, coordinate),
+
     /// The equilibrium was searched for, and that there is one where the search ended is not proved.
     #[error("the equilibrium that was found is not proved")]
-    NotProved {
+    "W0103" NotProved {
         /// Where the first coordinate is declared that was searched for.
         span: Span,
         /// That coordinate.
         coordinate: String,
-    },
+    } => at(*span, format!("how near `{coordinate}` is to it is an estimate, and so are all digits below")).with_help(
+        "nothing holds some motion there, to second order at least; if the equilibrium is known, give it with `equilibrium`",
+    ),
+
     /// A frequency is the small difference of large terms, as near a bifurcation.
     #[error(
         "omega of mode {mode} is ill-conditioned: its square is {share} of the terms that it is the difference of"
     )]
-    IllConditioned {
+    "W0104" IllConditioned {
         /// Where the parameter is declared that matters most, or else the coordinate that moves most.
         span: Span,
         /// The number of the mode, from 1.
@@ -51,16 +64,26 @@ pub enum Warning {
         /// The relative change, of the parameter or of one of the terms, that changes ω by a
         /// hundredth, with one digit.
         change: String,
-    },
+    } => at(*span, match parameter {
+        Some(name) => format!("a relative change of {change} in `{name}` changes it by 1 %"),
+        None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
+    })
+    .with_help(
+        "all digits printed are right for the numbers as they stand in the file; if these are measured, fewer mean something",
+    ),
+
     /// A constraint that says nothing that others do not.
     #[error("this constraint follows from the others and changes nothing")]
-    DependentConstraint {
+    "W0105" DependentConstraint {
         /// The constraint.
         span: Span,
-    },
+    } => at(*span, "left out").with_help(
+        "nothing is lost without it; if it was meant to hold a motion, it holds another one",
+    ),
+
     /// A dissipation that is negative for some motion.
     #[error("the dissipation feeds energy in")]
-    FeedsEnergy {
+    "W0106" FeedsEnergy {
         /// Where the dissipation stands.
         span: Span,
         /// The coordinate that moves most in such a motion.
@@ -68,88 +91,13 @@ pub enum Warning {
         /// Another one, if it is by moving in turns that the two take energy in: round a loop in the one sense or
         /// the other.
         other: Option<String>,
+    } => match other {
+        Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go round a loop, in the one sense or the other"))
+            .with_help("friction against a medium that turns drives what it drags along; what a motor feeds in is all right as it stands"),
+        None => at(*span, format!("negative when `{coordinate}` moves"))
+            .with_help("friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands"),
     },
 }
-
-impl Warning {
-    /// The code of this kind, `W0101`.
-    #[must_use]
-    pub fn code(&self) -> &'static str {
-        match self {
-            Self::Maximum { .. } => "W0101",
-            Self::Saddle { .. } => "W0102",
-            Self::NotProved { .. } => "W0103",
-            Self::IllConditioned { .. } => "W0104",
-            Self::DependentConstraint { .. } => "W0105",
-            Self::FeedsEnergy { .. } => "W0106",
-        }
-    }
-}
-
-impl From<&Warning> for Diagnostic {
-    fn from(warning: &Warning) -> Self {
-        match warning {
-            Warning::Maximum { span, coordinate } | Warning::Saddle { span, coordinate } => {
-                Self::warning(
-                    warning.to_string(),
-                    *span,
-                    format!("`{coordinate}` runs away from it"),
-                )
-                .with_code(warning.code())
-                .with_help(
-                    "if a stable one was meant, start the search near it with `guess`; if this one, give it with `equilibrium`",
-                )
-            }
-            Warning::DependentConstraint { span } => {
-                Self::warning(warning.to_string(), *span, "left out")
-                    .with_code(warning.code())
-                    .with_help("nothing is lost without it; if it was meant to hold a motion, it holds another one")
-            }
-            Warning::FeedsEnergy {
-                span,
-                coordinate,
-                other,
-            } => Self::warning(
-                warning.to_string(),
-                *span,
-                match other {
-                    Some(other) => format!("when `{coordinate}` and `{other}` go round a loop, in the one sense or the other"),
-                    None => format!("negative when `{coordinate}` moves"),
-                },
-            )
-            .with_code(warning.code())
-            .with_help(match other {
-                Some(_) => "friction against a medium that turns drives what it drags along; what a motor feeds in is all right as it stands",
-                None => "friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands",
-            }),
-            Warning::NotProved { span, coordinate } => Self::warning(
-                warning.to_string(),
-                *span,
-                format!("how near `{coordinate}` is to it is an estimate, and so are all digits below"),
-            )
-            .with_code(warning.code())
-            .with_help(
-                "nothing holds some motion there, to second order at least; if the equilibrium is known, give it with `equilibrium`",
-            ),
-            Warning::IllConditioned {
-                span,
-                parameter,
-                change,
-                ..
-            } => Self::warning(
-                warning.to_string(),
-                *span,
-                match parameter {
-                    Some(name) => format!("a relative change of {change} in `{name}` changes it by 1 %"),
-                    None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
-                },
-            )
-            .with_code(warning.code())
-            .with_help(
-                "all digits printed are right for the numbers as they stand in the file; if these are measured, fewer mean something",
-            ),
-        }
-    }
 }
 
 /// What is suspicious about modes that were computed with vectors or without.

@@ -61,7 +61,10 @@ fn codes_of_the_sources() -> BTreeSet<String> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if path.ends_with("codes.rs") || path.ends_with("warning.rs") {
+            } else if ["codes.rs", "error.rs", "warning.rs"]
+                .iter()
+                .any(|name| path.ends_with(name))
+            {
                 let source = std::fs::read_to_string(&path).unwrap();
                 for code in codes_in(&source) {
                     assert!(found.insert(code.to_owned()), "{code} is given twice");

@@ -1,7 +1,8 @@
 //! Contradictions among dimensions.
 
 use super::{Dimension, names};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, at};
+use crate::mistakes::mistakes;
 use crate::span::Span;
 
 /// A name without a unit, and what the file says elsewhere that it must be.
@@ -16,13 +17,13 @@ pub struct Inferred {
     pub span: Span,
 }
 
+mistakes! {
 /// A contradiction between the dimensions of quantities.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum DimensionError {
+Error DimensionError {
     /// Terms of a sum that are different kinds of quantity.
     #[error("the dimensions of a sum differ: {found} can't be added to {other}")]
-    UnlikeTerms {
+    "E0201" UnlikeTerms {
         /// The odd term.
         found: Dimension,
         /// Where it stands.
@@ -33,10 +34,16 @@ pub enum DimensionError {
         other_span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    },
+    } => with_inferred(
+            at(*span, with_unit(found))
+                .with_secondary(*other_span, with_unit(other)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, other)),
+
     /// A term of an energy that is none.
     #[error("the dimensions of `{what}` don't fit: it is {wanted}, but this is {found}")]
-    WrongEnergy {
+    "E0202" WrongEnergy {
         /// `V`, `dissipation`, …
         what: &'static str,
         /// What the term is.
@@ -49,10 +56,22 @@ pub enum DimensionError {
         statement: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    },
+    } => with_inferred(
+            at(*span, with_unit(found)).with_secondary(
+                *statement,
+                if wanted.unit() == wanted.to_string() {
+                    with_unit(wanted)
+                } else {
+                    format!("`{what}` is {}", with_unit(wanted))
+                },
+            ),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, wanted)),
+
     /// A function of pure numbers with something else in it, or an exponent that is no number.
     #[error("{what} must be without a dimension, but is {found}")]
-    NotANumber {
+    "E0203" NotANumber {
         /// The argument of which function, or the exponent.
         what: String,
         /// What it is.
@@ -61,10 +80,15 @@ pub enum DimensionError {
         span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    },
+    } => with_inferred(
+            at(*span, with_unit(found)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, &Dimension::default())),
+
     /// Arguments of a function that must be alike and are not.
     #[error("the dimensions of {what} differ: {found} beside {other}")]
-    UnlikeArguments {
+    "E0204" UnlikeArguments {
         /// The function, or the two sides of a constraint.
         what: String,
         /// What one is.
@@ -77,10 +101,16 @@ pub enum DimensionError {
         other_span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    },
+    } => with_inferred(
+            at(*span, with_unit(found))
+                .with_secondary(*other_span, with_unit(other)),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, other)),
+
     /// A right side that is not what its name is declared to be.
     #[error("the dimensions don't fit: `{name}` is {declared}, but its {side} is {found}")]
-    WrongSide {
+    "E0205" WrongSide {
         /// The name.
         name: String,
         /// What it is.
@@ -95,7 +125,15 @@ pub enum DimensionError {
         span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
-    },
+    } => with_inferred(
+            at(*span, with_unit(found)).with_secondary(
+                *declared_span,
+                format!("`{name}` is {}", with_unit(declared)),
+            ),
+            inferred.as_ref(),
+        )
+        .with_help(names::remedy(found, declared)),
+}
 }
 
 /// `a force (N)`, without repeating the unit where there is no word.
@@ -105,6 +143,12 @@ fn with_unit(dimension: &Dimension) -> String {
         return words;
     }
     format!("{words} ({})", dimension.unit())
+}
+
+impl From<&Box<DimensionError>> for Diagnostic {
+    fn from(error: &Box<DimensionError>) -> Self {
+        Self::from(&**error)
+    }
 }
 
 fn with_inferred(diagnostic: Diagnostic, inferred: Option<&Inferred>) -> Diagnostic {
@@ -118,87 +162,5 @@ fn with_inferred(diagnostic: Diagnostic, inferred: Option<&Inferred>) -> Diagnos
             ),
         ),
         None => diagnostic,
-    }
-}
-
-impl From<&DimensionError> for Diagnostic {
-    fn from(error: &DimensionError) -> Self {
-        described(error).with_code(error.code())
-    }
-}
-
-fn described(error: &DimensionError) -> Diagnostic {
-    let message = error.to_string();
-    match error {
-        DimensionError::UnlikeTerms {
-            found,
-            span,
-            other,
-            other_span,
-            inferred,
-        } => with_inferred(
-            Diagnostic::error(message, *span, with_unit(found))
-                .with_secondary(*other_span, with_unit(other)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, other)),
-        DimensionError::WrongEnergy {
-            what,
-            found,
-            wanted,
-            span,
-            statement,
-            inferred,
-        } => with_inferred(
-            Diagnostic::error(message, *span, with_unit(found)).with_secondary(
-                *statement,
-                if wanted.unit() == wanted.to_string() {
-                    with_unit(wanted)
-                } else {
-                    format!("`{what}` is {}", with_unit(wanted))
-                },
-            ),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, wanted)),
-        DimensionError::NotANumber {
-            found,
-            span,
-            inferred,
-            ..
-        } => with_inferred(
-            Diagnostic::error(message, *span, with_unit(found)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, &Dimension::default())),
-        DimensionError::UnlikeArguments {
-            found,
-            span,
-            other,
-            other_span,
-            inferred,
-            ..
-        } => with_inferred(
-            Diagnostic::error(message, *span, with_unit(found))
-                .with_secondary(*other_span, with_unit(other)),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, other)),
-        DimensionError::WrongSide {
-            name,
-            declared,
-            declared_span,
-            found,
-            span,
-            inferred,
-            ..
-        } => with_inferred(
-            Diagnostic::error(message, *span, with_unit(found)).with_secondary(
-                *declared_span,
-                format!("`{name}` is {}", with_unit(declared)),
-            ),
-            inferred.as_ref(),
-        )
-        .with_help(names::remedy(found, declared)),
     }
 }

@@ -6,7 +6,6 @@
 //! with both places and the factor that is missing. Numbers are not looked at here, except in
 //! exponents; a file without units is not checked at all.
 
-mod codes;
 mod error;
 mod evaluate;
 mod infer;
