@@ -10,6 +10,7 @@ use crate::digits::{absolute, digits, read, round};
 use crate::draw::power_of_ten;
 use crate::pencil::{Complex, Pencil, Root};
 use crate::real::*;
+use crate::reference::AWAY;
 
 /// A drawn pencil and the units that the text is written in: of the text, coordinate i is 10^-lengths[i]
 /// of the pencil's, and exponents are 10^rate of its.
@@ -17,6 +18,19 @@ pub(crate) struct Scaled {
     pub(crate) pencil: Pencil,
     pub(crate) lengths: Vec<i64>,
     pub(crate) rate: i64,
+}
+
+impl Scaled {
+    /// How many powers of ten the units of two coordinates are apart, at most.
+    fn spread(&self) -> i64 {
+        let (least, most) = (self.lengths.iter().min(), self.lengths.iter().max());
+        most.zip(least).map_or(0, |(most, least)| most - least)
+    }
+
+    /// So many bits tell vectors apart that only components in small units do: kernels have a quarter of them at least.
+    fn least_bits(&self) -> usize {
+        4 * (10 * self.spread().unsigned_abs() as usize / 3) + 256
+    }
 }
 
 /// What has to be printed: one for a conjugate pair, a real exponent or a conservative pair.
@@ -42,6 +56,9 @@ pub(crate) fn judge(
     bits: usize,
     outcome: &mut Outcome,
 ) -> Option<()> {
+    if bits < scaled.least_bits() {
+        return None;
+    }
     let roots = scaled.pencil.roots(bits)?;
     let entries = entries(scaled, &roots, bits);
     let judge = Judge {
@@ -271,11 +288,14 @@ impl Judge<'_> {
             own.sort_unstable();
             own.dedup();
             let kernel = own.iter().flat_map(|root| &self.roots[*root].kernel);
-            let basis = orthonormal(kernel.map(|x| self.in_text(x)), self.bits);
+            let least = real(&power_of_ten(-6 - self.scaled.spread()), self.bits);
+            let basis = orthonormal(kernel.map(|x| self.in_text(x)), &least, self.bits);
             let x = self.shape(mode);
-            let rest = length(&without(x.clone(), &basis), self.bits);
-            let allowed =
-                (bound + f64::EPSILON * float(&length(&x, self.bits))) * (n as f64).sqrt();
+            let size = float(&length(&x, self.bits));
+            let rest = length(&without(x, &basis), self.bits);
+            // What the reference itself may be off by.
+            let slack = size * 2f64.powi(-(AWAY as i32));
+            let allowed = (bound + slack) * (n as f64).sqrt();
             if float(&rest) > allowed * (1.0 + 1e-9) {
                 let message = format!(
                     "shape {} is {:e} from the space of its exponent, bound {bound:e}",
@@ -290,13 +310,13 @@ impl Judge<'_> {
             let members: Vec<&NormalMode> = modes
                 .iter()
                 .zip(pairs)
-                .filter(|(mode, e)| own(e) && mode.vector_error_bound < 1e-6)
+                .filter(|(mode, e)| own(e) && self.is_certain(mode))
                 .map(|(mode, _)| mode)
                 .collect();
             // Below the number of vectors, something is missing.
             let full = pairs.iter().filter(|e| own(e)).count() == members.len();
             let vectors = members.iter().flat_map(|mode| {
-                let x = self.shape(mode);
+                let x = self.in_pencil(&self.shape(mode));
                 let size = length(&x, self.bits);
                 let of = |z: Real| Complex::new(z / &size, integer(0, self.bits));
                 let whole = |z: &Complex| Complex::new(&z.re / &size, &z.im / &size);
@@ -309,7 +329,8 @@ impl Judge<'_> {
                     vec![x.iter().map(whole).collect()]
                 }
             });
-            let spanned = orthonormal(vectors, self.bits).len();
+            let least = real(&power_of_ten(-6), self.bits);
+            let spanned = orthonormal(vectors, &least, self.bits).len();
             if full && !members.is_empty() && spanned < root.kernel.len() {
                 let message = format!(
                     "{} shapes of {:e} {:e} span {spanned} of {} dimensions",
@@ -332,12 +353,27 @@ impl Judge<'_> {
             .collect()
     }
 
+    /// Whether all components of a shape are worth their bound.
+    fn is_certain(&self, mode: &NormalMode) -> bool {
+        let sizes = mode.vector.iter().map(|x| x.abs());
+        mode.vector_error_bound < 1e-6 * sizes.fold(0.0, f64::max)
+    }
+
     /// A vector of the pencil in the text's coordinates.
     fn in_text(&self, x: &[Complex]) -> Vec<Complex> {
+        self.times_units(x, -1)
+    }
+
+    /// The way back.
+    fn in_pencil(&self, x: &[Complex]) -> Vec<Complex> {
+        self.times_units(x, 1)
+    }
+
+    fn times_units(&self, x: &[Complex], power: i64) -> Vec<Complex> {
         let parts = x.iter().zip(&self.scaled.lengths);
         parts
             .map(|(x, length)| {
-                let unit = real(&power_of_ten(-length), self.bits);
+                let unit = real(&power_of_ten(power * length), self.bits);
                 Complex::new(&x.re * &unit, &x.im * &unit)
             })
             .collect()
@@ -384,8 +420,12 @@ fn without(mut x: Vec<Complex>, basis: &[Vec<Complex>]) -> Vec<Complex> {
     x
 }
 
-/// An orthonormal basis of what the vectors span, up to a part in a million.
-fn orthonormal(vectors: impl Iterator<Item = Vec<Complex>>, bits: usize) -> Vec<Vec<Complex>> {
+/// An orthonormal basis of what the vectors span, but for what is less than some part of them.
+fn orthonormal(
+    vectors: impl Iterator<Item = Vec<Complex>>,
+    least: &Real,
+    bits: usize,
+) -> Vec<Vec<Complex>> {
     let mut basis: Vec<Vec<Complex>> = Vec::new();
     for x in vectors {
         let before = length(&x, bits);
@@ -394,7 +434,7 @@ fn orthonormal(vectors: impl Iterator<Item = Vec<Complex>>, bits: usize) -> Vec<
         }
         let x = without(x, &basis);
         let size = length(&x, bits);
-        if is_zero(&size) || float(&(&size / before)) < 1e-6 {
+        if is_zero(&size) || &size / before < *least {
             continue;
         }
         let part = |z: &Complex| Complex::new(&z.re / &size, &z.im / &size);

@@ -1,14 +1,14 @@
 //! From a model to its matrices as expressions: how the parts of this stage go together where nothing but a searched
 //! equilibrium needs numbers.
 
-use super::assemble::{self, evaluate_closed};
+use super::assemble::{self, Assembly, Values, evaluate_closed};
 use super::constrained;
-use super::equilibrium::short;
+use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, missing_value, steady,
-    surface, unbalanced, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, missing_value,
+    steady, surface, unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -156,6 +156,43 @@ fn check_dependent(
     Ok(())
 }
 
+/// The equilibrium, in units of its own where numbers are far from usual ones.
+fn search(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    visible: usize,
+    dependent: &[usize],
+) -> Result<Equilibrium, LinearizeError> {
+    let found = |model: &Model, assembly: &Assembly, values: &Values<Ball>| {
+        let (equilibrium, _) = unbalanced::find(model, assembly, values, visible)?;
+        if !model.constraints.is_empty() {
+            let dependent = dependent.to_vec();
+            at_equilibrium(model, assembly, values, &equilibrium, visible, dependent)?;
+        }
+        Ok(equilibrium)
+    };
+    let Some(units) = units::choose(model, assembly, values, visible) else {
+        return found(model, assembly, values);
+    };
+    let wide = |assembly: &Assembly, model: &Model| {
+        let wide = assembly.wide_values(model);
+        wide.map_err(|missing| missing_value(model, missing.0))
+    };
+    let mut own = model.clone();
+    units.put_in(&mut own);
+    let (measured, _) = assemble::assemble(&mut own);
+    match found(&own, &measured, &wide(&measured, &own)?) {
+        Ok(mut equilibrium) => {
+            equilibrium.values = units.positions(&equilibrium.values);
+            Ok(equilibrium)
+        }
+        Err(error) => Err(in_own_numbers(error, || {
+            found(model, assembly, &wide(assembly, model)?).map(|_| ())
+        })),
+    }
+}
+
 /// What an entry of M and one of K take, with the forms that they go through.
 const ENTRY: usize = 16;
 
@@ -199,17 +236,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
                 .filter(|_| !guessed)
                 .unwrap_or_else(|| missing_value(&model, missing.0))
         })?;
-        let (equilibrium, _) = unbalanced::find(&model, &assembly, &values, visible)?;
-        if !model.constraints.is_empty() {
-            at_equilibrium(
-                &model,
-                &assembly,
-                &values,
-                &equilibrium,
-                visible,
-                dependent.clone(),
-            )?;
-        }
+        let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);
         let multipliers = point.split_off(visible);
         point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));

@@ -176,15 +176,22 @@ fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, Li
     let is_far = Cell::new(false);
     let found = linearize_in(model.clone(), left_out, true, &is_far);
     let Err(error) = found else { return found };
-    // What is wrong is said in the numbers of the file, as far as these tell.
+    if !is_far.get() {
+        return Err(error);
+    }
+    let again = || linearize_in(model.clone(), left_out, false, &is_far).map(|_| ());
+    Err(in_own_numbers(error, again))
+}
+
+/// An error that was found in other units: in the numbers of the file, as far as these tell the same.
+fn in_own_numbers(
+    error: LinearizeError,
+    again: impl FnOnce() -> Result<(), LinearizeError>,
+) -> LinearizeError {
     let kind = std::mem::discriminant(&error);
-    let told = is_far
-        .get()
-        .then(|| linearize_in(model.clone(), left_out, false, &is_far).err());
-    let told = told.flatten();
-    Err(told
-        .filter(|own| std::mem::discriminant(own) == kind)
-        .unwrap_or(error))
+    let told = again().err();
+    told.filter(|own| std::mem::discriminant(own) == kind)
+        .unwrap_or(error)
 }
 
 /// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.

@@ -259,6 +259,15 @@ impl Units {
         up(bound.max(lost).to_f64())
     }
 
+    /// Bounds of the components of such a shape in SI one by one, where `bound` is that of the largest.
+    pub(crate) fn component_errors(&self, bound: f64, coordinates: usize) -> Vec<f64> {
+        let powers = (0..coordinates).map(|at| self.of_shapes(at));
+        let most = powers.clone().max().unwrap_or(0);
+        let bound = Magnitude::from_f64(bound);
+        let of = |by: i64| up(bound.scale(by - most).to_f64());
+        powers.map(of).collect()
+    }
+
     /// A direction of all coordinates in SI, its largest component 1.
     pub(crate) fn direction(&self, vector: &mut [f64]) {
         let sizes = vector.iter().zip(&self.lengths);

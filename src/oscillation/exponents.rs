@@ -147,6 +147,7 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
         vector,
         imaginary,
         vector_error_bound,
+        component_error_bounds: Vec::new(),
         cluster: entry.cluster,
         symmetry: None,
         limit: entry.limit,

@@ -66,6 +66,9 @@ pub struct NormalMode {
     pub imaginary: Vec<f64>,
     /// A bound of the error of each component; in a cluster, of the distance from its space.
     pub vector_error_bound: f64,
+    /// The same for each component by itself, where coordinates are in units so far apart that one bound says little of some; else
+    /// empty.
+    pub component_error_bounds: Vec<f64>,
     /// Modes with the same number are not separated by the bounds.
     pub cluster: u32,
     /// The class under the model's symmetry: `even` or `odd` for a mirror (in a row for several that
@@ -76,6 +79,15 @@ pub struct NormalMode {
     pub limit: Option<Limit>,
     /// What the uncertainties of parameters make of these numbers, where that was asked for and there are any.
     pub uncertainty: Option<Uncertainty>,
+}
+
+impl NormalMode {
+    /// A bound of the error of a component of the shape, by its number.
+    #[must_use]
+    pub fn error_bound_of(&self, component: usize) -> f64 {
+        let own = self.component_error_bounds.get(component);
+        own.copied().unwrap_or(self.vector_error_bound)
+    }
 }
 
 /// The standard uncertainty of a mode's exponent, of first order; `None` where there is no derivative.
@@ -209,6 +221,7 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
                 vector,
                 imaginary: Vec::new(),
                 vector_error_bound,
+                component_error_bounds: Vec::new(),
                 cluster: mode.cluster,
                 symmetry,
                 limit: None,

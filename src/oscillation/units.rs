@@ -46,7 +46,16 @@ pub(super) fn in_si(units: &Units, mode: &mut NormalMode) {
         precise.omega = precise.omega.scale(rate);
         precise.growth = precise.growth.scale(rate);
     }
-    (mode.omega, mode.growth, mode.omega_squared) = (omega, growth, square);
+    (mode.omega, mode.growth, mode.omega_squared) = match mode.precise.as_deref() {
+        Some(precise) => (
+            precise.omega.to_far_ball(),
+            precise.growth.to_far_ball(),
+            square.map(|_| precise.omega_squared.to_far_ball()),
+        ),
+        None => (omega, growth, square),
+    };
+    let count = mode.vector.len();
+    mode.component_error_bounds = units.component_errors(mode.vector_error_bound, count);
 }
 
 /// Modes in the units that the matrices of the model are in: the way back.
@@ -61,7 +70,7 @@ pub(crate) fn in_units<'a>(
     let rate = -units.rate();
     for mode in &mut modes.modes {
         let back = |x: &Ball, precise: Option<&Big>, power: i64| match precise {
-            Some(precise) => precise.scale(power).to_ball(),
+            Some(precise) => precise.scale(power).to_far_ball(),
             None => x.scale_far(power),
         };
         let precise = mode.precise.take();

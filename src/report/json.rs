@@ -150,6 +150,11 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
             array(components),
             number(one_digit_up(mode.vector_error_bound)),
         );
+        if !mode.component_error_bounds.is_empty() {
+            let bounds = mode.component_error_bounds.iter();
+            let bounds = bounds.map(|bound| number(one_digit_up(*bound)));
+            let _ = write!(out, ", \"component_error_bounds\": {}", array(bounds));
+        }
     }
     if let Some(own) = &mode.uncertainty {
         let sigma = |own: Option<Ball>| own.map_or_else(null, |own| number(own.mid_f64()));

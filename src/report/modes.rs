@@ -403,7 +403,7 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
             let parts = modes.iter().flat_map(|mode| {
                 let of = |part: &[f64]| part.get(at).copied();
                 // What may be 0 has no size.
-                let certain = |x: &f64| x.abs() > mode.vector_error_bound;
+                let certain = |x: &f64| x.abs() > mode.error_bound_of(at);
                 let both = of(&mode.vector).into_iter().chain(of(&mode.imaginary));
                 both.filter(certain).collect::<Vec<f64>>()
             });
@@ -459,9 +459,11 @@ fn over_power(name: &str, power: i32) -> String {
 /// A component over a power of ten, with the digits its bound decides: `0.5000`, `0.5000 - 0.1000i`.
 fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String {
     let ten = Ball::from(10.0).powi(power.abs());
-    let vague = mode.vector_error_bound > VAGUE_SHARE * length(mode);
+    let bound = mode.error_bound_of(at);
+    let tells = |at: usize| mode.error_bound_of(at) <= VAGUE_SHARE * modulus(mode, at);
+    let vague = !(0..mode.vector.len()).any(tells);
     let written = |value: f64| {
-        let value = Ball::from(value).with_added_radius(mode.vector_error_bound);
+        let value = Ball::from(value).with_added_radius(bound);
         let scaled = if power < 0 { value * ten } else { value / ten };
         let text = Written::new(&scaled, digits).text();
         // What may be 0, or else as large as others, is not called 0.
@@ -474,9 +476,7 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
     let real = mode.vector.get(at).copied().unwrap_or(0.0);
     let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
     // What may be 0 is no part.
-    let counts = |part: f64, other: f64| {
-        part.abs() > mode.vector_error_bound && part.abs() > 1e-13 * other.abs()
-    };
+    let counts = |part: f64, other: f64| part.abs() > bound && part.abs() > 1e-13 * other.abs();
     if !counts(imaginary, real) || mode.imaginary.is_empty() {
         return written(real);
     }
@@ -487,11 +487,6 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
         return format!("{sign}{size}i");
     }
     format!("{} {sign} {size}i", written(real))
-}
-
-/// The largest component.
-fn length(mode: &NormalMode) -> f64 {
-    (0..mode.vector.len()).fold(0.0, |most, at| most.max(modulus(mode, at)))
 }
 
 /// The size of a component.
@@ -510,7 +505,7 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
         .collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
     // A thousandth of the largest can't be seen in a shape.
-    order.retain(|(size, _)| *size >= top * 1e-3 && *size > mode.vector_error_bound);
+    order.retain(|(size, at)| *size >= top * 1e-3 && *size > mode.error_bound_of(*at));
     if order.len() > MOST_COMPONENTS {
         // Two digits are within 5 % of the number: below nine tenths of the last that may be shown
         // nothing can print as large.
@@ -790,6 +785,7 @@ mod tests {
             vector,
             imaginary: Vec::new(),
             vector_error_bound: 1e-15,
+            component_error_bounds: Vec::new(),
             cluster: 0,
             symmetry: None,
             limit: None,

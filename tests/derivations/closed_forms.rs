@@ -440,3 +440,35 @@ fn what_a_page_abbreviates_is_what_programs_read() {
     }
     assert!(checked >= 20, "{checked}");
 }
+
+#[test]
+fn closed_forms_of_numbers_far_from_usual_ones() {
+    let chain = |m: &str, k: &str| {
+        let text = format!(
+            "param m = {m}  param k = {k}  coord x, y
+            T = m/2*(x'^2 + y'^2)  V = k/2*(x^2 + (x - y)^2)"
+        );
+        frequencies(&model_in(&text, Path::new("."), &[]))
+    };
+    let near = chain("2", "3");
+    assert!(
+        near["frequencies"]
+            .as_array()
+            .is_some_and(|all| all.len() == 2)
+    );
+    assert!(!near["normal_coordinates"].is_null());
+    for (m, k) in [
+        ("1e300", "1e250"),
+        ("1e-300", "exp(-800)"),
+        ("1e-300", "1e290"),
+    ] {
+        let far = chain(m, k);
+        for part in ["frequencies", "normal_coordinates"] {
+            assert_eq!(far[part], near[part], "{m} {k} {part}");
+        }
+    }
+    // An equilibrium that is searched for, under a constraint with small numbers.
+    let text = "coord x, z  T = x'^2/2 + z'^2/2  V = x^2/2 + z^2/2  constraint 1e-300*z = 1e-300/2";
+    let found = frequencies(&model_in(text, Path::new("."), &[]));
+    assert!(found["not_linearized"].is_null(), "{found}");
+}

@@ -13,7 +13,9 @@ use common::model;
 use librate::linearize::{Linearized, linearize};
 use librate::modes::exponents::Limit;
 use librate::modes::{Kind, Options, Stability};
-use librate::oscillation::{NormalModes, normal_modes, warnings};
+use librate::number::Number;
+use librate::oscillation::{NormalMode, NormalModes, normal_modes, warnings};
+use librate::precision::{Big, Rounding};
 
 fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
     let linearized = linearize(model(text)).unwrap();
@@ -648,4 +650,201 @@ fn rates_far_apart_are_found() {
     let (_, found) = solve(text, &Options::default());
     assert!(found.modes.iter().all(|mode| mode.kind == Kind::Overdamped));
     assert_eq!(found.modes.len(), 4);
+}
+
+/// An entry of the matrices: its value, row and column (from 1), and the power of the rate in its unit.
+type Entry = (f64, usize, usize, i64);
+
+/// A model in coordinates of 10^-lengths of their units, energies of 10^energy and rates of 10^rate.
+fn in_units(energies: [&[Entry]; 4], lengths: [i64; 2], energy: i64, rate: i64) -> String {
+    let term = |(value, i, j, order): &Entry, first: &str, second: &str| {
+        let power = lengths[i - 1] + lengths[j - 1] + energy + order * rate;
+        format!(" + ({value})*1e{power}*x[{i}]{first}*x[{j}]{second}")
+    };
+    let sum = |entries: &[Entry], first: &str, second: &str| -> String {
+        entries.iter().map(|own| term(own, first, second)).collect()
+    };
+    let [mass, stiffness, rotation, friction] = energies;
+    format!(
+        "coord x[1..2]\nlagrangian = 0{}{} - (0{})\ndissipation = 0{}\n",
+        sum(mass, "'", "'"),
+        sum(rotation, "", "'"),
+        sum(stiffness, "", ""),
+        sum(friction, "'", "'"),
+    )
+}
+
+fn exponent(mode: &NormalMode) -> [Big; 2] {
+    match mode.precise.as_deref() {
+        Some(precise) => [precise.omega.clone(), precise.growth.clone()],
+        None => [&mode.omega, &mode.growth].map(|x| Big::from_ball(x, 200)),
+    }
+}
+
+fn ten(power: i64) -> Big {
+    Big::from_number(&Number::parse(&format!("1e{power}")).unwrap(), 200)
+}
+
+#[test]
+fn units_far_from_usual_ones_change_nothing() {
+    let masses: &[Entry] = &[(1.0, 1, 1, 0), (1.0, 1, 2, 0), (1.5, 2, 2, 0)];
+    let bound: &[Entry] = &[(2.5, 1, 1, 2), (-2.0, 1, 2, 2), (2.0, 2, 2, 2)];
+    let saddle: &[Entry] = &[(2.5, 1, 1, 2), (-8.0, 1, 2, 2), (2.0, 2, 2, 2)];
+    let top: &[Entry] = &[(-0.5, 1, 1, 2), (-0.25, 2, 2, 2)];
+    let free: &[Entry] = &[(0.5, 1, 1, 2), (-1.0, 1, 2, 2), (0.5, 2, 2, 2)];
+    let turning: &[Entry] = &[(3.0, 1, 2, 1), (-3.0, 2, 1, 1)];
+    let friction: &[Entry] = &[(0.5, 1, 1, 1), (0.25, 2, 2, 1)];
+    let heavy: &[Entry] = &[(50.0, 1, 1, 1), (0.25, 2, 2, 1)];
+    let models: [[&[Entry]; 4]; 8] = [
+        [masses, bound, &[], &[]],
+        [masses, saddle, &[], &[]],
+        [masses, free, &[], &[]],
+        [masses, bound, &[], friction],
+        [masses, bound, turning, friction],
+        [masses, top, turning, &[]],
+        [masses, bound, &[], heavy],
+        [masses, free, &[], friction],
+    ];
+    let units = [
+        ([140, -140], 0, 0),
+        ([0, 0], 290, 0),
+        ([0, 0], -295, 0),
+        ([0, 0], 0, 145),
+        ([0, 0], 0, -145),
+        ([70, -60], -70, 35),
+        ([-15, 15], 3, 20),
+    ];
+    for (number, model) in models.into_iter().enumerate() {
+        let (_, plain) = solve(&in_units(model, [0, 0], 0, 0), &Options::default());
+        for (lengths, energy, rate) in units {
+            let text = in_units(model, lengths, energy, rate);
+            let (_, found) = solve(&text, &Options::default());
+            let at = format!("model {number}, {lengths:?} {energy} {rate}");
+            assert_eq!(found.stability, plain.stability, "{at}");
+            assert_eq!(found.secular, plain.secular, "{at}");
+            assert_eq!(found.modes.len(), plain.modes.len(), "{at}");
+            for (mode, want) in found.modes.iter().zip(&plain.modes) {
+                assert_eq!((mode.kind, mode.limit), (want.kind, want.limit), "{at}");
+                for (x, want) in exponent(mode).iter().zip(exponent(want)) {
+                    let x = x * &ten(-rate);
+                    let off = (&x - &want).abs_upper().to_f64();
+                    assert!(off <= 1e-13 * want.mid_f64().abs(), "{at}: {x:?} {want:?}");
+                }
+                // Shapes are those of the plain model, in units of energy and rate too; their sign is that of the largest component.
+                let size = |mode: &NormalMode, i: usize| {
+                    mode.vector[i].hypot(mode.imaginary.get(i).copied().unwrap_or(0.0))
+                };
+                for i in 0..2 {
+                    let unit = &ten(lengths[i]) * &ten(energy).sqrt();
+                    let number = |x: f64| &Big::from_f64(x, 200) * &unit;
+                    let off = number(size(mode, i)).mid_f64() - size(want, i);
+                    let bound = number(mode.error_bound_of(i)).mid_f64();
+                    assert!(off.abs() <= 2.0 * bound + 1e-14, "{at}: {off:e} {bound:e}");
+                    let tells = lengths == [0, 0] || !mode.component_error_bounds.is_empty();
+                    assert!(!tells || bound < 1e-12, "{at}: {bound:e}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn exponents_far_apart_are_decided() {
+    // Of one coordinate by itself: m, c, k.
+    for (c, slow, fast) in [
+        ("1e70", -70, 70),
+        ("1e140", -140, 140),
+        ("1e150", -150, 150),
+    ] {
+        let text = format!("coord x  T = x'^2/2  V = x^2/2  dissipation = {c}*x'^2/2");
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(found.stability, Stability::Stable);
+        for (mode, power) in found.modes.iter().zip([slow, fast]) {
+            assert_eq!(mode.kind, Kind::Overdamped, "{c}");
+            let off = (&exponent(mode)[1] + &ten(power)).abs_upper().to_f64();
+            assert!(off <= 1e-10 * ten(power).mid_f64(), "{c}: {mode:?}");
+        }
+    }
+}
+
+#[test]
+fn exponential_parameters_have_frequencies() {
+    for power in [-1400_i32, -800, 700, 800, 1300] {
+        let text = format!("param k = exp({power})  coord x  T = x'^2/2  V = k*x^2/2");
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(
+            (found.stability, found.modes[0].kind),
+            (Stability::Stable, Kind::Oscillation)
+        );
+        let want = f64::from(power / 2).exp();
+        let off = (found.modes[0].omega.mid_f64() - want).abs();
+        assert!(off <= 1e-13 * want, "{power}: {:?}", found.modes[0]);
+    }
+}
+
+#[test]
+fn one_vector_for_two_exponents_is_no_pair_of_shapes() {
+    // Triangular: friction takes one of two equal couplings away.
+    let (_, found) = solve(
+        "coord x, y  T = 1e14/2*x'^2 + 1e2/2*y'^2  V = 1e16/2*x^2 - 1e10/2*x*y + 1e4/2*y^2
+        dissipation = 1e15/2*x'^2 - 1e10/2*x'*y + 1e10/2*y'*x + 1e3/2*y'^2",
+        &Options::default(),
+    );
+    let blocks = found.modes.iter().map(|mode| mode.limit);
+    let blocks: Vec<Option<Limit>> = blocks.collect();
+    assert_eq!(blocks, [Some(Limit::Defective { order: 2 }); 2]);
+    assert!(found.modes.iter().all(|mode| mode.vector[1] == 0.0));
+}
+
+/// What is printed of omega and growth of the first mode.
+fn printed(text: &str, digits: usize) -> [(String, Rounding); 2] {
+    let (_, found) = solve(text, &Options::default().digits(digits));
+    exponent(&found.modes[0]).map(|x| {
+        let decimal = x.decimal(digits);
+        (decimal.text, decimal.rounding)
+    })
+}
+
+#[test]
+fn roundings_next_to_a_tie_are_decided() {
+    let omega = |w: &str, unit: &str, digits| {
+        let text = format!("coord x  T = x'^2/2  V = {unit}^2*({w})^2*x^2/2");
+        printed(&text, digits)[0].clone()
+    };
+    for (w, digits, want) in [
+        ("2.5 + 1e-40", 1, "3"),
+        ("2.5 - 1e-40", 1, "2"),
+        ("3.5 - 1e-100", 1, "3"),
+        ("2.5 + 1e-250", 1, "3"),
+        ("1.23455 + 1e-45", 5, "1.2346"),
+        ("1.23455 - 1e-45", 5, "1.2345"),
+        ("1.2345678915 - 1e-60", 10, "1.234567891"),
+    ] {
+        assert_eq!(
+            omega(w, "1", digits),
+            (want.to_owned(), Rounding::Correct),
+            "{w}"
+        );
+        let far = (format!("{want}e120"), Rounding::Correct);
+        assert_eq!(omega(w, "1e120", digits), far, "{w} far");
+    }
+    // A tie, and what is nearer than the highest precision tells: within one unit of the last place, and told as such.
+    for w in ["2.5", "2.5 + 1e-300"] {
+        assert_eq!(omega(w, "1", 1), ("2".to_owned(), Rounding::Tie), "{w}");
+    }
+    for k in ["100", "100*pi"] {
+        for (c, want) in [("2.5 + 1e-40", "-3"), ("2.5 - 1e-40", "-2")] {
+            let text = format!("coord x  T = x'^2/2  V = {k}*x^2/2  dissipation = ({c})*x'^2");
+            assert_eq!(printed(&text, 1)[1], (want.to_owned(), Rounding::Correct));
+        }
+    }
+    let rotor = "coord x, y  V = 0
+        lagrangian = (x'^2 + y'^2)/2 + (a - 1/a)/2*(x*y' - y*x') - (x^2 + y^2)/2";
+    let rotor = rotor.replace("V = 0", "param a = 2.5 + 1e-40");
+    let (_, found) = solve(&rotor, &Options::default().digits(1));
+    let last = exponent(&found.modes[1])[0].decimal(1);
+    assert_eq!(
+        (last.text.as_str(), last.rounding),
+        ("3", Rounding::Correct)
+    );
 }

@@ -306,3 +306,27 @@ fn too_many_terms_are_told_before_anything_is_computed() {
     assert_eq!(error.code(), "E0806");
     assert!(error.to_string().contains(&terms.to_string()), "{error}");
 }
+
+#[test]
+fn numbers_far_from_usual_ones_change_nothing() {
+    // 3/8 for V = x²/2 + x⁴/4, -1/16 for a pendulum, each times any energy.
+    for (text, want) in [
+        ("coord x  T = x'^2/2  V = exp(-800)*(x^2/2 + x^4/4)", 0.375),
+        (
+            "coord x  T = 1e-300*x'^2/2  V = 1e-290*(x^2/2 - x^4/4)",
+            -0.375,
+        ),
+        (
+            "param m = 1e-300  param g = 1e250  param l = 1e100  coord phi
+          T = m*l^2*phi'^2/2  V = m*g*l*(1 - cos(phi))",
+            -0.0625,
+        ),
+    ] {
+        let own = &changes(text)[0];
+        assert_is(text, own, &Ball::exact(want));
+        assert!(
+            own.reach.is_some_and(|reach| (0.1..2.0).contains(&reach)),
+            "{text}"
+        );
+    }
+}

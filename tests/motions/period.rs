@@ -533,3 +533,31 @@ fn curves_are_drawn() {
     assert_eq!(line, 2, "{svg}");
     assert!(svg.contains("period in s"));
 }
+
+#[test]
+fn numbers_far_from_usual_ones_change_nothing() {
+    let plain = period(
+        "coord x  T = x'^2/2  V = x^2/2 + x^4/4",
+        &amplitude("1"),
+        20,
+    );
+    let slow = "coord x  T = x'^2/2  V = exp(-800)*(x^2/2 + x^4/4)";
+    let found = period(slow, &amplitude("1"), 20);
+    let want = plain.period * Ball::exact(400.0).apply(librate::precision::Function::Exp);
+    assert!((found.period - want).contains_zero());
+    // E = 3/4 exp(-800), which is no double.
+    let energy = found.energy_precise.unwrap().decimal(8).text;
+    assert_eq!(energy, "2.7509059e-348");
+    let turning = match found.motion {
+        Motion::Libration { turning } => turning,
+        Motion::Rotation { .. } => panic!("it turns"),
+    };
+    assert!((turning[1] - Ball::ONE).contains_zero());
+    let pendulum = |m: &str, g: &str, l: &str| {
+        format!("coord phi  T = {m}*{l}^2*phi'^2/2  V = {m}*{g}*{l}*(1 - cos(phi))")
+    };
+    let near = period(&pendulum("1", "1", "1"), &amplitude("2"), 15).period;
+    let far = period(&pendulum("1e-300", "1e200", "1e-80"), &amplitude("2"), 15).period;
+    let far = far * Ball::from_number(&Number::parse("1e140").unwrap(), ());
+    assert!((far - near).contains_zero() && (far - near).radius < 1e-14);
+}

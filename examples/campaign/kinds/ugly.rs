@@ -210,7 +210,7 @@ equilibrium phi' = {w}
     }
 }
 
-/// Any of them with lengths and times in units that are far apart.
+/// Any of them with an energy, a time and each coordinate in units that are far apart.
 pub(super) fn scaled(draw: &mut Draw) -> Model {
     let drawings = [
         repeated_pencil,
@@ -219,10 +219,10 @@ pub(super) fn scaled(draw: &mut Draw) -> Model {
         low_rank_pencil,
     ];
     let pencil = draw.pick(&drawings)(draw);
-    let reach = draw.pick(&[3, 30, 60]);
-    let length = draw.int(-reach / 2, reach / 2);
-    let lengths = vec![length; pencil.mass.len()];
-    let rate = draw.int(-reach / 4, reach / 4);
+    let reach = draw.pick(&[3, 30, 60, 280, 280]);
+    let mut length = || draw.int(-reach / 4, reach / 4);
+    let lengths = pencil.mass.iter().map(|_| length()).collect();
+    let rate = draw.int(-reach / 8, reach / 8);
     let energy = draw.int(-reach / 4, reach / 4);
     written(pencil, lengths, rate, energy)
 }

@@ -100,7 +100,7 @@ pub(super) fn exact_spectrum(
 }
 
 fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
-    let (growth, omega) = (root.growth.to_ball(), root.omega.to_ball());
+    let (growth, omega) = (root.growth.to_far_ball(), root.omega.to_far_ball());
     Exponent {
         kind: kind(&growth, &omega),
         growth,

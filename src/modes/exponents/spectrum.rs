@@ -66,8 +66,8 @@ impl Value {
 
     pub(super) fn wide(growth: Big, omega: Big) -> Self {
         Self {
-            growth: growth.to_ball(),
-            omega: omega.to_ball(),
+            growth: growth.to_far_ball(),
+            omega: omega.to_far_ball(),
             wide: Some((growth, omega)),
         }
     }
@@ -186,7 +186,23 @@ pub(super) fn status(
 /// shapes of a group may be off by.
 const ROUGH: f64 = 1e-11;
 
-/// Marks columns whose vectors are [`Status::rough`].
+/// Vectors with an angle between them whose square is less may be one.
+const PARALLEL: f64 = 1e-8;
+
+/// Whether two vectors are the same but for a factor, nearly.
+fn is_parallel(a: &Sheet, b: &Sheet) -> bool {
+    let (mut product, mut sizes) = (c64::new(0.0, 0.0), [0.0; 2]);
+    for (x, y) in a.x.iter().zip(&b.x) {
+        let (x, y) = (x.value, y.value);
+        product += c64::new(x.re, -x.im) * y;
+        sizes[0] += x.re * x.re + x.im * x.im;
+        sizes[1] += y.re * y.re + y.im * y.im;
+    }
+    let square = product.re * product.re + product.im * product.im;
+    square >= (1.0 - PARALLEL) * sizes[0] * sizes[1]
+}
+
+/// Marks columns whose vectors are [`Status::rough`], and those that may have a vector less than there are exponents.
 pub(super) fn mark_rough(
     statuses: &mut [Status],
     columns: &Columns,
@@ -200,6 +216,19 @@ pub(super) fn mark_rough(
             sizes.fold(0.0, f64::max)
         })
         .collect();
+    // Vectors of several exponents at one place that are next to parallel may be one vector of a Jordan block.
+    for group in &certificate.groups {
+        let own = group.members.iter().filter(|&&j| j >= columns.together());
+        let own: Vec<usize> = own.copied().collect();
+        for (at, &j) in own.iter().enumerate() {
+            for &i in &own[..at] {
+                if is_parallel(&sheets[i], &sheets[j]) {
+                    statuses[i].lacking = true;
+                    statuses[j].lacking = true;
+                }
+            }
+        }
+    }
     for j in columns.together()..columns.count() {
         let group = &certificate.groups[certificate.of[j]];
         let off: f64 = group.reach.iter().zip(&largest).map(|(a, b)| a * b).sum();
