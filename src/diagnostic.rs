@@ -106,6 +106,7 @@ impl Diagnostic {
     }
 
     /// The same with a second place, if there is one.
+    #[cfg(feature = "engine")]
     pub(crate) fn and_at(self, span: Option<Span>, text: &str) -> Self {
         match span {
             Some(span) => self.with_secondary(span, text),

@@ -13,7 +13,6 @@
 mod arena;
 pub mod ast;
 mod build;
-mod codes;
 mod cut;
 mod error;
 mod explain;
@@ -23,7 +22,6 @@ mod grammar;
 mod lexer;
 mod lookalike;
 mod print;
-mod report;
 mod split;
 #[cfg(test)]
 mod tests;

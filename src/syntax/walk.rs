@@ -1,4 +1,8 @@
 //! What statements and expressions are made of, so that no pass lists the forms that it passes over.
+#![cfg_attr(
+    not(feature = "engine"),
+    allow(dead_code, reason = "the parser alone walks over nothing")
+)]
 
 use super::ast::{Binding, ExprKind, ExprRef, File, IndexKind, Indices, Name, StatementKind};
 
