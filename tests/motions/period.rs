@@ -548,9 +548,8 @@ fn numbers_far_from_usual_ones_change_nothing() {
     // E = 3/4 exp(-800), which is no double.
     let energy = found.energy_precise.unwrap().decimal(8).text;
     assert_eq!(energy, "2.7509059e-348");
-    let turning = match found.motion {
-        Motion::Libration { turning } => turning,
-        Motion::Rotation { .. } => panic!("it turns"),
+    let Motion::Libration { turning } = found.motion else {
+        panic!("it turns")
     };
     assert!((turning[1] - Ball::ONE).contains_zero());
     let pendulum = |m: &str, g: &str, l: &str| {
