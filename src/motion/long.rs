@@ -9,7 +9,7 @@ use crate::linearize::LinearizeError;
 use crate::precision::{Ball, Big, DoubleDouble};
 
 /// A table is computed at once up to so many numbers.
-const MOST_AT_ONCE: usize = 2_000_000;
+const MOST_AT_ONCE: usize = 1_000_000;
 /// Of one that is not, at least so many rows.
 const FEWEST_ROWS: usize = 200;
 
