@@ -19,6 +19,16 @@ pub(super) struct Energies {
     pub(super) mass: ExprId,
 }
 
+/// Where what an absolute value is taken of changes its sign.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kink {
+    pub(super) place: ExprId,
+    /// The derivative of that by the coordinate, a constant.
+    pub(super) slope: ExprId,
+    /// Whether it is known to be the equilibrium.
+    pub(super) central: bool,
+}
+
 /// Refuses what has no period by energy conservation in one coordinate.
 pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
     if model.coordinates.len() != 1 {
@@ -86,29 +96,57 @@ impl Energies {
         })
     }
 
-    /// U and M as functions of the coordinate; `None` where a parameter is left.
-    pub(super) fn tape(&self) -> Option<Tape> {
+    /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these;
+    /// `None` where a parameter is left. Where one is taken of what is not linear in the coordinate, all stay as they are.
+    pub(super) fn tape(&mut self, linearized: &Linearized) -> Option<(Tape, Vec<Kink>)> {
         let roots = [self.potential, self.mass];
-        Tape::compile(&self.pool, &roots, &[self.coordinate]).ok()
+        let q = self.coordinate;
+        let centre = self.centre(linearized);
+        let (smooth, signs) = self.pool.with_signs(&roots, |symbol| symbol == q);
+        let pool = &mut self.pool;
+        let origin: Substitution = [(q, pool.zero())].into_iter().collect();
+        let kinks = signs.iter().map(|(x, _)| {
+            let slope = pool.diff(*x, q);
+            let there = pool.substitute_one(*x, &origin);
+            let place = pool.div(there, slope);
+            let place = pool.neg(place);
+            let central = centre.is_some_and(|centre| {
+                let way = pool.sub(place, centre);
+                pool.is_zero(way) == ZeroVerdict::Zero
+            });
+            let linear = pool.is_constant(slope) && pool.is_constant(place);
+            linear.then_some(Kink {
+                place,
+                slope,
+                central,
+            })
+        });
+        let mut inputs = vec![q];
+        let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
+        if kinks.is_empty() {
+            return Some((Tape::compile(pool, &roots, &inputs).ok()?, kinks));
+        }
+        inputs.extend(signs.iter().map(|(_, sign)| *sign));
+        Some((Tape::compile(pool, &smooth, &inputs).ok()?, kinks))
+    }
+
+    /// The equilibrium, where it is given or 0.
+    fn centre(&self, linearized: &Linearized) -> Option<ExprId> {
+        match linearized.equilibrium().origins.first()? {
+            Origin::Zero => Some(self.pool.zero()),
+            Origin::Given => {
+                let model = linearized.measured_model();
+                let given = model.equilibria.first().copied()?;
+                given?.value
+            }
+            Origin::Found => None,
+        }
     }
 
     /// Whether U and M are the same with q0 + x and q0 - x, where the equilibrium q0 is given or 0.
     pub(super) fn is_even_about(&mut self, linearized: &Linearized) -> bool {
-        let centre = match linearized.equilibrium().origins.first() {
-            Some(Origin::Zero) => self.pool.zero(),
-            Some(Origin::Given) => {
-                let given = linearized
-                    .measured_model()
-                    .equilibria
-                    .first()
-                    .copied()
-                    .flatten();
-                match given.and_then(|given| given.value) {
-                    Some(value) => value,
-                    None => return false,
-                }
-            }
-            Some(Origin::Found) | None => return false,
+        let Some(centre) = self.centre(linearized) else {
+            return false;
         };
         let pool = &mut self.pool;
         let q = pool.symbol_expr(self.coordinate);

@@ -247,7 +247,7 @@ fn described(error: &PeriodError) -> Diagnostic {
         PeriodError::NotPeriodic { .. } => Diagnostic::global(message)
             .with_help("a lower energy, or a smaller amplitude, stays in the well"),
         PeriodError::NotSmooth { .. } => Diagnostic::global(message).with_help(
-            "the period is certified where V and T can be differentiated all the way; a corner (abs), a pole or an inertia that vanishes is not passed",
+            "the period is certified where V and T can be differentiated all the way; a pole, an inertia that vanishes, or a corner that is not that of `abs` of something linear in the coordinate, is not passed",
         ),
         PeriodError::NegativeMass { span, .. } => Diagnostic::error(message, *span, "declared here")
             .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),

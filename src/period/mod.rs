@@ -43,10 +43,10 @@ mod weights;
 pub use curve::{Place, curve};
 pub use error::PeriodError;
 
-use energies::Energies;
+use energies::{Energies, Kink};
 use panel::Field;
 
-use crate::expr::{Pool, Tape};
+use crate::expr::{ExprId, Pool, Tape};
 use crate::linearize::{self, Linearized, evaluate_closed, power_of_two, short};
 use crate::model::{Constant, Model};
 use crate::number::Number;
@@ -176,8 +176,11 @@ pub struct Oscillator {
     energies: Tape,
     shape: Tape,
     even: bool,
+    /// Of the expressions below.
+    pool: Pool,
+    kinks: Vec<Kink>,
     /// The period of U and M in the coordinate.
-    advance: Option<(Pool, crate::expr::ExprId)>,
+    advance: Option<ExprId>,
 }
 
 /// Refuses what has no period by energy conservation in one coordinate, before anything is computed.
@@ -198,17 +201,21 @@ impl Oscillator {
         check(model)?;
         let mut energies = Energies::new(linearized.measured_model())?;
         // All parameters have values, or there would be no linearization.
-        let tape = energies.tape().ok_or_else(|| PeriodError::NotQuadratic {
-            coordinate: model.coordinates[0].name.clone(),
-            span: model.coordinates[0].span,
-        })?;
+        let (tape, kinks) = energies
+            .tape(linearized)
+            .ok_or_else(|| PeriodError::NotQuadratic {
+                coordinate: model.coordinates[0].name.clone(),
+                span: model.coordinates[0].span,
+            })?;
         let even = energies.is_even_about(linearized);
         let advance = energies.advance();
         Ok(Self {
             linearized: linearized.clone(),
             shape: shape()?,
             even,
-            advance: advance.map(|advance| (energies.pool, advance)),
+            advance,
+            kinks,
+            pool: energies.pool,
             energies: tape,
         })
     }
@@ -305,12 +312,19 @@ impl Oscillator {
 
     /// How far the coordinate goes in a full turn.
     fn advance<S: Scalar>(&self, precision: S::Precision) -> Option<S> {
-        let (pool, advance) = self.advance.as_ref()?;
-        evaluate_closed::<S>(pool, *advance, precision)
+        evaluate_closed::<S>(&self.pool, self.advance?, precision)
     }
 
     fn field<S: real::Real>(&self, precision: S::Precision) -> Field<S> {
-        Field::new(&self.energies, &self.shape, precision)
+        let number = |value| evaluate_closed::<S>(&self.pool, value, precision);
+        let kinks = self.kinks.iter().filter_map(|kink| {
+            Some(panel::Kink {
+                place: number(kink.place)?,
+                slope: number(kink.slope)?,
+                central: kink.central,
+            })
+        });
+        Field::new(&self.energies, &self.shape, kinks.collect(), precision)
     }
 }
 

@@ -52,6 +52,16 @@ pub(super) struct Obstacle<S> {
     pub(super) at: S,
 }
 
+/// Where what an absolute value is taken of changes its sign.
+#[derive(Clone, Debug)]
+pub(super) struct Kink<S> {
+    pub(super) place: S,
+    /// The derivative of that by the coordinate.
+    pub(super) slope: S,
+    /// Whether it is the equilibrium, where paths end.
+    pub(super) central: bool,
+}
+
 /// U and M as functions of the position, and the integrand made of them.
 pub(super) struct Field<S: Real> {
     values: Prepared<S>,
@@ -60,20 +70,115 @@ pub(super) struct Field<S: Real> {
     precision: S::Precision,
     scratch: Vec<S>,
     zero: S,
+    kinks: Vec<Kink<S>>,
+    /// Whether signs are those of a piece between kinks, and not those at each position.
+    held: bool,
+    /// The position and the signs of what absolute values are taken of.
+    inputs: Vec<S>,
 }
 
 impl<S: Real> Field<S> {
     /// `energies` gives U and M from the coordinate, `shape` sqrt(2M/h) from h and M.
-    pub(super) fn new(energies: &Tape, shape: &Tape, precision: S::Precision) -> Self {
+    pub(super) fn new(
+        energies: &Tape,
+        shape: &Tape,
+        kinks: Vec<Kink<S>>,
+        precision: S::Precision,
+    ) -> Self {
         let values = energies.prepare::<S>(precision);
+        let zero = S::from_double(0.0, precision);
         Self {
+            inputs: vec![zero.clone(); 1 + kinks.len()],
+            kinks,
+            held: false,
             series: values.series(),
             values,
             shape: shape.prepare::<S>(precision).series(),
             precision,
             scratch: Vec::new(),
-            zero: S::from_double(0.0, precision),
+            zero,
         }
+    }
+
+    /// Puts a position in, and the signs there: anything from -1 to 1 where they are not decided, so that values and slopes are
+    /// enclosed on both sides of a kink.
+    fn put(&mut self, at: &S) {
+        self.inputs[0] = at.clone();
+        if self.held {
+            return;
+        }
+        for (kink, sign) in self.kinks.iter().zip(&mut self.inputs[1..]) {
+            let own = at.sub(&kink.place).mul(&kink.slope);
+            *sign = if own.is_positive() {
+                S::from_double(1.0, self.precision)
+            } else if own.is_negative() {
+                S::from_double(-1.0, self.precision)
+            } else {
+                self.zero.with_error(Magnitude::ONE)
+            };
+        }
+    }
+
+    /// Whether no absolute value may have its kink at a position.
+    pub(super) fn is_smooth_at(&self, at: &S) -> bool {
+        let mut kinks = self.kinks.iter();
+        kinks.all(|kink| {
+            let way = at.sub(&kink.place);
+            way.is_positive() || way.is_negative()
+        })
+    }
+
+    /// Takes U and M as they are in the middle of a path, with the signs there, until [`Field::release`]: beyond kinks they
+    /// go on as if there were none.
+    pub(super) fn hold(&mut self, start: &S, span: &S) {
+        let middle = start.add(&span.mul(&self.number(0.5)));
+        self.put(&middle);
+        self.held = true;
+    }
+
+    pub(super) fn release(&mut self) {
+        self.held = false;
+    }
+
+    /// The pieces of a path between kinks, first positions and spans; the error where it is not decided whether a kink lies on it, or
+    /// which of two comes first.
+    pub(super) fn pieces(&self, start: S, span: S) -> Result<Vec<(S, S)>, Obstacle<S>> {
+        let end = start.add(&span);
+        let mut between: Vec<S> = Vec::new();
+        let undecided = |at: &S| Obstacle {
+            refusal: Refusal::Rough,
+            at: at.clone(),
+        };
+        for Kink { place, .. } in self.kinks.iter().filter(|kink| !kink.central) {
+            let (before, after) = (place.sub(&start), place.sub(&end));
+            let inside = before.mul(&after);
+            if inside.is_negative() {
+                between.push(place.clone());
+            } else if !inside.is_positive() && !before.is_exact_zero() && !after.is_exact_zero() {
+                return Err(undecided(place));
+            }
+        }
+        let way = |place: &S| place.sub(&start).middle().abs();
+        between.sort_by(|a, b| way(a).total_cmp(&way(b)));
+        let mut pieces: Vec<(S, S)> = vec![(start, span)];
+        for place in between {
+            let Some((from, rest)) = pieces.pop() else {
+                break;
+            };
+            let own = place.sub(&from);
+            if own.is_exact_zero() {
+                // Two of them have their kinks at the same place.
+                pieces.push((from, rest));
+                continue;
+            }
+            if !own.mul(&rest).is_positive() {
+                return Err(undecided(&place));
+            }
+            pieces.push((from, own));
+            let rest = end.sub(&place);
+            pieces.push((place, rest));
+        }
+        Ok(pieces)
     }
 
     pub(super) fn number(&self, value: f64) -> S {
@@ -86,9 +191,10 @@ impl<S: Real> Field<S> {
 
     /// U at a position.
     pub(super) fn potential(&mut self, at: &S) -> S {
+        self.put(at);
         let mut both = [self.zero.clone(), self.zero.clone()];
         self.values
-            .evaluate_into(std::slice::from_ref(at), &mut self.scratch, &mut both);
+            .evaluate_into(&self.inputs, &mut self.scratch, &mut both);
         let [potential, _] = both;
         potential
     }
@@ -98,15 +204,17 @@ impl<S: Real> Field<S> {
         self.series.clear();
         let mut potential = Vec::with_capacity(count);
         let mut mass = Vec::with_capacity(count);
+        self.put(at);
+        let mut later = vec![self.zero.clone(); self.inputs.len()];
+        later[0] = slope.clone();
         for k in 0..count {
-            let input = match k {
-                0 => at,
-                1 => slope,
-                _ => &self.zero,
-            };
-            if let [u, m] = self.series.next(std::slice::from_ref(input)) {
+            let inputs = if k == 0 { &self.inputs } else { &later };
+            if let [u, m] = self.series.next(inputs) {
                 potential.push(u.clone());
                 mass.push(m.clone());
+            }
+            if k == 1 {
+                later[0] = self.zero.clone();
             }
         }
         (potential, mass)

@@ -168,11 +168,12 @@ fn small_about<S: Real>(
     field: &mut Field<S>,
     at: &S,
 ) -> (Option<S>, Option<S>) {
-    if equilibrium.proved {
-        small(field, at)
-    } else {
-        (None, None)
+    if !equilibrium.proved {
+        return (None, None);
     }
+    let (small, bend) = small(field, at);
+    // Where a derivative jumps the change is no even function of the amplitude.
+    (small, bend.filter(|_| field.is_smooth_at(at)))
 }
 
 /// What is asked for, and how it was put in.

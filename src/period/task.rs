@@ -251,8 +251,24 @@ impl<'a, S: Real> Task<'a, S> {
         (way * step > 0.0).then_some(fence)
     }
 
-    /// The time along a path; where it passes a barrier closely, in three parts.
+    /// The time along a path, from kink to kink.
     fn time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
+        let mut total: Option<S> = None;
+        for (at, (start, span)) in self.field.pieces(start, span)?.into_iter().enumerate() {
+            self.field.hold(&start, &span);
+            let time = self.smooth_time(start, span, turning && at == 0);
+            self.field.release();
+            let time = time?;
+            total = Some(match total {
+                Some(total) => total.add(&time),
+                None => time,
+            });
+        }
+        Ok(total.unwrap_or_else(|| self.field.number(0.0)))
+    }
+
+    /// The time along a path without kinks; where it passes a barrier closely, in three parts.
+    fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
         let (energy, order) = (self.energy.clone(), order_for(self.bits));
         let pass = self.field.pass(&energy, &start, &span, order, self.bits);
         let Some(pass) = pass else {

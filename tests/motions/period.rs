@@ -430,7 +430,7 @@ fn motions_without_a_period_are_told() {
             "E0513",
         ),
         (
-            "coord x  T = x'^2  V = x^2 + (abs(x - 1/4) + x - 1/4)^2",
+            "coord x  T = x'^2  V = x^2 + abs(x^2 - 1/8)",
             ["--amplitude", "1/2"],
             "E0510",
         ),
@@ -559,4 +559,47 @@ fn numbers_far_from_usual_ones_change_nothing() {
     let far = period(&pendulum("1e-300", "1e200", "1e-80"), &amplitude("2"), 15).period;
     let far = far * Ball::from_number(&Number::parse("1e140").unwrap(), ());
     assert!((far - near).contains_zero() && (far - near).radius < 1e-14);
+}
+
+/// What is told beside the period of a motion with kinks, and what is not.
+#[test]
+fn kinks_beside_the_period() {
+    // The change of the frequency is linear in the amplitude.
+    let stiffer = period(
+        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3",
+        &amplitude("1/1000"),
+        10,
+    );
+    assert!(stiffer.bend.is_none());
+    assert!((stiffer.small.unwrap().mid_f64() - std::f64::consts::TAU).abs() < 1e-15);
+    // A kink beside the equilibrium, and one that is nowhere reached, change nothing of it.
+    let shelf = period(
+        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x - 5)  ",
+        &amplitude("1"),
+        10,
+    );
+    assert!(shelf.bend.is_some_and(|bend| bend.contains_zero()));
+    assert!((shelf.period.mid_f64() - std::f64::consts::TAU).abs() < 1e-15);
+    // Many digits, and an equilibrium at a kink that is no binary fraction.
+    let far = period(
+        "coord x  T = 1/2*x'^2  V = 1/2*(x - 1/10)^2 + abs(x - 1/10)^3  equilibrium x = 1/10",
+        &amplitude("1/10"),
+        40,
+    );
+    let near = period(
+        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3",
+        &amplitude("1/10"),
+        40,
+    );
+    let (far, near) = (far.precise.unwrap(), near.precise.unwrap());
+    assert!((&far - &near).mid_f64().abs() < 1e-39 && near.radius().to_f64() < 1e-39);
+    // Which piece a turning point lies in: right before and right behind a corner.
+    for (own, want) in [
+        ("1 - 1e-12", std::f64::consts::TAU),
+        ("1 + 1e-12", std::f64::consts::TAU),
+    ] {
+        let stop = "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 50*(abs(x - 1) + x - 1)^2";
+        let found = period(stop, &amplitude(own), 10).period.mid_f64();
+        assert!((found - want).abs() < 1e-5, "{own}: {found}");
+    }
 }

@@ -126,6 +126,75 @@ def uneven():
     return quadrature(lambda x: (x + a) ** 2 + mpf(10) ** -8, mpf(-2), mpf(1), -a)
 
 
+CUBE = "coord x\nT = 1/2*x'^2\nV = abs(x)^3"
+# Free between two springs, of k = 1 from x = 1 on and of k = 16 from x = -1/2 on.
+BALL = "coord x\nT = 1/2*x'^2\nV = 1/8*(x - 1 + abs(x - 1))^2 + 2*(abs(x + 1/2) - x - 1/2)^2"
+SHELF = "coord x\nT = 1/2*x'^2\nV = 1/2*x^2 + abs(x - 1/2)/10"
+STIFFER = "coord x\nT = 1/2*x'^2\nV = 1/2*x^2 + abs(x)^3"
+HEAVIER = "coord x\nT = 1/2*(1 + abs(x - 1/4))*x'^2\nV = 1/2*x^2"
+EDGES = "coord x\nT = 1/2*x'^2\nV = 1/2*x^2 + abs(x - 1/2)/10 + abs(2*x - 1)/20 + abs(x + 1/3)/7"
+
+
+def cube(amplitude):
+    """4 integral dx/sqrt(2 (A^3 - x^3))"""
+    whole = mpmath.sqrt(mpmath.pi) * mpmath.gamma(mpf(4) / 3) / mpmath.gamma(mpf(5) / 6)
+    return 2 * mpmath.sqrt(2 / amplitude) * whole
+
+
+def ball(energy):
+    """Half a period in each spring, and twice the way between them."""
+    return mpmath.pi + mpmath.pi / 4 + 3 / mpmath.sqrt(2 * energy)
+
+
+def shelf(amplitude):
+    """Parts of two harmonic motions, about 1/10 and -1/10, that meet at 1/2."""
+    upper = amplitude + mpf(1) / 5
+    lower = mpmath.sqrt(upper ** 2 - mpf(1) / 5)
+    return 2 * (mpmath.pi / 2 + mpmath.asin(mpf(2) / 5 / lower) + mpmath.acos(mpf(3) / 5 / upper))
+
+
+def heavier():
+    """With x = sin u: 2 integral sqrt(M) du."""
+    edge = mpmath.asin(mpf(1) / 4)
+    f = lambda u: 2 * mpmath.sqrt(1 + abs(mpmath.sin(u) - mpf(1) / 4))
+    with mp.workdps(60):
+        return mpmath.quad(f, [-mpmath.pi / 2, -1, 0, edge, 1, mpmath.pi / 2])
+
+
+def pieces(potential, ends, kinks):
+    """2 integral dx/sqrt(2 (E - U)) piece by piece, with x = low + s^2 and x = high - s^2 beside the turning points; E - U with
+    so many digits that none of those needed cancels."""
+    def inverse(place):
+        with mp.workdps(500):
+            low, high = ends()
+            x = place(low, high)
+            return 1 / mpmath.sqrt(2 * (potential(high) - potential(x)))
+    with mp.workdps(60):
+        low, high = ends()
+        first, last = (low + kinks[0]) / 2, (kinks[-1] + high) / 2
+        quad = lambda f, places: mpmath.quad(f, places, maxdegree=12)
+        total = quad(lambda s: 2 * s * inverse(lambda low, _: low + s * s), [0, mpmath.sqrt(first - low)])
+        total += quad(lambda s: 2 * s * inverse(lambda _, high: high - s * s), [0, mpmath.sqrt(high - last)])
+        return 2 * (total + quad(lambda x: inverse(lambda *_: x), [first] + kinks + [last]))
+
+
+def edges(amplitude):
+    third, half = (lambda: mpf(1) / 3), (lambda: mpf(1) / 2)
+    u = lambda x: x * x / 2 + abs(x - half()) / 5 + abs(x + third()) / 7
+
+    def ends():
+        high = mpf(2) / 35 + amplitude
+        # On the left U = x^2/2 - (1/5 + 1/7) x + 1/10 - 1/21.
+        b = mpf(12) / 35
+        return b - mpmath.sqrt(b * b - 2 * (mpf(1) / 10 - mpf(1) / 21 - u(high))), high
+    return pieces(u, ends, [-mpf(1) / 3, mpf(1) / 2])
+
+
+def stiffer(amplitude):
+    ends = lambda: (-mpf(amplitude) / 10, mpf(amplitude) / 10)
+    return pieces(lambda x: x * x / 2 + abs(x) ** 3, ends, [mpf(0)])
+
+
 def cases():
     pi = mpmath.pi
     for text, value in [
@@ -161,6 +230,19 @@ def cases():
     yield COSH, ["amplitude", "2"], cosh(2)
     yield COSH, ["amplitude", "30"], cosh(30)
     yield RATIONAL, ["amplitude", "3"], rational(3)
+    for text, value in [("1/10", mpf(1) / 10), ("1", mpf(1)), ("1000", mpf(1000))]:
+        yield CUBE, ["amplitude", text], cube(value)
+    yield BALL, ["amplitude", "3/2"], ball(mpf(1) / 8)
+    yield BALL, ["energy", "1e-6"], ball(mpf("1e-6"))
+    yield BALL, ["energy", "2"], ball(mpf(2))
+    yield SHELF, ["amplitude", "1/3"], 2 * pi
+    yield SHELF, ["amplitude", "1"], shelf(mpf(1))
+    yield SHELF, ["amplitude", "1e3"], shelf(mpf(1000))
+    yield STIFFER, ["amplitude", "1/10"], stiffer(1)
+    yield STIFFER, ["amplitude", "7"], stiffer(70)
+    yield HEAVIER, ["amplitude", "1"], heavier()
+    yield EDGES, ["amplitude", "1"], edges(mpf(1))
+    yield EDGES, ["amplitude", "20"], edges(mpf(20))
 
 
 def digits(value):
