@@ -193,6 +193,7 @@ impl Pool {
             }
             self.merge_exponentials(work);
             collect_equal(&mut work.settled);
+            self.settle_moduli(&mut work.settled);
             self.take_back_reducible(work);
             if work.pending.is_empty() && work.exponents.is_empty() {
                 break;
@@ -436,6 +437,49 @@ impl Pool {
         } else {
             None
         }
+    }
+
+    /// Cancels x against |x|, so that what is continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2).
+    ///
+    /// x^m |x|^b with m and b of opposite signs and m + b > 0; what is left of x is its sign, or all but one power of |x|.
+    fn settle_moduli(&mut self, settled: &mut Vec<(ExprId, Number)>) {
+        for at in 0..settled.len() {
+            let Node::Function(Function::Abs, x) = self.node(settled[at].0) else {
+                continue;
+            };
+            // Sums are factors with the sign of their first term.
+            let x = match self.node(*x) {
+                Node::Sum { constant, terms } if leads_negative(constant, terms) => self.neg(*x),
+                Node::Number(_)
+                | Node::Pi
+                | Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Product(_)
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => *x,
+            };
+            let Some(other) = settled.iter().position(|(base, _)| *base == x) else {
+                continue;
+            };
+            let (own, modulus) = (&settled[other].1, &settled[at].1);
+            let sum = own.add(modulus);
+            let cancels = own.is_integer() && own.is_negative() != modulus.is_negative();
+            if !cancels || sum.is_negative() || sum.is_zero() {
+                continue;
+            }
+            let left = if modulus.is_integer() {
+                sum.sub(&Number::ONE)
+            } else if own.is_even() {
+                Number::ZERO
+            } else {
+                Number::ONE
+            };
+            settled[at].1 = sum.sub(&left);
+            settled[other].1 = left;
+        }
+        settled.retain(|(_, exponent)| !exponent.is_zero());
     }
 
     /// Moves factors whose collected exponents allow more back to the pending ones.

@@ -8,6 +8,7 @@
 
 use super::Linearized;
 use super::assemble::{Part, Values, evaluate_closed, head, parameters_of};
+use super::constrained::solve;
 use super::equilibrium::Origin;
 use super::existence::Proof;
 use crate::expr::{Symbol, Tape};
@@ -120,7 +121,7 @@ impl Linearized {
         }
         let proof = self.equilibrium.proof.as_deref();
         let searched = self.equilibrium.origins.contains(&Origin::Found);
-        if searched && proof.is_none() {
+        if searched && !self.equilibrium.proved {
             return None;
         }
         let bits = BITS.max(proof.map_or(0, |proof| proof.bits() + 128));
@@ -157,8 +158,13 @@ impl Linearized {
         let values = self.assembly.values_where(model, bits, larger).ok()?;
         let mut at = Vec::with_capacity(vector.len());
         for (i, value) in self.equilibrium.values.iter().enumerate() {
-            at.push(match (self.equilibrium.origins[i], &model.equilibria[i]) {
-                (Origin::Given, Some(given)) => {
+            let origin = self.equilibrium.origins[i];
+            let stated = match origin {
+                Origin::Found if self.equilibrium.at_guess => &model.guesses[i],
+                Origin::Given | Origin::Found | Origin::Zero => &model.equilibria[i],
+            };
+            at.push(match (origin, stated) {
+                (Origin::Given | Origin::Found, Some(given)) => {
                     let parameters = parameters_of(model, &[given.symbolic]);
                     let symbol = |number: &usize| model.parameters[*number].symbol;
                     let symbols: Vec<Symbol> = parameters.iter().map(symbol).collect();
@@ -173,12 +179,15 @@ impl Linearized {
                     let found = prepared.evaluate(&inputs, &mut Vec::new());
                     found.into_iter().next()?
                 }
-                (Origin::Found, _) => Big::from_ball(value, bits).center(),
-                (Origin::Given | Origin::Zero, _) => Big::zero(bits),
+                (Origin::Found, None) => Big::from_ball(value, bits).center(),
+                (Origin::Given, None) | (Origin::Zero, _) => Big::zero(bits),
             });
         }
-        if let Some(proof) = proof {
-            at = proof.follow(at, bits, |at| self.assembly.gradient(at, &values))?;
+        match proof {
+            Some(proof) => {
+                at = proof.follow(at, bits, |at| self.assembly.gradient(at, &values))?;
+            }
+            None => self.follow(&mut at, &values)?,
         }
         let form = |matrix: &[Big]| {
             let mut total = Big::zero(bits);
@@ -192,5 +201,25 @@ impl Linearized {
         let stiffness = form(&self.assembly.stiffness(&at, &values));
         let ratio = &stiffness / &form(&self.assembly.mass(&at, &values));
         ratio.is_finite().then_some(ratio)
+    }
+
+    /// A step of Newton's from an equilibrium that was exact, for parameters that have changed; `None` where nothing holds it.
+    fn follow(&self, at: &mut [Big], values: &Values<Big>) -> Option<()> {
+        let found = |i: &usize| self.equilibrium.origins[*i] == Origin::Found;
+        let free: Vec<usize> = (0..at.len()).filter(found).collect();
+        let force = self.assembly.gradient(at, values);
+        if free.iter().all(|i| force[*i].is_zero()) {
+            return Some(());
+        }
+        let stiffness = self.assembly.stiffness(at, values);
+        let equation = |i: &usize| {
+            let row = free.iter().map(|j| stiffness[i + at.len() * j].clone());
+            row.chain([-&force[*i]]).collect()
+        };
+        let steps = solve(free.iter().map(equation).collect(), values.precision())?;
+        for (i, step) in free.iter().zip(&steps) {
+            at[*i] = (&at[*i] + step).center();
+        }
+        Some(())
     }
 }

@@ -241,7 +241,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         let multipliers = point.split_off(visible);
         point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
         point.truncate(visible);
-        if equilibrium.multipliers_given && determined.is_some() {
+        if equilibrium.multipliers_given && !equilibrium.at_guess && determined.is_some() {
             point.extend(multipliers);
         } else {
             let symbols = model.coordinates[visible..].iter();

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use super::assemble::{Assembly, Values, evaluate_closed};
 use super::descent::Energy;
 use super::error::LinearizeError;
+use super::exact;
 use super::existence::{Axes, Products, Proof, Setting};
 use super::newton::{Force, Spectrum};
 use super::symbolic::force_text;
@@ -85,9 +86,6 @@ impl Equilibrium {
         own
     }
 }
-
-/// Beside an eigenvalue this small, relative to the largest, a symmetry is looked for.
-const NEARLY_SINGULAR: f64 = 1e-10;
 
 /// More Newton steps than this find nothing either.
 const MOST_STEPS: usize = 300;
@@ -528,6 +526,12 @@ impl Search<'_> {
     /// without one, the estimate: twice the last possible step, the noise of the force included.
     fn settle(&self, at: &mut [Ball], metric: &DMatrix<f64>) -> Option<Proof> {
         let spectrum = self.spectrum(at, metric)?;
+        // Of a family of equilibria one with simple numbers: what is exact there stays so.
+        if spectrum.is_nearly_singular()
+            && let Some(place) = exact::beside(self.model, self.assembly, at, &self.free)
+        {
+            at.clone_from_slice(&place);
+        }
         let mut best = f64::INFINITY;
         for _ in 0..8 {
             let gradient = self.gradient(at);
@@ -579,17 +583,15 @@ impl Search<'_> {
         let axes = metric
             .transpose()
             .solve_upper_triangular(&eigen.eigenvectors)?;
-        let softest = eigen.eigenvalues.iter().map(|x| x.abs());
-        let softest = softest.fold(f64::INFINITY, f64::min);
-        let symmetries = if softest > NEARLY_SINGULAR * eigen.eigenvalues.amax() {
-            Vec::new()
-        } else {
+        let symmetries = if spectrum.is_nearly_singular() {
             let mut allowed = vec![false; at.len()];
             for i in &self.free {
                 allowed[*i] = true;
             }
             let all = symmetries(self.model, self.assembly, at, &allowed);
             independent_symmetries(all, at)
+        } else {
+            Vec::new()
         };
         let setting = Setting {
             assembly: self.assembly,

@@ -26,6 +26,7 @@ mod factors;
 mod facts;
 mod finish;
 mod gyroscopic;
+mod integers;
 mod invariance;
 mod mechanism;
 mod multipliers;
@@ -33,6 +34,7 @@ mod naming;
 mod newton;
 mod parametric;
 mod precise;
+mod radicals;
 mod rational;
 mod simple;
 mod slopes;
@@ -60,9 +62,9 @@ pub use entries::Entries;
 pub(crate) use equilibrium::short;
 pub use equilibrium::{Equilibrium, Origin};
 pub use error::{Feature, LinearizeError};
-pub use exact::Integers;
 pub use factors::Factors;
 pub(crate) use facts::Variable;
+pub use integers::Integers;
 pub(crate) use invariance::{Bodies, Invariance};
 pub use multipliers::SymbolicConstraints;
 pub(crate) use multipliers::{Eliminated, eliminate};
@@ -606,14 +608,17 @@ impl Linearized {
         })
     }
 
-    /// M, G + C and K + N exactly, dense, in units of square roots in which they are rational; `None` where there are
-    /// no such units for an entry, or there are too many.
+    /// M, G + C and K + N exactly, dense, in units of roots in which they are rational or combinations of a few square roots;
+    /// `None` where there are no such units for an entry, or there are too many.
     #[must_use]
     pub fn integers(&self) -> Option<Integers> {
         let direct = (!self.is_constrained())
             .then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium))
             .flatten();
-        direct.or_else(|| rational::integers(self).map(Integers::plain))
+        match direct {
+            Some(found) if found.roots.is_empty() => Some(found),
+            found => rational::integers(self).or(found),
+        }
     }
 
     /// A motion of all coordinates, from a motion of those that the others follow whose components are

@@ -18,7 +18,17 @@ pub(super) struct Spectrum {
     pub(super) eigen: SymmetricEigen<f64, nalgebra::Dyn>,
 }
 
+/// Beside an eigenvalue this small, relative to the largest, a symmetry is looked for.
+const NEARLY_SINGULAR: f64 = 1e-10;
+
 impl Spectrum {
+    /// Whether the stiffness may be singular.
+    pub(super) fn is_nearly_singular(&self) -> bool {
+        let softest = self.eigen.eigenvalues.iter().map(|x| x.abs());
+        let softest = softest.fold(f64::INFINITY, f64::min);
+        softest <= NEARLY_SINGULAR * self.eigen.eigenvalues.amax()
+    }
+
     /// The force along each principal axis, and what of it may be rounding, of which `share` is that
     /// of the products taken here.
     pub(super) fn components(&self, force: &Force, share: f64) -> (DVector<f64>, DVector<f64>) {

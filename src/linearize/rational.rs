@@ -1,20 +1,20 @@
-//! M, G + C and K + N in fractions, where they are such only after functions and roots are worked out: sin(pi/2) is 1.
+//! M, G + C and K + N in exact numbers, where they are such only after functions and roots are worked out: sin(pi/2) is 1.
 //!
 //! The matrices are written out as expressions at the equilibrium, and the values of the parameters put in. A coordinate
-//! that was searched for is taken for a simple fraction where all forces vanish there as expressions; it is the one that
+//! that was searched for is taken for a simple number where all forces vanish there as expressions; it is the one that
 //! the proof of the equilibrium encloses.
 
-use dashu_int::ops::Gcd;
-use dashu_int::{IBig, UBig};
-
 use super::Linearized;
-use super::assemble::known_values;
+use super::assemble::{evaluate_closed, known_values};
 use super::equilibrium::Origin;
+use super::exact::recognised;
+use super::integers::Integers;
 use super::multipliers;
+use super::radicals::Exact;
 use super::symbolic::{forces_vanish, matrices_at};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
-use crate::precision::Ball;
+use crate::precision::{Ball, Function, Scalar};
 
 /// Matrices of more rows are not written out.
 const MOST: usize = 20;
@@ -22,14 +22,11 @@ const MOST: usize = 20;
 /// More terms are not written out.
 const MOST_TERMS: usize = 2_000;
 
-/// Fractions with denominators up to here are simple.
-const MOST_DENOMINATOR: u32 = 1_000;
-
 /// Dense, column by column.
-type Fractions = Vec<Number>;
+type Entries = Vec<Exact>;
 
-/// M, G + C and K + N times one positive number, column by column, for the coordinates that the others follow.
-pub(super) fn integers(linearized: &Linearized) -> Option<[Vec<IBig>; 3]> {
+/// M, G + C and K + N, for the coordinates that the others follow.
+pub(super) fn integers(linearized: &Linearized) -> Option<Integers> {
     let model = &linearized.model;
     let (visible, order) = (linearized.coordinates(), model.coordinates.len());
     let families = &linearized.assembly.families;
@@ -42,26 +39,27 @@ pub(super) fn integers(linearized: &Linearized) -> Option<[Vec<IBig>; 3]> {
     let matrices = matrices_at(model, pool, &linearized.assembly, &point);
     let known = known_values(model);
     let mut pool = matrices.pool;
-    let mut fractions = |rows: &Vec<Vec<ExprId>>| -> Option<Fractions> {
-        let mut numbers = vec![Number::ZERO; order * order];
+    let zeros = || vec![Exact::rational(Some(Number::ZERO)); order * order];
+    let mut entries = |rows: &Vec<Vec<ExprId>>| -> Option<Entries> {
+        let mut numbers = zeros();
         for (i, row) in rows.iter().enumerate() {
             for (j, entry) in row.iter().enumerate() {
                 let value = pool.substitute_one(*entry, &known);
-                numbers[i + order * j] = fraction(&pool, value)?;
+                numbers[i + order * j] = exact(&pool, value)?;
             }
         }
         Some(numbers)
     };
-    let mass = fractions(&matrices.mass)?;
-    let mut stiffness = fractions(&matrices.stiffness)?;
-    let gradients: Vec<Vec<Number>> = (visible..order)
+    let mass = entries(&matrices.mass)?;
+    let mut stiffness = entries(&matrices.stiffness)?;
+    let gradients: Vec<Vec<Exact>> = (visible..order)
         .map(|row| {
             (0..visible)
                 .map(|i| stiffness[row + order * i].clone())
                 .collect()
         })
         .collect();
-    let mut velocity = vec![Number::ZERO; order * order];
+    let mut velocity = zeros();
     let others = [
         (&matrices.gyroscopic, false),
         (&matrices.damping, false),
@@ -74,16 +72,16 @@ pub(super) fn integers(linearized: &Linearized) -> Option<[Vec<IBig>; 3]> {
         } else {
             &mut velocity
         };
-        for (entry, part) in into.iter_mut().zip(fractions(rows)?) {
+        for (entry, part) in into.iter_mut().zip(entries(rows)?) {
             *entry = entry.add(&part);
         }
     }
     let all = [mass, velocity, stiffness];
     let Some(constrained) = &linearized.constrained else {
-        return whole(&all);
+        return Integers::of(&all);
     };
     let tangent = directions(gradients, &constrained.bound, visible)?;
-    whole(&all.map(|matrix| reduced(&matrix, order, &tangent)))
+    Integers::of(&all.map(|matrix| reduced(&matrix, order, &tangent)))
 }
 
 /// The equilibrium as expressions: what is given as it is, what was searched for as simple fractions.
@@ -100,8 +98,7 @@ fn point(linearized: &Linearized, pool: &mut Pool) -> Option<Vec<ExprId>> {
             _ if i >= visible && equilibrium.multipliers_given => pool.zero(),
             _ => {
                 guessed = true;
-                let simple = simple(value)?;
-                pool.number(simple)
+                simple(value, pool)?
             }
         });
     }
@@ -125,40 +122,70 @@ fn point(linearized: &Linearized, pool: &mut Pool) -> Option<Vec<ExprId>> {
     vanish.then_some(point)
 }
 
-/// The fraction of the smallest denominator in an enclosure, if that is small.
-fn simple(value: &Ball) -> Option<Number> {
-    (1..=MOST_DENOMINATOR).find_map(|denominator| {
-        let scaled = *value * Ball::from(f64::from(denominator));
-        let nearest = scaled.mid_f64().round();
-        if nearest.abs() > 1e15 || !(scaled - Ball::from(nearest)).contains_zero() {
-            return None;
-        }
-        Number::ratio(nearest as i64, i64::from(denominator))
-    })
+/// What an enclosure may hold: a fraction, a solution of a quadratic equation, such a part of pi, or an angle with such a cosine.
+fn simple(value: &Ball, pool: &mut Pool) -> Option<ExprId> {
+    let plain = |value: &Ball| recognised(value).filter(Exact::is_finite);
+    if let Some(exact) = plain(value) {
+        return written(&exact, pool);
+    }
+    let pi = pool.pi();
+    let turns = *value / Ball::pi(());
+    if let Some(part) = plain(&turns).filter(|part| part.as_rational().is_some()) {
+        let part = written(&part, pool)?;
+        return Some(pool.mul(part, pi));
+    }
+    let cosine = written(&plain(&value.apply(Function::Cos))?, pool)?;
+    let angle = pool.apply(Function::Acos, cosine);
+    let held = |angle: ExprId, pool: &Pool| {
+        let angle = evaluate_closed::<Ball>(pool, angle, ());
+        angle.is_some_and(|angle| (angle - *value).contains_zero())
+    };
+    if held(angle, pool) {
+        return Some(angle);
+    }
+    let negative = pool.neg(angle);
+    held(negative, pool).then_some(negative)
 }
 
-/// A constant expression as a fraction.
-fn fraction(pool: &Pool, e: ExprId) -> Option<Number> {
-    match pool.as_number(e) {
-        Some(number) => (!number.is_oversized()).then(|| number.clone()),
-        None => (pool.is_zero(e) == ZeroVerdict::Zero).then_some(Number::ZERO),
+/// The number as an expression.
+fn written(exact: &Exact, pool: &mut Pool) -> Option<ExprId> {
+    let mut terms = Vec::new();
+    for term in exact.terms()? {
+        let [factor, radicand, exponent] = term.parts()?;
+        let (factor, radicand) = (pool.number(factor), pool.number(radicand));
+        let root = pool.powr(radicand, &exponent);
+        terms.push(pool.mul(factor, root));
     }
+    Some(pool.sum(&terms))
+}
+
+/// A constant expression as an exact number.
+fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
+    if let Some(number) = pool.as_number(e) {
+        return (!number.is_oversized()).then(|| Exact::from_number(number, ()));
+    }
+    evaluate_closed::<Exact>(pool, e, ())
+        .filter(Exact::is_finite)
+        .or_else(|| {
+            let zero = pool.is_zero(e) == ZeroVerdict::Zero;
+            zero.then(|| Exact::from_number(&Number::ZERO, ()))
+        })
 }
 
 /// Directions that constraints allow: row by row, one column a free coordinate.
 fn directions(
-    mut rows: Vec<Vec<Number>>,
+    mut rows: Vec<Vec<Exact>>,
     bound: &[usize],
     visible: usize,
-) -> Option<Vec<Vec<Number>>> {
+) -> Option<Vec<Vec<Exact>>> {
     for (at, column) in bound.iter().enumerate() {
-        let found = (at..rows.len()).find(|row| !rows[*row][*column].is_zero())?;
+        let found = (at..rows.len()).find(|row| !rows[*row][*column].is_exact_zero())?;
         rows.swap(at, found);
-        let inverse = rows[at][*column].recip()?;
-        let pivot: Vec<Number> = rows[at].iter().map(|x| x.mul(&inverse)).collect();
+        let own = rows[at][*column].clone();
+        let pivot: Vec<Exact> = rows[at].iter().map(|x| x.div(&own)).collect();
         for (row, own) in rows.iter_mut().enumerate() {
             let factor = own[*column].clone();
-            if row != at && !factor.is_zero() {
+            if row != at && !factor.is_exact_zero() {
                 for (entry, above) in own.iter_mut().zip(&pivot) {
                     *entry = entry.sub(&factor.mul(above));
                 }
@@ -171,8 +198,8 @@ fn directions(
         let follows = bound.iter().position(|own| *own == i);
         let component = |own: &usize| match follows {
             Some(row) => rows[row][*own].neg(),
-            None if *own == i => Number::ONE,
-            None => Number::ZERO,
+            None if *own == i => one(),
+            None => zero(),
         };
         free.iter().map(component).collect()
     };
@@ -180,18 +207,18 @@ fn directions(
 }
 
 /// ZᵀAZ.
-fn reduced(matrix: &Fractions, order: usize, z: &[Vec<Number>]) -> Fractions {
+fn reduced(matrix: &Entries, order: usize, z: &[Vec<Exact>]) -> Entries {
     let m = z.first().map_or(0, Vec::len);
-    let mut result = vec![Number::ZERO; m * m];
+    let mut result = vec![zero(); m * m];
     for (i, left) in z.iter().enumerate() {
         for (j, right) in z.iter().enumerate() {
             let entry = &matrix[i + order * j];
-            if entry.is_zero() {
+            if entry.is_exact_zero() {
                 continue;
             }
-            for (a, x) in left.iter().enumerate().filter(|(_, x)| !x.is_zero()) {
+            for (a, x) in left.iter().enumerate().filter(|(_, x)| !x.is_exact_zero()) {
                 let part = entry.mul(x);
-                for (b, y) in right.iter().enumerate().filter(|(_, y)| !y.is_zero()) {
+                for (b, y) in right.iter().enumerate().filter(|(_, y)| !y.is_exact_zero()) {
                     result[a + m * b] = result[a + m * b].add(&part.mul(y));
                 }
             }
@@ -200,22 +227,10 @@ fn reduced(matrix: &Fractions, order: usize, z: &[Vec<Number>]) -> Fractions {
     result
 }
 
-/// The matrices times one positive number that makes them whole.
-pub(super) fn whole(matrices: &[Fractions; 3]) -> Option<[Vec<IBig>; 3]> {
-    let mut common = UBig::ONE;
-    for entry in matrices.iter().flatten() {
-        if entry.is_oversized() {
-            return None;
-        }
-        let denominator = entry.denominator();
-        let shared = (&common).gcd(&denominator);
-        common *= denominator / shared;
-    }
-    let common = IBig::from(common);
-    let whole = |entry: &Number| entry.numerator() * (&common / IBig::from(entry.denominator()));
-    Some(
-        matrices
-            .each_ref()
-            .map(|entries| entries.iter().map(whole).collect()),
-    )
+fn one() -> Exact {
+    Exact::from_number(&Number::ONE, ())
+}
+
+fn zero() -> Exact {
+    Exact::from_number(&Number::ZERO, ())
 }

@@ -3,7 +3,10 @@
 use super::assemble::known_values;
 use super::equilibrium::{Equilibrium, Search};
 use super::exact;
+use super::multipliers;
 use super::symbolic::{equilibrium_expressions, forces_vanish};
+use crate::expr::{ExprId, Pool};
+use crate::model::Model;
 use crate::precision::Ball;
 
 /// A search that creeps to where nothing holds a motion to second order ends this near, beside the size of the
@@ -38,7 +41,35 @@ impl Search<'_> {
             return false;
         }
         let mut pool = model.pool.clone();
-        let mut point = equilibrium_expressions(model, &mut pool, None);
+        let point = self.stated(&mut pool, guessed);
+        forces_vanish(model, self.assembly, &point, &known_values(model)) == Some(true)
+    }
+
+    /// The same where the model guesses, with multipliers of constraints that balance the forces.
+    pub(super) fn vanishes_with_multipliers(&self) -> bool {
+        let model = self.model;
+        let expressions: Vec<ExprId> = model.constraints.iter().map(|own| own.expression).collect();
+        // Constraints that follow from others have no multiplier.
+        let each = self.visible + expressions.len() == model.coordinates.len();
+        if self.assembly.acts_at_rest() || !each {
+            return false;
+        }
+        let mut pool = model.pool.clone();
+        let mut point = self.stated(&mut pool, true);
+        let balanced =
+            multipliers::put_in(model, self.assembly, &mut pool, &mut point, &expressions);
+        let valued = Model {
+            pool,
+            ..model.clone()
+        };
+        balanced.is_some()
+            && forces_vanish(&valued, self.assembly, &point, &known_values(&valued)) == Some(true)
+    }
+
+    /// Where the model says, or where it guesses, or 0.
+    fn stated(&self, pool: &mut Pool, guessed: bool) -> Vec<ExprId> {
+        let model = self.model;
+        let mut point = equilibrium_expressions(model, pool, None);
         if guessed {
             for (i, guess) in model.guesses.iter().enumerate() {
                 if let Some(guess) = guess.filter(|_| model.equilibria[i].is_none()) {
@@ -46,7 +77,7 @@ impl Search<'_> {
                 }
             }
         }
-        forces_vanish(model, self.assembly, &point, &known_values(model)) == Some(true)
+        point
     }
 
     /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.

@@ -93,6 +93,9 @@ impl Search<'_> {
                 point[i] = Ball::exact(value.mid_f64());
             }
         }
+        if guessed && let Some(found) = self.at_guess(&given, &origins, closed)? {
+            return Ok(found);
+        }
         for coordinate in &mut point[..visible] {
             *coordinate = Ball::exact(coordinate.mid_f64());
         }
@@ -120,6 +123,40 @@ impl Search<'_> {
             multipliers_given: false,
             at_guess: false,
         })
+    }
+
+    /// The equilibrium where the model guesses it, if no force acts there as expressions tell.
+    fn at_guess(
+        &self,
+        given: &[Ball],
+        origins: &[Origin],
+        closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
+    ) -> Result<Option<Equilibrium>, LinearizeError> {
+        let visible = self.visible;
+        let (mut values, mut origins) = (given.to_vec(), origins.to_vec());
+        for i in 0..visible {
+            if origins[i] != Origin::Given {
+                origins[i] = Origin::Found;
+                values[i] = closed(&self.model.guesses[i])?.unwrap_or(Ball::ZERO);
+            }
+        }
+        let force = self.gradient(&values);
+        let broken = |force: &Ball| !force.is_finite() || !force.contains_zero();
+        if force[visible..].iter().any(broken)
+            || !self.vanishes_with_multipliers()
+            || self.settled(&mut values, &origins)?.is_some()
+        {
+            return Ok(None);
+        }
+        Ok(Some(Equilibrium {
+            values,
+            origins,
+            steps: 0,
+            proved: true,
+            proof: None,
+            multipliers_given: true,
+            at_guess: true,
+        }))
     }
 
     /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.

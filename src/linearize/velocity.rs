@@ -139,7 +139,8 @@ impl VelocityFamily {
     }
 }
 
-/// Refuses a dissipation with a corner at rest: a modulus, a root or a quotient of what vanishes there.
+/// Refuses a dissipation with a corner at rest: a modulus, a root or a quotient of what vanishes there, and second derivatives that are
+/// not defined.
 pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
     let mut facts = Facts::default();
     for local in model.friction.iter().flat_map(|family| &family.locals) {
@@ -157,7 +158,7 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
                 }),
                 _ => false,
             };
-            if sharp {
+            if sharp && !has_derivatives(pool, family) {
                 return Err(LinearizeError::FrictionNotSmooth {
                     part: pool.display(id),
                     span: family.span,
@@ -166,6 +167,15 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
         }
     }
     Ok(())
+}
+
+/// Whether the second derivatives by the velocities have values at rest: they do for |v|³.
+fn has_derivatives(pool: &Pool, family: &TermFamily) -> bool {
+    let mut pool = pool.clone();
+    let Derivatives { entries, rest } = friction(&mut pool, family);
+    let all = entries.iter().map(|(.., entry)| *entry);
+    let mut all = all.chain(rest.iter().map(|(_, entry)| *entry));
+    all.all(|entry| !pool.is_undefined(entry))
 }
 
 struct Derivatives {

@@ -8,7 +8,7 @@
 use super::assemble::{Assembly, Values};
 use super::enclosure::Enclosure;
 use super::equilibrium::Equilibrium;
-use super::exact::Surd;
+use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{exact, mechanism};
 use crate::model::Model;

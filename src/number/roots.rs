@@ -23,12 +23,23 @@ impl Number {
     /// The exact square root, where it is rational.
     #[must_use]
     pub fn sqrt_exact(&self) -> Option<Number> {
-        if self.is_negative() {
+        self.root_exact(2)
+    }
+
+    /// The exact root of this order of a number that is not negative, where it is rational.
+    #[must_use]
+    pub fn root_exact(&self, order: u32) -> Option<Number> {
+        if self.is_negative() || order == 0 {
             return None;
         }
+        let order = usize::try_from(order).ok()?;
         let root = |n: &UBig| {
-            let r = n.sqrt();
-            (&r * &r == *n).then_some(r)
+            let r = if order == 2 {
+                n.sqrt()
+            } else {
+                n.nth_root(order)
+            };
+            (r.pow(order) == *n).then_some(r)
         };
         let numerator = root(&self.numerator().unsigned_abs())?;
         Number::from_parts(numerator.into(), root(&self.denominator())?)

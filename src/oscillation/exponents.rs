@@ -42,6 +42,7 @@ impl QuadraticSource for Source<'_> {
             units: Units {
                 rate: found.rate,
                 coordinates: found.coordinates,
+                roots: found.roots,
             },
         })
     }
@@ -105,8 +106,10 @@ pub(super) fn normal_modes(
     if zeros.is_empty() {
         zero_motions.clear();
     }
-    // Others are known by their exponents alone.
-    let apart = zeros.iter().filter(|mode| mode.limit.is_none()).count();
+    // Others are known by their exponents alone; a complex shape stands for two motions.
+    let motions = |mode: &&NormalMode| if mode.imaginary.is_empty() { 1 } else { 2 };
+    let alone = zeros.iter().filter(|mode| mode.limit.is_none());
+    let apart = alone.map(motions).sum();
     zero_motions.resize(zero_motions.len().max(apart), NO_FORCE.to_owned());
     let stabilised = problem.structure == Form::Gyroscopic
         && found.stability == Stability::Stable

@@ -4,6 +4,7 @@
 //! growth is exactly 0 where it is, whether numbers are rational or not. So it is solved by itself. And one coordinate with c² = 4 m k is
 //! damped critically, which no bound ever tells, but the expressions may.
 
+use dashu_int::IBig;
 use faer::c64;
 
 use super::exponents::Source;
@@ -52,14 +53,21 @@ impl QuadraticSource for Part<'_> {
 
     fn integers(&self) -> Option<IntegerQuadratic> {
         let whole = self.whole.integers()?;
-        let n = whole.mass.len().isqrt();
+        let square = whole.mass.len() >> whole.units.roots.len();
+        let blocks = |matrix: &[IBig]| -> Vec<IBig> {
+            let parts = matrix.chunks(square.max(1));
+            parts
+                .flat_map(|part| block(part, square.isqrt(), self.own))
+                .collect()
+        };
         Some(IntegerQuadratic {
-            mass: block(&whole.mass, n, self.own),
-            velocity: block(&whole.velocity, n, self.own),
-            stiffness: block(&whole.stiffness, n, self.own),
+            mass: blocks(&whole.mass),
+            velocity: blocks(&whole.velocity),
+            stiffness: blocks(&whole.stiffness),
             units: Units {
                 rate: whole.units.rate,
                 coordinates: piece(&whole.units.coordinates, self.own),
+                roots: whole.units.roots,
             },
         })
     }
@@ -190,7 +198,10 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
     let near: Vec<usize> = (0..n).filter(near).collect();
     if near.is_empty()
         || linearized.is_constrained()
-        || n <= exponents::MOST_EXACT && linearized.integers().is_some()
+        || n <= exponents::MOST_EXACT
+            && linearized
+                .integers()
+                .is_some_and(|own| own.roots.is_empty())
     {
         return Vec::new();
     }

@@ -45,7 +45,11 @@ fn parameter_and_change(warning: Option<Warning>) -> (Option<String>, String) {
 fn the_speed_of_the_hoop_matters_most() {
     let hoop = "param g = 10  param R = 0.1  param W = 10.0000001  coord th
         T = 1/2*R^2*(th'^2 + W^2*sin(th)^2)  V = -g*R*cos(th)";
-    for place in ["equilibrium th = acos(g/(W^2*R))", "guess th = 1e-4"] {
+    for place in [
+        "equilibrium th = acos(g/(W^2*R))",
+        "guess th = acos(g/(W^2*R))",
+        "guess th = 1e-4",
+    ] {
         let (parameter, change) = parameter_and_change(of_text(&format!("{hoop}  {place}")));
         assert_eq!(parameter.as_deref(), Some("W"), "{place}");
         assert_eq!(change, "2e-10", "{place}");
@@ -56,6 +60,19 @@ fn the_speed_of_the_hoop_matters_most() {
     assert_eq!(
         (parameter.as_deref(), change.as_str()),
         (Some("W"), "2e-10")
+    );
+    // A guess that is exact, also where it is no function of the parameters.
+    let (parameter, change) = parameter_and_change(of_text(&format!("{slow}  guess th = 0")));
+    assert_eq!(
+        (parameter.as_deref(), change.as_str()),
+        (Some("W"), "2e-10")
+    );
+    let flat = "param k = 1  param c = 2  coord x  T = 1/2*x'^2
+        V = 1/2*k*(x - 2)^2 - 1/2*(1 - 1e-8)*(x - c)^2  guess x = 2";
+    let (parameter, change) = parameter_and_change(of_text(flat));
+    assert_eq!(
+        (parameter.as_deref(), change.as_str()),
+        (Some("k"), "2e-10")
     );
     // Well above it nothing cancels.
     let fast = hoop.replace("10.0000001", "20");

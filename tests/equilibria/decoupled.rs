@@ -593,6 +593,143 @@ fn blocks_of_irrational_models_are_decided() {
     }
 }
 
+/// Critical damping at equilibria that are solutions of quadratic equations or angles with such cosines, of one coordinate and of several.
+#[test]
+fn critical_damping_at_algebraic_equilibria_is_decided() {
+    let cases: &[(&str, &[Repeated])] = &[
+        (
+            "coord x  T = 1/2*x'^2  V = (x^2 - 2)^2/4  dissipation = 2*x'^2  guess x = 3/2",
+            &[(-2.0, 0.0, &[2, 2])],
+        ),
+        // The golden section, where V'' is the root of 5.
+        (
+            "coord x  T = 1/2*x'^2  V = x^3/3 - x^2/2 - x  dissipation = 5^(1/4)*x'^2  guess x = 3/2",
+            &[(-1.495_348_781_221_220_5, 0.0, &[2, 2])],
+        ),
+        (
+            "coord x  T = 1/2*x'^2  V = x/2 - sin(x)  dissipation = sqrt(sqrt(3)/2)*x'^2  guess x = 1",
+            &[(-0.930_604_859_102_099_6, 0.0, &[2, 2])],
+        ),
+        (
+            "coord x, y  T = 1/2*(x'^2 + y'^2)
+             V = (x^2 - 2)^2/4 + (y^2 - 3)^2/4
+             dissipation = 2*x'^2 + sqrt(6)*y'^2  guess x = 1  guess y = 2",
+            &[(-2.0, 0.0, &[2, 2]), (-2.449_489_742_783_178, 0.0, &[2, 2])],
+        ),
+    ];
+    for (text, repeated) in cases {
+        holds(text, Stability::Stable, false, repeated);
+    }
+}
+
+/// Entries that are combinations of one square root or of two, which no units take away.
+#[test]
+fn repeated_exponents_of_irrational_combinations_are_decided() {
+    let cases: &[(&str, Stability, bool, &[Repeated])] = &[
+        (
+            "let u = x + sqrt(2)*y  let v = sqrt(3)*x + y
+             T = 1/2*(u'^2 + v'^2)  V = 1/2*(u^2 + v^2)  dissipation = u'^2 + v'^2",
+            Stability::Stable,
+            false,
+            &[(-1.0, 0.0, &[2, 2, 2, 2])],
+        ),
+        (
+            "let u = x + sqrt(2)*y  let v = y - sqrt(2)*x
+             T = 1/2*(u'^2 + v'^2)  V = 1/2*(u^2 + v^2)  dissipation = 1/3*u'*v",
+            Stability::Neutral,
+            true,
+            &[(0.0, 1.0, &[2, 2])],
+        ),
+        // A root that only the conjugate has, too: 1 + sqrt(2) beside 3.
+        (
+            "let u = x + (1 + sqrt(2))*y  let v = y
+             T = 1/2*(u'^2 + v'^2)  V = 1/2*(1 + sqrt(2))*(u^2 + v^2)",
+            Stability::Stable,
+            false,
+            &[],
+        ),
+        (
+            "let u = x + (1 + sqrt(2))*y  let v = (2 - sqrt(3))*y
+             T = 1/2*(u'^2 + v'^2)  V = 3/2*u^2  dissipation = u'^2*sqrt(3) + 1/2*v'^2",
+            Stability::Neutral,
+            false,
+            &[
+                (-1.732_050_807_568_877_2, 0.0, &[2, 2]),
+                (0.0, 0.0, &[1]),
+                (-1.0, 0.0, &[1]),
+            ],
+        ),
+    ];
+    for (text, stability, secular, repeated) in cases {
+        holds(
+            &format!("coord x, y  {text}"),
+            *stability,
+            *secular,
+            repeated,
+        );
+    }
+}
+
+/// Lagrange's triangle of equal masses with the side, the rate or the distance from the centre of 1, given or searched for: 27 times the
+/// product of the masses over the square of their sum is over 1, (1 ± sqrt(-2))/2 of Routh, and the centre of mass goes round with the
+/// rate, once in a chain of 2.
+#[test]
+fn the_triangle_of_lagrange_is_decided() {
+    let law = "T = sum(i in 1..3, 1/2*((x[i]' - W*y[i])^2 + (y[i]' + W*x[i])^2))
+               V = -sum(i in 1..3, j in i+1..3, 1/sqrt((x[i] - x[j])^2 + (y[i] - y[j])^2))";
+    let places = "x[1] = a/sqrt(3)  S x[2] = -a/(2*sqrt(3))  S x[3] = -a/(2*sqrt(3))
+                  S y[1] = 0  S y[2] = a/2  S y[3] = -a/2";
+    let given = format!("equilibrium {}", places.replace('S', "equilibrium"));
+    let guessed = "guess x[1] = 0.577  guess x[2] = -0.2886  guess x[3] = -0.2886
+                   guess y[2] = 1/2  guess y[3] = -1/2";
+    for (rate, side, place) in [
+        (1.0, "W = 1  param a = 3^(1/3)", given.as_str()),
+        (3.0_f64.sqrt(), "W = sqrt(3)  param a = 1", given.as_str()),
+        (
+            3.0_f64.powf(-0.25),
+            "W = (1/3)^(1/4)  param a = sqrt(3)",
+            given.as_str(),
+        ),
+        (3.0_f64.sqrt(), "W = sqrt(3)", guessed),
+    ] {
+        let text = format!("param {side}  coord x[1..3], y[1..3]  {law}  {place}");
+        let (_, found) = solve(&text, &Options::default());
+        assert_eq!(
+            (found.stability, found.secular),
+            (Stability::Unstable, Some(true)),
+            "{text}"
+        );
+        let entries = found.modes.iter().map(|mode| {
+            let [growth, omega] = [mode.growth, mode.omega].map(|x| x.mid_f64() / rate);
+            let order = match mode.limit {
+                Some(Limit::Defective { order }) => order,
+                None => 1,
+                other => panic!("{text}: {other:?}"),
+            };
+            (
+                mode.kind,
+                (growth * 1e10).round() / 1e10,
+                (omega * 1e10).round() / 1e10,
+                order,
+            )
+        });
+        let entries: Vec<_> = entries.collect();
+        let growth = 0.707_106_781_2;
+        assert_eq!(
+            entries,
+            [
+                (Kind::Unstable, growth, 1.0, 1),
+                (Kind::Zero, 0.0, 0.0, 1),
+                (Kind::Oscillation, 0.0, 1.0, 2),
+                (Kind::Oscillation, 0.0, 1.0, 2),
+                (Kind::Oscillation, 0.0, 1.0, 1),
+                (Kind::Damped, -growth, 1.0, 1),
+            ],
+            "{text}"
+        );
+    }
+}
+
 /// A steady rotation beside friction: the angle drifts with its own rate, a block of 2 at 0 whatever the numbers are.
 #[test]
 fn steady_rotation_beside_friction_is_neutral() {

@@ -242,6 +242,13 @@ fn what_is_smooth_enough_has_an_equilibrium() {
         "coord x  T = x'^2/2  V = x^2 + abs(x)^3",
         "coord x  T = x'^2/2  V = x^2 + (x^2)^(5/4)",
         "coord x  T = x'^2/2  V = x^2 - ln(cosh(x)) + x^2/2",
+        "coord x  T = x'^2/2  V = x^2 + x^2*abs(x)",
+        "coord x  T = x'^2/2  V = x^2 + x*abs(x)^2*x^2/abs(x)",
+        "coord x  T = x'^2/2  V = x^2 + abs(x)^5/x",
+        "coord x  T = x'^2/2  V = x^2 + abs(sin(2*x))^3 + x^3*abs(x)",
+        "coord x  T = x'^2/2 + x^2*abs(x)*x'^2  V = x^2",
+        "coord x  T = x'^2/2  V = x^2  dissipation = abs(x')^3/3",
+        "coord x  T = x'^2/2  V = x^2  dissipation = abs(x')*x'^2 + (x'^2)^(5/4) + abs(x)*abs(x')^3",
     ] {
         let linearized = at(text).unwrap();
         assert!(linearized.equilibrium().values[0].is_zero(), "{text}");
@@ -253,6 +260,45 @@ fn what_is_smooth_enough_has_an_equilibrium() {
 const SPHERE: &str = "coord r, th, ph
     T = 1/2*(r'^2 + r^2*th'^2 + r^2*sin(th)^2*ph'^2)
     equilibrium th = pi/2";
+
+/// Beside another coordinate the corner is a line; and a force or a friction that has a corner is none to second order.
+#[test]
+fn corners_are_as_sharp_as_their_power() {
+    let wells = "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*x^2 + 2*y^2";
+    for more in ["abs(y - x)^3", "(x - y)^2*abs(y - x)", "abs(x*y)^3"] {
+        let linearized = at(&format!("{wells} + {more}")).unwrap();
+        let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
+        let omegas: Vec<f64> = modes
+            .modes
+            .iter()
+            .map(|mode| mode.omega.mid_f64())
+            .collect();
+        assert_eq!(omegas, [1.0, 2.0], "{more}");
+    }
+    for (text, what) in [
+        ("V = x^2 + x*abs(x)", "a second derivative of the energies"),
+        (
+            "V = x^2 + abs(x)^3/x",
+            "a second derivative of the energies",
+        ),
+        ("V = x^2 + x^2/abs(x)", "the force"),
+    ] {
+        let found = at(&format!("coord x  T = 1/2*x'^2  {text}"))
+            .and_then(|linearized| normal_modes(&linearized, &librate::modes::Options::default()));
+        match found {
+            Err(LinearizeError::NotFinite { what: found, .. }) => assert_eq!(found, what, "{text}"),
+            other => panic!("{text}: {other:?}"),
+        }
+    }
+    for friction in ["abs(x')", "x'*abs(x')", "abs(x')^(3/2)", "abs(x')*abs(x)"] {
+        let text = format!("coord x  T = 1/2*x'^2  V = x^2  dissipation = {friction}");
+        let found = at(&text);
+        assert!(
+            matches!(found, Err(LinearizeError::FrictionNotSmooth { .. })),
+            "{text}"
+        );
+    }
+}
 
 /// Where sin(pi/2) and the like make the matrices rational they are exact, and repeated exponents are decided.
 #[test]
@@ -289,6 +335,26 @@ fn matrices_are_exact_beside_angles_of_pi() {
             assert!(mode.growth.is_zero(), "{text}: {:?}", mode.growth);
         }
         assert_eq!(modes.modes.len(), 3, "{text}");
+    }
+    // A bowl z = r^2 at its rate, in cylindrical and in spherical coordinates: taken where it is guessed, exactly. All radii
+    // turn with this rate, so that r is free beside ph.
+    for bowl in [
+        "coord r, ph, z  T = 1/2*(r'^2 + r^2*ph'^2 + z'^2)  V = g*z
+         constraint z = r^2  guess r = 1  guess z = 1",
+        "coord r, th, ph  T = 1/2*(r'^2 + r^2*th'^2 + r^2*sin(th)^2*ph'^2)  V = g*r*cos(th)
+         constraint r*cos(th) = r^2*sin(th)^2  guess r = sqrt(2)  guess th = pi/4",
+    ] {
+        let text = format!("param g = 10  {bowl}  equilibrium ph' = sqrt(2*g)");
+        let linearized = at(&text).unwrap();
+        let equilibrium = linearized.equilibrium();
+        assert!(equilibrium.proved && equilibrium.steps == 0, "{text}");
+        let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
+        assert_eq!(modes.modes[0].kind, librate::modes::Kind::Zero);
+        assert!((modes.modes[1].omega.mid_f64() - 4.0).abs() < 1e-14);
+        assert_eq!(
+            modes.zero_motions,
+            ["ph is free", "no restoring force to second order"]
+        );
     }
     // A bowl z = r^4/4 turns at ph' = 3 where r is 1.
     let bowl = "coord r, ph, z  T = 1/2*(r'^2 + r^2*ph'^2 + z'^2)  V = 9*z

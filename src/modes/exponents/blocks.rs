@@ -10,6 +10,9 @@
 //! comes from exact numbers: for C the companion matrix of a polynomial f with simple roots, M⊗C² + D⊗C + S⊗1 is
 //! similar to the direct sum of L over all roots of f, and so is T_k; its rank is that of a whole matrix. Where
 //! the two meet in the sum over the roots, they meet at each.
+//!
+//! Square roots √d in the entries are the matrices [[0, d], [1, 0]] there, so that the sum is over their conjugates too: over L with
+//! either sign of each.
 
 use dashu_int::IBig;
 
@@ -47,12 +50,56 @@ pub(super) struct Pencil<'a> {
 }
 
 impl Pencil<'_> {
-    fn entry(&self, matrix: &'_ [IBig], i: usize, j: usize) -> IBig {
-        matrix.get(j * self.n + i).cloned().unwrap_or_default()
+    /// How many choices of signs the square roots in the entries have.
+    pub(super) fn conjugates(&self) -> usize {
+        1 << self.matrices.units.roots.len()
     }
 
-    /// The blocks at the roots of f, a polynomial with simple roots, all of the given multiplicity;
-    /// `semisimple` where it is known that all blocks have size 1.
+    /// One of the matrices with 2^k by 2^k blocks for its entries, row by row: √d_S √d_T is √d_(S xor T) times the product of what
+    /// S and T share.
+    pub(super) fn whole(&self, matrix: &[IBig]) -> Vec<Vec<IBig>> {
+        let (n, conjugates) = (self.n, self.conjugates());
+        let shared = |bits: usize| {
+            let roots = self.matrices.units.roots.iter().enumerate();
+            let own = roots.filter(|(at, _)| bits >> at & 1 == 1);
+            own.fold(IBig::ONE, |product, (_, root)| product * root)
+        };
+        let products: Vec<IBig> = (0..conjugates).map(shared).collect();
+        let entry = |row: usize, column: usize| {
+            let (i, of, j, from) = (row % n, row / n, column % n, column / n);
+            let part = matrix.get((of ^ from) * n * n + j * n + i);
+            part.map_or(IBig::ZERO, |part| part * &products[(of ^ from) & from])
+        };
+        let size = n * conjugates;
+        let row = |i: usize| (0..size).map(|j| entry(i, j)).collect();
+        (0..size).map(row).collect()
+    }
+
+    /// One of the matrices with the square roots whose bits are set turned into their negatives, column by column.
+    pub(super) fn values(&self, matrix: &[IBig], conjugate: usize, bits: usize) -> Vec<Big> {
+        let square = self.n * self.n;
+        let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
+        let roots: Vec<Big> = self.matrices.units.roots.iter().map(big).collect();
+        let roots: Vec<Big> = roots.iter().map(Big::sqrt).collect();
+        let mut sums = vec![Big::zero(bits); square];
+        for (part, entries) in matrix.chunks(square.max(1)).enumerate() {
+            let own = roots.iter().enumerate();
+            let own = own.filter(|(at, _)| part >> at & 1 == 1);
+            let mut root = own.fold(Big::one(bits), |product, (_, root)| &product * root);
+            if (part & conjugate).count_ones() % 2 == 1 {
+                root = -&root;
+            }
+            for (sum, entry) in sums.iter_mut().zip(entries) {
+                if !entry.is_zero() {
+                    *sum = &*sum + &(&big(entry) * &root);
+                }
+            }
+        }
+        sums
+    }
+
+    /// The blocks at the roots of f, a polynomial with simple roots, all of the given multiplicity with all conjugates; none at
+    /// those that are roots of conjugates alone. `semisimple` where it is known that all blocks have size 1.
     pub(super) fn blocks(
         &self,
         f: &Polynomial,
@@ -61,30 +108,31 @@ impl Pencil<'_> {
         semisimple: bool,
         metric: Option<&Metric<'_>>,
     ) -> Search {
-        // Dimensions of the kernels of T_1, T_2, …, one list a root.
+        // Dimensions of the kernels of T_1, T_2, …, one list a root, and with all conjugates at the last level.
         let mut dimensions: Vec<Vec<usize>> = vec![Vec::new(); roots.len()];
+        let mut all = vec![0; roots.len()];
         let mut kernels: Vec<Vec<Echelon>> = roots.iter().map(|_| Vec::new()).collect();
         let mut level = 0;
-        while level < multiplicity
-            && dimensions
-                .iter()
-                .any(|own| own.last() != Some(&multiplicity))
-        {
+        while level < multiplicity && all.iter().any(|own| *own != multiplicity) {
             level += 1;
             let (mut total, mut certain) = (0, true);
-            for ((lambda, own), kernels) in roots.iter().zip(&mut dimensions).zip(&mut kernels) {
-                let before = own.last().copied().unwrap_or(0);
-                let echelon = Echelon::new(self.chains(lambda, level));
-                let dimension = level * self.n - echelon.rank;
-                if dimension > multiplicity {
+            for (at, lambda) in roots.iter().enumerate() {
+                let before = all[at];
+                let nullity = |echelon: &Echelon| level * self.n - echelon.rank;
+                let own = Echelon::new(self.chains(lambda, level, 0));
+                dimensions[at].push(nullity(&own));
+                all[at] = nullity(&own);
+                kernels[at].push(own);
+                for conjugate in 1..self.conjugates() {
+                    all[at] += nullity(&Echelon::new(self.chains(lambda, level, conjugate)));
+                }
+                if all[at] > multiplicity {
                     return Search::Finer;
                 }
                 // One chain at least is a step longer, as long as the multiplicity is not reached.
-                certain &= dimension == (before + 1).min(multiplicity);
+                certain &= all[at] == (before + 1).min(multiplicity);
                 // One above the axis stands for its conjugate, too.
-                total += dimension * if lambda.im.is_zero() { 1 } else { 2 };
-                own.push(dimension);
-                kernels.push(echelon);
+                total += all[at] * if lambda.im.is_zero() { 1 } else { 2 };
             }
             let known = certain || semisimple && total == multiplicity * (f.len() - 1);
             if !known {
@@ -134,14 +182,14 @@ impl Pencil<'_> {
 
     /// The vector of the kernel at an exponent where it has one dimension.
     pub(super) fn null_vector(&self, lambda: &Wide) -> Option<Vec<Wide>> {
-        let echelon = Echelon::new(self.chains(lambda, 1));
+        let echelon = Echelon::new(self.chains(lambda, 1, 0));
         let simple = echelon.rank + 1 == self.n;
         echelon.kernel().into_iter().next().filter(|_| simple)
     }
 
     /// (2λM + D)x
     pub(super) fn slope(&self, lambda: &Wide, x: &[Wide]) -> Vec<Wide> {
-        let rows = self.chains(lambda, 2).into_iter().skip(self.n);
+        let rows = self.chains(lambda, 2, 0).into_iter().skip(self.n);
         rows.map(|row| {
             let terms = row.iter().zip(x).map(|(a, x)| a.mul(x));
             terms.fold(Wide::zero(lambda.re.bits()), |sum, term| sum.add(&term))
@@ -149,31 +197,32 @@ impl Pencil<'_> {
         .collect()
     }
 
-    /// T_k at λ.
-    fn chains(&self, lambda: &Wide, level: usize) -> Vec<Vec<Wide>> {
+    /// T_k at λ, of a conjugate.
+    fn chains(&self, lambda: &Wide, level: usize, conjugate: usize) -> Vec<Vec<Wide>> {
         let (n, bits) = (self.n, lambda.re.bits());
-        let big = |x: &IBig| Big::from_parts(x.clone(), 0, bits);
         let IntegerQuadratic {
             mass,
             velocity,
             stiffness,
             units: _,
         } = self.matrices;
+        let [mass, velocity, stiffness] =
+            [mass, velocity, stiffness].map(|matrix| self.values(matrix, conjugate, bits));
         let mut rows = vec![vec![Wide::zero(bits); n * level]; n * level];
         for i in 0..n {
             for j in 0..n {
                 let k = j * n + i;
-                let m = big(&mass[k]);
+                let m = mass[k].clone();
                 let product = lambda.times(&m);
-                let plus = |mut x: Wide, y: &IBig| {
-                    x.re = &x.re + &big(y);
+                let plus = |mut x: Wide, y: &Big| {
+                    x.re = &x.re + y;
                     x
                 };
                 let value = plus(
                     plus(product.clone(), &velocity[k]).mul(lambda),
                     &stiffness[k],
                 );
-                let slope = plus(product.times(&big(&IBig::from(2))), &velocity[k]);
+                let slope = plus(product.times(&Big::one(bits).scale(1)), &velocity[k]);
                 let curve = Wide {
                     re: m,
                     im: Big::zero(bits),
@@ -192,7 +241,15 @@ impl Pencil<'_> {
     ///
     /// With a the leading coefficient of f and C = aC₁ for C₁ the companion matrix, T_k times a².
     fn exact_dimension(&self, f: &Polynomial, level: usize) -> Option<usize> {
-        let (n, d) = (self.n, f.len().checked_sub(1)?);
+        let (n, d) = (self.n * self.conjugates(), f.len().checked_sub(1)?);
+        let IntegerQuadratic {
+            mass,
+            velocity,
+            stiffness,
+            units: _,
+        } = self.matrices;
+        let [mass, velocity, stiffness] =
+            [mass, velocity, stiffness].map(|matrix| self.whole(matrix));
         let lead = f.last()?;
         let zero = || vec![vec![IBig::ZERO; d]; d];
         let (mut one, mut c) = (zero(), zero());
@@ -214,16 +271,16 @@ impl Pencil<'_> {
         let curvature = lead * lead;
         for i in 0..n {
             for j in 0..n {
-                let m = self.entry(&self.matrices.mass, i, j);
-                let v = self.entry(&self.matrices.velocity, i, j) * lead;
-                let s = self.entry(&self.matrices.stiffness, i, j) * &curvature;
-                let twice = &m * lead * IBig::from(2);
+                let m = &mass[i][j];
+                let v = &velocity[i][j] * lead;
+                let s = &stiffness[i][j] * &curvature;
+                let twice = m * lead * IBig::from(2);
                 for p in 0..d {
                     for q in 0..d {
                         let parts = [
-                            &m * &square[p][q] + &v * &c[p][q] + &s * &one[p][q],
+                            m * &square[p][q] + &v * &c[p][q] + &s * &one[p][q],
                             &twice * &c[p][q] + &v * lead * &one[p][q],
-                            &m * &curvature * &one[p][q],
+                            m * &curvature * &one[p][q],
                         ];
                         for (down, part) in parts.iter().enumerate() {
                             for at in down..level {

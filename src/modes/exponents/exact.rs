@@ -6,6 +6,9 @@
 //! so that both are roots of gcd(f(λ), f(-λ)), a polynomial in λ²; the rest of f has none. So growth is 0 exactly
 //! where λ² is a real negative root of that polynomial, and omega is 0 where a root is real; both are decided
 //! by discs that hold one root each and meet no other disc on the other side of the axis.
+//!
+//! Where square roots are left in the entries, p is the product over their conjugates, and which of its roots are those of
+//! the matrices themselves is what the kernels there tell.
 
 use dashu_int::IBig;
 
@@ -18,7 +21,7 @@ use super::polynomial::{
 use super::{IntegerQuadratic, Options};
 use crate::precision::{Big, Rounding};
 
-/// Up to this number of coordinates.
+/// Up to this number of coordinates, with all conjugates.
 pub(crate) const LARGEST: usize = 20;
 /// The most bits that roots are separated with.
 const MOST_BITS: usize = 8192;
@@ -46,11 +49,9 @@ pub(super) struct ExactSpectrum {
 }
 
 /// λ²M + λD + S, row by row.
-fn at(matrices: &IntegerQuadratic, n: usize, lambda: &IBig) -> Vec<Vec<IBig>> {
-    let entry = |i: usize, j: usize| {
-        let k = j * n + i;
-        (&matrices.mass[k] * lambda + &matrices.velocity[k]) * lambda + &matrices.stiffness[k]
-    };
+fn at([m, d, s]: &[Vec<Vec<IBig>>; 3], lambda: &IBig) -> Vec<Vec<IBig>> {
+    let n = m.len();
+    let entry = |i: usize, j: usize| (&m[i][j] * lambda + &d[i][j]) * lambda + &s[i][j];
     (0..n)
         .map(|i| (0..n).map(|j| entry(i, j)).collect())
         .collect()
@@ -64,21 +65,23 @@ pub(super) fn exact(
     semisimple: bool,
     metric: Option<&Metric<'_>>,
 ) -> Option<ExactSpectrum> {
-    let square = n * n;
+    let pencil = Pencil { matrices, n };
+    let order = n.checked_mul(pencil.conjugates())?;
     let whole = [&matrices.mass, &matrices.velocity, &matrices.stiffness];
-    if n > LARGEST || whole.iter().any(|m| m.len() != square) {
+    if order > LARGEST || whole.iter().any(|m| m.len() != n * order) {
         return None;
     }
-    let values = (0..=2 * n).map(|k| determinant(at(matrices, n, &IBig::from(k))));
+    let whole = whole.map(|matrix| pencil.whole(matrix));
+    let values = (0..=2 * order).map(|k| determinant(at(&whole, &IBig::from(k))));
     let mut p = through(values.collect());
-    if p.len() != 2 * n + 1 {
+    if p.len() != 2 * order + 1 {
         return None;
     }
     let zeros = p.iter().take_while(|c| c.is_zero()).count();
     p.drain(..zeros);
-    let pencil = Pencil { matrices, n };
+    let semisimple = semisimple && pencil.conjugates() == 1;
     let units = &matrices.units;
-    let rate = |bits: usize| Big::from_parts(units.rate.clone(), 0, bits).sqrt();
+    let rate = |bits: usize| units.rate.value(bits);
     let mut zero = None;
     if zeros > 0 {
         let line: Polynomial = vec![IBig::ZERO, IBig::ONE];
@@ -123,14 +126,15 @@ pub(super) fn exact(
         root.omega = &root.omega * &by;
         for head in root.blocks.iter_mut().flat_map(|blocks| &mut blocks.heads) {
             for (x, unit) in head.iter_mut().zip(&units.coordinates) {
-                *x = x.times(&Big::from_parts(unit.clone(), 0, x.re.bits()).sqrt());
+                *x = x.times(&unit.value(x.re.bits()));
             }
         }
         root
     };
+    let own = |root: &ExactRoot| root.multiplicity > 0;
     Some(ExactSpectrum {
-        zero: zero.map(in_units),
-        roots: found.into_iter().map(in_units).collect(),
+        zero: zero.filter(own).map(in_units),
+        roots: found.into_iter().filter(own).map(in_units).collect(),
     })
 }
 
@@ -155,7 +159,8 @@ fn with_blocks(
             im: omega.clone(),
         };
         let lambdas: Vec<Wide> = parts.iter().map(lambda).collect();
-        let search = if metric.is_none() && (multiplicity == 1 || semisimple) {
+        let alone = pencil.conjugates() == 1;
+        let search = if metric.is_none() && alone && (multiplicity == 1 || semisimple) {
             let single = Blocks {
                 sizes: vec![1; multiplicity],
                 heads: Vec::new(),
@@ -169,7 +174,11 @@ fn with_blocks(
             both.map(|((growth, omega), blocks)| ExactRoot {
                 growth,
                 omega,
-                multiplicity,
+                // What is a root of conjugates alone has no blocks.
+                multiplicity: match &blocks {
+                    Some(blocks) => blocks.sizes.iter().sum(),
+                    None => multiplicity,
+                },
                 blocks,
             })
             .collect()
@@ -185,7 +194,9 @@ fn with_blocks(
                 fine
             }
             Search::Finer | Search::TooLarge => {
-                best = best.or_else(|| Some(roots(vec![None; parts.len()])));
+                // Which are roots of conjugates alone is not known then.
+                let open = || Some(roots(vec![None; parts.len()])).filter(|_| alone);
+                best = best.or_else(open);
                 matches!(search, Search::TooLarge)
             }
         };

@@ -44,7 +44,7 @@ use faer::c64;
 use thiserror::Error;
 
 use super::{Options, Rung, Stability};
-use crate::precision::{Ball, Big};
+use crate::precision::{Ball, Big, Root};
 
 /// M q̈ + D q̇ + S q = 0.
 #[derive(Clone, Debug)]
@@ -92,7 +92,9 @@ pub struct PreciseQuadratic {
     pub zero_vectors: Vec<Vec<Big>>,
 }
 
-/// M, D and S in [`Units`], all three times one positive number, exactly, column by column.
+/// M, D and S in [`Units`], all three times one positive number, exactly, column by column; where [`Units::roots`] are given,
+/// so many matrices as these have subsets, one after the other: coefficients of the square root of the product of each, counted in
+/// binary.
 #[derive(Clone, Debug)]
 pub struct IntegerQuadratic {
     /// M.
@@ -105,22 +107,15 @@ pub struct IntegerQuadratic {
     pub units: Units,
 }
 
-/// Units in which matrices of square roots are rational: q_i = √(coordinates_i) q'_i and λ = √rate λ'.
-#[derive(Clone, Debug)]
+/// Units in which matrices are fractions or combinations of a few square roots: q_i = coordinates_i q'_i and λ = rate λ'.
+#[derive(Clone, Debug, Default)]
 pub struct Units {
-    /// Positive.
-    pub rate: IBig,
-    /// Positive, one a coordinate; missing ones are 1.
-    pub coordinates: Vec<IBig>,
-}
-
-impl Default for Units {
-    fn default() -> Self {
-        Self {
-            rate: IBig::ONE,
-            coordinates: Vec::new(),
-        }
-    }
+    /// That of exponents.
+    pub rate: Root,
+    /// One a coordinate; missing ones are 1.
+    pub coordinates: Vec<Root>,
+    /// Positive whole numbers whose square roots are left in the entries; no product of some of them is a square.
+    pub roots: Vec<IBig>,
 }
 
 /// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.

@@ -4,7 +4,7 @@
 use faer::c64;
 
 use super::basis::{Metric, finished};
-use super::blocks::Blocks;
+use super::blocks::{Blocks, Pencil};
 use super::complex::Wide;
 use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
@@ -32,13 +32,14 @@ pub(super) fn exact_spectrum(
     let paired = facts.paired;
     // Whole matrices are a multiple of the true ones in their units: vectors of length 1 in theirs are too short by its root.
     let unit = matrices.units.coordinates.first();
-    let unit = unit.map_or(Big::one(4 * BITS), |unit| {
-        Big::from_parts(unit.clone(), 0, 4 * BITS)
-    });
-    let true_mass = &Big::from_ball(&true_mass(scaled, 0, 0), 4 * BITS) * &unit;
-    let multiple = matrices.mass.first().map_or(Big::one(BITS), |mass| {
-        (&Big::from_parts(mass.clone(), 0, 4 * BITS) / &true_mass).sqrt()
-    });
+    let unit = unit.map_or(Big::one(4 * BITS), |unit| unit.value(4 * BITS));
+    let true_mass = &Big::from_ball(&true_mass(scaled, 0, 0), 4 * BITS) * &(&unit * &unit);
+    let n = scaled.n;
+    let pencil = Pencil { matrices, n };
+    let mass = pencil.values(&matrices.mass, 0, 4 * BITS);
+    let multiple = mass
+        .first()
+        .map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
     let shape = |head: Option<&Vec<Wide>>, known: bool| match head {
         Some(head) => finished(&head.iter().map(|x| x.times(&multiple)).collect::<Vec<_>>()),
         None if known || !options.vectors => (Vec::new(), 0.0),

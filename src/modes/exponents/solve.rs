@@ -3,6 +3,7 @@
 use faer::c64;
 
 use super::basis::Metric;
+use super::blocks::Pencil;
 use super::certify::{Certificate, certify};
 use super::columns::{Columns, improve, measure};
 use super::complex::Complex;
@@ -99,10 +100,9 @@ fn decided(
 ) -> Option<Exponents> {
     let n = scaled.n;
     let bits = 128 + 4 * options.digits;
-    let mass = |i: usize, j: usize| {
-        let entry = matrices.mass.get(j * n + i);
-        Big::from_parts(entry.cloned().unwrap_or_default(), 0, bits)
-    };
+    let pencil = Pencil { matrices, n };
+    let values = pencil.values(&matrices.mass, 0, bits);
+    let mass = |i: usize, j: usize| values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
     let metric = Metric {
         n,
         mass: &mass,

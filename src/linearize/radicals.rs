@@ -1,0 +1,551 @@
+//! Exact numbers on the way to the matrices: sums of rational multiples of positive roots of rational numbers.
+//!
+//! Positive roots of which no two have a rational ratio are linearly independent over the rational numbers (Besicovitch,
+//! J. London Math. Soc. 15 (1940) 3; Mordell, Pacific J. Math. 3 (1953) 625), so that a sum of such is 0 only where all factors are.
+
+use dashu_int::IBig;
+
+use crate::number::Number;
+use crate::precision::{Ball, Function, Root, Scalar};
+
+/// Sums of more roots than this are no such numbers.
+const MOST_TERMS: usize = 16;
+
+/// Nor are roots of a higher order.
+const HIGHEST: u32 = 48;
+
+/// A sum of rational multiples of roots, or `None` for what is no such.
+#[derive(Clone, Debug)]
+pub(super) struct Exact(Option<Sum>);
+
+/// The first term is 0 only where the sum is; ratios of different roots are irrational.
+#[derive(Clone, Debug)]
+struct Sum {
+    first: Surd,
+    others: Vec<Surd>,
+}
+
+/// factor·radicand^(1/index); the radicand is positive, and 1 with index 1 where the root is rational.
+#[derive(Clone, Debug)]
+pub(super) struct Surd {
+    factor: Number,
+    radicand: Number,
+    index: u32,
+}
+
+impl Surd {
+    fn rational(factor: Number) -> Self {
+        Self {
+            factor,
+            radicand: Number::ONE,
+            index: 1,
+        }
+    }
+
+    /// For a radicand that is positive.
+    pub(super) fn new(factor: Number, mut radicand: Number, mut index: u32) -> Option<Self> {
+        if factor.is_zero() || radicand.is_one() {
+            return (!factor.is_oversized()).then(|| Self::rational(factor));
+        }
+        let mut divisor = 2;
+        while divisor <= index {
+            let divides = index.is_multiple_of(divisor);
+            match divides.then(|| radicand.root_exact(divisor)).flatten() {
+                Some(root) => {
+                    index /= divisor;
+                    radicand = root;
+                }
+                None => divisor += 1,
+            }
+        }
+        if index == 1 {
+            let factor = factor.mul(&radicand);
+            return (!factor.is_oversized()).then(|| Self::rational(factor));
+        }
+        let fits = index <= HIGHEST && !factor.is_oversized() && !radicand.is_oversized();
+        fits.then_some(Self {
+            factor,
+            radicand,
+            index,
+        })
+    }
+
+    fn with_factor(&self, factor: Number) -> Self {
+        Self {
+            factor,
+            ..self.clone()
+        }
+    }
+
+    fn is_rational(&self) -> bool {
+        self.index == 1
+    }
+
+    /// The radicands for a common index.
+    fn alike(&self, other: &Self) -> Option<(Number, Number, u32)> {
+        let (p, q) = (self.index, other.index);
+        if p == q {
+            return Some((self.radicand.clone(), other.radicand.clone(), p));
+        }
+        let gcd = (1..=p)
+            .rev()
+            .find(|d| p.is_multiple_of(*d) && q.is_multiple_of(*d))?;
+        let index = p / gcd * q;
+        let power = |x: &Self| x.radicand.powi(i32::try_from(index / x.index).ok()?);
+        (index <= HIGHEST).then_some((power(self)?, power(other)?, index))
+    }
+
+    /// The root of the other one over this one's, where that is a fraction.
+    fn ratio(&self, other: &Self) -> Option<Number> {
+        if self.index == other.index && self.radicand == other.radicand {
+            return Some(Number::ONE);
+        }
+        // With the least index roots of different orders have no rational ratio.
+        if self.index != other.index {
+            return None;
+        }
+        other.radicand.div(&self.radicand)?.root_exact(self.index)
+    }
+
+    pub(super) fn mul(&self, other: &Self) -> Option<Self> {
+        let factor = self.factor.mul(&other.factor);
+        if self.index == 2 && other.index == 2 && self.radicand == other.radicand {
+            return Self::new(factor.mul(&self.radicand), Number::ONE, 1);
+        }
+        let (a, b, index) = self.alike(other)?;
+        Self::new(factor, a.mul(&b), index)
+    }
+
+    pub(super) fn recip(&self) -> Option<Self> {
+        Self::new(self.factor.recip()?, self.radicand.recip()?, self.index)
+    }
+
+    /// The power with exponent numerator/denominator of a positive one; of any one where the denominator is 1.
+    pub(super) fn power(&self, numerator: i32, denominator: u32) -> Option<Self> {
+        if denominator == 1 {
+            let index = i32::try_from(self.index).ok()?;
+            let whole = self.radicand.powi(numerator.div_euclid(index))?;
+            let rest = self.radicand.powi(numerator.rem_euclid(index))?;
+            let factor = self.factor.powi(numerator)?.mul(&whole);
+            return Self::new(factor, rest, self.index);
+        }
+        if self.factor.is_negative() || self.factor.is_zero() {
+            return None;
+        }
+        // (f ρ^(1/q))^(1/d) = (f^q ρ)^(1/(q d))
+        let inside = self.factor.powi(i32::try_from(self.index).ok()?)?;
+        let index = self
+            .index
+            .checked_mul(denominator)
+            .filter(|i| *i <= HIGHEST)?;
+        let root = Self::new(Number::ONE, inside.mul(&self.radicand), index)?;
+        root.power(numerator, 1)
+    }
+
+    /// Factor, radicand and exponent.
+    pub(super) fn parts(&self) -> Option<[Number; 3]> {
+        let exponent = Number::ratio(1, i64::from(self.index))?;
+        Some([self.factor.clone(), self.radicand.clone(), exponent])
+    }
+
+    /// The radicand of a square root, 1 for a fraction; `None` for roots of higher order.
+    pub(super) fn square_root_of(&self) -> Option<&Number> {
+        (self.index <= 2).then_some(&self.radicand)
+    }
+
+    /// The root alone.
+    pub(super) fn root(&self) -> Self {
+        self.with_factor(Number::ONE)
+    }
+
+    /// The root alone times a fraction that makes the radicand whole.
+    pub(super) fn whole_root(&self) -> Option<Root> {
+        // (n/d)^(1/q) = (n d^(q-1))^(1/q) / d
+        let power = usize::try_from(self.index).ok()?.checked_sub(1)?;
+        let below = IBig::from(self.radicand.denominator()).pow(power);
+        Some(Root {
+            radicand: self.radicand.numerator() * below,
+            index: self.index,
+        })
+    }
+
+    pub(super) fn in_numbers<S: Scalar>(&self, precision: S::Precision) -> S {
+        let factor = S::from_number(&self.factor, precision);
+        if self.is_rational() {
+            return factor;
+        }
+        let radicand = S::from_number(&self.radicand, precision);
+        factor.mul(&if self.index == 2 {
+            radicand.sqrt()
+        } else {
+            let index = Number::from(i64::from(self.index)).recip();
+            radicand.pow(&S::from_number(&index.unwrap_or(Number::ONE), precision))
+        })
+    }
+}
+
+impl Sum {
+    fn single(surd: Surd) -> Self {
+        Self {
+            first: surd,
+            others: Vec::new(),
+        }
+    }
+
+    fn terms(&self) -> impl Iterator<Item = &Surd> {
+        std::iter::once(&self.first).chain(&self.others)
+    }
+
+    fn of(terms: impl IntoIterator<Item = Surd>) -> Option<Self> {
+        let mut sum: Vec<Surd> = Vec::new();
+        for term in terms {
+            if term.factor.is_zero() {
+                continue;
+            }
+            let same = sum.iter().enumerate();
+            let same = same
+                .filter_map(|(at, own)| Some((at, own.ratio(&term)?)))
+                .next();
+            match same {
+                Some((at, ratio)) => {
+                    let factor = sum[at].factor.add(&term.factor.mul(&ratio));
+                    if factor.is_oversized() {
+                        return None;
+                    }
+                    if factor.is_zero() {
+                        sum.swap_remove(at);
+                    } else {
+                        sum[at].factor = factor;
+                    }
+                }
+                None if sum.len() == MOST_TERMS => return None,
+                None => sum.push(term),
+            }
+        }
+        let mut terms = sum.into_iter();
+        let first = terms.next().unwrap_or_else(|| Surd::rational(Number::ZERO));
+        Some(Self {
+            first,
+            others: terms.collect(),
+        })
+    }
+
+    fn mul(&self, other: &Self) -> Option<Self> {
+        if self.others.is_empty() && other.others.is_empty() {
+            return self.first.mul(&other.first).map(Self::single);
+        }
+        let pairs = self
+            .terms()
+            .flat_map(|a| other.terms().map(move |b| a.mul(b)));
+        Self::of(pairs.collect::<Option<Vec<Surd>>>()?)
+    }
+
+    fn neg(&self) -> Self {
+        let turned = |term: &Surd| term.with_factor(term.factor.neg());
+        Self {
+            first: turned(&self.first),
+            others: self.others.iter().map(turned).collect(),
+        }
+    }
+
+    /// By conjugates: y·ȳ, with one square root turned into its negative, has that root no more.
+    fn recip(&self) -> Option<Self> {
+        if self.others.is_empty() {
+            return self.first.recip().map(Self::single);
+        }
+        let roots = Field::of(self.terms())?;
+        let (mut above, mut below) = (Self::single(Surd::rational(Number::ONE)), self.clone());
+        for at in 0..roots.0.len() {
+            let turned = below.terms().map(|term| {
+                let (part, _) = roots.part(term)?;
+                let turned = part >> at & 1 == 1;
+                let factor = &term.factor;
+                Some(term.with_factor(if turned { factor.neg() } else { factor.clone() }))
+            });
+            let conjugate = Self::of(turned.collect::<Option<Vec<Surd>>>()?)?;
+            above = above.mul(&conjugate)?;
+            below = below.mul(&conjugate)?;
+        }
+        let below = below.others.is_empty().then_some(below.first)?;
+        above.mul(&Self::single(below.recip()?))
+    }
+}
+
+/// Whole numbers whose square roots generate a field: no product of some of them is a square.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Field(pub(super) Vec<Number>);
+
+impl Field {
+    /// The field of these; `None` where one is no square root.
+    pub(super) fn of<'a>(terms: impl Iterator<Item = &'a Surd>) -> Option<Self> {
+        let mut field = Self::default();
+        for term in terms {
+            let radicand = term.square_root_of()?;
+            if field.part(term).is_none() {
+                let whole = radicand.numerator() * IBig::from(radicand.denominator());
+                field.0.push(Number::from_integer(whole));
+            }
+            if field.0.len() > MOST_ROOTS {
+                return None;
+            }
+        }
+        Some(field)
+    }
+
+    /// The term as a fraction times the root of the product of those whose bits are set.
+    pub(super) fn part(&self, term: &Surd) -> Option<(usize, Number)> {
+        let radicand = term.square_root_of()?;
+        (0..1_usize << self.0.len()).find_map(|part| {
+            let product = self.product(part);
+            let ratio = radicand.div(&product)?.sqrt_exact()?;
+            Some((part, term.factor.mul(&ratio)))
+        })
+    }
+
+    fn product(&self, part: usize) -> Number {
+        let own = self.0.iter().enumerate();
+        let own = own.filter(|(at, _)| part >> at & 1 == 1);
+        own.fold(Number::ONE, |product, (_, root)| product.mul(root))
+    }
+}
+
+/// Fields of more square roots are not computed in.
+const MOST_ROOTS: usize = 3;
+
+impl Exact {
+    pub(super) fn none() -> Self {
+        Self(None)
+    }
+
+    /// factor·√radicand for a radicand that is positive.
+    pub(super) fn new(factor: Number, radicand: Number) -> Self {
+        Self(Surd::new(factor, radicand, 2).map(Sum::single))
+    }
+
+    pub(super) fn rational(factor: Option<Number>) -> Self {
+        Self(factor.and_then(|factor| Some(Sum::single(Surd::new(factor, Number::ONE, 1)?))))
+    }
+
+    pub(super) fn of(surd: Surd) -> Self {
+        Self(Some(Sum::single(surd)))
+    }
+
+    /// All terms, for 0 one that is 0; `None` for what is no such number.
+    pub(super) fn terms(&self) -> Option<impl Iterator<Item = &Surd>> {
+        self.0.as_ref().map(Sum::terms)
+    }
+
+    /// The only term.
+    pub(super) fn single(&self) -> Option<&Surd> {
+        let sum = self.0.as_ref()?;
+        sum.others.is_empty().then_some(&sum.first)
+    }
+
+    /// The number as a fraction, if it is one.
+    pub(super) fn as_rational(&self) -> Option<&Number> {
+        let own = self.single().filter(|own| own.is_rational());
+        own.map(|own| &own.factor)
+    }
+
+    pub(super) fn in_numbers<S: Scalar>(&self, precision: S::Precision) -> Option<S> {
+        let mut terms = self.terms()?.map(|term| term.in_numbers::<S>(precision));
+        let first = terms.next()?;
+        Some(terms.fold(first, |sum, term| sum.add(&term)))
+    }
+
+    fn with(&self, other: &Self, f: impl Fn(&Sum, &Sum) -> Option<Sum>) -> Self {
+        match (&self.0, &other.0) {
+            (Some(a), Some(b)) => Self(f(a, b)),
+            (Some(_) | None, _) => Self(None),
+        }
+    }
+
+    fn is_positive(&self) -> Option<bool> {
+        if self.is_exact_zero() {
+            return None;
+        }
+        let value = self.in_numbers::<Ball>(())?;
+        (!value.contains_zero()).then(|| value.is_positive())
+    }
+}
+
+impl Scalar for Exact {
+    type Precision = ();
+
+    fn from_number(number: &Number, (): ()) -> Self {
+        Self(Some(Sum::single(Surd::rational(number.clone()))))
+    }
+
+    fn pi((): ()) -> Self {
+        Self(None)
+    }
+
+    fn add(&self, other: &Self) -> Self {
+        self.with(other, |a, b| {
+            if a.first.factor.is_zero() {
+                return Some(b.clone());
+            }
+            if b.first.factor.is_zero() {
+                return Some(a.clone());
+            }
+            Sum::of(a.terms().chain(b.terms()).cloned())
+        })
+    }
+
+    fn sub(&self, other: &Self) -> Self {
+        self.add(&other.neg())
+    }
+
+    fn mul(&self, other: &Self) -> Self {
+        // Zero times anything finite is zero, but what is no such number may not be finite.
+        self.with(other, Sum::mul)
+    }
+
+    fn div(&self, other: &Self) -> Self {
+        self.with(other, |a, b| a.mul(&b.recip()?))
+    }
+
+    fn neg(&self) -> Self {
+        Self(self.0.as_ref().map(Sum::neg))
+    }
+
+    fn powi(&self, exponent: i32) -> Self {
+        if let Some(own) = self.single() {
+            return Self(own.power(exponent, 1).map(Sum::single));
+        }
+        let mut power = Self::rational(Some(Number::ONE));
+        for bit in (0..u32::BITS - exponent.unsigned_abs().leading_zeros()).rev() {
+            power = power.mul(&power);
+            if exponent.unsigned_abs() >> bit & 1 == 1 {
+                power = power.mul(self);
+            }
+        }
+        if exponent < 0 {
+            Self::rational(Some(Number::ONE)).div(&power)
+        } else {
+            power
+        }
+    }
+
+    fn sqrt(&self) -> Self {
+        if self.is_exact_zero() {
+            return self.clone();
+        }
+        let root = self.single().and_then(|own| own.power(1, 2));
+        Self(root.map(Sum::single))
+    }
+
+    fn pow(&self, exponent: &Self) -> Self {
+        let power = || {
+            let exponent = exponent.as_rational()?;
+            let numerator = i32::try_from(Number::from_integer(exponent.numerator()).to_i64()?);
+            let denominator = u32::try_from(exponent.denominator()).ok()?;
+            let numerator = numerator.ok()?;
+            if denominator == 1 {
+                return self.powi(numerator).0;
+            }
+            self.single()?
+                .power(numerator, denominator)
+                .map(Sum::single)
+        };
+        Self(power())
+    }
+
+    fn apply(&self, function: Function) -> Self {
+        // The functions are rational at a few points only (Niven's theorem for the circular ones).
+        if function == Function::Abs {
+            return match self.is_positive() {
+                Some(false) => self.neg(),
+                Some(true) => self.clone(),
+                None if self.is_exact_zero() => self.clone(),
+                None => Self(None),
+            };
+        }
+        let Some(a) = self.as_rational() else {
+            return Self(None);
+        };
+        let (zero, one) = (a.is_zero(), a.is_one());
+        Self::rational(match function {
+            Function::Sin
+            | Function::Tan
+            | Function::Asin
+            | Function::Atan
+            | Function::Sinh
+            | Function::Tanh => zero.then(|| Number::from(0)),
+            Function::Cos | Function::Cosh | Function::Exp => zero.then_some(Number::ONE),
+            Function::Acos | Function::Ln => one.then(|| Number::from(0)),
+            Function::Abs => None,
+        })
+    }
+
+    fn atan2(&self, x: &Self) -> Self {
+        let ahead = self.is_exact_zero() && x.is_positive() == Some(true);
+        Self::rational(ahead.then_some(Number::ZERO))
+    }
+
+    fn is_finite(&self) -> bool {
+        self.0.is_some()
+    }
+
+    fn is_exact_zero(&self) -> bool {
+        self.0
+            .as_ref()
+            .is_some_and(|sum| sum.first.factor.is_zero())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Exact, Field};
+    use crate::number::Number;
+    use crate::precision::{Function, Scalar};
+
+    fn whole(x: i64) -> Exact {
+        Exact::rational(Some(Number::from(x)))
+    }
+
+    fn root(x: i64, index: i64) -> Exact {
+        whole(x).pow(&Exact::rational(Number::ratio(1, index)))
+    }
+
+    fn is(x: &Exact, value: i64) -> bool {
+        x.as_rational() == Some(&Number::from(value))
+    }
+
+    #[test]
+    fn sums_of_roots_are_a_field() {
+        let sum = whole(1).add(&root(2, 2)).add(&root(3, 2));
+        assert!(is(&sum.div(&sum), 1));
+        assert!(is(&sum.powi(-3).mul(&sum.powi(3)), 1));
+        // (√2 + √3)² = 5 + 2√6
+        let square = root(2, 2).add(&root(3, 2)).powi(2);
+        assert!(square.sub(&root(24, 2)).sub(&whole(5)).is_exact_zero());
+        let golden = whole(1).add(&root(5, 2)).div(&whole(2));
+        assert!(golden.powi(2).sub(&golden).sub(&whole(1)).is_exact_zero());
+        assert!(!golden.sub(&root(2, 2)).is_exact_zero());
+        assert!(!whole(0).div(&golden.sub(&golden)).is_finite());
+    }
+
+    #[test]
+    fn roots_have_the_least_order() {
+        assert!(root(8, 6).sub(&root(2, 2)).is_exact_zero());
+        assert!(is(&root(12, 4).powi(4), 12));
+        assert!(is(&root(9, 4).mul(&root(3, 2)), 3));
+        assert!(is(&root(2, 3).mul(&root(4, 3)), 2));
+        assert!(is(&root(3, 2).sqrt().powi(-4).mul(&whole(9)), 3));
+        assert!(!root(2, 3).sub(&root(2, 2)).is_exact_zero());
+        assert!(!whole(-2).sqrt().is_finite() && !root(-8, 3).is_finite());
+        let negative = root(2, 2).sub(&root(3, 2));
+        let modulus = negative.apply(Function::Abs);
+        assert!(modulus.add(&negative).is_exact_zero());
+    }
+
+    #[test]
+    fn fields_have_independent_roots() {
+        let terms = [root(2, 2), root(6, 2), root(12, 2), root(50, 2)];
+        let own = terms.iter().filter_map(Exact::single);
+        let field = Field::of(own).unwrap_or_default();
+        assert_eq!(field.0.len(), 2);
+        assert!(Field::of(root(2, 3).single().into_iter()).is_none());
+    }
+}
