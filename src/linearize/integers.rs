@@ -132,7 +132,7 @@ fn whole(matrices: &[Vec<Exact>; 3], rate: &Root, units: &[Root]) -> Option<Inte
     let terms = turned.iter().flatten().map(Exact::terms);
     let terms = terms.collect::<Option<Vec<_>>>()?;
     let field = Field::of(terms.into_iter().flatten())?;
-    let mut numbers = vec![vec![Number::ZERO; n * n << field.0.len()]; 3];
+    let mut numbers = vec![vec![Number::ZERO; (n * n) << field.0.len()]; 3];
     for (numbers, matrix) in numbers.iter_mut().zip(&turned) {
         for (at, entry) in matrix.iter().enumerate() {
             for term in entry.terms()? {
