@@ -12,7 +12,7 @@ use super::velocity::Matrix;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::model::{Given, Model, TermFamily};
 use crate::number::Number;
-use crate::precision::{Ball, Big, DoubleDouble, Magnitude, up};
+use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
 
 /// Entries of matrices from 2^-300 to 2^300 are left as they are: their squares and quotients are doubles.
 const USUAL: i64 = 300;
@@ -36,29 +36,74 @@ fn exponent(size: Magnitude) -> Option<i64> {
     (!size.is_zero() && size.is_finite()).then(|| size.parts().1)
 }
 
-/// Whether the numbers of the model leave the range in which doubles do, where its search would start: an entry that is none or large, or a
-/// coordinate with small ones alone.
-fn is_far(assembly: &Assembly, values: &Values<Ball>, start: &[Ball]) -> bool {
-    let size = |x: &Ball| exponent(Magnitude::from_f64(x.abs_upper()));
+/// Where the numbers of a model are.
+#[derive(Clone, Copy, PartialEq)]
+enum Range {
+    Usual,
+    /// An entry that is none or large, or a coordinate with small ones alone.
+    Far,
+    /// Something is not told from 0: it may be small, or lost on its way.
+    Open,
+}
+
+/// Where the numbers of the model are at a point: entries of M, G, C, K and N, and forces.
+fn range<S: Scalar>(
+    assembly: &Assembly,
+    values: &Values<S>,
+    at: &[S],
+    size: impl Fn(&S) -> Option<i64>,
+    is_open: impl Fn(&S) -> bool,
+) -> Range {
+    let force = assembly.gradient(at, values);
     let matrices = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory];
-    let matrices = matrices.map(|matrix| assembly.velocity_matrix(matrix, start, values));
-    let mut others = matrices.iter().flatten().flatten();
-    let mut large = !others.all(|x| x.is_finite() && size(x) <= Some(USUAL));
-    let mut small = start.iter().any(|x| size(x) < Some(-USUAL) && !x.is_zero());
+    let matrices = matrices.map(|matrix| assembly.velocity_matrix(matrix, at, values));
+    let mut others = matrices.iter().flatten().flatten().chain(&force);
+    let mut far = !others.all(|x| x.is_finite() && size(x) <= Some(USUAL));
+    let mut open = force.iter().any(&is_open);
     for part in [Part::Inertia, Part::Stiffness] {
-        let mut most = vec![None; start.len()];
-        assembly.entries(part, start, values, |i, j, share| {
+        let mut most = vec![None; at.len()];
+        assembly.entries(part, at, values, |i, j, share| {
             let own = size(share);
-            large |= !share.is_finite() || own > Some(USUAL);
+            far |= !share.is_finite() || own > Some(USUAL);
+            open |= is_open(share);
             for row in [i, j] {
                 if let Some(most) = most.get_mut(row as usize) {
                     *most = own.max(*most);
                 }
             }
         });
-        small |= most.iter().any(|own| own.is_some_and(|own| own < -USUAL));
+        far |= most.iter().any(|own| own.is_some_and(|own| own < -USUAL));
     }
-    large || small
+    match (far, open) {
+        (true, _) => Range::Far,
+        (false, true) => Range::Open,
+        (false, false) => Range::Usual,
+    }
+}
+
+/// Whether the numbers of a model leave the range in which doubles do, where its search would start.
+fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Big]) -> bool {
+    let rough: Vec<Ball> = start.iter().map(Big::to_far_ball).collect();
+    let size = |x: &Ball| exponent(Magnitude::from_f64(x.abs_upper()));
+    let small = |x: &Ball| size(x) < Some(-USUAL) && !x.is_zero();
+    if rough.iter().any(small) {
+        return true;
+    }
+    let is_open = |x: &Ball| x.contains_zero() && !x.is_zero();
+    match range(assembly, values, &rough, size, is_open) {
+        Range::Far => true,
+        Range::Usual => false,
+        Range::Open => {
+            let Ok(values) = assembly.values::<Big>(model, BITS) else {
+                return false;
+            };
+            let size = |x: &Big| exponent(x.abs_upper()).filter(|_| !x.contains_zero());
+            // A force that balls do not tell from none, and is one.
+            let lost = |x: &Big| size(x) < Some(-USUAL) && !x.contains_zero();
+            assembly.gradient(start, &values).iter().any(lost)
+                || range(assembly, &values, start, size, |_| false) == Range::Far
+        }
+    }
 }
 
 /// Where the search would start.
@@ -81,8 +126,7 @@ pub(super) fn choose(
     visible: usize,
 ) -> Option<Units> {
     let mut at = start(model)?;
-    let rough: Vec<Ball> = at.iter().map(Big::to_ball).collect();
-    if !is_far(assembly, values, &rough) {
+    if !is_far(model, assembly, values, &at) {
         return None;
     }
     let n = at.len();

@@ -905,6 +905,23 @@ fn exponents_far_apart_are_decided() {
 }
 
 #[test]
+fn small_ways_are_found() {
+    for (k, l) in [(-300, -120), (-100, -120), (0, -120), (200, -140)] {
+        let text = format!(
+            "param k = 1e{k}  param l = 1e{l}  coord x  T = x'^2/2
+            V = k*(x - l)^2/2 + k*(x - l)^4/l^2"
+        );
+        let (linearized, found) = solve(&text, &Options::default());
+        let place = linearized.equilibrium();
+        let want = ten(l).mid_f64();
+        assert!(place.proved && (place.values[0].mid_f64() - want).abs() <= 1e-12 * want);
+        let omega = &exponent(&found.modes[0])[0];
+        let off = (omega - &ten(k / 2)).abs_upper().to_f64();
+        assert!(off <= 1e-12 * ten(k / 2).mid_f64(), "{text}: {omega:?}");
+    }
+}
+
+#[test]
 fn exponential_parameters_have_frequencies() {
     for power in [-1400_i32, -800, 700, 800, 1300] {
         let text = format!("param k = exp({power})  coord x  T = x'^2/2  V = k*x^2/2");
