@@ -699,6 +699,7 @@ fn the_triangle_of_lagrange_is_decided() {
             (Stability::Unstable, Some(true)),
             "{text}"
         );
+        let rounded = |x: f64| (x * 1e10).round() / 1e10;
         let entries = found.modes.iter().map(|mode| {
             let [growth, omega] = [mode.growth, mode.omega].map(|x| x.mid_f64() / rate);
             let order = match mode.limit {
@@ -706,15 +707,10 @@ fn the_triangle_of_lagrange_is_decided() {
                 None => 1,
                 other => panic!("{text}: {other:?}"),
             };
-            (
-                mode.kind,
-                (growth * 1e10).round() / 1e10,
-                (omega * 1e10).round() / 1e10,
-                order,
-            )
+            (mode.kind, rounded(growth), rounded(omega), order)
         });
         let entries: Vec<_> = entries.collect();
-        let growth = 0.707_106_781_2;
+        let growth = rounded(std::f64::consts::FRAC_1_SQRT_2);
         assert_eq!(
             entries,
             [
