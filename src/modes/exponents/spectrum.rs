@@ -4,6 +4,7 @@ use std::cell::OnceCell;
 
 use faer::c64;
 
+use super::super::BITS_OF_BALLS;
 use super::certify::{Certificate, Group};
 use super::columns::Columns;
 use super::complex::Complex;
@@ -446,7 +447,7 @@ fn entry(
         Some(x) if x.contains_zero() => x.is_zero(),
         Some(x) => options.decide_precisely(x),
         None if x.contains_zero() => x.is_zero(),
-        None => options.decide(x.mid.hi.abs(), || x.abs()),
+        None => options.decide_precisely(&Big::from_ball(x, BITS_OF_BALLS)),
     };
     let both = || {
         decided(&growth, precise.as_ref().map(|own| &own.growth))
