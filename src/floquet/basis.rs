@@ -4,7 +4,7 @@
 use faer::Mat;
 
 use super::complex::{Complex, hypot};
-use crate::flow::Enclosure;
+use crate::precision::Enclosure;
 use crate::precision::Magnitude;
 
 /// Sweeps of the QR algorithm for one eigenvalue: three or four do up to 16 digits, and each beyond doubles them.
@@ -87,11 +87,11 @@ impl<S: Enclosure> Turn<S> {
         let (_, exponent) = hypot(x.size(), y.size()).parts();
         let (x, y) = (x.doubled(-exponent), y.doubled(-exponent));
         let (own, other) = (x.square_of_modulus().center(), y.square_of_modulus());
-        if !other.is_above_zero() {
+        if !other.is_positive() {
             return None;
         }
         let length = own.add(&other).center().sqrt().center();
-        if !own.is_above_zero() {
+        if !own.is_positive() {
             let sine = y.conj().times(&S::exact(1.0, precision).div(&length));
             return Some(Self {
                 cosine: S::exact(0.0, precision),

@@ -1,6 +1,6 @@
 //! Complex numbers with bounds, of any precision.
 
-use crate::flow::Enclosure;
+use crate::precision::Enclosure;
 use crate::precision::{Function, Magnitude};
 
 /// A complex number with bounds.
@@ -83,16 +83,16 @@ impl<S: Enclosure> Complex<S> {
     pub(super) fn root(&self, precision: S::Precision) -> Self {
         let zero = S::exact(0.0, precision);
         let modulus = self.square_of_modulus().center().sqrt().center();
-        if !modulus.is_above_zero() {
+        if !modulus.is_positive() {
             return Self::new(zero.clone(), zero);
         }
         let half = S::exact(0.5, precision);
         let large = self.re.apply(Function::Abs).add(&modulus).mul(&half);
         let large = large.center().sqrt().center();
         let small = self.im.mul(&half).div(&large).center();
-        if self.re.neg().is_above_zero() {
+        if self.re.neg().is_positive() {
             // The imaginary part is the larger one.
-            if small.neg().is_above_zero() {
+            if small.neg().is_positive() {
                 Self::new(small.neg(), large.neg())
             } else {
                 Self::new(small, large)

@@ -7,7 +7,7 @@
 
 use super::basis::Basis;
 use super::complex::Complex;
-use crate::flow::Enclosure;
+use crate::precision::Enclosure;
 use crate::precision::Magnitude;
 
 /// A disc that holds exactly one eigenvalue where it is `single`.
@@ -23,14 +23,14 @@ impl<S: Enclosure> Disc<S> {
     pub(super) fn is_apart(&self, other: &Self, precision: S::Precision) -> bool {
         let square = self.center.sub(&other.center).square_of_modulus();
         let reach = S::from_size(self.radius + other.radius, precision);
-        square.sub(&reach.mul(&reach)).is_above_zero()
+        square.sub(&reach.mul(&reach)).is_positive()
     }
 
     /// The image by z -> 1/z̄: of |z - c| <= r with r < |c| the disc about c/(|c|² - r²) of radius r/(|c|² - r²).
     pub(super) fn mirrored(&self, precision: S::Precision) -> Option<Self> {
         let radius = S::from_size(self.radius, precision);
         let rest = self.center.square_of_modulus().sub(&radius.mul(&radius));
-        if !rest.is_above_zero() {
+        if !rest.is_positive() {
             return None;
         }
         let inverse = S::exact(1.0, precision).div(&rest);

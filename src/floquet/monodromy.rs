@@ -1,6 +1,7 @@
 //! The monodromy matrix: the derivative of the state after a period by the state before it.
 
-use crate::flow::{Enclosing, Enclosure, Equations};
+use crate::flow::{Enclosing, Equations};
+use crate::precision::Enclosure;
 use crate::precision::Magnitude;
 
 /// Where a trip over a period leads.

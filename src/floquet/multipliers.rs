@@ -10,7 +10,7 @@
 use super::basis::Basis;
 use super::discs::{Covers, Disc, connected};
 use super::signature::is_definite;
-use crate::flow::Enclosure;
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big, Function, Magnitude, Scalar, up};
 
 /// Bits for logarithms and hulls of what leaves the range of balls.
@@ -116,9 +116,9 @@ impl Multiplier {
 /// Which side of 1 a positive number lies on; its square, alike.
 fn side<S: Enclosure>(modulus: &S, precision: S::Precision) -> Place {
     let above = modulus.sub(&S::exact(1.0, precision));
-    if above.neg().is_above_zero() {
+    if above.neg().is_positive() {
         Place::Inside
-    } else if above.is_above_zero() {
+    } else if above.is_positive() {
         Place::Outside
     } else {
         Place::Undecided
@@ -194,15 +194,15 @@ pub(super) fn of_two<S: Enclosure>(
     } else {
         determinant.sub(&trace.mul(&trace))
     };
-    if below.is_above_zero() {
+    if below.is_positive() {
         let (re, im) = (trace, below.sqrt());
         let place = if symplectic {
             Place::On
         } else {
             let rest = one.sub(&determinant);
-            if rest.is_above_zero() {
+            if rest.is_positive() {
                 Place::Inside
-            } else if rest.neg().is_above_zero() {
+            } else if rest.neg().is_positive() {
                 Place::Outside
             } else {
                 Place::Undecided
@@ -218,11 +218,11 @@ pub(super) fn of_two<S: Enclosure>(
         Multiplier::new(value, S::exact(0.0, precision), place, true)
     };
     let above = below.neg();
-    if above.is_above_zero() {
+    if above.is_positive() {
         let root = above.sqrt();
-        let larger = if trace.is_above_zero() {
+        let larger = if trace.is_positive() {
             trace.add(&root)
-        } else if trace.neg().is_above_zero() {
+        } else if trace.neg().is_positive() {
             trace.sub(&root)
         } else {
             // h may be 0: both roots as they are.

@@ -5,7 +5,8 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::basis::inverse;
 use super::complex::Complex;
 use super::monodromy::{Stop, Trip, trip};
-use crate::flow::{Enclosure, Equations, Plain, count};
+use crate::flow::{Equations, Plain, count};
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Magnitude};
 
 /// Newton steps to a periodic motion, in doubles.

@@ -6,7 +6,8 @@ use super::motion::Driven;
 use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
 use super::orbit::{Guess, Lost, SEARCH, orbit, search};
 use crate::expr::{ExprId, Tape};
-use crate::flow::{Enclosure, Equations, Plain};
+use crate::flow::{Equations, Plain};
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big, Magnitude};
 
 /// The order of the steps in double-double: about the best for 32 digits.

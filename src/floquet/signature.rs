@@ -8,7 +8,7 @@
 use super::basis::Basis;
 use super::complex::Complex;
 use super::discs::Covers;
-use crate::flow::Enclosure;
+use crate::precision::Enclosure;
 use crate::precision::Magnitude;
 
 /// Whether i x* ω x is definite on the invariant subspace that belongs to a set of connected discs; `form` is ω row by row. With that
@@ -70,8 +70,8 @@ pub(super) fn is_definite<S: Enclosure>(
     let mut positive = None;
     for k in 0..members.len() {
         let pivot = products[k][k].re.clone();
-        let above = pivot.is_above_zero();
-        if !above && !pivot.neg().is_above_zero() || positive.is_some_and(|own| own != above) {
+        let above = pivot.is_positive();
+        if !above && !pivot.neg().is_positive() || positive.is_some_and(|own| own != above) {
             return false;
         }
         positive = Some(above);
@@ -101,7 +101,7 @@ fn reach<S: Enclosure>(
             let half = difference.size().scale(-1);
             let square = S::from_size(half, precision);
             let rest = difference.square_of_modulus().sub(&square.mul(&square));
-            if !rest.is_above_zero() {
+            if !rest.is_positive() {
                 return None;
             }
             gap = gap.min(half);

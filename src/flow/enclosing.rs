@@ -1,10 +1,11 @@
 //! Steps whose results hold the solution.
 
 use super::Equations;
-use super::enclosure::{Enclosure, growth, norm, onwards, reached};
+use super::bounds::{growth, norm, onwards, reached};
 use super::plain::weights;
 use crate::expr::{Prepared, Series};
 use crate::number::Number;
+use crate::precision::Enclosure;
 use crate::precision::up;
 
 /// Remainders above so many roundings of the solution make a step shorter.

@@ -5,11 +5,12 @@
 //! with c in it, x(t + h; X) lies in x(t + h; c) + T(X) (X - c) (the theorem of the mean, component by component). What is small needs few digits: T, the box that
 //! the solution stays in and Lagrange's remainders are double-double for any precision of the centre.
 
-use super::enclosure::{Enclosure, growth, norm, onwards, reached};
+use super::bounds::{growth, norm, onwards, reached};
 use super::plain::weights;
 use super::set::Set;
 use super::{Equations, count, nearest_power_of_two};
 use crate::expr::{Prepared, Series};
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Scalar, power_of_two, up};
 
 /// A remainder is allowed so many roundings of the component that it belongs to ...

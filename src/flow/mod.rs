@@ -11,15 +11,14 @@
 //! It never sees a model, and never says that a bound holds where a box was not shown to hold the solution: such a
 //! step fails.
 
+mod bounds;
 mod enclosing;
-mod enclosure;
 mod explicit;
 mod following;
 mod plain;
 mod set;
 
 pub use enclosing::{Enclosing, Step};
-pub use enclosure::Enclosure;
 pub(crate) use explicit::solved;
 pub use following::Following;
 pub use plain::{Doubles, Plain};

@@ -8,7 +8,7 @@
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
 use super::assemble::known_values;
-use super::enclosure::Enclosure;
+use crate::precision::Enclosure;
 use std::collections::BTreeMap;
 
 use crate::expr::{
@@ -184,7 +184,7 @@ fn eliminate<S: Enclosure>(
     given: Option<&[usize]>,
     precision: S::Precision,
 ) -> Option<(Vec<usize>, Vec<Vec<S>>)> {
-    let zero = S::from_double(0.0, precision);
+    let zero = S::exact(0.0, precision);
     let mut pivots = Vec::with_capacity(rows.len());
     let mut order: Vec<usize> = Vec::with_capacity(rows.len());
     for _ in 0..rows.len() {
@@ -290,7 +290,7 @@ impl<S: Enclosure> Tangent<S> {
     /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
     pub(crate) fn reduce(&self, matrix: &[S], order: usize) -> Vec<S> {
         let m = self.free.len();
-        let zero = S::from_double(0.0, self.precision);
+        let zero = S::exact(0.0, self.precision);
         // A Z, column by column, for rows of the coordinates.
         let n = m + self.bound.len();
         let mut image = vec![zero.clone(); n * m];
@@ -355,7 +355,7 @@ impl<S: Enclosure> Tangent<S> {
                 let middle = slope.middle();
                 let rounding = (m + 1.0) * f64::EPSILON * middle.abs();
                 sum += middle * y;
-                off += slope.largest_size() * error + (slope.middle_error() + rounding) * y.abs();
+                off += slope.abs_upper() * error + (slope.middle_error() + rounding) * y.abs();
             }
             vector[*bound] = sum;
             // The factor covers the rounding of the bound itself.

@@ -26,8 +26,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::assemble::{Assembly, Values};
-use super::enclosure::Enclosure;
 use super::symmetry::Symmetry;
+use crate::precision::Enclosure;
 use crate::precision::{Big, Magnitude, Scalar};
 
 /// What is lost to underflow in up to 4000 products of doubles: each loses at most 2^-1075.
@@ -234,7 +234,7 @@ pub(crate) fn congruent<S: Enclosure>(
     let zero = S::from_number(&crate::number::Number::ZERO, precision);
     let exact: Vec<Option<S>> = directions
         .iter()
-        .map(|x| (*x != 0.0).then(|| S::from_double(*x, precision)))
+        .map(|x| (*x != 0.0).then(|| S::exact(*x, precision)))
         .collect();
     let mut image = vec![zero.clone(); kept * kept];
     for j in 0..kept {
@@ -300,12 +300,12 @@ impl<S: Enclosure> Setting<'_, S> {
             }
             Products::Enclosed => {
                 let precision = self.values.precision();
-                let centre: Vec<S> = matrix.iter().map(S::centre).collect();
+                let centre: Vec<S> = matrix.iter().map(S::center).collect();
                 let inner = congruent(&centre, directions, precision);
                 DMatrix::from_fn(kept, kept, |i, j| {
-                    let sign = S::from_double(signs[i], precision);
-                    let unit = S::from_double(unit(i, j), precision);
-                    unit.sub(&sign.mul(&inner[i + kept * j])).largest_size()
+                    let sign = S::exact(signs[i], precision);
+                    let unit = S::exact(unit(i, j), precision);
+                    unit.sub(&sign.mul(&inner[i + kept * j])).abs_upper()
                 })
             }
         }
@@ -325,7 +325,7 @@ impl<S: Enclosure> Setting<'_, S> {
             }
             Products::Enclosed => DMatrix::from_fn(m, m, |i, j| {
                 let at = i + m * j;
-                over[at].sub(&matrix[at].centre()).largest_size()
+                over[at].sub(&matrix[at].center()).abs_upper()
             }),
         }
     }
@@ -380,7 +380,11 @@ impl<S: Enclosure> Setting<'_, S> {
             let proof = Proof {
                 free: self.free.to_vec(),
                 contraction,
-                centre: self.free.iter().map(|i| at[*i].to_big(self.bits)).collect(),
+                centre: self
+                    .free
+                    .iter()
+                    .map(|i| at[*i].to_big(self.bits).with_bits(self.bits))
+                    .collect(),
                 size,
                 reach,
                 bits: self.bits,
@@ -451,7 +455,7 @@ impl<S: Enclosure> Setting<'_, S> {
             across = largest([across, above(sum, m)].into_iter());
         }
         // K xi over the box, then WᵀK xi.
-        let zero = S::from_double(0.0, self.values.precision());
+        let zero = S::exact(0.0, self.values.precision());
         let mut height = vec![0.0; reach.len()];
         for vector in &generators {
             let image = (0..m).map(|i| {
@@ -484,7 +488,7 @@ impl<S: Enclosure> Setting<'_, S> {
                 for (other, unit) in &basis {
                     let overlap: f64 = own.iter().zip(unit).map(|(x, y)| x.middle() * y).sum();
                     if overlap != 0.0 && overlap.is_finite() {
-                        let overlap = S::from_double(overlap, precision);
+                        let overlap = S::exact(overlap, precision);
                         for (x, y) in own.iter_mut().zip(other) {
                             *x = x.sub(&overlap.mul(y));
                         }
@@ -493,7 +497,7 @@ impl<S: Enclosure> Setting<'_, S> {
             }
             let norm = own.iter().map(|x| x.middle().powi(2)).sum::<f64>().sqrt();
             if norm > 0.0 && norm.is_normal() {
-                let scale = S::from_double(norm.recip(), precision);
+                let scale = S::exact(norm.recip(), precision);
                 for x in &mut own {
                     *x = x.mul(&scale);
                 }

@@ -15,8 +15,8 @@
 use std::collections::VecDeque;
 
 use super::assemble::{Assembly, Values};
-use super::enclosure::Enclosure;
 use crate::number::Number;
+use crate::precision::Enclosure;
 
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;

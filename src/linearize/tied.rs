@@ -11,11 +11,11 @@ use nalgebra::{DMatrix, DVector};
 use super::assemble::{Assembly, Values, evaluate_closed};
 use super::constrained::{choose_bound, gradients, solve};
 use super::dependence;
-use super::enclosure::Enclosure;
 use super::equilibrium::{Equilibrium, Origin, Search, short};
 use super::error::LinearizeError;
 use super::symbolic::force_text;
 use crate::model::Given;
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big};
 
 /// Enough to tell a force of 1e-90 from none.
@@ -33,7 +33,7 @@ pub(super) fn put_multipliers_in<S: Enclosure>(
     let precision = values.precision();
     let order = at.len();
     for multiplier in &mut at[visible..] {
-        *multiplier = S::from_double(0.0, precision);
+        *multiplier = S::exact(0.0, precision);
     }
     let force = assembly.gradient(at, values);
     let rows = gradients(&assembly.stiffness(at, values), visible, order);

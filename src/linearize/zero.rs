@@ -6,13 +6,13 @@
 //! and is never asked for.
 
 use super::assemble::{Assembly, Values};
-use super::enclosure::Enclosure;
 use super::equilibrium::Equilibrium;
 use super::radicals::Surd;
 use super::symmetry::{Symmetry, symmetries};
 use super::{exact, mechanism};
 use crate::model::Model;
 use crate::precision::Ball;
+use crate::precision::Enclosure;
 
 /// What a zero mode is that no symmetry explains.
 pub(crate) const NO_FORCE: &str = "no restoring force to second order";

@@ -4,7 +4,8 @@ use super::equations::NO_INVERSE;
 use super::error::MotionError;
 use super::step::{Real, Stepper, Trouble};
 use super::{Start, System, Times, moment};
-use crate::flow::{Enclosure, count};
+use crate::flow::count;
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big, Scalar, power_of_two};
 
 /// Bits of the numbers that a place is looked at with: these have no range to leave.

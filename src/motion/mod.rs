@@ -32,9 +32,9 @@ use step::{Real, Stepper, Trouble};
 
 use crate::budget::Budget;
 use crate::expr::Tape;
-use crate::flow::Enclosure;
 use crate::linearize::LinearizeError;
 use crate::model::{Constant, Model};
+use crate::precision::Enclosure;
 use crate::precision::{Ball, DoubleDouble, Scalar};
 
 /// Order and tolerance of steps in double-double.

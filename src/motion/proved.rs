@@ -10,9 +10,10 @@ use super::equations::Written;
 use super::error::MotionError;
 use super::{FIRST_STEPS, MOST_NUMBERS, Start, Times, Trajectory, moment};
 use crate::budget::Budget;
-use crate::flow::{Enclosure, Equations, Following, count};
+use crate::flow::{Equations, Following, count};
 use crate::linearize::LinearizeError;
 use crate::model::Model;
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big};
 
 /// Order of steps in double-double.

@@ -4,10 +4,10 @@ use super::System;
 use super::error::MotionError;
 use crate::diagnostic::nearest;
 use crate::expr::{ExprId, Pool, Tape};
-use crate::flow::Enclosure;
 use crate::linearize::{self, Linearized, Origin, evaluate_closed};
 use crate::model::{Constant, Model, ModelError};
 use crate::oscillation::NormalModes;
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Scalar, up};
 
 /// Coordinates and velocities at t = 0, in SI.

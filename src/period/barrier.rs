@@ -2,7 +2,7 @@
 
 use super::Oscillator;
 use super::panel::Field;
-use super::real::Real;
+use crate::precision::Enclosure;
 
 /// Newton steps to a summit.
 const MOST_STEPS: usize = 200;
@@ -19,7 +19,7 @@ pub(super) enum Height<S> {
     AtLeast(S),
 }
 
-impl<S: Real> Height<S> {
+impl<S: Enclosure> Height<S> {
     pub(super) fn at(&self) -> &S {
         match self {
             Self::Top(height) | Self::AtLeast(height) => height,
@@ -36,19 +36,19 @@ impl<S: Real> Height<S> {
     }
 }
 
-impl<S: Real> Field<S> {
+impl<S: Enclosure> Field<S> {
     /// A stationary point of U that Newton's method leads to from `near` in steps that end, within `reach`, and U there.
     /// Nothing is proved about it but U at the very point.
     pub(super) fn summit(&mut self, near: &S, reach: f64) -> Option<(S, S)> {
         let one = self.number(1.0);
-        let mut at = near.centre();
+        let mut at = near.center();
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let (potential, _) = self.expand(&at, &one, 3);
             let [_, slope, half] = potential.as_slice() else {
                 return None;
             };
-            let step = slope.centre().div(&half.centre().add(&half.centre()));
+            let step = slope.center().div(&half.center().add(&half.center()));
             let length = step.middle().abs();
             if !step.is_finite() {
                 return None;
@@ -61,7 +61,7 @@ impl<S: Real> Field<S> {
                 return height.is_finite().then_some((at, height));
             }
             before = length;
-            at = at.sub(&step).centre();
+            at = at.sub(&step).center();
             if at.sub(near).middle().abs() > reach {
                 return None;
             }
@@ -75,7 +75,7 @@ impl<S: Real> Field<S> {
         let mut best: Option<(S, S)> = None;
         for place in 1..PLACES {
             let share = self.number(f64::from(place) / f64::from(PLACES));
-            let at = from.add(&way.mul(&share)).centre();
+            let at = from.add(&way.mul(&share)).center();
             let height = self.potential(&at);
             let higher = match &best {
                 Some((_, other)) => height.sub(other).is_positive(),

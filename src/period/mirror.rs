@@ -1,7 +1,7 @@
 //! The zero of E - U on the other side of a barrier that a motion turns close to.
 
 use super::panel::Path;
-use super::real::Real;
+use crate::precision::Enclosure;
 use crate::precision::Magnitude;
 
 /// Zeros further away than this part of the path are left: panels feel them little.
@@ -13,7 +13,7 @@ const REACH: f64 = 1.25;
 /// Newton steps.
 const MOST_STEPS: usize = 12;
 
-impl<S: Real> Path<'_, S> {
+impl<S: Enclosure> Path<'_, S> {
     /// b > 0 with E - U = 0 at x = -b, where there is exactly one such place close beyond the turning point x = 0.
     ///
     /// With D = E - U and t = -x/b0, b0 the zero of the parabola, p(t) = D/t = Σ D_k t^(k-1) up to order n with D_n taken
@@ -40,7 +40,7 @@ impl<S: Real> Path<'_, S> {
         let step = span.mul(&self.field.number(-guess));
         let (mut terms, _) = self.field.excess(self.energy, &start, &step, order);
         let end = start.add(&step.mul(&self.field.number(REACH)));
-        let all = start.joined(&end);
+        let all = start.hull(&end);
         let (over, _) = self.field.excess(self.energy, &all, &step, order + 1);
         let (top, bends) = (over.get(order)?.clone(), over.get(2)?.clone());
         terms.push(top);
@@ -55,13 +55,13 @@ impl<S: Real> Path<'_, S> {
         let mut at = self.field.number(1.0);
         let mut length = f64::INFINITY;
         for _ in 0..MOST_STEPS {
-            let step = value(&at).centre().div(&bends.centre());
+            let step = value(&at).center().div(&bends.center());
             let now = step.middle().abs();
             if now.is_nan() || now >= length {
                 break;
             }
             length = now;
-            at = at.sub(&step).centre();
+            at = at.sub(&step).center();
         }
         let found = at.sub(&value(&at).div(&bends));
         let reach = self.field.number(REACH);
@@ -69,7 +69,8 @@ impl<S: Real> Path<'_, S> {
             return None;
         }
         // What is known too roughly helps nobody.
-        let sharp = found.doubt() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.least();
+        let sharp =
+            found.spread() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.least();
         sharp.then(|| found.mul(&self.field.number(guess)))
     }
 }

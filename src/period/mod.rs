@@ -33,7 +33,6 @@ mod error;
 mod mirror;
 mod panel;
 mod pass;
-mod real;
 mod small;
 mod solve;
 mod task;
@@ -50,7 +49,9 @@ use crate::expr::{ExprId, Pool, Tape};
 use crate::linearize::{self, Linearized, evaluate_closed, power_of_two, short};
 use crate::model::{Constant, Model};
 use crate::number::Number;
-use crate::precision::{Ball, Big, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
+use crate::precision::{
+    Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text,
+};
 
 /// Which motion is meant.
 #[derive(Clone, Debug)]
@@ -315,7 +316,7 @@ impl Oscillator {
         evaluate_closed::<S>(&self.pool, self.advance?, precision)
     }
 
-    fn field<S: real::Real>(&self, precision: S::Precision) -> Field<S> {
+    fn field<S: Enclosure>(&self, precision: S::Precision) -> Field<S> {
         let number = |value| evaluate_closed::<S>(&self.pool, value, precision);
         let kinks = self.kinks.iter().filter_map(|kink| {
             Some(panel::Kink {

@@ -8,9 +8,9 @@
 //! next coefficient enclosed over the whole panel. A panel whose rest is too large is made shorter; how small the rest was
 //! tells how long the next one may be.
 
-use super::real::Real;
 use super::weights::Weight;
 use crate::expr::{Prepared, Series, Tape};
+use crate::precision::Enclosure;
 use crate::precision::{Magnitude, Scalar, exponent_of, power_of_two};
 
 /// So many panels are tried at most, in one integral.
@@ -63,7 +63,7 @@ pub(super) struct Kink<S> {
 }
 
 /// U and M as functions of the position, and the integrand made of them.
-pub(super) struct Field<S: Real> {
+pub(super) struct Field<S: Enclosure> {
     values: Prepared<S>,
     series: Series<S>,
     shape: Series<S>,
@@ -77,7 +77,7 @@ pub(super) struct Field<S: Real> {
     inputs: Vec<S>,
 }
 
-impl<S: Real> Field<S> {
+impl<S: Enclosure> Field<S> {
     /// `energies` gives U and M from the coordinate, `shape` sqrt(2M/h) from h and M.
     pub(super) fn new(
         energies: &Tape,
@@ -86,7 +86,7 @@ impl<S: Real> Field<S> {
         precision: S::Precision,
     ) -> Self {
         let values = energies.prepare::<S>(precision);
-        let zero = S::from_double(0.0, precision);
+        let zero = S::exact(0.0, precision);
         Self {
             inputs: vec![zero.clone(); 1 + kinks.len()],
             kinks,
@@ -110,11 +110,11 @@ impl<S: Real> Field<S> {
         for (kink, sign) in self.kinks.iter().zip(&mut self.inputs[1..]) {
             let own = at.sub(&kink.place).mul(&kink.slope);
             *sign = if own.is_positive() {
-                S::from_double(1.0, self.precision)
+                S::exact(1.0, self.precision)
             } else if own.is_negative() {
-                S::from_double(-1.0, self.precision)
+                S::exact(-1.0, self.precision)
             } else {
-                self.zero.with_error(Magnitude::ONE)
+                self.zero.with_spread(Magnitude::ONE)
             };
         }
     }
@@ -182,7 +182,7 @@ impl<S: Real> Field<S> {
     }
 
     pub(super) fn number(&self, value: f64) -> S {
-        S::from_double(value, self.precision)
+        S::exact(value, self.precision)
     }
 
     pub(super) fn pi(&self) -> S {
@@ -258,7 +258,7 @@ impl<S: Real> Field<S> {
 }
 
 /// The positions that are integrated over, and how well.
-pub(super) struct Path<'a, S: Real> {
+pub(super) struct Path<'a, S: Enclosure> {
     pub(super) field: &'a mut Field<S>,
     /// E.
     pub(super) energy: &'a S,
@@ -321,8 +321,8 @@ struct Known<S> {
 ///
 /// f_j(X) = Σ_(k=j..n-1) C(k,j) f_k X^(k-j) + C(n,j) f_n(Y) X^(n-j) with Y between 0 and X: Taylor's formula for f^(j)/j!.
 /// The sums of binomials are those of Horner's shift by 1 of Σ |f_k| s^k, less each own coefficient.
-fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
-    let mut sizes: Vec<Magnitude> = middle.iter().map(Real::largest).collect();
+fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
+    let mut sizes: Vec<Magnitude> = middle.iter().map(Enclosure::size).collect();
     sizes.push(top);
     let last = middle.len();
     let mut spread = vec![Magnitude::ZERO; sizes.len()];
@@ -340,15 +340,15 @@ fn spreads<S: Real>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 }
 
 /// The coefficients at any place of the panel: those of the middle with their spreads, then the top one.
-pub(super) fn over_panel<S: Real>(middle: &[S], top: &S) -> Vec<S> {
-    let spreads = spreads(middle, top.largest());
+pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
+    let spreads = spreads(middle, top.size());
     let own = middle.iter().zip(spreads);
-    own.map(|(value, spread)| value.with_error(spread))
+    own.map(|(value, spread)| value.with_spread(spread))
         .chain(std::iter::once(top.clone()))
         .collect()
 }
 
-impl<S: Real> Path<'_, S> {
+impl<S: Enclosure> Path<'_, S> {
     /// |∫ sqrt(2M/(E - U)) dq| over the path.
     pub(super) fn time(&mut self) -> Result<S, Obstacle<S>> {
         if self.turning {
@@ -476,7 +476,7 @@ impl<S: Real> Path<'_, S> {
         let at = self.position(middle);
         let (mut excess, mass) = self.field.excess(self.energy, &at, &step, order);
         let wanted = Magnitude::power_of_two(-i64::from(self.bits));
-        let doubtful = |value: &S| value.doubt() > wanted * value.least();
+        let doubtful = |value: &S| value.spread() > wanted * value.least();
         let mut enclosed = None;
         // Carried from the panel before, all between has to be enclosed.
         let near = known.map_or(from, |known| known.middle.min(from));
@@ -485,7 +485,7 @@ impl<S: Real> Path<'_, S> {
             && let Ok(over) = self.beside(near, to, &step, weight.zeros())
         {
             let better = self.carried(middle, half, known, &over.0[order]);
-            if better.doubt() < excess[0].doubt() || !excess[0].is_finite() {
+            if better.spread() < excess[0].spread() || !excess[0].is_finite() {
                 excess[0] = better;
             }
             enclosed = Some(over);
@@ -509,13 +509,13 @@ impl<S: Real> Path<'_, S> {
             return Err(Refusal::Rough.into());
         };
         // A rest is hardly smaller than the last terms: no need to enclose what is refused anyway.
-        let last = g.iter().rev().take(2).map(Real::largest);
+        let last = g.iter().rev().take(2).map(Enclosure::size);
         let last = last.fold(Magnitude::ZERO, Magnitude::max);
-        if last > wanted.scale(2) * first.largest() {
+        if last > wanted.scale(2) * first.size() {
             return Err(Refused {
                 refusal: Refusal::Rough,
                 bits: Some(
-                    bits_between(last, wanted * first.largest()) + BITS_OF_A_REST * order as f64,
+                    bits_between(last, wanted * first.size()) + BITS_OF_A_REST * order as f64,
                 ),
             });
         }
@@ -528,7 +528,7 @@ impl<S: Real> Path<'_, S> {
             return Err(Refusal::Precision.into());
         }
         // |∫ g_n(Y) s^n w dx| <= max |g_n| J_0.
-        let whole = weights.first().map_or(Magnitude::INFINITE, Real::largest);
+        let whole = weights.first().map_or(Magnitude::INFINITE, Enclosure::size);
         let enclosed = match enclosed {
             Some(over) => Ok(over),
             None => self.beside(weight.reach(from), to, &step, weight.zeros()),
@@ -549,7 +549,7 @@ impl<S: Real> Path<'_, S> {
             // All the way from the turning point may be too far for an enclosure.
             let over = self.beside(from, to, &step, 0)?;
             let excess = over_panel(&excess, &over.0[order]);
-            let x = self.field.number(from).joined(&self.field.number(to));
+            let x = self.field.number(from).hull(&self.field.number(to));
             let top = weight.taken_out(&excess, &x, &r).pop();
             let top = top.unwrap_or_else(|| self.field.zero.clone());
             rest = self.top(&h, &top, &mass, &over.1[order]) * whole;
@@ -567,7 +567,7 @@ impl<S: Real> Path<'_, S> {
             coefficients: excess,
         };
         Ok(Taken {
-            time: time.with_error(rest),
+            time: time.with_spread(rest),
             known,
             bits: -bits,
         })
@@ -579,7 +579,7 @@ impl<S: Real> Path<'_, S> {
         let h = over_panel(h, top_h);
         let mass = over_panel(mass, top_mass);
         match self.field.integrand(&h, &mass).pop() {
-            Some(top) if top.is_finite() => top.largest(),
+            Some(top) if top.is_finite() => top.size(),
             Some(_) | None => Magnitude::INFINITE,
         }
     }
@@ -592,7 +592,7 @@ impl<S: Real> Path<'_, S> {
         step: &S,
         more: usize,
     ) -> Result<(Vec<S>, Vec<S>), Refusal> {
-        let all = self.position(from).joined(&self.position(to));
+        let all = self.position(from).hull(&self.position(to));
         let count = self.order + more + 1;
         let both = self.field.excess(self.energy, &all, step, count);
         let last = |values: &[S]| values.iter().rev().take(more + 1).all(Scalar::is_finite);
@@ -635,9 +635,9 @@ impl<S: Real> Path<'_, S> {
         for value in known.coefficients.iter().rev() {
             sum = sum.mul(&x).add(value);
         }
-        let steps = way.div(&self.field.number(half)).largest();
+        let steps = way.div(&self.field.number(half)).size();
         let power = u32::try_from(self.order).unwrap_or(u32::MAX);
-        sum.with_error(top.largest() * steps.powi(power))
+        sum.with_spread(top.size() * steps.powi(power))
     }
 
     /// J_k = ∫ s^k w(x) dx over the panel.

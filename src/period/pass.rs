@@ -12,7 +12,7 @@
 //! expanded, and the moments of w are known.
 
 use super::panel::{Field, over_panel};
-use super::real::Real;
+use crate::precision::Enclosure;
 use crate::precision::{Function, Magnitude};
 
 /// Places along a path at which a top is looked for.
@@ -37,7 +37,7 @@ pub(super) struct Pass<S> {
     pub(super) time: S,
 }
 
-impl<S: Real> Field<S> {
+impl<S: Enclosure> Field<S> {
     /// The time about the lowest place of E - U inside a path, where it is low.
     pub(super) fn pass(
         &mut self,
@@ -71,7 +71,7 @@ impl<S: Real> Field<S> {
         let mut places = Vec::with_capacity(PLACES as usize + 1);
         for place in 0..=PLACES {
             let share = self.number(f64::from(place) / f64::from(PLACES));
-            let at = start.add(&span.mul(&share)).centre();
+            let at = start.add(&span.mul(&share)).center();
             let excess = self.excess_at(energy, &at).middle();
             places.push((at, excess));
         }
@@ -93,20 +93,20 @@ impl<S: Real> Field<S> {
         let mut before = f64::INFINITY;
         for _ in 0..MOST_STEPS {
             let (terms, _) = self.excess(energy, &place, span, order);
-            let bend = terms.get(2)?.centre();
+            let bend = terms.get(2)?.center();
             if !bend.is_positive() {
                 return None;
             }
             // c for this place, then how far the place is off.
             let mut last = f64::INFINITY;
             for _ in 0..MOST_STEPS {
-                let step = part(&terms, 0, &square)?.div(&bend).centre();
+                let step = part(&terms, 0, &square)?.div(&bend).center();
                 let length = step.middle().abs();
                 if length >= last {
                     break;
                 }
                 last = length;
-                square = square.add(&step).centre();
+                square = square.add(&step).center();
             }
             let step = part(&terms, 1, &square)?.div(&bend.add(&bend));
             let length = step.middle().abs();
@@ -114,7 +114,7 @@ impl<S: Real> Field<S> {
                 break;
             }
             before = length;
-            place = place.sub(&step.mul(span)).centre();
+            place = place.sub(&step.mul(span)).center();
         }
         Some((place, square))
     }
@@ -133,7 +133,7 @@ impl<S: Real> Field<S> {
         let width = self.number(half);
         let step = span.mul(&width);
         let (excess, mass) = self.excess(energy, place, &step, count);
-        let all = place.with_error(step.largest());
+        let all = place.with_spread(step.size());
         let (over, masses) = self.excess(energy, &all, &step, count + 1);
         let c = square.div(&width.mul(&width));
         // From the top down: D_k = h_(k-2) + c h_k.
@@ -146,8 +146,8 @@ impl<S: Real> Field<S> {
         let r1 = excess.get(1)?.sub(&c.mul(h.get(1)?));
         let root = c.sqrt();
         let two = self.number(2.0);
-        let left = r0.div(&c).largest() + r1.div(&root.mul(&two)).largest();
-        let left = left + over.get(count)?.largest();
+        let left = r0.div(&c).size() + r1.div(&root.mul(&two)).size();
+        let left = left + over.get(count)?.size();
 
         let zero = self.number(0.0);
         let h_over = over_panel(&h, &zero);
@@ -164,7 +164,7 @@ impl<S: Real> Field<S> {
         let ends = c.add(&one).sqrt();
         let first = inverse.add(&inverse.mul(&inverse).add(&one).sqrt());
         let first = first.apply(Function::Ln).mul(&two);
-        let whole = first.largest();
+        let whole = first.size();
         let (mut moment, mut sum) = (first, zero);
         for (k, value) in g.iter().enumerate().step_by(2) {
             if k > 0 {
@@ -178,25 +178,25 @@ impl<S: Real> Field<S> {
         if !share.is_finite() || share > Magnitude::power_of_two(-1) {
             return None;
         }
-        let rest = top.largest() * whole;
-        let time = sum.with_error(rest);
-        let rest = rest + share * time.largest();
+        let rest = top.size() * whole;
+        let time = sum.with_spread(rest);
+        let rest = rest + share * time.size();
         let wanted = Magnitude::power_of_two(-i64::from(bits));
         if rest > wanted * sum.least() {
             return None;
         }
-        let time = sum.with_error(rest).mul(&step);
+        let time = sum.with_spread(rest).mul(&step);
         Some(if time.is_negative() { time.neg() } else { time })
     }
 }
 
 /// Σ (-c)^j D_(2j + from), about.
-fn part<S: Real>(terms: &[S], from: usize, square: &S) -> Option<S> {
+fn part<S: Enclosure>(terms: &[S], from: usize, square: &S) -> Option<S> {
     let own = terms.get(from..)?.iter().step_by(2).rev();
     let sum = own.fold(None, |sum: Option<S>, term| {
         Some(match sum {
-            None => term.centre(),
-            Some(sum) => term.centre().sub(&sum.mul(square)).centre(),
+            None => term.center(),
+            Some(sum) => term.center().sub(&sum.mul(square)).center(),
         })
     })?;
     sum.is_finite().then_some(sum)

@@ -1,14 +1,14 @@
 //! Small oscillations, and what comes next to them.
 
 use super::panel::Field;
-use super::real::Real;
+use crate::precision::Enclosure;
 
 /// 2 pi sqrt(M/K) at the equilibrium and the leading change of the frequency.
 ///
 /// With X = ∫ sqrt(M/M0) dx and U = u2 X² + U3 X³ + U4 X⁴ + …: omega = omega_0 (1 + A² (3 U4/(4 u2) - 15 U3²/(16 u2²)))
 /// (L. D. Landau and E. M. Lifshitz, Mechanics, §28, with omega_0² = 2 u2/M0, alpha = 3 U3/M0, beta = 4 U4/M0). The
 /// amplitude of X is that of x to the leading order.
-pub(super) fn small<S: Real>(field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
+pub(super) fn small<S: Enclosure>(field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
     let one = field.number(1.0);
     let number = |value: f64| field.number(value);
     let [quarter, twenty_fourth, two_pi] = [

@@ -2,11 +2,11 @@
 
 use super::barrier::Height;
 use super::panel::Field;
-use super::real::Real;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
 use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
 use crate::linearize::{Equilibrium, short};
+use crate::precision::Enclosure;
 use crate::precision::{Ball, Big, Magnitude, Rounding, Scalar};
 
 /// The rest that is asked for at least: the period is then known better than doubles tell.
@@ -163,7 +163,7 @@ pub(super) fn period(
 }
 
 /// Small oscillations and the change of their frequency, where the equilibrium is known.
-fn small_about<S: Real>(
+fn small_about<S: Enclosure>(
     equilibrium: &Equilibrium,
     field: &mut Field<S>,
     at: &S,
@@ -185,8 +185,8 @@ fn asked(request: &Request) -> (&'static str, &str) {
 }
 
 /// Refuses energies that doubles do not hold.
-fn check_range<S: Real>(request: &Request, found: &Found<S>) -> Result<(), PeriodError> {
-    let (least, most) = (found.energy.least(), found.energy.largest());
+fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), PeriodError> {
+    let (least, most) = (found.energy.least(), found.energy.size());
     let too_small = !least.is_zero() && most < Magnitude::from_f64(LEAST_SIZE);
     if !(too_small || most > Magnitude::from_f64(MOST_SIZE)) {
         return Ok(());
@@ -228,7 +228,7 @@ fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), Perio
     Ok(())
 }
 
-fn finished<S: Real>(
+fn finished<S: Enclosure>(
     oscillator: &Oscillator,
     place: &Ball,
     found: Found<S>,
@@ -239,21 +239,23 @@ fn finished<S: Real>(
 ) -> Period {
     let motion = match found.course {
         Course::Libration([lower, upper]) => Motion::Libration {
-            turning: [lower.ball(), upper.ball()],
+            turning: [lower.to_ball(), upper.to_ball()],
         },
         Course::Rotation(advance) => Motion::Rotation {
-            advance: advance.ball(),
+            advance: advance.to_ball(),
         },
     };
     Period {
-        period: found.period.ball(),
+        period: found.period.to_ball(),
         precise,
         motion,
-        energy_precise: oscillator
-            .linearized
-            .units()
-            .map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
-        energy: found.energy.ball(),
+        energy_precise: oscillator.linearized.units().map(|_| {
+            found
+                .energy
+                .to_big(BITS_OF_BARRIERS)
+                .with_bits(BITS_OF_BARRIERS)
+        }),
+        energy: found.energy.to_ball(),
         equilibrium: *place,
         proved: oscillator.linearized.equilibrium().proved,
         small,
@@ -263,7 +265,7 @@ fn finished<S: Real>(
 }
 
 /// What is to be said about a place where an integral failed: nothing yet, that there is a barrier, or an error.
-fn judge<S: Real>(
+fn judge<S: Enclosure>(
     oscillator: &Oscillator,
     request: &Request,
     place: &Ball,
@@ -278,7 +280,7 @@ fn judge<S: Real>(
         oscillator,
         request,
         place,
-        &at.to_big(BITS_OF_BARRIERS),
+        &at.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS),
         rough,
     ) {
         Verdict::Final(error) => Err(error),
@@ -311,13 +313,13 @@ fn look(
     };
     let one = task.field.number(1.0);
     let (potential, mass) = task.field.expand(&summit, &one, 3);
-    if !potential.get(2).is_some_and(Real::is_negative) {
+    if !potential.get(2).is_some_and(Enclosure::is_negative) {
         return unless_between(&mut task, rough);
     }
     let centre = task.centre.clone();
     let (_, own) = task.field.expand(&centre, &one, 1);
     if let (Some(there), Some(here)) = (mass.first(), own.first())
-        && there.largest() < here.largest() * Magnitude::from_f64(VANISHING)
+        && there.size() < here.size() * Magnitude::from_f64(VANISHING)
     {
         // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
         return Verdict::Final(PeriodError::NotSmooth {
@@ -326,14 +328,14 @@ fn look(
         });
     }
     let excess = task.energy.sub(&height);
-    let depth = height.sub(&task.field.potential(&task.centre)).largest();
+    let depth = height.sub(&task.field.potential(&task.centre)).size();
     let small = depth * Magnitude::from_f64(AT_BARRIER);
     let undecided = !(excess.is_positive() || excess.is_negative());
-    if undecided || rough && excess.largest() <= small {
+    if undecided || rough && excess.size() <= small {
         return Verdict::Final(PeriodError::AtBarrier {
             coordinate: oscillator.coordinate().name.clone(),
             barrier: oscillator.place(summit.mid_f64()),
-            margin: oscillator.margin(excess.largest()),
+            margin: oscillator.margin(excess.size()),
             height: oscillator.height(height.mid_f64()),
         });
     }

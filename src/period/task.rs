@@ -2,10 +2,10 @@
 
 use super::barrier::Height;
 use super::panel::{Field, Obstacle, Path, Refusal, order_for};
-use super::real::Real;
 use super::turning::Outward;
 use super::{Oscillator, PeriodError, Request};
 use crate::precision::Big;
+use crate::precision::Enclosure;
 
 /// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
 const AT_CENTRE: f64 = 1e-6;
@@ -37,7 +37,7 @@ pub(super) enum Stop<S> {
 }
 
 /// A motion to be found with numbers of one precision.
-pub(super) struct Task<'a, S: Real> {
+pub(super) struct Task<'a, S: Enclosure> {
     oscillator: &'a Oscillator,
     pub(super) field: Field<S>,
     /// The equilibrium.
@@ -53,7 +53,7 @@ pub(super) struct Task<'a, S: Real> {
     fence: Option<S>,
 }
 
-impl<'a, S: Real> Task<'a, S> {
+impl<'a, S: Enclosure> Task<'a, S> {
     pub(super) fn new(
         oscillator: &'a Oscillator,
         request: &Request,
@@ -344,7 +344,7 @@ impl<'a, S: Real> Task<'a, S> {
         let one = self.field.number(1.0);
         let centre = self.centre.clone();
         let (potential, _) = self.field.expand(&centre, &one, 3);
-        potential.get(2).is_some_and(Real::is_negative)
+        potential.get(2).is_some_and(Enclosure::is_negative)
     }
 
     pub(super) fn below_equilibrium(&mut self) -> PeriodError {

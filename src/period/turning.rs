@@ -1,7 +1,7 @@
 //! Turning points: where E - U changes its sign.
 
 use super::panel::Field;
-use super::real::Real;
+use crate::precision::Enclosure;
 
 /// Steps outward; with steps that grow by a quarter each they reach 1e150 times the first.
 const MOST_STEPS: usize = 1600;
@@ -25,7 +25,7 @@ pub(super) enum Outward<S> {
     Open,
 }
 
-impl<S: Real> Field<S> {
+impl<S: Enclosure> Field<S> {
     /// E - U.
     pub(super) fn excess_at(&mut self, energy: &S, at: &S) -> S {
         energy.sub(&self.potential(at))
@@ -40,7 +40,7 @@ impl<S: Real> Field<S> {
         step: f64,
         reach: Option<f64>,
     ) -> Outward<S> {
-        let from = from.centre();
+        let from = from.center();
         // The last two places and E - U there.
         let mut before = (from.clone(), f64::INFINITY);
         let mut inside = (from.clone(), self.excess_at(energy, &from).middle());
@@ -56,10 +56,10 @@ impl<S: Real> Field<S> {
             {
                 next = reach.copysign(next);
             }
-            let at = from.add(&self.number(next)).centre();
+            let at = from.add(&self.number(next)).center();
             let excess = self.excess_at(energy, &at);
             // A step over a pole, or over what has no value, shows in an enclosure of all between.
-            let between = inside.0.joined(&at);
+            let between = inside.0.hull(&at);
             if !excess.is_finite() || !self.excess_at(energy, &between).is_finite() {
                 step *= 0.5;
                 if step.abs() <= 1e-20 * offset.abs() || step.abs() < 1e-200 {
@@ -96,9 +96,9 @@ impl<S: Real> Field<S> {
     /// An enclosure of a zero of E - U between two places of different sign; `None` where numbers of this precision do
     /// not tell.
     pub(super) fn turning_point(&mut self, energy: &S, inside: &S, outside: &S) -> Option<S> {
-        let (mut inside, mut outside) = (inside.centre(), outside.centre());
+        let (mut inside, mut outside) = (inside.center(), outside.center());
         let half = self.number(0.5);
-        let mut at = inside.add(&outside).mul(&half).centre();
+        let mut at = inside.add(&outside).mul(&half).center();
         let mut width = f64::INFINITY;
         for step in 0..MOST_NARROWINGS {
             let (excess, slope) = self.excess_and_slope(energy, &at);
@@ -111,7 +111,7 @@ impl<S: Real> Field<S> {
             } else {
                 return None;
             }
-            let newton = at.sub(&excess.centre().div(&slope.centre())).centre();
+            let newton = at.sub(&excess.center().div(&slope.center())).center();
             let between =
                 newton.is_finite() && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
             let now = outside.sub(&inside).middle().abs();
@@ -124,7 +124,7 @@ impl<S: Real> Field<S> {
             let next = if between && !stalls {
                 newton
             } else {
-                inside.add(&outside).mul(&half).centre()
+                inside.add(&outside).mul(&half).center()
             };
             if next.sub(&at).is_exact_zero() {
                 break;
@@ -138,18 +138,18 @@ impl<S: Real> Field<S> {
     /// in X, and it is in N(X) (R. E. Moore, Methods and Applications of Interval Analysis (1979), chapter 5).
     fn proved(&mut self, energy: &S, at: &S) -> Option<S> {
         let (excess, slope) = self.excess_and_slope(energy, at);
-        let mut radius = excess.div(&slope).largest().scale(2);
+        let mut radius = excess.div(&slope).size().scale(2);
         for _ in 0..8 {
-            let around = at.with_error(radius);
+            let around = at.with_spread(radius);
             let slopes = self.excess_and_slope(energy, &around).1;
             let step = excess.div(&slopes);
             if !step.is_finite() {
                 return None;
             }
-            if step.largest() <= radius {
+            if step.size() <= radius {
                 return Some(at.sub(&step));
             }
-            radius = step.largest().scale(1);
+            radius = step.size().scale(1);
         }
         None
     }

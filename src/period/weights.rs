@@ -1,6 +1,6 @@
 //! What is taken out of 1/sqrt(E - U) before it is expanded, and the moments of that.
 
-use super::real::Real;
+use crate::precision::Enclosure;
 use crate::precision::Function;
 
 /// w(x), with E - U = h(x)/w(x)².
@@ -14,7 +14,7 @@ pub(super) enum Weight<S> {
     Pair(S),
 }
 
-impl<S: Real> Weight<S> {
+impl<S: Enclosure> Weight<S> {
     /// How many zeros are taken out.
     pub(super) fn zeros(&self) -> usize {
         match self {
@@ -29,7 +29,7 @@ impl<S: Real> Weight<S> {
         match self {
             Self::One => from,
             Self::Root => 0.0,
-            Self::Pair(beyond) => -beyond.largest().to_f64(),
+            Self::Pair(beyond) => -beyond.size().to_f64(),
         }
     }
 
@@ -69,7 +69,7 @@ impl<S: Real> Weight<S> {
 }
 
 /// D/x from the coefficients of D, with x = c + r s: r h_(k-1) + c h_k = D_k.
-fn divided<S: Real>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
+fn divided<S: Enclosure>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
     let mut h: Vec<S> = Vec::with_capacity(coefficients.len());
     for value in coefficients {
         let rest = match h.last() {
@@ -81,7 +81,7 @@ fn divided<S: Real>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
     h
 }
 
-fn of_one<S: Real>(width: &S, count: usize, number: &impl Fn(f64) -> S) -> Vec<S> {
+fn of_one<S: Enclosure>(width: &S, count: usize, number: &impl Fn(f64) -> S) -> Vec<S> {
     let moment = |k: usize| {
         if k.is_multiple_of(2) {
             width.div(&number((k + 1) as f64))
@@ -93,7 +93,7 @@ fn of_one<S: Real>(width: &S, count: usize, number: &impl Fn(f64) -> S) -> Vec<S
 }
 
 /// By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
-fn of_root<S: Real>(
+fn of_root<S: Enclosure>(
     from: f64,
     to: f64,
     count: usize,
@@ -126,7 +126,7 @@ fn of_root<S: Real>(
     // kappa >= 3: downwards, errors shrink by more than half a step each time, and what the far end is taken for
     // does not matter: |J_k| <= J_0 = 2 (sqrt(to) - sqrt(from)).
     let more = (f64::from(bits) + 32.0) / kappa.middle().max(2.0).log2();
-    let mut above = number(0.0).with_error(difference.largest().scale(1));
+    let mut above = number(0.0).with_spread(difference.size().scale(1));
     for k in (1..count + more as usize).rev() {
         let rest = ends(k).sub(&half_odd(k).mul(&above));
         above = rest.div(&number(k as f64).mul(&kappa));
@@ -141,7 +141,7 @@ fn of_root<S: Real>(
 /// parts, from the derivative of s^k sqrt(q):
 /// (k + 1) J_(k+1) + (k + 1/2)(2 + e) J_k + k (1 + e) J_(k-1) = [s^k sqrt q] from -1 to 1 = sqrt(2 (2 + e)).
 /// Radii grow by 1 + sqrt 2 a step for small e; the coefficients that these moments meet fall faster.
-fn of_pair<S: Real>(beyond: &S, to: f64, count: usize, number: &impl Fn(f64) -> S) -> Vec<S> {
+fn of_pair<S: Enclosure>(beyond: &S, to: f64, count: usize, number: &impl Fn(f64) -> S) -> Vec<S> {
     let one = number(1.0);
     let e = beyond.div(&number(0.5 * to));
     let ratio = number(to).div(beyond);

@@ -16,6 +16,7 @@ mod decimal;
 mod double;
 mod dual;
 mod elementary;
+mod enclosure;
 mod evaluate;
 mod lane;
 mod magnitude;
@@ -31,6 +32,7 @@ pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, on
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub(crate) use double::{exponent_of, power_of_two, product_error};
 pub use dual::Dual;
+pub use enclosure::Enclosure;
 pub use lane::{LANES, Lane};
 pub use magnitude::Magnitude;
 pub use root::Root;

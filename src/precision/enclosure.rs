@@ -1,6 +1,6 @@
-//! What a type of enclosures has to offer beyond arithmetic.
+//! What proofs ask of a number: enclosures in double-double or with any number of bits.
 
-use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
+use super::{Ball, Big, Magnitude, Scalar};
 
 /// A number known to lie within a radius of a midpoint.
 pub trait Enclosure: Scalar {
@@ -8,16 +8,22 @@ pub trait Enclosure: Scalar {
     fn exact(value: f64, precision: Self::Precision) -> Self;
     /// The midpoint, exactly.
     fn center(&self) -> Self;
-    /// The midpoint as a double, about.
+    /// A double near the midpoint.
     fn middle(&self) -> f64;
+    /// An upper bound of the distance between [`Enclosure::middle`] and the number.
+    fn middle_error(&self) -> f64;
     /// An upper bound of the distance from the midpoint; infinite where the number is none.
     fn radius(&self) -> f64;
     /// An upper bound of the absolute value; infinite where the number is none.
     fn abs_upper(&self) -> f64;
-    /// With a radius larger by so much.
+    /// About the absolute value, 0 where the number may be 0.
+    fn certain_size(&self) -> f64;
+    /// With a radius larger by so much, which is not negative.
     fn widened(&self, by: f64) -> Self;
     /// An upper bound of the absolute value, with an exponent of its own.
     fn size(&self) -> Magnitude;
+    /// A lower bound of the absolute value, with an exponent of its own; 0 where the number may be 0.
+    fn least(&self) -> Magnitude;
     /// An upper bound of the distance from the midpoint, with an exponent of its own.
     fn spread(&self) -> Magnitude;
     /// With a radius larger by so much.
@@ -27,15 +33,21 @@ pub trait Enclosure: Scalar {
     /// Times 2^exponent.
     fn doubled(&self, exponent: i64) -> Self;
     /// Whether the number is certainly positive.
-    fn is_above_zero(&self) -> bool;
+    fn is_positive(&self) -> bool;
+    /// Whether the number is certainly negative.
+    fn is_negative(&self) -> bool;
     /// Whether the number is zero, exactly.
     fn is_zero(&self) -> bool;
+    /// An enclosure of all that lies between the two.
+    fn hull(&self, other: &Self) -> Self;
     /// As a ball in double-double.
     fn to_ball(&self) -> Ball;
     /// With the bits given, or those that it has.
     fn to_big(&self, bits: usize) -> Big;
     /// The number itself where it has more bits or a wider range than a ball.
     fn precise(self) -> Option<Big>;
+    /// What a bigger number encloses.
+    fn from_big(value: &Big, precision: Self::Precision) -> Self;
     /// What a ball holds.
     fn from_ball(value: &Ball, precision: Self::Precision) -> Self;
     /// About the relative error of one operation.
@@ -59,6 +71,14 @@ impl Enclosure for Ball {
         self.mid_f64()
     }
 
+    fn middle_error(&self) -> f64 {
+        self.mid_f64_error()
+    }
+
+    fn certain_size(&self) -> f64 {
+        self.abs_lower()
+    }
+
     fn radius(&self) -> f64 {
         if self.is_finite() {
             self.radius
@@ -77,6 +97,10 @@ impl Enclosure for Ball {
 
     fn size(&self) -> Magnitude {
         Magnitude::from_f64(Enclosure::abs_upper(self))
+    }
+
+    fn least(&self) -> Magnitude {
+        Magnitude::from_f64(self.abs_lower())
     }
 
     fn spread(&self) -> Magnitude {
@@ -103,12 +127,20 @@ impl Enclosure for Ball {
         value
     }
 
-    fn is_above_zero(&self) -> bool {
-        self.is_positive()
+    fn is_positive(&self) -> bool {
+        Ball::is_positive(self)
+    }
+
+    fn is_negative(&self) -> bool {
+        Ball::is_negative(self)
     }
 
     fn is_zero(&self) -> bool {
         Ball::is_zero(self)
+    }
+
+    fn hull(&self, other: &Self) -> Self {
+        Ball::hull(self, other)
     }
 
     fn to_ball(&self) -> Ball {
@@ -123,12 +155,16 @@ impl Enclosure for Ball {
         None
     }
 
+    fn from_big(value: &Big, (): ()) -> Self {
+        value.to_ball()
+    }
+
     fn from_ball(value: &Ball, (): ()) -> Self {
         *value
     }
 
     fn rounding((): ()) -> f64 {
-        crate::precision::U2
+        super::U2
     }
 }
 
@@ -147,6 +183,20 @@ impl Enclosure for Big {
 
     fn middle(&self) -> f64 {
         self.mid_f64()
+    }
+
+    fn middle_error(&self) -> f64 {
+        // A double has 53 bits, and no number here has fewer: the difference is rounded outward.
+        let rest = self - &Self::from_f64(self.mid_f64(), self.bits());
+        Big::abs_upper(&rest).to_f64()
+    }
+
+    fn certain_size(&self) -> f64 {
+        if self.contains_zero() {
+            0.0
+        } else {
+            Big::abs_upper(self).to_f64()
+        }
     }
 
     fn radius(&self) -> f64 {
@@ -169,6 +219,10 @@ impl Enclosure for Big {
         Big::abs_upper(self)
     }
 
+    fn least(&self) -> Magnitude {
+        self.abs_lower()
+    }
+
     fn spread(&self) -> Magnitude {
         Big::radius(self)
     }
@@ -186,12 +240,20 @@ impl Enclosure for Big {
         self.scale(exponent)
     }
 
-    fn is_above_zero(&self) -> bool {
-        self.is_positive()
+    fn is_positive(&self) -> bool {
+        Big::is_positive(self)
+    }
+
+    fn is_negative(&self) -> bool {
+        Big::is_negative(self)
     }
 
     fn is_zero(&self) -> bool {
         Big::is_zero(self)
+    }
+
+    fn hull(&self, other: &Self) -> Self {
+        Big::hull(self, other)
     }
 
     fn to_ball(&self) -> Ball {
@@ -206,6 +268,10 @@ impl Enclosure for Big {
         Some(self)
     }
 
+    fn from_big(value: &Big, bits: usize) -> Self {
+        value.clone().with_bits(bits)
+    }
+
     fn from_ball(value: &Ball, bits: usize) -> Self {
         if value.is_finite() {
             Big::from_ball(value, bits)
@@ -217,55 +283,4 @@ impl Enclosure for Big {
     fn rounding(bits: usize) -> f64 {
         f64::powi(2.0, -i32::try_from(bits.min(1000)).unwrap_or(1000))
     }
-}
-
-/// x + [0, length] for an upper bound of the length.
-pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision) -> S {
-    let half = (0.5 * length).next_up();
-    x.add(&S::exact(half, precision)).widened(half)
-}
-
-/// An upper bound of e^x - 1 for x >= 0.
-pub(super) fn growth(x: f64) -> f64 {
-    if !(0.0..700.0).contains(&x) {
-        return f64::INFINITY;
-    }
-    let exponential = Ball::from(DoubleDouble::exact(x)).exp();
-    up((exponential - Ball::ONE).upper().max(0.0))
-}
-
-/// max_i Σ_j |a_ij| w_j/w_i of a square matrix, row by row, from above.
-pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
-    let n = weights.len();
-    let row = |i: usize| {
-        let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
-        // Weights are powers of two; each partial sum is rounded up.
-        parts.fold(0.0_f64, |sum, (x, w)| {
-            if x.is_zero() {
-                sum
-            } else {
-                up(sum + x.abs_upper() * (w / weights[i]))
-            }
-        })
-    };
-    (0..n).map(row).fold(0.0, f64::max)
-}
-
-/// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
-///
-/// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
-/// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
-/// row i too, where T_ij stays what it is at first.
-pub(super) fn reached<S: Enclosure>(n: usize, jacobian: &[S]) -> Vec<bool> {
-    let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
-    for k in 0..n {
-        for i in 0..n {
-            if reached[n * i + k] {
-                for j in 0..n {
-                    reached[n * i + j] |= reached[n * k + j];
-                }
-            }
-        }
-    }
-    reached
 }
