@@ -1,4 +1,5 @@
 //! Running the command line and looking at what comes back.
+
 #![allow(dead_code, reason = "each test file uses its part")]
 
 use std::io::Write;

@@ -1,11 +1,5 @@
 //! The command line from outside: what is typed, what comes back.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

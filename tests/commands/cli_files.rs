@@ -1,11 +1,5 @@
 //! Files and terminals: what is read, what is written, what is shown.
 #![cfg(all(feature = "cli", unix))]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

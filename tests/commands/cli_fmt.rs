@@ -1,11 +1,5 @@
 //! `librate fmt` from outside.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::io::Write;
 use std::path::{Path, PathBuf};

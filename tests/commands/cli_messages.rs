@@ -1,11 +1,5 @@
 //! Mistakes and warnings on standard error: drawn for people, as JSON for programs.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

@@ -1,10 +1,4 @@
 //! What those who embed the library rely on.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 fn crosses_threads<T: Send + Sync + 'static>() {}
 

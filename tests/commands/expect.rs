@@ -1,11 +1,5 @@
 //! `assert_derives!`: what is equal passes however it is written, what is not is shown beside what was found.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

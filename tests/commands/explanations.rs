@@ -8,12 +8,6 @@
 //! tensors. A block `csv NAME` is the file of that name for the models below it; blocks `points` and `stl` (`wrong` or not)
 //! are files for `librate inertia`.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;

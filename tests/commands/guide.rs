@@ -1,11 +1,5 @@
 //! Every block of the language guide is a model that runs, and what the README shows is what comes.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

@@ -1,12 +1,6 @@
 //! Principal moments and axes against references of 40 digits that are computed by other means
 //! (tests/reference/inertia.py), the theorems of Steiner and König, and files that are wrong.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

@@ -1,11 +1,5 @@
 //! Meshes and points that are moved, turned, damaged or made of garbage.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::inertia::{Amount, Body, InertiaError, Mesh, of_points};
 use proptest::prelude::*;

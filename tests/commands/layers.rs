@@ -1,11 +1,5 @@
 //! One direction: modules stand in `lib.rs` in reading order, and a stage imports only from what
 //! stands above it.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::path::{Path, PathBuf};
 

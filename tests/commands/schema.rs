@@ -1,11 +1,5 @@
 //! What is printed as JSON is what the published schemas say, for every model and every mistake.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

@@ -2,12 +2,6 @@
 //! tests/reference: a change of any printed character shows as a diff. Whether the numbers are
 //! right is checked in tests/modes/models.rs; that the printed digits are those numbers, here.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

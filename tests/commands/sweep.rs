@@ -1,11 +1,5 @@
 //! Frequencies over a range of a parameter.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

@@ -1,4 +1,5 @@
 //! Models from files and texts, for all test files that want them.
+
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::path::{Path, PathBuf};

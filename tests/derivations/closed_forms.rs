@@ -1,12 +1,6 @@
 //! Closed forms of all models, read back in the model language, against references of 40 digits that are
 //! computed by other means (tests/reference); and as they are written, in one snapshot.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

@@ -1,11 +1,5 @@
 //! The chapter on testing derivations (docs/snapshot-testing.md): its code, and that the chapter shows this code.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::derive::{Derivation, Parts, derive};
 use librate::expr::ExprId;

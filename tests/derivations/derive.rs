@@ -1,12 +1,6 @@
 //! Derivations: every printed equation against values that were found by other means (tests/reference),
 //! against brute force for all parameter values, and the laws of mechanics as identities.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 use crate::derive_support;

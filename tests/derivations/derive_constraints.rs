@@ -1,12 +1,6 @@
 //! Derivations under constraints: equations with multipliers, and M and K of the motions that are left, against what is
 //! derived by hand and against the modes, which come by another path.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

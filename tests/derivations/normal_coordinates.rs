@@ -1,12 +1,6 @@
 //! Normal coordinates of all models: with the amplitudes that are printed M becomes 1 and K the squares of the
 //! reference frequencies, and the page says the same with its abbreviations.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

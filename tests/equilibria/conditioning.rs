@@ -1,12 +1,6 @@
 //! Frequencies near a bifurcation are said to be ill-conditioned, with the parameter that matters; stiff
 //! beside soft is not.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

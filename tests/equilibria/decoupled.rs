@@ -1,11 +1,5 @@
 //! Motions that no friction reaches beside damped ones, and repeated exponents: what they are is decided.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

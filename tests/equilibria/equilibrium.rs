@@ -1,11 +1,5 @@
 //! Which equilibrium is found.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::linearize::{LinearizeError, Linearized, linearize};
 use librate::model::{Settings, TableTexts, elaborate};

@@ -1,11 +1,5 @@
 //! Searched equilibria are proved to be there, and known to as many digits as wanted.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::linearize::{Linearized, Origin, linearize};
 use librate::model::{Settings, TableTexts, elaborate};

@@ -1,12 +1,6 @@
 //! Random models with a symmetry that was put in: it is found, M and K fall apart exactly, and the modes
 //! are what their labels say.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::derive::{Parts, derive};
 use librate::linearize::linearize;

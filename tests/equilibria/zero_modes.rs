@@ -1,11 +1,5 @@
 //! Zero modes are shown with what they are, part by part where a model falls into several.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::collections::BTreeMap;
 

@@ -1,6 +1,6 @@
 //! Expressions nested a hundred thousand deep: no pass may use the call stack for depth.
+
 #![cfg(feature = "engine")]
-#![allow(clippy::unwrap_used)]
 
 use crate::expr_support;
 

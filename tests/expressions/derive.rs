@@ -1,11 +1,5 @@
 //! Derivatives and substitution against closed forms.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::expr_support;
 

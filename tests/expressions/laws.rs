@@ -1,8 +1,8 @@
 //! Laws that hold for all expressions, on random ones: canonical forms have the value of what
 //! they were made of, derivatives agree with automatic differentiation, substitution with
 //! evaluation, printed text with what it was printed from, verdicts about 0 with values.
+
 #![cfg(feature = "engine")]
-#![allow(clippy::unwrap_used)]
 
 use crate::expr_support;
 

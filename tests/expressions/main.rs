@@ -1,4 +1,10 @@
 //! Symbols: derivatives, laws, simplification, series.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 mod deep;
 mod derive;

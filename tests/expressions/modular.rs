@@ -1,11 +1,5 @@
 //! Arithmetic modulo the prime of the identity tests.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::expr::{
     PRIME, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod,

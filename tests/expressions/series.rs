@@ -1,10 +1,5 @@
 //! Taylor coefficients of compiled expressions against closed forms and against derivatives of the expressions.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::expr::{ExprId, Function, Pool, Symbol, Tape};
 use librate::number::Number;

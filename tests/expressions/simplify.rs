@@ -1,11 +1,5 @@
 //! Every simplification the constructors promise, one line each.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::expr_support;
 

@@ -1,12 +1,6 @@
 //! Names on the page for what it would repeat: with their values put back everything is as it was, and they
 //! are given only where they shorten the page.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

@@ -1,11 +1,5 @@
 //! What fuzzing has found stays found.
 #![cfg(all(feature = "engine", feature = "format"))]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 #[path = "../../fuzz/checks.rs"]
 mod checks;

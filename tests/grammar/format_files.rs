@@ -1,12 +1,6 @@
 //! The layout of model files: examples with their canonical text beside them, and the laws on
 //! every file of the project.
 #![cfg(feature = "format")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::format_laws;
 

@@ -1,11 +1,5 @@
 //! The laws of layout on random files: random trees, written with random gaps and comments.
 #![cfg(feature = "format")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::format_laws;
 use crate::syntax_trees;

@@ -1,11 +1,5 @@
 //! The highlighting grammar of editors, held against the parser: what the parser takes for a
 //! number, a function, a unit has to be coloured as one.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::textmate;
 

@@ -14,12 +14,6 @@
 //! | `same` | another file with the same results |
 //! | `error`, `at` | part of the message of some error, and its line:column |
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::language_support;
 

@@ -3,12 +3,6 @@
 //!
 //! The two seconds hold for optimized builds.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::language_support;
 

@@ -1,4 +1,10 @@
 //! Texts: the grammar, the language sentence by sentence, the formatter, highlighting.
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::panic,
+    reason = "tests stop at the first surprise"
+)]
 
 mod abbreviations;
 #[cfg(feature = "cli")]

@@ -1,10 +1,4 @@
 //! What the grammar promises: precedences, spans, statement ends, limits.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::span::Span;
 use librate::syntax::*;

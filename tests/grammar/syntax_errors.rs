@@ -1,10 +1,4 @@
 //! What is said about mistakes: one file a family of mistakes, its report next to it.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::diagnostic::{Diagnostic, Severity};
 use librate::span::Span;

@@ -1,10 +1,4 @@
 //! Every model file parses, and prints to what parses to the same tree.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::syntax::{parse, print_file};
 

@@ -1,10 +1,4 @@
 //! Random trees survive printing and parsing; random text never breaks the parser.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::syntax_common;
 use crate::syntax_trees;

@@ -1,4 +1,5 @@
 //! A short run of `examples/campaign`: random models of every kind, as texts, against a reference that
+
 //! shares nothing with the library.
 
 use crate::kinds;

@@ -1,12 +1,6 @@
 //! `examples/speed_and_error` on a few small problems without its peers, and the document that it wrote last:
 //! bounds hold and cover the digits that were asked for, nothing is missing, every picture is there.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 #[path = "../../examples/speed_and_error/case.rs"]
 mod case;

@@ -1,12 +1,6 @@
 //! `examples/work_precision` without its peers, and the document that it wrote last: errors are of the size of the tolerance,
 //! nothing is missing, the picture is there.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 #[path = "../../examples/work_precision/document.rs"]
 mod document;

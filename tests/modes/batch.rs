@@ -1,11 +1,5 @@
 //! Parameter studies against the certified results of the same sets, one by one.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::batch_support;
 use crate::common;

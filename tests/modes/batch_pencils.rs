@@ -1,11 +1,5 @@
 //! Parameter studies of random matrices, degenerate, graded and of either sign.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::batch_support;
 

@@ -1,11 +1,5 @@
 //! Exponents of gyroscopic and damped systems against closed forms.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use dashu_int::IBig;
 use librate::modes::exponents::{

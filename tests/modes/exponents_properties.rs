@@ -1,12 +1,6 @@
 //! Problems with known exponents: M = PᵀP, D = PᵀBP, S = PᵀAP for an integer matrix P and matrices A and B of blocks
 //! whose exponents are closed forms, equal ones among them.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use dashu_int::IBig;
 use librate::modes::Options;

@@ -1,12 +1,6 @@
 //! Random gyroscopic and damped problems against exponents to 40 digits by Arb
 //! (tests/reference/exponents/generate.py, which draws the same matrices).
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::modes::Options;
 use librate::modes::exponents::{Exponent, ExponentKind, QuadraticProblem, Structure, exponents};

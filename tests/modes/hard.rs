@@ -6,12 +6,6 @@
 //! The lists say what is not reached today. A model that does better than its list says fails the
 //! test, so that the list is kept.
 #![cfg(all(feature = "engine", feature = "format"))]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

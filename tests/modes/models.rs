@@ -1,12 +1,6 @@
 //! Every file of models/ against its reference of 40 digits, which is computed by other means
 //! (tests/reference).
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

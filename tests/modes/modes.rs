@@ -1,6 +1,6 @@
 //! Frequencies of hard problems against references of 40 digits computed by other means.
+
 #![cfg(feature = "engine")]
-#![allow(clippy::unwrap_used)]
 
 use crate::modes_support;
 

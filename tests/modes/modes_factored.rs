@@ -2,12 +2,6 @@
 //!
 //! The witness is the count of eigenvalues below a number by exact elimination in fractions.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::modes_support;
 

@@ -1,7 +1,7 @@
 //! More digits than double-double has, and problems that it can't solve, against exact counts of
 //! eigenvalues at the ends of every printed number.
+
 #![cfg(feature = "engine")]
-#![allow(clippy::unwrap_used)]
 
 use crate::modes_support;
 

@@ -1,7 +1,7 @@
 //! Random problems with known exact answers: M = PᵀP and K = PᵀΛP for an integer matrix P have the
 //! eigenvalues Λ and the M-orthonormal eigenvectors P⁻¹e_k, all rational.
+
 #![cfg(feature = "engine")]
-#![allow(clippy::unwrap_used)]
 
 use crate::modes_support;
 

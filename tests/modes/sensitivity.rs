@@ -1,11 +1,5 @@
 //! Derivatives of frequencies against differences of certified frequencies with forty digits.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

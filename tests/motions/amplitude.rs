@@ -1,12 +1,6 @@
 //! Changes of frequencies with the amplitude against references found by other means (tests/reference/amplitudes.py),
 //! against exact periods, and resonances that leave none.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

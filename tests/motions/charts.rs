@@ -1,12 +1,6 @@
 //! Stability charts where steps in doubles could go wrong: drives with jumps, corners and pulses, against closed forms and
 //! against certified multipliers.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::f64::consts::PI;
 

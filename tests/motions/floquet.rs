@@ -1,12 +1,6 @@
 //! Floquet multipliers against references of 50 digits that were computed by other means (tests/reference/driven.py), and
 //! the steps behind them against solutions in closed form and against themselves with more digits.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 

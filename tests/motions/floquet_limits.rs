@@ -1,12 +1,6 @@
 //! Driven models at their limits: periods that are proved, tried or none, borders of stability with several coordinates,
 //! multipliers beyond the range of doubles, ways that are too long or end.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use std::f64::consts::PI;
 

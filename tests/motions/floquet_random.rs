@@ -3,12 +3,6 @@
 //!
 //! `LIBRATE_DRIVEN=FILE` takes other models, made by the same script.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::floquet::{Floquet, Multiplier, Options, Place, floquet};
 use librate::model::{Settings, TableTexts, elaborate};

@@ -1,12 +1,6 @@
 //! Motions against closed forms and references of 40 digits (tests/reference/motion.py): every printed digit is right, and
 //! estimates of errors are not too small.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 use crate::motion_support;

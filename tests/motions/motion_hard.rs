@@ -1,12 +1,6 @@
 //! Motions whose digits are easily wrong: kinks, tops of barriers, forces that begin with a high power of the time, and shapes that are known
 //! to 16 digits only.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::common;
 use crate::motion_support;

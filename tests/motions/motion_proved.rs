@@ -1,11 +1,5 @@
 //! Proved motions: every bound holds against references of 40 digits and against runs with many more bits, for random models too.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 use crate::common;

@@ -1,12 +1,6 @@
 //! Motions that mislead the length of a step: series with gaps, forces that are nothing where a step begins, corners. References
 //! are closed forms; where they have digits, these come from quadratures and elliptic functions with 40 digits.
 #![cfg(feature = "engine")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use librate::model::{Constant, Settings, TableTexts, elaborate};
 use librate::motion::{Start, System, Times};

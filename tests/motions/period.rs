@@ -1,11 +1,5 @@
 //! Periods against references found by other means (tests/reference/periods.py), and what has none.
 #![cfg(feature = "cli")]
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
 
 use crate::cli_support;
 

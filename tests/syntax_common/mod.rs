@@ -1,4 +1,5 @@
 //! Trees without places, in one order, for comparing.
+
 use librate::span::Span;
 use librate::syntax::*;
 

@@ -1,5 +1,6 @@
 //! What tests of derivations have in common: models from files and texts, Lagrange's equations by brute
 //! force, values of printed expressions through the parser.
+
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use librate::derive::{Derivation, Motion, MotionSum};

@@ -1,5 +1,6 @@
 //! What the tests of expressions share: a reader for printed expressions and a plain `f64`
 //! scalar.
+
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used, clippy::panic)]
 
 pub mod approx;

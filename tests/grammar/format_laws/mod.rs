@@ -1,4 +1,5 @@
 //! What must hold of the layout of any model file.
+
 use librate::syntax::{File, format, parse};
 
 use crate::syntax_common::strip_spans;

@@ -1,4 +1,5 @@
 //! Random trees, and files that are made of them.
+
 use librate::span::Span;
 use librate::syntax::*;
 use proptest::prelude::*;

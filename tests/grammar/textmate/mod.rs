@@ -1,5 +1,6 @@
 //! Runs a TextMate grammar, as far as ours goes: `match`, `begin`/`end`, captures, includes of
 //! the repository.
+
 use std::collections::BTreeMap;
 
 use fancy_regex::{Captures, Regex};

@@ -1,4 +1,5 @@
 //! What the tests of parameter studies share.
+
 #![allow(dead_code, reason = "each test file uses its share")]
 
 use librate::batch::Solution;

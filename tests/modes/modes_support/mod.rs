@@ -1,4 +1,5 @@
 //! Problems from exact rationals, and exact witnesses, for the tests of the numeric stage.
+
 #![allow(dead_code, unreachable_pub, clippy::unwrap_used)]
 
 pub mod precise;

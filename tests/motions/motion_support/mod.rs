@@ -1,4 +1,5 @@
 //! Motions as tests ask for them, held against tests/reference/motion.json.
+
 #![allow(
     dead_code,
     clippy::unwrap_used,
