@@ -183,14 +183,25 @@ fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, Li
     Err(in_own_numbers(error, again))
 }
 
-/// An error that was found in other units: in the numbers of the file, as far as these tell the same.
+/// An error that was found in other units: in the numbers of the file, where these tell the same, and wherever it has numbers
+/// to tell, which would be false ones.
 fn in_own_numbers(
     error: LinearizeError,
     again: impl FnOnce() -> Result<(), LinearizeError>,
 ) -> LinearizeError {
     let kind = std::mem::discriminant(&error);
     let told = again().err();
-    told.filter(|own| std::mem::discriminant(own) == kind)
+    let measured = matches!(
+        error,
+        LinearizeError::NoEquilibrium { .. }
+            | LinearizeError::NotAnEquilibrium { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintFlat { .. }
+            | LinearizeError::ConstraintsContradict { .. }
+            | LinearizeError::ConstraintBroken { .. }
+            | LinearizeError::NotFinite { .. }
+    );
+    told.filter(|own| measured || std::mem::discriminant(own) == kind)
         .unwrap_or(error)
 }
 

@@ -55,10 +55,10 @@ impl Assembly {
         values: &Values<Ball>,
         what: &str,
     ) -> Option<LinearizeError> {
-        let undefined = match values.wide(at) {
-            Some((at, wide)) => self.first_undefined(&at, wide, what),
-            None => self.first_undefined(at, values, what),
-        };
+        let wide = values.wide(at);
+        let undefined = wide.and_then(|(at, wide)| self.first_undefined(&at, wide, what));
+        // What is a number may still be none of balls.
+        let undefined = undefined.or_else(|| self.first_undefined(at, values, what));
         undefined?.error(model, model.pool.clone(), &Point::Numbers(at))
     }
 
@@ -270,7 +270,9 @@ impl Scene<'_> {
             let parts = self.pool.reachable(&roots);
             let numbers = self.evaluate(&parts)?;
             let value = |e: ExprId| numbers.get(parts.binary_search(&e).ok()?).cloned();
-            let at = numbers.iter().position(|number| !number.is_finite())?;
+            let undefined = numbers.iter().position(|number| !number.is_finite());
+            let too_large = || numbers.iter().position(|own| !own.to_ball().is_finite());
+            let at = undefined.or_else(too_large)?;
             let Node::Symbol(symbol) = *self.pool.node(parts[at]) else {
                 let (said, blamed) = self.describe(parts[at], &value)?;
                 let advice = if self.moves(blamed) {
