@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::{Start, Times};
-use crate::linearize::Linearized;
+use crate::linearize::{Linearized, Units};
 use crate::precision::{Ball, Scalar};
 
 /// What the linearized equations make of a start, one row a sample as they are asked for: coordinates and velocities in doubles,
@@ -30,22 +30,25 @@ pub fn superposition<'a>(
         .copy_from(&DMatrix::identity(m, m));
     generator.view_mut((m, 0), (m, m)).copy_from(&-stiffness);
     generator.view_mut((m, m), (m, m)).copy_from(&-velocity);
-    let step = times.at(1).mid_f64();
+    // The matrices are in units of the model, times and motions in SI.
+    let units = linearized.units();
+    let rate = units.map_or(0, Units::rate);
+    let length = move |coordinate: usize| units.map_or(0, |own| own.length(coordinate));
+    let step = times.at(1).scale_far(rate).mid_f64();
     let propagator = (generator * step).exp();
     let rest = &linearized.equilibrium().values;
     let rates = linearized.rates();
     let free = linearized.free_coordinates();
     // What is small beside its place is told before it is rounded.
-    let displaced = |values: &[Ball], from: &[Ball]| -> Vec<f64> {
-        let all: Vec<f64> = values
-            .iter()
-            .zip(from)
-            .map(|(x, at)| x.sub(at).mid_f64())
+    let displaced = |values: &[Ball], from: &[Ball], rate: i64| -> Vec<f64> {
+        let both = values.iter().zip(from).enumerate();
+        let all: Vec<f64> = both
+            .map(|(i, (x, at))| x.sub(at).scale_far(-rate - length(i)).mid_f64())
             .collect();
         free.iter().filter_map(|at| all.get(*at).copied()).collect()
     };
-    let mut state = displaced(&start.positions, rest);
-    state.extend(displaced(&start.velocities, &rates));
+    let mut state = displaced(&start.positions, rest, 0);
+    state.extend(displaced(&start.velocities, &rates, rate));
     let equilibrium: Vec<f64> = rest.iter().map(Ball::mid_f64).collect();
     let rates: Vec<f64> = rates.iter().map(Ball::mid_f64).collect();
     let mut state = DVector::from_vec(state);
@@ -53,8 +56,9 @@ pub fn superposition<'a>(
         let t = times.at(row).mid_f64();
         let (positions, _) = linearized.embed(&state.as_slice()[..m], 0.0);
         let (velocities, _) = linearized.embed(&state.as_slice()[m..], 0.0);
-        let places = (0..n).map(|i| equilibrium[i] + rates[i] * t + positions[i]);
-        let speeds = (0..n).map(|i| rates[i] + velocities[i]);
+        let in_si = |x: f64, exponent: i64| Ball::exact(x).scale_far(exponent).mid_f64();
+        let places = (0..n).map(|i| equilibrium[i] + rates[i] * t + in_si(positions[i], length(i)));
+        let speeds = (0..n).map(|i| rates[i] + in_si(velocities[i], rate + length(i)));
         let values = places.chain(speeds).collect();
         state = &propagator * &state;
         values

@@ -672,7 +672,7 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
     if !missing.is_empty() {
         let list = numbered(&missing);
         out.push_str(&format!(
-            "sigma of {list} is none: the exponent has no derivative there, and all digits are those of the values\n"
+            "sigma of {list} is none: the exponent has no derivative there, or none is proved, and all digits are those of the values\n"
         ));
     }
     let rough = among(&|value, sigma| {

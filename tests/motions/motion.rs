@@ -321,3 +321,30 @@ fn a_table_and_a_picture() {
     let svg = motion_svg(&model, &found, Some(&linear));
     assert!(svg.contains("phi[3]") && svg.matches("<polyline").count() >= 6);
 }
+
+#[test]
+fn linear_motions_are_told_in_si() {
+    // Masses and springs of 3e-300 and 12e-300, and of 3 and 12; lengths far apart.
+    let rows = |mass: &str, stiffness: &str, length: &str| -> Vec<Vec<f64>> {
+        let text = format!(
+            "param m = {mass}  param k = {stiffness}  param l = {length}  coord x, y
+             T = m/2*(x'^2 + l^2*y'^2)  V = k/2*(x^2 + (x - l*y)^2)"
+        );
+        let model = model(&text);
+        let linearized = linearize(model.clone()).unwrap();
+        let system = System::new(&model).unwrap();
+        let start = Start::parse("x=1/10", &model, Some(&linearized), &system).unwrap();
+        let times = Times::new(&Constant::parse("3").unwrap(), 4).unwrap();
+        let rows = superposition(&linearized, &start, &times).unwrap();
+        let scale: f64 = length.parse().unwrap();
+        rows.map(|row| vec![row[0], row[1] * scale, row[2], row[3] * scale])
+            .collect()
+    };
+    let usual = rows("3", "12", "1");
+    for (mass, stiffness, length) in [("3e-300", "12e-300", "1"), ("3e200", "12e200", "1e-200")] {
+        for (own, usual) in rows(mass, stiffness, length).iter().zip(&usual) {
+            let off = own.iter().zip(usual).map(|(a, b)| (a - b).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-14, "{own:?} {usual:?}");
+        }
+    }
+}
