@@ -1,50 +1,68 @@
 //! Why a model has no Floquet multipliers, or none that were found.
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{at, nowhere};
 use crate::linearize::LinearizeError;
+use crate::mistakes::mistakes;
 use crate::span::Span;
 
+mistakes! {
 /// A model without Floquet multipliers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum FloquetError {
+Error FloquetError {
     /// Nothing depends on the time.
     #[error(
         "nothing in this model depends on the time explicitly: it has normal modes, not multipliers"
     )]
-    NoTime {
+    "E0701" NoTime {
         /// Its `period` statement, if it has one.
         span: Option<Span>,
-    },
+    } => match span {
+            Some(span) => at(*span, "a period of nothing"),
+            None => nowhere(),
+        }
+        .with_help("use `librate modes`; a drive is written with the time `t`: `cos(W*t)`"),
+
     /// The time occurs, but no period is given.
     #[error("this model depends on the time, but says no period")]
-    NoPeriod {
+    "E0702" NoPeriod {
         /// A period that may be meant, as an expression.
         suggestion: Option<String>,
         /// Where the time occurs.
         span: Span,
+    } => {
+        let help = match suggestion {
+            Some(period) => format!("write `period {period}`"),
+            None => "write for example `period 2*pi/W` for a drive with cos(W*t); for drives of several frequencies a time after which all of them repeat".to_owned(),
+        };
+        at(*span, "contains the time").with_help(help)
     },
+
     /// The model at t and at t + period differs.
     #[error("this is no period: the equations of motion at t = {time} and a period later differ")]
-    NotAPeriod {
+    "E0703" NotAPeriod {
         /// A time at which they differ.
         time: String,
         /// Where the period is given.
         span: Span,
         /// Where the time occurs.
         energy: Span,
-    },
+    } => at(*span, "given here")
+        .with_secondary(*energy, "contains the time")
+        .with_help("a drive with cos(W*t) has the period 2*pi/W"),
+
     /// A period that is no positive number.
     #[error("the period is {value}, but has to be a positive number")]
-    PeriodNotPositive {
+    "E0704" PeriodNotPositive {
         /// What it is.
         value: String,
         /// Where it is given.
         span: Span,
-    },
+    } => at(*span, "given here")
+        .with_help("the period is a time, like 2*pi/W"),
+
     /// A given equilibrium on which a force acts at some time.
     #[error("this is no equilibrium at all times: a force {force} acts on `{coordinate}`")]
-    EquilibriumMoves {
+    "E0705" EquilibriumMoves {
         /// The coordinate.
         coordinate: String,
         /// The force, as an expression.
@@ -53,50 +71,65 @@ pub enum FloquetError {
         span: Span,
         /// Where the time occurs.
         energy: Span,
-    },
+    } => at(*span, "given here")
+        .with_secondary(*energy, "contains the time")
+        .with_help("without the statement, or with `guess` in its place, the periodic motion near this point is searched for"),
+
     /// The search for a periodic motion led nowhere.
     #[error("no periodic motion was found: {reason}")]
-    NoPeriodicMotion {
+    "E0706" NoPeriodicMotion {
         /// Where the search ended.
         reason: String,
         /// Where the time occurs.
         span: Span,
-    },
+    } => at(*span, "contains the time")
+        .with_help("give a point near the motion, and its velocity there at t = 0, with `guess x` and `guess x'`, or an equilibrium that holds at all times with `equilibrium`"),
+
     /// A motion that could not be followed over a period.
     #[error("the equations of motion could not be followed beyond t = {time}")]
-    Singular {
+    "E0707" Singular {
         /// How far they were followed.
         time: String,
         /// Where the time occurs.
         span: Span,
-    },
+    } => at(*span, "contains the time").with_help(
+        "is something divided by zero on the way, a root taken of a negative number, or an inertia 0? Look at the values of parameters",
+    ),
+
     /// Equations that have no value.
     #[error("the equations of motion are not defined")]
-    NotDefined {
+    "E0708" NotDefined {
         /// Where the time occurs.
         span: Span,
-    },
+    } => at(*span, "contains the time").with_help(
+        "every coordinate needs a kinetic energy of its own; is a term of T missing, or something divided by zero?",
+    ),
+
     /// A feature of the language that multipliers do not cover.
     #[error("the model has {what}, which multipliers don't cover")]
-    Unsupported {
+    "E0709" Unsupported {
         /// Which, in words.
         what: &'static str,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "")
+        .with_help("choose coordinates that obey the constraints of themselves, and write rotations that are driven with `t`"),
+
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for Floquet multipliers")]
-    TooLarge {
+    "E0710" TooLarge {
         /// How many coordinates.
         coordinates: usize,
         /// How many terms.
         terms: usize,
-    },
+    } => nowhere()
+        .with_help("equations of motion are written out here: at most 40 coordinates, and 10000 terms"),
+
     /// A period that the motion takes too many steps through.
     #[error(
         "the period, {period}, is too long for this motion, which would take more than {steps} steps"
     )]
-    TooLong {
+    "E0711" TooLong {
         /// The period.
         period: String,
         /// How many steps are made at most.
@@ -105,60 +138,12 @@ pub enum FloquetError {
         span: Span,
         /// Where the time occurs.
         energy: Span,
-    },
+    } => at(*span, "given here")
+        .with_secondary(*energy, "contains the time")
+        .with_help("multipliers belong to one period of the drive, of which a motion makes some thousand oscillations at most; are both in the same unit?"),
+} else {
     /// What is wrong with a model already without its drive.
     #[error(transparent)]
     Linearize(#[from] LinearizeError),
 }
-
-impl From<&FloquetError> for Diagnostic {
-    fn from(error: &FloquetError) -> Self {
-        match error {
-            FloquetError::Linearize(error) => Diagnostic::from(error),
-            _ => described(error).with_code(error.code()),
-        }
-    }
-}
-
-fn described(error: &FloquetError) -> Diagnostic {
-    let message = error.to_string();
-    let place = |span: &Span, label: &str| Diagnostic::error(message.clone(), *span, label);
-    match error {
-        FloquetError::NoTime { span } => match span {
-            Some(span) => place(span, "a period of nothing"),
-            None => Diagnostic::global(message.clone()),
-        }
-        .with_help("use `librate modes`; a drive is written with the time `t`: `cos(W*t)`"),
-        FloquetError::NoPeriod { suggestion, span } => {
-            let help = match suggestion {
-                Some(period) => format!("write `period {period}`"),
-                None => "write for example `period 2*pi/W` for a drive with cos(W*t); for drives of several frequencies a time after which all of them repeat".to_owned(),
-            };
-            place(span, "contains the time").with_help(help)
-        }
-        FloquetError::NotAPeriod { span, energy, .. } => place(span, "given here")
-            .with_secondary(*energy, "contains the time")
-            .with_help("a drive with cos(W*t) has the period 2*pi/W"),
-        FloquetError::PeriodNotPositive { span, .. } => place(span, "given here")
-            .with_help("the period is a time, like 2*pi/W"),
-        FloquetError::EquilibriumMoves { span, energy, .. } => place(span, "given here")
-            .with_secondary(*energy, "contains the time")
-            .with_help("without the statement, or with `guess` in its place, the periodic motion near this point is searched for"),
-        FloquetError::NoPeriodicMotion { span, .. } => place(span, "contains the time")
-            .with_help("give a point near the motion, and its velocity there at t = 0, with `guess x` and `guess x'`, or an equilibrium that holds at all times with `equilibrium`"),
-        FloquetError::Singular { span, .. } => place(span, "contains the time").with_help(
-            "is something divided by zero on the way, a root taken of a negative number, or an inertia 0? Look at the values of parameters",
-        ),
-        FloquetError::NotDefined { span } => place(span, "contains the time").with_help(
-            "every coordinate needs a kinetic energy of its own; is a term of T missing, or something divided by zero?",
-        ),
-        FloquetError::Unsupported { span, .. } => place(span, "")
-            .with_help("choose coordinates that obey the constraints of themselves, and write rotations that are driven with `t`"),
-        FloquetError::TooLarge { .. } => Diagnostic::global(message.clone())
-            .with_help("equations of motion are written out here: at most 40 coordinates, and 10000 terms"),
-        FloquetError::TooLong { span, energy, .. } => place(span, "given here")
-            .with_secondary(*energy, "contains the time")
-            .with_help("multipliers belong to one period of the drive, of which a motion makes some thousand oscillations at most; are both in the same unit?"),
-        FloquetError::Linearize(error) => Diagnostic::from(error),
-    }
 }

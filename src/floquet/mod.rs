@@ -10,7 +10,6 @@
 //! nothing and neither does the result.
 
 mod basis;
-mod codes;
 mod complex;
 mod discs;
 mod error;

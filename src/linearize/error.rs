@@ -1,7 +1,8 @@
 //! Why a model has no small oscillations to speak of.
 
 use crate::budget::Exceeded;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes::mistakes;
 use crate::span::Span;
 
 /// What a model may say that the modes of this version do not cover.
@@ -21,51 +22,63 @@ pub enum Feature {
 /// What is not defined where a `guess` or `equilibrium` comes to no number.
 pub(super) const GIVEN_VALUE: &str = "the given value";
 
+mistakes! {
 /// A model that can't be linearized.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum LinearizeError {
+Error LinearizeError {
     /// A parameter without a value where numbers are asked for.
     #[error("the parameter `{name}` has no value")]
-    MissingValue {
+    "E0301" MissingValue {
         /// The parameter.
         name: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "declared without a value").with_help(format!(
+        "give it a value in the file, or on the command line: --set {name}=VALUE"
+    )),
+
     /// A point given as equilibrium where parameters without values decide whether a force acts.
     #[error(
         "whether this is an equilibrium depends on values of parameters: the force on `{coordinate}` is {force}"
     )]
-    ForceOfParameters {
+    "E0321" ForceOfParameters {
         /// The coordinate.
         coordinate: String,
         /// The generalised force, as an expression.
         force: String,
         /// Where the equilibrium is given.
         span: Span,
-    },
+    } => at(*span, "given here").with_help(
+        "where a root is taken the sign of a parameter counts, which its value tells: give the parameters values in the file, or on the command line by --set",
+    ),
+
     /// A point given as equilibrium where a force acts.
     #[error("this is no equilibrium: a force {force} acts on `{coordinate}`")]
-    NotAnEquilibrium {
+    "E0302" NotAnEquilibrium {
         /// The coordinate.
         coordinate: String,
         /// The generalised force, as an expression, as a number or both.
         force: String,
         /// Where the equilibrium is given.
         span: Span,
-    },
+    } => at(*span, "given here").with_help(
+        "at an equilibrium every generalised force vanishes; a point nearby can be given as `guess`, and the equilibrium is searched for from there",
+    ),
+
     /// A force that vanishes nowhere.
     #[error("there is no equilibrium: {}", describe_forces(.forces))]
-    NoEquilibrium {
+    "E0303" NoEquilibrium {
         /// The coordinate (or the combination that moves together) and the force on it.
         forces: Vec<(String, String)>,
         /// Where the coordinate is declared.
         span: Span,
-    },
+    } => at(*span, "this coordinate runs away").with_help(
+        "without an equilibrium there are no small oscillations; is a restoring force missing?",
+    ),
+
     /// A search that led nowhere.
     #[error("no equilibrium was found")]
-    EquilibriumNotFound {
+    "E0304" EquilibriumNotFound {
         /// The coordinate with the largest force left.
         coordinate: String,
         /// That force.
@@ -74,13 +87,17 @@ pub enum LinearizeError {
         point: String,
         /// Where the coordinate is declared.
         span: Span,
-    },
+    } => at(*span, format!("the force on `{coordinate}` is still {force}"))
+        .with_help(format!(
+            "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
+        )),
+
     /// A search that began or ended where a constraint says nothing of where to go.
     #[error(
         "no equilibrium was found: the gradient of a constraint vanishes at {point}, where the search {}",
         if *.ended { "ended" } else { "began" }
     )]
-    ConstraintFlat {
+    "E0320" ConstraintFlat {
         /// The point.
         point: String,
         /// Whether the search ended there; else it began there.
@@ -89,10 +106,16 @@ pub enum LinearizeError {
         holds: bool,
         /// The constraint.
         span: Span,
-    },
+    } => at(*span, "this constraint")
+        .with_help(if *holds {
+            "a constraint that is a square or a product, as (x - y)^2 = 0, doesn't tell which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
+        } else {
+            "there it holds no motion back, and no force of it leads anywhere: start elsewhere, with `guess`"
+        }),
+
     /// An energy or one of its derivatives that is no number at the point in question.
     #[error("{what} is not defined at {point}")]
-    NotFinite {
+    "E0305" NotFinite {
         /// `the energy`, `the force`, …
         what: String,
         /// The point.
@@ -101,121 +124,166 @@ pub enum LinearizeError {
         cause: Option<String>,
         /// Where the term stands.
         span: Span,
+    } => {
+        let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
+        let help = cause.as_deref().unwrap_or(
+            "is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point",
+        );
+        at(*span, label).with_help(help)
     },
+
     /// A direction without inertia.
     #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be told from none: the mass matrix is not shown to be positive definite" })]
-    SingularMass {
+    "E0306" SingularMass {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
         /// Whether the inertia is exactly 0; otherwise bounds do not tell it from 0.
         proved: bool,
         /// Where the first of them is declared.
         span: Span,
-    },
+    } => at(*span,
+            if *proved {
+                "its velocity does not occur squared in T"
+            } else {
+                "moves without any, or with too little beside the others"
+            },
+        )
+        .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
+
     /// A direction with negative inertia.
     #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
-    IndefiniteMass {
+    "E0307" IndefiniteMass {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
         /// Where the first of them is declared.
         span: Span,
-    },
+    } => at(*span, "declared here")
+        .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+
     /// A feature of the language that modes do not cover.
     #[error("{}", unsupported_words(*.feature))]
-    Unsupported {
+    "E0308" Unsupported {
         /// Which.
         feature: Feature,
         /// Where.
         span: Span,
-    },
+    } => at(*span, "")
+        .with_help("`modes` covers all of these"),
+
     /// A steady rate of a coordinate that something depends on.
     #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
-    NotCyclic {
+    "E0312" NotCyclic {
         /// The coordinate.
         coordinate: String,
         /// Where the rate stands.
         span: Span,
         /// Where the coordinate itself occurs.
         energy: Span,
-    },
+    } => at(*span, "turned here")
+        .with_secondary(*energy, format!("depends on `{coordinate}`"))
+        .with_help("only a coordinate that occurs by its velocity alone keeps its rate; a rotation that a motor keeps up is written with an explicit rate in place of the coordinate"),
+
     /// Constraints that can't hold together.
     #[error("{}", contradiction_words(.difference.as_deref()))]
-    ConstraintsContradict {
+    "E0313" ConstraintsContradict {
         /// What the sides of this one differ by where the others hold; `None` where no place was found at which they
         /// all hold.
         difference: Option<String>,
         /// The constraint.
         span: Span,
-    },
+    } => at(*span, "this constraint")
+        .with_help(if difference.is_some() {
+            "leave one of them out, or mend its numbers"
+        } else {
+            "give a point near the equilibrium with `guess`; are there more constraints than the body can follow?"
+        }),
+
     /// A given equilibrium off a constraint.
     #[error("the equilibrium that is given breaks a constraint: its sides differ by {difference}")]
-    ConstraintBroken {
+    "E0314" ConstraintBroken {
         /// Left less right side.
         difference: String,
         /// The constraint.
         span: Span,
         /// Where the equilibrium is given.
         given: Option<Span>,
-    },
+    } => at(*span, "broken").and_at(*given, "given here").with_help(
+        "an equilibrium has to obey all constraints; a point nearby can be given as `guess`",
+    ),
+
     /// Constraints that depend on each other just at the equilibrium.
     #[error(
         "the constraints are singular at {point}: just there they don't determine which motions they allow"
     )]
-    ConstraintsSingular {
+    "E0315" ConstraintsSingular {
         /// The point.
         point: String,
         /// A constraint.
         span: Span,
-    },
+    } => at(*span, "the gradients of the constraints are dependent there")
+        .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
+
     /// A dissipation that has no second derivatives at rest.
     #[error("the dissipation is not smooth at rest")]
-    FrictionNotSmooth {
+    "E0316" FrictionNotSmooth {
         /// What is to blame, as an expression.
         part: String,
         /// Where the term stands.
         span: Span,
-    },
+    } => at(*span, format!("`{part}` has a corner where nothing moves"))
+        .with_help("dry friction has no small oscillations: a body at rest sticks; write friction by squares of velocities, 1/2*c*x'^2"),
+
     /// A steady rate that friction brakes.
     #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
-    RateNotKept {
+    "E0317" RateNotKept {
         /// The coordinate.
         coordinate: String,
         /// The force, as an expression.
         force: String,
         /// Where the rate stands.
         span: Span,
-    },
+    } => at(*span, "turned here")
+        .with_help("a steady motion has no friction along it, or a drive that balances it: friction against a medium that turns along is 1/2*c*(psi' - S)^2"),
+
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
     #[error("the coordinates are singular at this equilibrium: {} moves nothing there, and does so beside it", combination_words(.combination))]
-    SingularCoordinates {
+    "E0318" SingularCoordinates {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
         /// Where the first of them is declared.
         span: Span,
-    },
+    } => at(*span, "loses its own motion there")
+        .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
+
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
-    TimeDependent {
+    "E0309" TimeDependent {
         /// Where.
         span: Span,
-    },
+    } => at(*span, "contains the time")
+        .with_help("the motion about a state that is driven has Floquet multipliers instead: `librate floquet` finds them"),
+
     /// The eigenvalue problem could not be solved.
     #[error("the modes could not be computed: {reason}")]
-    NoModes {
+    "E0310" NoModes {
         /// What the numeric stage says.
         reason: String,
-    },
-    /// The work or the memory is beyond the budget.
-    #[error(transparent)]
-    Budget(#[from] Exceeded),
+    } => nowhere(),
+
     /// More coordinates than a dense problem can have.
     #[error("{coordinates} coordinates are too many for dense matrices (at most {most})")]
-    TooLarge {
+    "E0311" TooLarge {
         /// How many.
         coordinates: usize,
         /// How many are possible.
         most: usize,
-    },
+    } => nowhere()
+        .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),
+} else {
+    /// The work or the memory is beyond the budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
+}
 }
 
 fn describe_forces(forces: &[(String, String)]) -> String {
@@ -274,103 +342,4 @@ fn unsupported_words(feature: Feature) -> &'static str {
             "the model asks for a steady motion, which is beyond a mass and a stiffness matrix"
         }
     }
-}
-
-impl From<&LinearizeError> for Diagnostic {
-    fn from(error: &LinearizeError) -> Self {
-        described(error).with_code(error.code())
-    }
-}
-
-fn described(error: &LinearizeError) -> Diagnostic {
-    let message = error.to_string();
-    match error {
-            LinearizeError::ForceOfParameters { span, .. } => Diagnostic::error(message, *span, "given here").with_help(
-                "where a root is taken the sign of a parameter counts, which its value tells: give the parameters values in the file, or on the command line by --set",
-            ),
-            LinearizeError::MissingValue { name, span } => {
-                Diagnostic::error(message, *span, "declared without a value").with_help(format!(
-                    "give it a value in the file, or on the command line: --set {name}=VALUE"
-                ))
-            }
-            LinearizeError::NotAnEquilibrium { span, .. } => {
-                Diagnostic::error(message, *span, "given here").with_help(
-                    "at an equilibrium every generalised force vanishes; a point nearby can be given as `guess`, and the equilibrium is searched for from there",
-                )
-            }
-            LinearizeError::NoEquilibrium { span, .. } => {
-                Diagnostic::error(message, *span, "this coordinate runs away").with_help(
-                    "without an equilibrium there are no small oscillations; is a restoring force missing?",
-                )
-            }
-            LinearizeError::EquilibriumNotFound {
-                coordinate,
-                force,
-                point,
-                span,
-            } => Diagnostic::error(message, *span, format!("the force on `{coordinate}` is still {force}"))
-                .with_help(format!(
-                    "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
-                )),
-            LinearizeError::ConstraintFlat { span, holds, .. } => Diagnostic::error(message, *span, "this constraint")
-                .with_help(if *holds {
-                    "a constraint that is a square or a product, as (x - y)^2 = 0, doesn't tell which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
-                } else {
-                    "there it holds no motion back, and no force of it leads anywhere: start elsewhere, with `guess`"
-                }),
-            LinearizeError::NotFinite { span, cause, what, .. } => {
-                let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
-                let help = cause.as_deref().unwrap_or(
-                    "is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point",
-                );
-                Diagnostic::error(message, *span, label).with_help(help)
-            }
-            LinearizeError::SingularMass { span, proved, .. } => Diagnostic::error(
-                message,
-                *span,
-                if *proved {
-                    "its velocity does not occur squared in T"
-                } else {
-                    "moves without any, or with too little beside the others"
-                },
-            )
-            .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
-            LinearizeError::IndefiniteMass { span, .. } => {
-                Diagnostic::error(message, *span, "declared here")
-                    .with_help("a kinetic energy can't be negative; look for a wrong sign in T")
-            }
-            LinearizeError::NotCyclic { coordinate, span, energy } => Diagnostic::error(message, *span, "turned here")
-                .with_secondary(*energy, format!("depends on `{coordinate}`"))
-                .with_help("only a coordinate that occurs by its velocity alone keeps its rate; a rotation that a motor keeps up is written with an explicit rate in place of the coordinate"),
-            LinearizeError::ConstraintsContradict { span, difference } => Diagnostic::error(message, *span, "this constraint")
-                .with_help(if difference.is_some() {
-                    "leave one of them out, or mend its numbers"
-                } else {
-                    "give a point near the equilibrium with `guess`; are there more constraints than the body can follow?"
-                }),
-            LinearizeError::ConstraintBroken { span, given, .. } => {
-                let broken = Diagnostic::error(message, *span, "broken");
-                let broken = match given {
-                    Some(given) => broken.with_secondary(*given, "given here"),
-                    None => broken,
-                };
-                broken.with_help("an equilibrium has to obey all constraints; a point nearby can be given as `guess`")
-            }
-            LinearizeError::FrictionNotSmooth { span, part } => Diagnostic::error(message, *span, format!("`{part}` has a corner where nothing moves"))
-                .with_help("dry friction has no small oscillations: a body at rest sticks; write friction by squares of velocities, 1/2*c*x'^2"),
-            LinearizeError::RateNotKept { span, .. } => Diagnostic::error(message, *span, "turned here")
-                .with_help("a steady motion has no friction along it, or a drive that balances it: friction against a medium that turns along is 1/2*c*(psi' - S)^2"),
-            LinearizeError::SingularCoordinates { span, .. } => Diagnostic::error(message, *span, "loses its own motion there")
-                .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
-            LinearizeError::ConstraintsSingular { span, .. } => Diagnostic::error(message, *span, "the gradients of the constraints are dependent there")
-                .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
-            LinearizeError::Unsupported { span, .. } => Diagnostic::error(message, *span, "")
-                .with_help("`modes` covers all of these"),
-            LinearizeError::TimeDependent { span } => Diagnostic::error(message, *span, "contains the time")
-                .with_help("the motion about a state that is driven has Floquet multipliers instead: `librate floquet` finds them"),
-            LinearizeError::NoModes { .. } => Diagnostic::global(message),
-        LinearizeError::Budget(exceeded) => Diagnostic::from(exceeded),
-        LinearizeError::TooLarge { .. } => Diagnostic::global(message)
-            .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),
-        }
 }

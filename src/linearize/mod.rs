@@ -8,7 +8,6 @@
 
 mod absent;
 mod assemble;
-mod codes;
 mod condition;
 mod constrained;
 mod dependence;

@@ -1,167 +1,153 @@
 //! Why a motion can't be computed.
 
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::nowhere;
 use crate::linearize::LinearizeError;
+use crate::mistakes::mistakes;
 
+mistakes! {
 /// A motion that can't be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum MotionError {
+Error MotionError {
     /// An entry of a list of starting values that can't be read.
     #[error("can't read the start `{text}`: {reason}")]
-    BadStart {
+    "E0601" BadStart {
         /// The entry.
         text: String,
         /// What is wrong.
         reason: String,
-    },
+    } => nowhere().with_help("write coordinates and velocities with their values: `--start \"phi[1]=0.1, phi[1]'=0\"`"),
+
     /// A starting value for something that is no coordinate.
     #[error("`{name}` is no coordinate of the model")]
-    NotACoordinate {
+    "E0602" NotACoordinate {
         /// The name.
         name: String,
         /// The coordinate that may have been meant.
         nearest: Option<String>,
+    } => match nearest {
+        Some(nearest) => nowhere().with_help(format!("did you mean `{nearest}`?")),
+        None => nowhere().with_help("a start names coordinates, and velocities with a prime: `x=1, x'=0`"),
     },
+
     /// A mode that the model does not have.
     #[error("there is no mode {mode}: the model has {count}")]
-    NoSuchMode {
+    "E0603" NoSuchMode {
         /// The number that was asked for.
         mode: usize,
         /// How many modes there are.
         count: usize,
-    },
+    } => nowhere().with_help("modes are counted from 1 in the order that `librate modes` prints"),
+
     /// An amplitude that is no number.
     #[error("the amplitude `{text}` is no number")]
-    BadAmplitude {
+    "E0604" BadAmplitude {
         /// As it was given.
         text: String,
-    },
+    } => nowhere().with_help("an amplitude is the largest displacement of the mode: `--amplitude 1/10`"),
+
     /// An end or a number of rows that is none.
     #[error("no rows until {until}: {reason}")]
-    BadTimes {
+    "E0605" BadTimes {
         /// The end as it was given.
         until: String,
         /// The number of rows.
         samples: usize,
         /// What is wrong.
         reason: String,
-    },
+    } => nowhere().with_help("write for example `--until 10 --samples 101`"),
+
     /// A start off the constraints that nothing can be done about.
     #[error("the start does not obey the constraints: {reason}")]
-    OffConstraints {
+    "E0606" OffConstraints {
         /// By how much, or why the rest can't be found.
         reason: String,
-    },
+    } => nowhere().with_help("give as many coordinates as are free; what is left out follows from the constraints"),
+
     /// The motion ends on its way.
     #[error("the motion meets a singularity at t = {time}, {place}: {reason}")]
-    Singular {
+    "E0607" Singular {
         /// When.
         time: String,
         /// Where.
         place: String,
         /// What is wrong there.
         reason: String,
-    },
+    } => nowhere().with_help(
+        "a shorter time, another start or other coordinates avoid it",
+    ),
+
     /// The motion can't be followed, for no reason that is certain.
     #[error("the motion can't be followed beyond t = {time}, {place}: {reason}")]
-    Stuck {
+    "E0614" Stuck {
         /// When.
         time: String,
         /// Where.
         place: String,
         /// What is known of it.
         reason: String,
-    },
+    } => nowhere().with_help(
+        "a shorter time, another start or other coordinates avoid it",
+    ),
+
     /// Too much to write out.
     #[error("{terms} terms are too many to integrate: at most {most}")]
-    TooLarge {
+    "E0608" TooLarge {
         /// How many terms.
         terms: usize,
         /// The limit.
         most: usize,
-    },
+    } => nowhere().with_help("every step takes all of them: a smaller model will do"),
+
     /// A table that is too large.
     #[error("a table of {numbers} numbers is too large: at most {most}")]
-    TooManyNumbers {
+    "E0609" TooManyNumbers {
         /// How many numbers.
         numbers: usize,
         /// The limit.
         most: usize,
-    },
+    } => nowhere().with_help("ask for fewer samples, or for rows one after the other"),
+
     /// A motion of too many steps.
     #[error("the motion takes too many steps: {steps} lead to t = {reached}")]
-    TooLong {
+    "E0610" TooLong {
         /// How far it was followed.
         reached: String,
         /// In how many steps.
         steps: usize,
-    },
+    } => nowhere().with_help(
+        "ask for a shorter time; the steps follow the fastest oscillation, decay or turn of the model",
+    ),
+
     /// A motion that can't be proved up to its end.
     #[error("the motion is proved up to t = {reached} only: {reason}")]
-    NotProved {
+    "E0611" NotProved {
         /// How far it was followed.
         reached: String,
         /// What ended it.
         reason: &'static str,
-    },
+    } => nowhere().with_help(
+        "ask for a shorter time; without --proved the digits are estimates",
+    ),
+
     /// A start that is only known about.
     #[error("the start is not known well enough for a proof")]
-    OpenStart,
+    "E0612" OpenStart {} => nowhere().with_help(
+        "give every coordinate and velocity that does not rest at the equilibrium as a number",
+    ),
+
     /// Too much to solve for the accelerations.
     #[error(
         "{coordinates} coordinates with their constraints are too many for a proof: at most {most}"
     )]
-    TooLargeToProve {
+    "E0613" TooLargeToProve {
         /// How many coordinates and constraints.
         coordinates: usize,
         /// The limit.
         most: usize,
-    },
+    } => nowhere().with_help("without --proved the digits are estimates"),
+} else {
     /// What keeps the model from having an equilibrium or modes.
     #[error(transparent)]
     Linearize(#[from] LinearizeError),
 }
-
-impl From<&MotionError> for Diagnostic {
-    fn from(error: &MotionError) -> Self {
-        let told = Diagnostic::global(error.to_string());
-        let told = match error {
-            MotionError::Linearize(error) => return Diagnostic::from(error),
-            MotionError::BadStart { .. } => told
-                .with_help("write coordinates and velocities with their values: `--start \"phi[1]=0.1, phi[1]'=0\"`"),
-            MotionError::NotACoordinate { nearest, .. } => match nearest {
-                Some(nearest) => told.with_help(format!("did you mean `{nearest}`?")),
-                None => told.with_help("a start names coordinates, and velocities with a prime: `x=1, x'=0`"),
-            },
-            MotionError::NoSuchMode { .. } => told
-                .with_help("modes are counted from 1 in the order that `librate modes` prints"),
-            MotionError::BadAmplitude { .. } => told
-                .with_help("an amplitude is the largest displacement of the mode: `--amplitude 1/10`"),
-            MotionError::BadTimes { .. } => told
-                .with_help("write for example `--until 10 --samples 101`"),
-            MotionError::OffConstraints { .. } => told
-                .with_help("give as many coordinates as are free; what is left out follows from the constraints"),
-            MotionError::Singular { .. } | MotionError::Stuck { .. } => told.with_help(
-                "a shorter time, another start or other coordinates avoid it",
-            ),
-            MotionError::TooLarge { .. } => {
-                told.with_help("every step takes all of them: a smaller model will do")
-            }
-            MotionError::TooLong { .. } => told.with_help(
-                "ask for a shorter time; the steps follow the fastest oscillation, decay or turn of the model",
-            ),
-            MotionError::NotProved { .. } => told.with_help(
-                "ask for a shorter time; without --proved the digits are estimates",
-            ),
-            MotionError::OpenStart => told.with_help(
-                "give every coordinate and velocity that does not rest at the equilibrium as a number",
-            ),
-            MotionError::TooLargeToProve { .. } => {
-                told.with_help("without --proved the digits are estimates")
-            }
-            MotionError::TooManyNumbers { .. } => told.with_help("ask for fewer samples, or for rows one after the other"),
-        };
-        told.with_code(error.code())
-    }
 }

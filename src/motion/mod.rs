@@ -9,7 +9,6 @@
 //!
 //! It never proves a bound, never smooths over a singularity, and never prints.
 
-mod codes;
 mod equations;
 mod error;
 mod length;

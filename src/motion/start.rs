@@ -293,7 +293,7 @@ impl Start {
     ) -> Result<Vec<S>, MotionError> {
         let values = self.known.iter().map(|own| own.enclosed::<S>(precision));
         let values: Option<Vec<S>> = values.collect();
-        values.ok_or(MotionError::OpenStart)
+        values.ok_or(MotionError::OpenStart {})
     }
 
     /// Whether all values may be had to any number of digits.

@@ -1,7 +1,8 @@
 //! Why a model has no period to speak of.
 
 use crate::budget::Exceeded;
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes::mistakes;
 use crate::model::Feature;
 use crate::span::Span;
 
@@ -31,50 +32,61 @@ fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
     }
 }
 
+mistakes! {
 /// A motion without a period, or a request that no motion answers.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PeriodError {
-    /// The work or the memory is beyond the budget.
-    #[error(transparent)]
-    Budget(#[from] Exceeded),
+Error PeriodError {
     /// More or fewer coordinates than one.
     #[error("a period by energy conservation needs one coordinate, and this model has {count}")]
-    NotOneCoordinate {
+    "E0501" NotOneCoordinate {
         /// How many.
         count: usize,
         /// Where the second one is declared.
         span: Option<Span>,
-    },
+    } => match span {
+            Some(span) => at(*span, "one too many"),
+            None => nowhere(),
+        }
+        .with_help("small oscillations of several coordinates are what `modes` is for"),
+
     /// Something that the energy is not conserved with, or that is not covered.
     #[error("{}", words(*feature).0)]
-    Unsupported {
+    "E0502" Unsupported {
         /// What.
         feature: Feature,
         /// Where.
         span: Span,
+    } => {
+        let (_, label, help) = words(*feature);
+        at(*span, label).with_help(help)
     },
+
     /// A kinetic energy that is no quadratic polynomial in the velocity.
     #[error("the kinetic energy is not quadratic in the velocity of `{coordinate}`")]
-    NotQuadratic {
+    "E0503" NotQuadratic {
         /// The coordinate.
         coordinate: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "this coordinate").with_help(
+        "T is 1/2*M(q)*q'^2, with terms linear in q' and without it at most",
+    ),
+
     /// An amplitude or energy that is no number, or no positive amplitude.
     #[error("{what} {value} is none: {reason}")]
-    BadRequest {
+    "E0504" BadRequest {
         /// `the amplitude` or `the energy`.
         what: &'static str,
         /// Its value.
         value: String,
         /// What is wrong with it.
         reason: &'static str,
-    },
+    } => nowhere()
+        .with_help("give a positive amplitude, or the energy of the motion: `--amplitude 1/2`, `--energy 3`"),
+
     /// A barrier between the equilibrium and the turning point that is asked for.
     #[error("the amplitude {amplitude} is beyond the barrier at {coordinate} = {barrier}")]
-    BeyondBarrier {
+    "E0505" BeyondBarrier {
         /// The amplitude.
         amplitude: String,
         /// The coordinate.
@@ -85,10 +97,14 @@ pub enum PeriodError {
         height: String,
         /// The energy that the amplitude would need, above the equilibrium.
         energy: String,
-    },
+    } => nowhere()
+        .with_help(format!(
+            "above the equilibrium the barrier is {height} high, and the turning point that is asked for lies at {energy}; `--energy` takes an energy above a barrier"
+        )),
+
     /// The motion creeps up to the top of a barrier and never comes back, or next to that.
     #[error("{}", at_barrier_words(.coordinate, .barrier, .margin))]
-    AtBarrier {
+    "E0506" AtBarrier {
         /// The coordinate.
         coordinate: String,
         /// Where the barrier is.
@@ -97,83 +113,118 @@ pub enum PeriodError {
         margin: String,
         /// The height of the barrier, as a potential energy.
         height: String,
+    } => {
+        let message = nowhere();
+        if margin == "0" {
+            message.with_help(format!("the energy is the height of the barrier, {height}"))
+        } else {
+            message.with_help(format!(
+                "the energy is the height of the barrier, {height}, to within {margin}; a period that near to infinity is not computed"
+            ))
+        }
     },
+
     /// An energy that no motion about the equilibrium has.
     #[error("the energy {energy} is not above the potential energy {potential} of the equilibrium")]
-    BelowEquilibrium {
+    "E0507" BelowEquilibrium {
         /// The energy.
         energy: String,
         /// U at the equilibrium.
         potential: String,
         /// Whether the equilibrium is a maximum of U.
         maximum: bool,
-    },
+    } => nowhere().with_help(if *maximum {
+        "the equilibrium is a maximum of the potential: give a point in the well that is meant with `guess`"
+    } else {
+        "the energy is E = T + V with V as the model writes it"
+    }),
+
     /// The equilibrium is a maximum, and the motion does not pass it.
     #[error(
         "the equilibrium {coordinate} = {equilibrium} is a maximum of the potential, and no motion turns at this distance from it and comes back"
     )]
-    Maximum {
+    "E0508" Maximum {
         /// The coordinate.
         coordinate: String,
         /// The equilibrium.
         equilibrium: String,
-    },
+    } => nowhere()
+        .with_help("give a point in the well that is meant with `guess`"),
+
     /// A motion that nothing brings back.
     #[error("the motion is not periodic: {}", open_words(.coordinate, *.upward, .end.as_deref()))]
-    NotPeriodic {
+    "E0509" NotPeriodic {
         /// The coordinate.
         coordinate: String,
         /// Towards which side.
         upward: bool,
         /// Where the energies end, if they do.
         end: Option<String>,
-    },
+    } => nowhere()
+        .with_help("a lower energy, or a smaller amplitude, stays in the well"),
+
     /// Energies that have no expansion somewhere on the way.
     #[error("the energies are not smooth at {coordinate} = {place}, or too nearly singular there")]
-    NotSmooth {
+    "E0510" NotSmooth {
         /// The coordinate.
         coordinate: String,
         /// The place.
         place: String,
-    },
+    } => nowhere().with_help(
+        "the period is certified where V and T can be differentiated all the way; a pole, an inertia that vanishes, or a corner that is not that of `abs` of something linear in the coordinate, is not passed",
+    ),
+
     /// A mass that is negative on the way.
     #[error("the inertia of `{coordinate}` is negative at {coordinate} = {place}")]
-    NegativeMass {
+    "E0511" NegativeMass {
         /// The coordinate.
         coordinate: String,
         /// The place.
         place: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "declared here")
+        .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+
     /// No kinetic energy.
     #[error("the coordinate `{coordinate}` has no inertia")]
-    NoInertia {
+    "E0513" NoInertia {
         /// The coordinate.
         coordinate: String,
         /// Where it is declared.
         span: Span,
-    },
+    } => at(*span, "its velocity does not occur squared in T")
+        .with_help("what moves has a kinetic energy; is a term of T missing?"),
+
     /// An integral with too much structure on the way.
     #[error(
         "the period was not computed: at {coordinate} = {place}, before the turning point, the integral has taken as many steps as are tried"
     )]
-    TooLong {
+    "E0514" TooLong {
         /// The coordinate.
         coordinate: String,
         /// How far the integral came.
         place: String,
-    },
+    } => nowhere().with_help(
+        "the force changes too often between the turning points; a smaller amplitude takes fewer steps",
+    ),
+
     /// Bounds that do not decide, however precise.
     #[error(
         "the period could not be certified: at {coordinate} = {place} the energy is too close to the potential"
     )]
-    Undecided {
+    "E0512" Undecided {
         /// The coordinate.
         coordinate: String,
         /// The place.
         place: String,
-    },
+    } => nowhere()
+        .with_help("is the energy that of a barrier? There the period is infinite"),
+} else {
+    /// The work or the memory is beyond the budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
+}
 }
 
 fn at_barrier_words(coordinate: &str, barrier: &str, margin: &str) -> String {
@@ -194,71 +245,5 @@ fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
             "nothing turns `{coordinate}` back on its way {}",
             if upward { "up" } else { "down" }
         ),
-    }
-}
-
-impl From<&PeriodError> for Diagnostic {
-    fn from(error: &PeriodError) -> Self {
-        described(error).with_code(error.code())
-    }
-}
-
-fn described(error: &PeriodError) -> Diagnostic {
-    let message = error.to_string();
-    match error {
-        PeriodError::Budget(exceeded) => Diagnostic::from(exceeded),
-        PeriodError::NotOneCoordinate { span, .. } => match span {
-            Some(span) => Diagnostic::error(message, *span, "one too many"),
-            None => Diagnostic::global(message),
-        }
-        .with_help("small oscillations of several coordinates are what `modes` is for"),
-        PeriodError::Unsupported { feature, span } => {
-            let (_, label, help) = words(*feature);
-            Diagnostic::error(message, *span, label).with_help(help)
-        }
-        PeriodError::NotQuadratic { span, .. } => {
-            Diagnostic::error(message, *span, "this coordinate").with_help(
-                "T is 1/2*M(q)*q'^2, with terms linear in q' and without it at most",
-            )
-        }
-        PeriodError::BadRequest { .. } => Diagnostic::global(message)
-            .with_help("give a positive amplitude, or the energy of the motion: `--amplitude 1/2`, `--energy 3`"),
-        PeriodError::BeyondBarrier { height, energy, .. } => Diagnostic::global(message)
-            .with_help(format!(
-                "above the equilibrium the barrier is {height} high, and the turning point that is asked for lies at {energy}; `--energy` takes an energy above a barrier"
-            )),
-        PeriodError::AtBarrier { margin, height, .. } => {
-            let message = Diagnostic::global(message);
-            if margin == "0" {
-                message.with_help(format!("the energy is the height of the barrier, {height}"))
-            } else {
-                message.with_help(format!(
-                    "the energy is the height of the barrier, {height}, to within {margin}; a period that near to infinity is not computed"
-                ))
-            }
-        }
-        PeriodError::BelowEquilibrium { maximum, .. } => Diagnostic::global(message).with_help(if *maximum {
-            "the equilibrium is a maximum of the potential: give a point in the well that is meant with `guess`"
-        } else {
-            "the energy is E = T + V with V as the model writes it"
-        }),
-        PeriodError::Maximum { .. } => Diagnostic::global(message)
-            .with_help("give a point in the well that is meant with `guess`"),
-        PeriodError::NotPeriodic { .. } => Diagnostic::global(message)
-            .with_help("a lower energy, or a smaller amplitude, stays in the well"),
-        PeriodError::NotSmooth { .. } => Diagnostic::global(message).with_help(
-            "the period is certified where V and T can be differentiated all the way; a pole, an inertia that vanishes, or a corner that is not that of `abs` of something linear in the coordinate, is not passed",
-        ),
-        PeriodError::NegativeMass { span, .. } => Diagnostic::error(message, *span, "declared here")
-            .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
-        PeriodError::NoInertia { span, .. } => {
-            Diagnostic::error(message, *span, "its velocity does not occur squared in T")
-                .with_help("what moves has a kinetic energy; is a term of T missing?")
-        }
-        PeriodError::TooLong { .. } => Diagnostic::global(message).with_help(
-            "the force changes too often between the turning points; a smaller amplitude takes fewer steps",
-        ),
-        PeriodError::Undecided { .. } => Diagnostic::global(message)
-            .with_help("is the energy that of a barrier? There the period is infinite"),
     }
 }

@@ -26,7 +26,6 @@
 //! ```
 
 mod barrier;
-mod codes;
 mod curve;
 mod energies;
 mod error;

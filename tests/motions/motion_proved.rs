@@ -334,7 +334,7 @@ fn modes_start_within_their_bounds() {
             let found = match enclosed.motion(&from, &times, 10) {
                 Ok(found) => found,
                 // Constraints that Newton's method led to, and modes of one frequency.
-                Err(MotionError::OpenStart) => continue,
+                Err(MotionError::OpenStart {}) => continue,
                 Err(error) => panic!("{name}: {error}"),
             };
             agree(&name, &found, &system.motion(&from, &times).unwrap());
