@@ -169,7 +169,10 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
         }
         7 => {
             period::check(&model)?;
-            let oscillator = Oscillator::new(&linearize::linearize(model)?)?;
+            let oscillator = match linearize::linearize(model.clone()) {
+                Ok(linearized) => Oscillator::new(&linearized)?,
+                Err(error) => Oscillator::about_corner(&model).ok_or(error)?,
+            };
             let request =
                 Request::Amplitude(Constant::parse(flags.one(&["1", "1/100", "pi", "50"]))?);
             let options = period::Options::default().digits(flags.digits());

@@ -60,7 +60,10 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     } = load_values(&args.model, Size::Dense)?;
     let prepared = || -> Result<Oscillator, Error> {
         period::check(&model)?;
-        Ok(Oscillator::new(&linearize::linearize(model.clone())?)?)
+        match linearize::linearize(model.clone()) {
+            Ok(linearized) => Ok(Oscillator::new(&linearized)?),
+            Err(error) => Oscillator::about_corner(&model).ok_or(error.into()),
+        }
     };
     let oscillator = match prepared() {
         Ok(oscillator) => oscillator,
@@ -89,7 +92,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
             let places = places.map_err(|error| wrong_setting(&error))?;
             remark(&source, &range, &places, &mut warnings)?;
             if let Some(file) = &args.svg {
-                let unit = oscillator.linearized().model().has_units;
+                let unit = oscillator.model().has_units;
                 let picture = report::period_svg(&range, &places, unit);
                 write_file(file, &picture, &mut source)?;
             }

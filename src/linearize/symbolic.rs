@@ -183,6 +183,11 @@ pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Optio
     }
     let total = pool.sum(&parts);
     let total = pool.substitute_one(total, &known_values(model));
+    // Between corners a force may be constant, and another one behind them.
+    let moves = |symbol| model.coordinates.iter().any(|own| own.symbol == symbol);
+    if !pool.with_signs(&[total], moves).1.is_empty() {
+        return Some(false);
+    }
     Some(model.coordinates.iter().all(|coordinate| {
         let slope = pool.diff(total, coordinate.symbol);
         pool.is_zero(slope) == ZeroVerdict::Zero

@@ -1,10 +1,11 @@
 //! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
 
-use super::PeriodError;
+use super::{PeriodError, panel};
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
-use crate::linearize::{Linearized, Origin, instance, known_values, signed_terms};
+use crate::linearize::{evaluate_closed, instance, known_values, signed_terms};
 use crate::model::Model;
 use crate::number::Number;
+use crate::precision::Scalar;
 
 /// Smaller parts of a period are not looked for.
 const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
@@ -27,6 +28,28 @@ pub(super) struct Kink {
     pub(super) slope: ExprId,
     /// Whether it is known to be the equilibrium.
     pub(super) central: bool,
+}
+
+impl Kink {
+    /// The same in numbers.
+    pub(super) fn evaluated<S: Scalar>(
+        &self,
+        pool: &Pool,
+        precision: S::Precision,
+    ) -> Option<panel::Kink<S>> {
+        Some(panel::Kink {
+            place: evaluate_closed(pool, self.place, precision)?,
+            slope: evaluate_closed(pool, self.slope, precision)?,
+            central: self.central,
+        })
+    }
+}
+
+/// U and M, ready for evaluation.
+pub(super) struct Kinked {
+    /// U and M from the coordinate and the signs; `None` where a parameter is left.
+    pub(super) tape: Option<Tape>,
+    pub(super) kinks: Vec<Kink>,
 }
 
 /// Refuses what has no period by energy conservation in one coordinate.
@@ -96,12 +119,12 @@ impl Energies {
         })
     }
 
-    /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these;
-    /// `None` where a parameter is left. Where one is taken of what is not linear in the coordinate, all stay as they are.
-    pub(super) fn tape(&mut self, linearized: &Linearized) -> Option<(Tape, Vec<Kink>)> {
+    /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these.
+    /// Where one is taken of what is not linear in the coordinate, all stay as they are. `center`: the equilibrium, where it is
+    /// known exactly.
+    pub(super) fn kinked(&mut self, center: Option<ExprId>) -> Kinked {
         let roots = [self.potential, self.mass];
         let q = self.coordinate;
-        let centre = self.centre(linearized);
         let (smooth, signs) = self.pool.with_signs(&roots, |symbol| symbol == q);
         let pool = &mut self.pool;
         let origin: Substitution = [(q, pool.zero())].into_iter().collect();
@@ -110,8 +133,8 @@ impl Energies {
             let there = pool.substitute_one(*x, &origin);
             let place = pool.div(there, slope);
             let place = pool.neg(place);
-            let central = centre.is_some_and(|centre| {
-                let way = pool.sub(place, centre);
+            let central = center.is_some_and(|center| {
+                let way = pool.sub(place, center);
                 pool.is_zero(way) == ZeroVerdict::Zero
             });
             let linear = pool.is_constant(slope) && pool.is_constant(place);
@@ -123,31 +146,20 @@ impl Energies {
         });
         let mut inputs = vec![q];
         let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
-        if kinks.is_empty() {
-            return Some((Tape::compile(pool, &roots, &inputs).ok()?, kinks));
-        }
-        inputs.extend(signs.iter().map(|(_, sign)| *sign));
-        Some((Tape::compile(pool, &smooth, &inputs).ok()?, kinks))
-    }
-
-    /// The equilibrium, where it is given or 0.
-    fn centre(&self, linearized: &Linearized) -> Option<ExprId> {
-        match linearized.equilibrium().origins.first()? {
-            Origin::Zero => Some(self.pool.zero()),
-            Origin::Given => {
-                let model = linearized.measured_model();
-                let given = model.equilibria.first().copied()?;
-                given?.value
-            }
-            Origin::Found => None,
-        }
-    }
-
-    /// Whether U and M are the same with q0 + x and q0 - x, where the equilibrium q0 is given or 0.
-    pub(super) fn is_even_about(&mut self, linearized: &Linearized) -> bool {
-        let Some(centre) = self.centre(linearized) else {
-            return false;
+        let tape = if kinks.is_empty() {
+            Tape::compile(pool, &roots, &inputs)
+        } else {
+            inputs.extend(signs.iter().map(|(_, sign)| *sign));
+            Tape::compile(pool, &smooth, &inputs)
         };
+        Kinked {
+            tape: tape.ok(),
+            kinks,
+        }
+    }
+
+    /// Whether U and M are the same with q0 + x and q0 - x.
+    pub(super) fn is_even_about(&mut self, centre: ExprId) -> bool {
         let pool = &mut self.pool;
         let q = pool.symbol_expr(self.coordinate);
         let mirrored = pool.linear(&[(centre, Number::from(2)), (q, Number::from(-1))]);

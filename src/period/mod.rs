@@ -26,6 +26,7 @@
 //! ```
 
 mod barrier;
+mod center;
 mod curve;
 mod energies;
 mod error;
@@ -41,11 +42,12 @@ mod weights;
 pub use curve::{Place, curve};
 pub use error::PeriodError;
 
-use energies::{Energies, Kink};
+use center::{Center, Corner};
+use energies::{Energies, Kink, Kinked};
 use panel::Field;
 
 use crate::expr::{ExprId, Pool, Tape};
-use crate::linearize::{self, Linearized, evaluate_closed, power_of_two, short};
+use crate::linearize::{Linearized, evaluate_closed, power_of_two, short};
 use crate::model::{Constant, Model};
 use crate::number::Number;
 use crate::precision::{
@@ -123,8 +125,10 @@ pub struct Period {
     /// Whether the equilibrium is known to be there. Where not, its place is an estimate, and a period by
     /// amplitude is that of the motion about this place.
     pub proved: bool,
-    /// The period of small oscillations about the equilibrium, 2 pi sqrt(M/K); `None` where K is not positive, or the
-    /// equilibrium not proved.
+    /// Whether the force jumps at the equilibrium, a corner of the potential.
+    pub corner: bool,
+    /// The period of small oscillations about the equilibrium, 2 pi sqrt(M/K); `None` where K is not positive or there
+    /// is none, or the equilibrium is not proved.
     pub small: Option<Ball>,
     /// That with more digits.
     pub small_precise: Option<Big>,
@@ -172,7 +176,7 @@ impl Period {
 /// A model of one coordinate, ready for periods.
 #[derive(Clone, Debug)]
 pub struct Oscillator {
-    linearized: Linearized,
+    center: Center,
     energies: Tape,
     shape: Tape,
     even: bool,
@@ -197,20 +201,35 @@ impl Oscillator {
     /// # Errors
     /// As [`check`], and where T is not quadratic in the velocity.
     pub fn new(linearized: &Linearized) -> Result<Self, PeriodError> {
-        let model = linearized.model();
-        check(model)?;
-        let mut energies = Energies::new(linearized.measured_model())?;
-        // All parameters have values, or there would be no linearization.
-        let (tape, kinks) = energies
-            .tape(linearized)
-            .ok_or_else(|| PeriodError::NotQuadratic {
-                coordinate: model.coordinates[0].name.clone(),
-                span: model.coordinates[0].span,
-            })?;
-        let even = energies.is_even_about(linearized);
+        check(linearized.model())?;
+        let energies = Energies::new(linearized.measured_model())?;
+        Self::about(Center::Linearized(linearized.clone()), energies)
+    }
+
+    /// Takes the energies of a model of one coordinate that rests where absolute values in V have their corner, as in
+    /// `V = abs(x)`: nothing can be linearized there, but there are motions about it. The corner is the given equilibrium, or
+    /// the one next to the guess; `None` where there is no such minimum.
+    #[must_use]
+    pub fn about_corner(model: &Model) -> Option<Self> {
+        check(model).ok()?;
+        let mut energies = Energies::new(model).ok()?;
+        let corner = Corner::find(model, &mut energies)?;
+        Self::about(Center::Corner(corner), energies).ok()
+    }
+
+    fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {
+        let place = center.exactly(&mut energies.pool);
+        let Kinked { tape, kinks } = energies.kinked(place);
+        let own = &center.model().coordinates[0];
+        // All parameters have values, or there would be no equilibrium.
+        let tape = tape.ok_or_else(|| PeriodError::NotQuadratic {
+            coordinate: own.name.clone(),
+            span: own.span,
+        })?;
+        let even = place.is_some_and(|place| energies.is_even_about(place));
         let advance = energies.advance();
         Ok(Self {
-            linearized: linearized.clone(),
+            center,
             shape: shape()?,
             even,
             advance,
@@ -220,10 +239,10 @@ impl Oscillator {
         })
     }
 
-    /// The linearized model.
+    /// The model.
     #[must_use]
-    pub fn linearized(&self) -> &Linearized {
-        &self.linearized
+    pub fn model(&self) -> &Model {
+        self.center.model()
     }
 
     /// The name of the coordinate.
@@ -233,7 +252,7 @@ impl Oscillator {
     }
 
     fn coordinate(&self) -> &crate::model::Coordinate {
-        &self.linearized.model().coordinates[0]
+        &self.model().coordinates[0]
     }
 
     /// The period of a motion.
@@ -241,7 +260,7 @@ impl Oscillator {
     /// # Errors
     /// Where there is no such motion, it is not periodic, or the energies are not smooth on its way.
     pub fn period(&self, request: &Request, options: &Options) -> Result<Period, PeriodError> {
-        let budget = self.linearized.model().pool.budget();
+        let budget = self.model().pool.budget();
         budget.at("the period", None);
         let period = solve::period(self, request, options);
         budget.check()?;
@@ -250,7 +269,7 @@ impl Oscillator {
 
     /// What energies and lengths are measured in, and rates, as powers of two: see [`Linearized::units`].
     fn powers(&self) -> Powers {
-        let units = self.linearized.units();
+        let units = self.center.units();
         units.map_or_else(Powers::default, |units| Powers {
             energy: units.energy(),
             rate: units.rate(),
@@ -274,8 +293,8 @@ impl Oscillator {
     }
 
     /// The equilibrium in the units of the energies.
-    fn measured_place(&self, precise: &linearize::Precise) -> Option<Big> {
-        let place = precise.equilibrium.first()?;
+    fn position(&self, bits: usize) -> Option<Big> {
+        let place = self.center.precisely(bits)?;
         Some(place.scale(-self.powers().length))
     }
 
@@ -290,9 +309,8 @@ impl Oscillator {
             Request::Energy(constant) => (constant, None),
         };
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
-        let factor = factor.and_then(|factor| {
-            evaluate_closed::<S>(&self.linearized.model().pool, factor, precision)
-        });
+        let factor =
+            factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
         let powers = self.powers();
         let power = match request {
             Request::Amplitude(_) => powers.length,
@@ -316,14 +334,8 @@ impl Oscillator {
     }
 
     fn field<S: Enclosure>(&self, precision: S::Precision) -> Field<S> {
-        let number = |value| evaluate_closed::<S>(&self.pool, value, precision);
-        let kinks = self.kinks.iter().filter_map(|kink| {
-            Some(panel::Kink {
-                place: number(kink.place)?,
-                slope: number(kink.slope)?,
-                central: kink.central,
-            })
-        });
+        let kinks = self.kinks.iter();
+        let kinks = kinks.filter_map(|kink| kink.evaluated(&self.pool, precision));
         Field::new(&self.energies, &self.shape, kinks.collect(), precision)
     }
 }

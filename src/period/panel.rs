@@ -181,6 +181,24 @@ impl<S: Enclosure> Field<S> {
         Ok(pieces)
     }
 
+    /// A way from a position without kinks on it: half of that to the next one on this side, 1 or -1, or of this length where
+    /// there is none; `None` where it is not decided which kinks lie there.
+    pub(super) fn free_way(&self, at: &S, side: f64) -> Option<S> {
+        let mut least = self.number(side);
+        for kink in &self.kinks {
+            let way = kink.place.sub(at);
+            if way.is_positive() || way.is_negative() {
+                if way.middle() * side > 0.0 && way.middle().abs() < least.middle().abs() {
+                    least = way;
+                }
+            } else if !way.is_exact_zero() && !kink.place.center().sub(&at.center()).is_exact_zero()
+            {
+                return None;
+            }
+        }
+        Some(least.mul(&self.number(0.5)))
+    }
+
     pub(super) fn number(&self, value: f64) -> S {
         S::exact(value, self.precision)
     }

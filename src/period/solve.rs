@@ -1,11 +1,12 @@
 //! From a request to a period, with as many bits as it takes, and what is to be said where bits do not help.
 
 use super::barrier::Height;
+use super::center::Center;
 use super::panel::Field;
 use super::small::small;
 use super::task::{Course, Found, Stop, Task};
 use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
-use crate::linearize::{Equilibrium, short};
+use crate::linearize::short;
 use crate::precision::Enclosure;
 use crate::precision::{Ball, Big, Magnitude, Rounding, Scalar};
 
@@ -54,27 +55,17 @@ pub(super) fn period(
     options: &Options,
 ) -> Result<Period, PeriodError> {
     check_request(oscillator, request)?;
-    let equilibrium = oscillator.linearized.equilibrium();
     let wanted = (options.digits as f64 * std::f64::consts::LOG2_10).ceil() as u32 + 14;
     let mut bits = wanted.max(LEAST_BITS);
-    // What is not proved is taken as it stands.
-    let at = |value: &Ball| {
-        if equilibrium.proved {
-            *value
-        } else {
-            Ball::new(value.mid, 0.0)
-        }
-    };
-    let place = oscillator.linearized.measured_equilibrium();
-    let place = place.first().map_or(Ball::ZERO, at);
+    let place = oscillator.center.position();
     let mut fence = None;
     // Numbers far from usual ones leave the range of balls on their way.
-    if bits <= BITS_OF_BALLS && oscillator.linearized.units().is_none() {
+    if bits <= BITS_OF_BALLS && oscillator.center.units().is_none() {
         let mut task = Task::<Ball>::new(oscillator, request, (), place, bits, None);
         match task.run(request) {
             Ok(found) if decides(&found.period, options.digits) => {
                 let mut field = task.field;
-                let (small, bend) = small_about(equilibrium, &mut field, &place);
+                let (small, bend) = small_about(&oscillator.center, &mut field, &place);
                 check_range(request, &found)?;
                 return Ok(finished(oscillator, &place, found, None, small, None, bend));
             }
@@ -92,12 +83,8 @@ pub(super) fn period(
     let mut attempts = 0;
     loop {
         attempts += 1;
-        oscillator.linearized.model().pool.budget().check()?;
-        let precise = oscillator.linearized.precisely(precision);
-        let centre = match precise.filter(|_| equilibrium.proved) {
-            Some(precise) => oscillator.measured_place(&precise),
-            None => None,
-        };
+        oscillator.model().pool.budget().check()?;
+        let centre = oscillator.position(precision);
         let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
         let mut task = Task::<Big>::new(
             oscillator,
@@ -112,7 +99,8 @@ pub(super) fn period(
                 let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
                     let mut field = task.field;
-                    let (small_precise, bend) = small_about(equilibrium, &mut field, &centre);
+                    let (small_precise, bend) =
+                        small_about(&oscillator.center, &mut field, &centre);
                     check_range(request, &found)?;
                     let period = found.period.clone();
                     let small = small_precise.as_ref().map(Big::to_ball);
@@ -164,11 +152,11 @@ pub(super) fn period(
 
 /// Small oscillations and the change of their frequency, where the equilibrium is known.
 fn small_about<S: Enclosure>(
-    equilibrium: &Equilibrium,
+    center: &Center,
     field: &mut Field<S>,
     at: &S,
 ) -> (Option<S>, Option<S>) {
-    if !equilibrium.proved {
+    if !center.is_proved() || center.is_corner() {
         return (None, None);
     }
     let (small, bend) = small(field, at);
@@ -207,7 +195,7 @@ fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), Perio
     let bad = |reason| {
         Err(PeriodError::BadRequest {
             what,
-            value: if (within || value.is_zero()) && oscillator.linearized.units().is_none() {
+            value: if (within || value.is_zero()) && oscillator.center.units().is_none() {
                 short(value.mid_f64())
             } else {
                 text.to_owned()
@@ -249,7 +237,7 @@ fn finished<S: Enclosure>(
         period: found.period.to_ball(),
         precise,
         motion,
-        energy_precise: oscillator.linearized.units().map(|_| {
+        energy_precise: oscillator.center.units().map(|_| {
             found
                 .energy
                 .to_big(BITS_OF_BARRIERS)
@@ -257,7 +245,8 @@ fn finished<S: Enclosure>(
         }),
         energy: found.energy.to_ball(),
         equilibrium: *place,
-        proved: oscillator.linearized.equilibrium().proved,
+        proved: oscillator.center.is_proved(),
+        corner: oscillator.center.is_corner(),
         small,
         small_precise,
         bend,
@@ -303,8 +292,7 @@ fn look(
     rough: bool,
 ) -> Verdict {
     let bits = BITS_OF_BARRIERS;
-    let precise = oscillator.linearized.precisely(bits);
-    let centre = precise.and_then(|precise| oscillator.measured_place(&precise));
+    let centre = oscillator.position(bits);
     let centre = centre.unwrap_or_else(|| Big::from_ball(place, bits));
     let mut task = Task::<Big>::new(oscillator, request, bits, centre, 256, None);
     let reach = at.sub(&task.centre).mid_f64().abs();

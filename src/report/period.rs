@@ -27,7 +27,7 @@ pub fn period_text(
     options: &Options,
     style: &Style,
 ) -> String {
-    let model = oscillator.linearized().model();
+    let model = oscillator.model();
     let name = oscillator.coordinate_name();
     let digits = options.digits;
     let short = digits.min(10);
@@ -89,7 +89,9 @@ pub fn period_text(
             ));
         }
         None => {
-            let why = if found.proved {
+            let why = if found.corner {
+                "none: the force jumps at the equilibrium"
+            } else if found.proved {
                 "none: the stiffness is not positive at the equilibrium"
             } else {
                 "unknown: the equilibrium is not proved"
@@ -142,7 +144,7 @@ pub fn period_json(oscillator: &Oscillator, found: &Period, options: &Options) -
 }
 
 fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, options: &Options) {
-    let model = oscillator.linearized().model();
+    let model = oscillator.model();
     let value = |ball: &Ball| number(ball.mid_f64());
     let period = Written::finest(&found.period, found.precise.as_ref(), options.digits);
     let digits = |written: &Written| written.digits.as_deref().map_or_else(null, string);

@@ -17,7 +17,12 @@ use serde_json::Value;
 fn oscillator(text: &str) -> Oscillator {
     let file = syntax::parse(text).unwrap_or_else(|errors| panic!("{text}: {errors:?}"));
     let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
-    Oscillator::new(&linearize(model).unwrap()).unwrap_or_else(|error| panic!("{text}: {error}"))
+    match linearize(model.clone()) {
+        Ok(linearized) => {
+            Oscillator::new(&linearized).unwrap_or_else(|error| panic!("{text}: {error}"))
+        }
+        Err(error) => Oscillator::about_corner(&model).unwrap_or_else(|| panic!("{text}: {error}")),
+    }
 }
 
 fn period(text: &str, request: &Request, digits: usize) -> Period {
@@ -126,6 +131,54 @@ fn periods_print_as_before() {
             insta::assert_snapshot!(out);
         });
     });
+}
+
+/// About a corner there are no small oscillations, and a top is no equilibrium.
+#[test]
+fn corners_are_told() {
+    let wedge = period("coord x  T = 1/2*x'^2  V = abs(x - 1)", &amplitude("1"), 10);
+    assert!(wedge.corner && wedge.proved && wedge.small.is_none() && wedge.bend.is_none());
+    assert_eq!(wedge.equilibrium.mid_f64(), 1.0);
+    let pressed = period(
+        "coord x  T = 1/2*x'^2  V = x^2 + abs(x)",
+        &amplitude("1"),
+        10,
+    );
+    assert!(pressed.corner && pressed.small.is_none());
+    for text in [
+        "coord x  T = 1/2*x'^2  V = x^4 - abs(x)",
+        "coord x  T = 1/2*x'^2  V = abs(x) - x",
+        "coord x  T = 1/2*x'^2  V = abs(x)  equilibrium x = 1/7",
+        "coord x  T = 1/2*x'^2  V = abs(x) + 2*x",
+        "coord x  T = 1/2*x'^2  V = x^2 + abs(x)*x",
+        "param k  coord x  T = 1/2*x'^2  V = k*abs(x)",
+        "coord x, y  T = 1/2*x'^2 + 1/2*y'^2  V = abs(x) + y^2",
+        "coord x  T = 1/2*x'^2  V = abs(x)  dissipation = x'^2",
+    ] {
+        let file = syntax::parse(text).unwrap();
+        let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
+        assert!(Oscillator::about_corner(&model).is_none(), "{text}");
+    }
+}
+
+/// A force that is constant on each side of a corner is not called constant.
+#[test]
+fn a_force_that_jumps_is_not_the_same_everywhere() {
+    for text in [
+        "coord x  T = 1/2*x'^2  V = abs(x - 1)",
+        "coord x, y  T = x'^2 + y'^2  V = abs(x + y - 1)",
+    ] {
+        let file = syntax::parse(text).unwrap();
+        let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
+        let error = linearize(model).unwrap_err();
+        assert!(
+            !matches!(
+                error,
+                librate::linearize::LinearizeError::NoEquilibrium { .. }
+            ),
+            "{error}"
+        );
+    }
 }
 
 #[test]

@@ -126,6 +126,12 @@ def uneven():
     return quadrature(lambda x: (x + a) ** 2 + mpf(10) ** -8, mpf(-2), mpf(1), -a)
 
 
+# At rest on a corner of V.
+WEDGE = "coord x\nT = 1/2*x'^2\nV = abs(x)"
+ROOF = "param a = 1/3\nparam g = 981/100\ncoord x\nequilibrium x = 2*a\nT = x'^2\nV = g*(abs(x/2 - a) - 7) + abs(x)/4"
+SLOPES = "coord x\nT = 1/2*x'^2\nV = 2*abs(x) + x"
+PRESSED = "coord x\nT = 1/2*x'^2\nV = 1/2*x^2 + abs(x)"
+NOTCH = "coord x\nguess x = 1\nT = 1/2*x'^2\nV = x^2 + 2*abs(x - 1/4)"
 CUBE = "coord x\nT = 1/2*x'^2\nV = abs(x)^3"
 # Free between two springs, of k = 1 from x = 1 on and of k = 16 from x = -1/2 on.
 BALL = "coord x\nT = 1/2*x'^2\nV = 1/8*(x - 1 + abs(x - 1))^2 + 2*(abs(x + 1/2) - x - 1/2)^2"
@@ -195,6 +201,37 @@ def stiffer(amplitude):
     return pieces(lambda x: x * x / 2 + abs(x) ** 3, ends, [mpf(0)])
 
 
+def falls(force, height, mass):
+    """Down from a height and up again, twice: each 2 sqrt(2 m h)/F."""
+    return 2 * mpmath.sqrt(2 * mass * height) / force
+
+
+def roof(g, height):
+    """With m = 2."""
+    quarter = mpf(1) / 4
+    total = falls(g / 2 + quarter, height, 2)
+    behind = height - (g / 2 - quarter) * 2 / 3
+    if behind < 0:
+        return total + falls(g / 2 - quarter, height, 2)
+    fast, slow = mpmath.sqrt(height), mpmath.sqrt(behind)
+    return total + 2 * (fast - slow) * mpmath.sqrt(4) / (g / 2 - quarter) + falls(g / 2 + quarter, behind, 2)
+
+
+def pressed(amplitude):
+    """Parts of two harmonic motions about -1 and 1, of amplitude A + 1."""
+    return 4 * mpmath.acos(1 / (1 + amplitude))
+
+
+def notch(amplitude):
+    """On the right U = x^2 + 2 x - 1/2, harmonic about -1; on the left x^2 - 2 x + 1/2, about 1; omega^2 = 2."""
+    edge = mpf(1) / 4
+    high = edge + amplitude
+    right = mpmath.acos((edge + 1) / (high + 1))
+    energy = high ** 2 + 2 * amplitude
+    radius = mpmath.sqrt(energy + mpf(1) / 2)
+    return mpmath.sqrt(2) * (right + mpmath.acos((1 - edge) / radius))
+
+
 def cases():
     pi = mpmath.pi
     for text, value in [
@@ -243,6 +280,18 @@ def cases():
     yield HEAVIER, ["amplitude", "1"], heavier()
     yield EDGES, ["amplitude", "1"], edges(mpf(1))
     yield EDGES, ["amplitude", "20"], edges(mpf(20))
+    yield WEDGE, ["amplitude", "1e-200"], 2 * falls(1, mpf(10) ** -200, 1)
+    yield WEDGE, ["amplitude", "1"], 2 * falls(1, mpf(1), 1)
+    yield WEDGE, ["energy", "1e6"], 2 * falls(1, mpf(10) ** 6, 1)
+    # Forces of g/2 + 1/4 to the right of 2/3, of g/2 - 1/4 as far as 0 and of g/2 + 1/4 behind.
+    g = mpf(981) / 100
+    yield ROOF, ["amplitude", "1/2"], roof(g, (g / 2 + mpf(1) / 4) / 2)
+    yield ROOF, ["amplitude", "3"], roof(g, (g / 2 + mpf(1) / 4) * 3)
+    yield SLOPES, ["amplitude", "1"], falls(3, mpf(3), 1) + falls(1, mpf(3), 1)
+    for text, value in [("1e-30", mpf(10) ** -30), ("1", mpf(1)), ("1000", mpf(1000))]:
+        yield PRESSED, ["amplitude", text], pressed(value)
+    for text, value in [("1/10", mpf(1) / 10), ("1", mpf(1))]:
+        yield NOTCH, ["amplitude", text], notch(value)
 
 
 def digits(value):
