@@ -11,9 +11,6 @@
 
 mod convert;
 mod roots;
-#[cfg(test)]
-mod tests;
-
 use std::cmp::Ordering;
 use std::hash::{Hash, Hasher};
 use std::num::NonZeroU64;

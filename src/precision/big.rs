@@ -9,9 +9,6 @@
 
 mod arithmetic;
 mod functions;
-#[cfg(test)]
-mod tests;
-
 use std::ops::Add;
 
 use dashu_int::ops::{BitTest, PowerOfTwo};

@@ -395,23 +395,3 @@ impl Scalar for Ball {
         self.is_zero()
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn angles_of_the_axes_are_in_the_half_open_range() {
-        let pi = std::f64::consts::PI;
-        assert_eq!(Scalar::atan2(&-0.0, &-1.0), pi);
-        assert_eq!(Scalar::atan2(&Ball::ZERO, &Ball::exact(-1.0)).mid_f64(), pi);
-        assert!(!Scalar::is_finite(&Scalar::atan2(&0.0, &0.0)));
-        assert!(!Scalar::is_finite(&Scalar::atan2(&Ball::ZERO, &Ball::ZERO)));
-    }
-
-    #[test]
-    fn exact_numbers_stay_exact() {
-        assert_eq!(Ball::from_number(&Number::from(7), ()), Ball::exact(7.0));
-        assert_eq!(f64::from_number(&Number::from(-7), ()), -7.0);
-    }
-}

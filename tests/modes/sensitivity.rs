@@ -399,3 +399,23 @@ fn what_sets_ranges_or_is_defined_from_others_has_no_entry() {
     let own: Ball = found.omega[0][0].unwrap();
     assert!((own.mid_f64() - 6.0_f64.sqrt() / 4.0).abs() < 1e-15);
 }
+
+/// With V = 1/2 x·Hx - f x1 + (x1³ + x2³ + …)/6 the diagonal of dK/df is dx/df = H⁻¹e1 at x = 0: for Hilbert's matrix H
+/// whole numbers, which the roundings of its entries enter with the condition 1e10.
+#[test]
+fn motions_of_equilibria_are_solutions_of_linear_systems() {
+    let text = "param n = 8  param f = 0  coord x[1..n]  T = sum(i in 1..n, 1/2*x[i]'^2)
+        V = sum(i in 1..n, j in 1..n, 1/2*x[i]*x[j]/(i + j - 1)) - f*x[1] + sum(i in 1..n, x[i]^3/6)";
+    let slopes = solve(text, &[], 15).0.slopes(1).unwrap();
+    let want = [
+        64.0, -2016.0, 20160.0, -92400.0, 221760.0, -288288.0, 192192.0, -51480.0,
+    ];
+    for (i, want) in want.into_iter().enumerate() {
+        let own = slopes.stiffness[9 * i];
+        let off = own - Ball::exact(want);
+        assert!(off.contains_zero() && off.radius < 1e-15, "{own:?}");
+    }
+    // Nothing holds x1 - x2, which the force would move.
+    let text = "param f = 0  coord x[1..2]  T = sum(i in 1..2, 1/2*x[i]'^2)  V = 1/2*(x[1] + x[2])^2 - f*x[1]";
+    assert!(solve(text, &[], 15).0.slopes(0).is_none());
+}
