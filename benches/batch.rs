@@ -51,9 +51,7 @@ fn bench(bencher: Bencher<'_, '_>, text: &str, n: usize, names: &[&str], bounds:
         .and_then(|file| elaborate(&file, &TableTexts::new(), &Settings::new()).ok())
         .and_then(|model| Study::with_options(model, names, options).ok());
     let Some(study) = study else { return };
-    let sets: Vec<f64> = (0..SETS * study.width())
-        .map(|at| 0.5 + (at * 7919 % 1000) as f64 / 1000.0)
-        .collect();
+    let sets: Vec<f64> = (0..SETS * study.width()).map(|at| 0.5 + (at * 7919 % 1000) as f64 / 1000.0).collect();
     let mut solutions = Solutions::new();
     bencher.bench_local(|| study.solve_into(&sets, &mut solutions));
 }

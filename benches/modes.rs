@@ -10,22 +10,9 @@ fn main() {
     divan::main();
 }
 
-fn problem(
-    n: usize,
-    mass: impl Fn(usize, usize) -> f64,
-    k: impl Fn(usize, usize) -> f64,
-) -> Problem {
-    let flat = |f: &dyn Fn(usize, usize) -> f64| {
-        (0..n * n)
-            .map(|at| Ball::exact(f(at % n, at / n)))
-            .collect()
-    };
-    Problem {
-        dimension: n,
-        mass: flat(&mass),
-        stiffness: flat(&k),
-        zero_vectors: Vec::new(),
-    }
+fn problem(n: usize, mass: impl Fn(usize, usize) -> f64, k: impl Fn(usize, usize) -> f64) -> Problem {
+    let flat = |f: &dyn Fn(usize, usize) -> f64| (0..n * n).map(|at| Ball::exact(f(at % n, at / n))).collect();
+    Problem { dimension: n, mass: flat(&mass), stiffness: flat(&k), zero_vectors: Vec::new() }
 }
 
 /// A chain between walls.
@@ -44,11 +31,7 @@ fn chain(n: usize) -> Problem {
 /// A pendulum of n links.
 fn pendulum(n: usize) -> Problem {
     let weight = |i: usize| (n - i) as f64;
-    problem(
-        n,
-        |i, j| weight(i.max(j)),
-        |i, j| if i == j { 9.81 * weight(i) } else { 0.0 },
-    )
+    problem(n, |i, j| weight(i.max(j)), |i, j| if i == j { 9.81 * weight(i) } else { 0.0 })
 }
 
 /// A ring: every frequency but one or two is double.
@@ -88,8 +71,7 @@ struct Doubles(Problem);
 
 impl Source for Doubles {
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
-        let exact =
-            |a: &[Ball]| -> Vec<Big> { a.iter().map(|x| Big::from_ball(x, bits)).collect() };
+        let exact = |a: &[Ball]| -> Vec<Big> { a.iter().map(|x| Big::from_ball(x, bits)).collect() };
         Some(PreciseProblem {
             dimension: self.0.dimension,
             mass: exact(&self.0.mass),

@@ -38,29 +38,13 @@ struct Part {
     statements: &'static str,
 }
 
-const PLAIN: Part = Part {
-    name: "plain",
-    kinetic: "",
-    statements: "",
-};
+const PLAIN: Part = Part { name: "plain", kinetic: "", statements: "" };
 
 const PARTS: [Part; 5] = [
     PLAIN,
-    Part {
-        name: "rotation",
-        kinetic: " + sum(i in 1..N-1, 1/9*x[i]*x[i+1]')",
-        statements: "",
-    },
-    Part {
-        name: "friction",
-        kinetic: "",
-        statements: "dissipation = sum(i in 1..N, 1/40*i*x[i]'^2)",
-    },
-    Part {
-        name: "constraint",
-        kinetic: "",
-        statements: "constraint x[5] = 2*x[9]",
-    },
+    Part { name: "rotation", kinetic: " + sum(i in 1..N-1, 1/9*x[i]*x[i+1]')", statements: "" },
+    Part { name: "friction", kinetic: "", statements: "dissipation = sum(i in 1..N, 1/40*i*x[i]'^2)" },
+    Part { name: "constraint", kinetic: "", statements: "constraint x[5] = 2*x[9]" },
     Part {
         name: "steady motion",
         kinetic: " + 1/2*(5 + x[3] + x[7]^2)*psi'^2",
@@ -80,11 +64,7 @@ fn stop() -> ! {
 }
 
 fn text(part: Part) -> String {
-    let Part {
-        kinetic,
-        statements,
-        ..
-    } = part;
+    let Part { kinetic, statements, .. } = part;
     format!("{CHAIN}\n{statements}\nT = sum(i in 1..N, 1/2*m[i]*x[i]'^2){kinetic}")
 }
 
@@ -129,9 +109,7 @@ fn d_modes(bencher: Bencher<'_, '_>, part: Part) {
 #[divan::bench(args = PARTS)]
 fn e_sensitivities(bencher: Bencher<'_, '_>, part: Part) {
     let linear = linear(model(&text(part)));
-    let Ok(modes) = normal_modes(&linear, &Options::default()) else {
-        stop()
-    };
+    let Ok(modes) = normal_modes(&linear, &Options::default()) else { stop() };
     bencher.bench(|| sensitivities(&linear, &modes));
 }
 

@@ -67,11 +67,7 @@ fn source(Case(name, n): Case) -> Source {
         let points = include_str!("../models/data/ubiquitin_atoms.csv");
         tables = tables.with("data/ubiquitin_atoms.csv".to_owned(), points.to_owned());
     }
-    Source {
-        text,
-        tables,
-        settings,
-    }
+    Source { text, tables, settings }
 }
 
 fn parsed(source: &Source) -> File {
@@ -142,9 +138,7 @@ fn e_modes_floor(bencher: Bencher<'_, '_>, case: Case) {
     let source = source(case);
     let linear = linear(elaborated(&source, &parsed(&source)));
     let n = linear.dimension();
-    let matrix = |entries: &[Ball]| {
-        nalgebra::DMatrix::from_iterator(n, n, entries.iter().map(Ball::mid_f64))
-    };
+    let matrix = |entries: &[Ball]| nalgebra::DMatrix::from_iterator(n, n, entries.iter().map(Ball::mid_f64));
     let (mass, stiffness) = (matrix(&linear.mass()), matrix(&linear.stiffness()));
     bencher.bench(|| {
         let factor = mass.clone().cholesky()?;

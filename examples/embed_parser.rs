@@ -36,9 +36,7 @@ fn main() -> ExitCode {
         Err(errors) => {
             for error in &errors {
                 let diagnostic = Diagnostic::from(error);
-                let place = diagnostic
-                    .primary
-                    .map(|label| label.span.line_column(&text));
+                let place = diagnostic.primary.map(|label| label.span.line_column(&text));
                 let (line, column) = place.unwrap_or((1, 1));
                 println!("{path}:{line}:{column}: {}", diagnostic.message);
             }

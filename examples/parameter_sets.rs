@@ -82,19 +82,11 @@ print(json.dumps(values(K, M).ravel().tolist()))
 fn problem(family: &str, n: usize) -> (String, Vec<&'static str>, Vec<f64>) {
     if family == "A" {
         let names = vec!["m", "l", "g", "L", "k12", "k23"];
-        (
-            PENDULUMS.to_owned(),
-            names,
-            vec![1.0, 1.0, 9.81, 0.5, 2.0, 3.0],
-        )
+        (PENDULUMS.to_owned(), names, vec![1.0, 1.0, 9.81, 0.5, 2.0, 3.0])
     } else {
         let mut nominal = vec![1.0; 2 * n];
         nominal.push(9.81);
-        (
-            format!("param N = {n}{LINKS}"),
-            vec!["m", "l", "g"],
-            nominal,
-        )
+        (format!("param N = {n}{LINKS}"), vec!["m", "l", "g"], nominal)
     }
 }
 
@@ -102,19 +94,10 @@ fn problem(family: &str, n: usize) -> (String, Vec<&'static str>, Vec<f64>) {
 fn random_sets(nominal: &[f64], count: usize) -> Vec<f64> {
     let mut state = 20_u64;
     let mut random = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         0.5 + (state >> 11) as f64 / (1_u64 << 53) as f64
     };
-    (0..count)
-        .flat_map(|_| {
-            nominal
-                .iter()
-                .map(|value| value * random())
-                .collect::<Vec<_>>()
-        })
-        .collect()
+    (0..count).flat_map(|_| nominal.iter().map(|value| value * random()).collect::<Vec<_>>()).collect()
 }
 
 fn cpu() -> Duration {
@@ -158,11 +141,7 @@ fn numpy(
     let mut lines = text.lines();
     let mut numbers = || -> Result<Vec<f64>, Box<dyn Error>> {
         let line = lines.next().ok_or("numpy gave no answer")?;
-        Ok(line
-            .trim_matches(['[', ']'])
-            .split(", ")
-            .map(str::parse)
-            .collect::<Result<_, _>>()?)
+        Ok(line.trim_matches(['[', ']']).split(", ").map(str::parse).collect::<Result<_, _>>()?)
     };
     Ok((numbers()?, numbers()?))
 }
@@ -183,24 +162,16 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (text, names, nominal) = problem(family, n);
         let sets = random_sets(&nominal, count);
         let file = parse(&text).map_err(|errors| errors[0].clone())?;
-        let model = elaborate(&file, &TableTexts::new(), &Settings::new())
-            .map_err(|errors| errors[0].clone())?;
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).map_err(|errors| errors[0].clone())?;
         let plain = Options::default().without_bounds();
         let frequencies = Options::default().without_vectors().without_matrices();
         let start = Instant::now();
         let study = Study::new(model.clone(), &names)?;
         let derive = start.elapsed().as_secs_f64();
-        write!(
-            stdout,
-            "{{\"model\": \"{family}\", \"n\": {n}, \"sets\": {count}, \"derive_s\": {derive:.1e}"
-        )?;
+        write!(stdout, "{{\"model\": \"{family}\", \"n\": {n}, \"sets\": {count}, \"derive_s\": {derive:.1e}")?;
         let mut solutions = Solutions::new();
         let mut fastest = f64::NAN;
-        for (key, options) in [
-            ("sets_s", Options::default()),
-            ("plain_s", plain),
-            ("frequencies_s", frequencies),
-        ] {
+        for (key, options) in [("sets_s", Options::default()), ("plain_s", plain), ("frequencies_s", frequencies)] {
             let study = Study::with_options(model.clone(), &names, options)?;
             let time = median(|| {
                 study.solve_into(black_box(&sets), &mut solutions)?;
@@ -215,10 +186,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let relative = |set: usize, i: usize| {
             solutions.omega_squared_bounds()[set * n + i] / solutions.omega_squared()[set * n + i]
         };
-        let mut bounds: Vec<f64> = (0..count)
-            .flat_map(|set| (0..n).map(move |i| (set, i)))
-            .map(|(set, i)| relative(set, i))
-            .collect();
+        let mut bounds: Vec<f64> =
+            (0..count).flat_map(|set| (0..n).map(move |i| (set, i))).map(|(set, i)| relative(set, i)).collect();
         bounds.sort_by(f64::total_cmp);
         write!(
             stdout,

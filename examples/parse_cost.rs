@@ -23,9 +23,7 @@ fn seconds() -> f64 {
 /// The greatest resident size so far, in megabytes.
 fn peak() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmHWM:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     let kilobytes: f64 = line.split_whitespace().next()?.parse().ok()?;
     Some(kilobytes * 1024.0 / 1e6)
 }
@@ -38,10 +36,7 @@ fn statements(count: usize) -> String {
             0 => writeln!(text, "param k{i} : N/m = 2.5 + {i}/7  # spring number {i}"),
             1 => writeln!(text, "let r{i} = sqrt((x[{i}] - x[2])^2 + y{i}^2) - l0"),
             2 => writeln!(text, "param m{i} : kg = {i}e-3"),
-            _ => writeln!(
-                text,
-                "let u{i} = k{i}/2*(x[{i}] - x[{i}+1] + a)^2 + m*g*sin(phi)"
-            ),
+            _ => writeln!(text, "let u{i} = k{i}/2*(x[{i}] - x[{i}+1] + a)^2 + m*g*sin(phi)"),
         };
         if written.is_err() {
             break;

@@ -100,14 +100,7 @@ struct Request {
 }
 
 fn request() -> Result<Request, Box<dyn Error>> {
-    let mut request = Request {
-        model: "A".to_owned(),
-        n: 3,
-        warm: false,
-        print: false,
-        only: None,
-        points: None,
-    };
+    let mut request = Request { model: "A".to_owned(), n: 3, warm: false, print: false, only: None, points: None };
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
@@ -135,11 +128,7 @@ fn problem(model: &str, n: usize) -> Result<(String, Option<usize>), Box<dyn Err
         _ => return Err(format!("there is no problem {model}").into()),
     };
     let sized = matches!(model, "B" | "C" | "D");
-    let head = if sized {
-        format!("param N = {n}")
-    } else {
-        String::new()
-    };
+    let head = if sized { format!("param N = {n}") } else { String::new() };
     Ok((head + text, lowest))
 }
 
@@ -151,10 +140,7 @@ struct Clock {
 
 impl Clock {
     fn start() -> Self {
-        Self {
-            wall: Instant::now(),
-            cpu: Self::cpu(),
-        }
+        Self { wall: Instant::now(), cpu: Self::cpu() }
     }
 
     fn cpu() -> Duration {
@@ -174,9 +160,7 @@ impl Clock {
 }
 
 /// The median of wall and CPU time of repeated calls: at least three, for about a second.
-fn repeat(
-    mut call: impl FnMut() -> Result<(), Box<dyn Error>>,
-) -> Result<(f64, f64), Box<dyn Error>> {
+fn repeat(mut call: impl FnMut() -> Result<(), Box<dyn Error>>) -> Result<(f64, f64), Box<dyn Error>> {
     let (mut wall, mut cpu) = (Vec::new(), Vec::new());
     let start = Instant::now();
     while wall.len() < 3 || (wall.len() < 2000 && start.elapsed() < Duration::from_secs(1)) {
@@ -201,11 +185,7 @@ fn first<E: Error + 'static>(errors: Vec<E>) -> Box<dyn Error> {
 }
 
 /// From text to a linearization, with the times of the three stages.
-fn linearized(
-    text: &str,
-    tables: &TableTexts,
-    mut lap: impl FnMut(&str),
-) -> Result<Linearized, Box<dyn Error>> {
+fn linearized(text: &str, tables: &TableTexts, mut lap: impl FnMut(&str)) -> Result<Linearized, Box<dyn Error>> {
     let file = parse(text).map_err(first)?;
     lap("parse");
     let model = elaborate(&file, tables, &Settings::new()).map_err(first)?;
@@ -247,11 +227,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut put = |key: &str, time: (f64, f64)| {
         // Writing to a string does not fail.
-        let _ = writeln!(
-            out,
-            "{{\"{key}_s\": {:e}, \"{key}_cpu_s\": {:e}}}",
-            time.0, time.1
-        );
+        let _ = writeln!(out, "{{\"{key}_s\": {:e}, \"{key}_cpu_s\": {:e}}}", time.0, time.1);
     };
     let mut whole = Clock::start();
     let mut clock = Clock::start();
@@ -303,18 +279,13 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     let mut oscillating: Vec<_> = normal.modes.iter().collect();
     oscillating.sort_by(|a, b| a.omega.mid_f64().total_cmp(&b.omega.mid_f64()));
-    let frequencies: Vec<String> = oscillating
-        .iter()
-        .map(|mode| format!("\"{}\"", decimal(&mode.omega, DIGITS).text))
-        .collect();
+    let frequencies: Vec<String> =
+        oscillating.iter().map(|mode| format!("\"{}\"", decimal(&mode.omega, DIGITS).text)).collect();
     let centres: Vec<String> = oscillating
         .iter()
         .map(|mode| {
             let omega = &mode.omega;
-            format!(
-                "[{:e}, {:e}, {:e}]",
-                omega.mid.hi, omega.mid.lo, omega.radius
-            )
+            format!("[{:e}, {:e}, {:e}]", omega.mid.hi, omega.mid.lo, omega.radius)
         })
         .collect();
     writeln!(out, "{{\"freq\": [{}]}}", frequencies.join(", "))?;

@@ -35,10 +35,7 @@ fn main() -> Result<(), Error> {
     // The matrices in symbols.
     let matrices = linearize::derive(model.clone())?;
     for row in &matrices.stiffness {
-        let row: Vec<String> = row
-            .iter()
-            .map(|entry| matrices.pool.display(*entry))
-            .collect();
+        let row: Vec<String> = row.iter().map(|entry| matrices.pool.display(*entry)).collect();
         println!("K: {}", row.join(", "));
     }
 

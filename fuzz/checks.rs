@@ -59,10 +59,7 @@ pub(crate) fn format(text: &str) {
 /// A small model is answered with finite modes, or with mistakes that have a place.
 pub(crate) fn trip(text: &str) {
     // A model may ask for as much work as it likes: with four digits for a million instances.
-    let long_number = text
-        .as_bytes()
-        .windows(4)
-        .any(|bytes| bytes.iter().all(u8::is_ascii_digit));
+    let long_number = text.as_bytes().windows(4).any(|bytes| bytes.iter().all(u8::is_ascii_digit));
     if text.len() > MOST_BYTES || long_number {
         return;
     }
@@ -79,10 +76,7 @@ fn modes(text: &str) -> Result<(), Error> {
     let file = syntax::parse(text)?;
     let mut tables = TableTexts::new();
     for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
-        tables = tables.with(
-            name,
-            "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n",
-        );
+        tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
     }
     let model = model::elaborate(&file, &tables, &Settings::new())?;
     if model.coordinates.len() > MOST_COORDINATES {
@@ -129,16 +123,10 @@ fn places(text: &str, file: &File) {
         assert!(within(text, statement.span), "{statement:?}");
     }
     for expr in file.expressions.iter() {
-        assert!(
-            within(text, expr.span) && expr.span.start < expr.span.end,
-            "{expr:?}"
-        );
+        assert!(within(text, expr.span) && expr.span.start < expr.span.end, "{expr:?}");
     }
     for unit in file.units.iter() {
-        assert!(
-            within(text, unit.span) && unit.span.start < unit.span.end,
-            "{unit:?}"
-        );
+        assert!(within(text, unit.span) && unit.span.start < unit.span.end, "{unit:?}");
     }
     for comment in &file.comments {
         assert!(within(text, comment.span), "{comment:?}");

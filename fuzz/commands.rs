@@ -16,9 +16,7 @@ use librate::motion::{Enclosed, Start, System, Times};
 use librate::period::{self, Oscillator, Request};
 use librate::report::{self, Style};
 use librate::sweep::{self, Range};
-use librate::{
-    Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax,
-};
+use librate::{Error, amplitude, floquet, inertia, linearize, modes, oscillation, sensitivity, syntax};
 
 /// The longest text, in bytes: what is small to the command line.
 const MOST_BYTES: usize = 8192;
@@ -86,9 +84,7 @@ pub(crate) fn check(text: &str) {
     if text.len() > MOST_BYTES {
         return;
     }
-    let sum = text
-        .bytes()
-        .fold(0_usize, |sum, byte| sum + usize::from(byte));
+    let sum = text.bytes().fold(0_usize, |sum, byte| sum + usize::from(byte));
     let reversed: Vec<u8> = text.bytes().rev().collect();
     let mut flags = Flags(reversed.iter());
     let budget = Budget::new(BYTES);
@@ -119,10 +115,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
     let file = syntax::parse(text)?;
     let mut tables = TableTexts::new();
     for name in ["bonds.csv", "springs.csv", "atoms.csv", "data.csv"] {
-        tables = tables.with(
-            name,
-            "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n",
-        );
+        tables = tables.with(name, "i,j,k,d,mass,x,y,z,name\n1,2,3,0.5,12,0,0,1,C\n2,3,4,1,16,1,0,0,O\n");
     }
     let settings = Settings::new().within(budget.clone());
     if number == 1 {
@@ -146,12 +139,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
     }
     let model = model::elaborate(&file, &tables, &settings)?;
     match number {
-        3 => Ok(told(
-            &model::warnings(&file, &model)
-                .iter()
-                .map(Diagnostic::from)
-                .collect::<Vec<_>>(),
-        )),
+        3 => Ok(told(&model::warnings(&file, &model).iter().map(Diagnostic::from).collect::<Vec<_>>())),
         4 => {
             let parts = Parts::all().cubic(*flags.one(&[&false, &true]));
             let derivation = derive::derive(&model, &parts)?;
@@ -173,8 +161,7 @@ fn command(number: usize, text: &str, flags: &mut Flags, budget: &Budget) -> Res
                 Ok(linearized) => Oscillator::new(&linearized)?,
                 Err(error) => Oscillator::about_corner(&model).ok_or(error)?,
             };
-            let request =
-                Request::Amplitude(Constant::parse(flags.one(&["1", "1/100", "pi", "50"]))?);
+            let request = Request::Amplitude(Constant::parse(flags.one(&["1", "1/100", "pi", "50"]))?);
             let options = period::Options::default().digits(flags.digits());
             let found = oscillator.period(&request, &options)?;
             Ok(report::period_json(&oscillator, &found, &options))
@@ -193,11 +180,7 @@ fn of_modes(number: usize, model: Model, flags: &mut Flags) -> Result<String, Er
     let linearized = linearize::linearize(model)?;
     let normal = oscillation::normal_modes(&linearized, &options)?;
     let suspicious = oscillation::warnings(&linearized, &normal);
-    assert!(
-        suspicious
-            .iter()
-            .all(|own| !Diagnostic::from(own).message.is_empty())
-    );
+    assert!(suspicious.iter().all(|own| !Diagnostic::from(own).message.is_empty()));
     Ok(match number {
         8 => {
             let found = amplitude::amplitude(&linearized, &normal)?;
@@ -216,12 +199,7 @@ fn motion(model: &Model, flags: &mut Flags) -> Result<String, Error> {
     let times = Times::new(&until, 11)?;
     let system = System::new(model)?;
     let linearized = linearize::linearize(model.clone()).ok();
-    let start = Start::parse(
-        flags.one(&["x=1", "", "x=1/10", "y'=1"]),
-        model,
-        linearized.as_ref(),
-        &system,
-    )?;
+    let start = Start::parse(flags.one(&["x=1", "", "x=1/10", "y'=1"]), model, linearized.as_ref(), &system)?;
     let found = match flags.one(&["plain", "quick", "proved"]) {
         "quick" => system.quick(&start, &times, 1e-9)?,
         "proved" => Enclosed::new(model)?.motion(&start, &times, 10)?,

@@ -91,12 +91,7 @@ pub struct Worker<'a> {
     scratch: Vec<f64>,
 }
 
-fn model_with(
-    file: &File,
-    tables: &TableTexts,
-    settings: &Settings,
-    values: [&str; 2],
-) -> Result<Model, Error> {
+fn model_with(file: &File, tables: &TableTexts, settings: &Settings, values: [&str; 2]) -> Result<Model, Error> {
     let mut settings = settings.clone();
     for value in values {
         settings.add(value)?;
@@ -110,17 +105,9 @@ impl Chart {
     /// # Errors
     /// As [`floquet::floquet`], and where a parameter does not exist, sets a range of an index, is defined from others or is
     /// named twice, or there are too many places.
-    pub fn new(
-        file: &File,
-        tables: &TableTexts,
-        settings: &Settings,
-        ranges: [Range; 2],
-    ) -> Result<Self, Error> {
+    pub fn new(file: &File, tables: &TableTexts, settings: &Settings, ranges: [Range; 2]) -> Result<Self, Error> {
         let bad = |range: &Range, reason: &str| {
-            Error::from(ModelError::BadSetting {
-                text: range.name().to_owned(),
-                reason: reason.to_owned(),
-            })
+            Error::from(ModelError::BadSetting { text: range.name().to_owned(), reason: reason.to_owned() })
         };
         if ranges[0].name() == ranges[1].name() {
             return Err(bad(&ranges[1], "a chart has two different parameters"));
@@ -138,10 +125,7 @@ impl Chart {
         let mut axes = Vec::new();
         for range in &ranges {
             let of = |model: &Model| {
-                let number = model
-                    .parameters
-                    .iter()
-                    .position(|p| p.name == range.name())?;
+                let number = model.parameters.iter().position(|p| p.name == range.name())?;
                 let value = linearize::constant(&model.pool, model.parameters[number].value?)?;
                 Some((number, value.mid_f64()))
             };
@@ -155,11 +139,7 @@ impl Chart {
                 return Err(bad(range, reason));
             }
             numbers.push(number);
-            axes.push(Axis {
-                range: range.clone(),
-                from,
-                to,
-            });
+            axes.push(Axis { range: range.clone(), from, to });
         }
         let [first, second] = [axes.remove(0), axes.remove(0)];
         let mut driven = Driven::new(&model, &numbers)?;
@@ -171,9 +151,7 @@ impl Chart {
             floquet::try_period(&other)?;
         }
         let begin = floquet::begin(&model, &mut driven);
-        let not_defined = FloquetError::NotDefined {
-            span: driven.driven_at,
-        };
+        let not_defined = FloquetError::NotDefined { span: driven.driven_at };
         let equations = if floquet::rests(&model, &mut driven, &begin)? {
             let slopes = driven.linear(&begin[..n])?;
             Equations::linear(&driven.pool, driven.time, 2 * n, &driven.open, &slopes)
@@ -184,12 +162,7 @@ impl Chart {
         let mut roots = vec![driven.period.0];
         roots.extend(&begin);
         let start = Tape::compile(&driven.pool, &roots, &driven.open).map_err(|_| not_defined)?;
-        Ok(Self {
-            axes: [first, second],
-            equations,
-            start: start.prepare(()),
-            damped: driven.damped,
-        })
+        Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })
     }
 
     /// The names of the parameters.
@@ -216,13 +189,10 @@ impl Chart {
         let Some(own) = self.axes.get(axis) else {
             return Vec::new();
         };
-        let (Some(from), Some(to)) = (own.range.value(0), own.range.value(own.range.len() - 1))
-        else {
+        let (Some(from), Some(to)) = (own.range.value(0), own.range.value(own.range.len() - 1)) else {
             return Vec::new();
         };
-        (0..own.range.len())
-            .map(|at| self.declared(axis, from, to, at as f64))
-            .collect()
+        (0..own.range.len()).map(|at| self.declared(axis, from, to, at as f64)).collect()
     }
 
     fn declared(&self, axis: usize, from: f64, to: f64, place: f64) -> f64 {
@@ -265,13 +235,7 @@ impl Worker<'_> {
                 if let (Some(here), Some(there)) = (here, there)
                     && here != there
                 {
-                    found.push(Search {
-                        from: [first as f64, second as f64],
-                        step,
-                        here,
-                        low: 0.0,
-                        high: 1.0,
-                    });
+                    found.push(Search { from: [first as f64, second as f64], step, here, low: 0.0, high: 1.0 });
                 }
             };
             meet(own.get(second + 1), [0.0, 1.0]);
@@ -288,9 +252,7 @@ impl Worker<'_> {
                 }
             }
         }
-        let borders = found
-            .iter()
-            .map(|search| self.chart.border(search.middle()));
+        let borders = found.iter().map(|search| self.chart.border(search.middle()));
         borders.collect()
     }
 
@@ -334,10 +296,7 @@ impl Worker<'_> {
             };
             self.chart.judged(&slopes, period)
         });
-        found.unwrap_or(Place {
-            stable: None,
-            growth_rate: f64::NAN,
-        })
+        found.unwrap_or(Place { stable: None, growth_rate: f64::NAN })
     }
 
     /// As many places as there are lanes; `None` where one of them has no periodic motion or is not found beside the
@@ -353,9 +312,7 @@ impl Worker<'_> {
         let period = lanes(&|at| starts[at].1);
         let start = self.chart.equations.is_moving().then(|| {
             let components = 0..starts[0].2.len();
-            components
-                .map(|i| lanes(&|at| starts[at].2[i]))
-                .collect::<Vec<Lane>>()
+            components.map(|i| lanes(&|at| starts[at].2[i])).collect::<Vec<Lane>>()
         });
         let slopes = monodromy(&mut self.several, period, start)?;
         let found = (0..places.len()).map(|at| {
@@ -423,14 +380,7 @@ impl Chart {
     /// What the derivative of the state after a period tells; `None` where it is no number.
     fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
         let (size, grows) = self.largest(slopes)?;
-        Some(Place {
-            stable: Some(!grows),
-            growth_rate: if grows || self.damped {
-                size.ln() / period
-            } else {
-                0.0
-            },
-        })
+        Some(Place { stable: Some(!grows), growth_rate: if grows || self.damped { size.ln() / period } else { 0.0 } })
     }
 
     fn border(&self, place: [f64; 2]) -> Border {
@@ -442,9 +392,7 @@ impl Chart {
                 _ => f64::NAN,
             }
         };
-        Border {
-            at: [value(0), value(1)],
-        }
+        Border { at: [value(0), value(1)] }
     }
 
     /// The modulus of the largest multiplier, and whether it is outside the unit circle.
@@ -453,17 +401,9 @@ impl Chart {
             let half = 0.5 * (a + d);
             let product = if self.damped { a * d - b * c } else { 1.0 };
             let square = half * half - product;
-            let size = if square > 0.0 {
-                half.abs() + square.sqrt()
-            } else {
-                product.max(0.0).sqrt()
-            };
+            let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
             // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
-            let grows = if self.damped {
-                size > 1.0 + FINE
-            } else {
-                half.abs() > 1.0 + FINE
-            };
+            let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
             return size.is_finite().then_some((size, grows));
         }
         let n = self.equations.dimension();

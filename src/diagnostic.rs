@@ -64,10 +64,7 @@ impl Diagnostic {
             severity: Severity::Error,
             code: None,
             message: readable(message.into()),
-            primary: Some(Label {
-                span,
-                text: readable(label.into()),
-            }),
+            primary: Some(Label { span, text: readable(label.into()) }),
             secondary: Vec::new(),
             help: None,
         }
@@ -89,20 +86,12 @@ impl Diagnostic {
     /// Something legal, but suspicious, at a place.
     #[must_use]
     pub fn warning(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
-        Self {
-            severity: Severity::Warning,
-            ..Self::error(message, span, label)
-        }
+        Self { severity: Severity::Warning, ..Self::error(message, span, label) }
     }
 
     /// The same with what is wrong.
     pub(crate) fn told(self, severity: Severity, message: String, code: &'static str) -> Self {
-        Self {
-            severity,
-            message: readable(message),
-            code: Some(code),
-            ..self
-        }
+        Self { severity, message: readable(message), code: Some(code), ..self }
     }
 
     /// The same with a second place, if there is one.
@@ -116,10 +105,7 @@ impl Diagnostic {
 
     /// The same with a fix, if there is one.
     pub(crate) fn or_help(self, help: Option<String>) -> Self {
-        Self {
-            help: help.map(readable).or(self.help),
-            ..self
-        }
+        Self { help: help.map(readable).or(self.help), ..self }
     }
 
     /// The same with the code of its kind.
@@ -132,10 +118,7 @@ impl Diagnostic {
     /// The same with a second place.
     #[must_use]
     pub fn with_secondary(mut self, span: Span, text: impl Into<String>) -> Self {
-        self.secondary.push(Label {
-            span,
-            text: readable(text.into()),
-        });
+        self.secondary.push(Label { span, text: readable(text.into()) });
         self
     }
 
@@ -192,11 +175,7 @@ pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         let distance = alignment_distance(name, candidate);
         let longer = name.chars().count().max(candidate.chars().count());
         // Distances are doubled so that a wrong case can cost half.
-        let allowed = if longer <= 2 {
-            1
-        } else {
-            (2 * longer).div_ceil(3).max(2)
-        };
+        let allowed = if longer <= 2 { 1 } else { (2 * longer).div_ceil(3).max(2) };
         if distance <= allowed && best.is_none_or(|(least, _)| distance < least) {
             best = Some((distance, candidate));
         }
@@ -220,9 +199,7 @@ fn alignment_distance(a: &str, b: &str) -> usize {
             } else {
                 2
             };
-            row[j] = (rows[i - 1][j - 1] + change)
-                .min(rows[i - 1][j] + 2)
-                .min(row[j - 1] + 2);
+            row[j] = (rows[i - 1][j - 1] + change).min(rows[i - 1][j] + 2).min(row[j - 1] + 2);
             if i > 1 && j > 1 && x == b[j - 2] && a[i - 2] == y {
                 row[j] = row[j].min(rows[i - 2][j - 2] + 2);
             }

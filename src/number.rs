@@ -95,10 +95,7 @@ impl Number {
             // Callers never ask for it; 0 keeps the type's promise instead of a panic.
             return Number::ZERO;
         }
-        Number(Repr::Big(Box::new(RBig::from_parts(
-            IBig::from(numerator),
-            UBig::from(denominator),
-        ))))
+        Number(Repr::Big(Box::new(RBig::from_parts(IBig::from(numerator), UBig::from(denominator)))))
     }
 
     /// The canonical form of a big fraction.
@@ -147,10 +144,7 @@ impl Number {
         let (n, d) = (numerator.unsigned_abs(), denominator.unsigned_abs());
         let g = gcd64(n, d);
         let n = i128::from(n / g);
-        Some(Number::reduced(
-            if negative { -n } else { n },
-            u128::from(d / g),
-        ))
+        Some(Number::reduced(if negative { -n } else { n }, u128::from(d / g)))
     }
 
     /// The numerator of the reduced fraction; it carries the sign.
@@ -237,10 +231,7 @@ impl Number {
             Repr::Small(numerator, denominator) => {
                 (64 - (numerator.unsigned_abs() | denominator.get()).leading_zeros()) as usize
             }
-            Repr::Big(value) => value
-                .numerator()
-                .bit_len()
-                .max(value.denominator().bit_len()),
+            Repr::Big(value) => value.numerator().bit_len().max(value.denominator().bit_len()),
         }
     }
 
@@ -267,11 +258,7 @@ impl Number {
     /// The absolute value.
     #[must_use]
     pub fn abs(&self) -> Number {
-        if self.is_negative() {
-            self.neg()
-        } else {
-            self.clone()
-        }
+        if self.is_negative() { self.neg() } else { self.clone() }
     }
 
     /// The opposite.
@@ -367,11 +354,7 @@ impl Number {
         if self.is_zero() {
             return (exponent > 0).then_some(Number::ZERO);
         }
-        let base = if exponent < 0 {
-            self.recip()?
-        } else {
-            self.clone()
-        };
+        let base = if exponent < 0 { self.recip()? } else { self.clone() };
         if base.is_integer() && base.abs().is_one() {
             return Some(if exponent % 2 == 0 { Number::ONE } else { base });
         }
@@ -419,10 +402,7 @@ impl Number {
             let lcm = u128::from(b.get() / gcd64(b.get(), d.get())) * u128::from(d.get());
             return Number::reduced(i128::from(numerator), lcm);
         }
-        let (a, c) = (
-            self.numerator().unsigned_abs(),
-            other.numerator().unsigned_abs(),
-        );
+        let (a, c) = (self.numerator().unsigned_abs(), other.numerator().unsigned_abs());
         let (b, d) = (self.denominator(), other.denominator());
         let lcm = &b / (&b).gcd(&d) * d;
         Number::from_parts(IBig::from(a.gcd(c)), lcm).unwrap_or(Number::ONE)
@@ -439,11 +419,7 @@ impl Number {
             Repr::Small(n, d) => (i128::from(*n).rem_euclid(i128::from(p)) as u64, d.get() % p),
             Repr::Big(value) => {
                 let magnitude = value.numerator().unsigned_abs() % p;
-                let n = if self.is_negative() && magnitude != 0 {
-                    p - magnitude
-                } else {
-                    magnitude
-                };
+                let n = if self.is_negative() && magnitude != 0 { p - magnitude } else { magnitude };
                 (n, value.denominator() % p)
             }
         };

@@ -49,27 +49,17 @@ impl Range {
     /// # Ok::<(), librate::model::ModelError>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = |reason: &str| ModelError::BadSetting {
-            text: text.to_owned(),
-            reason: reason.to_owned(),
-        };
+        let bad = |reason: &str| ModelError::BadSetting { text: text.to_owned(), reason: reason.to_owned() };
         let form = "it has no form of a range, NAME=a..b:count";
         let (name, range) = text.split_once('=').ok_or_else(|| bad(form))?;
         let (ends, count) = range.rsplit_once(':').ok_or_else(|| bad(form))?;
         let (from, to) = ends.split_once("..").ok_or_else(|| bad(form))?;
-        let count: usize = count
-            .trim()
-            .parse()
-            .map_err(|_| bad("the count is a whole number"))?;
+        let count: usize = count.trim().parse().map_err(|_| bad("the count is a whole number"))?;
         if !(1..=MOST_PLACES).contains(&count) {
             return Err(bad("the count is a number from 1 to 1000000"));
         }
-        let range = Self {
-            name: name.trim().to_owned(),
-            from: from.trim().to_owned(),
-            to: to.trim().to_owned(),
-            count,
-        };
+        let range =
+            Self { name: name.trim().to_owned(), from: from.trim().to_owned(), to: to.trim().to_owned(), count };
         // Each end by itself, so that `1) + (2` is none.
         for end in [&range.from, &range.to] {
             Settings::new().add(&format!("{} = {end}", range.name))?;
@@ -114,9 +104,7 @@ impl Range {
         if place == 0 {
             return self.from.clone();
         }
-        let Self {
-            from, to, count, ..
-        } = self;
+        let Self { from, to, count, .. } = self;
         format!("({from}) + (({to}) - ({from}))*{place}/{}", count - 1)
     }
 
@@ -154,9 +142,6 @@ pub fn sweep<'a>(
             let modes = oscillation::normal_modes(&linearized, options)?;
             Ok((linearized, modes))
         };
-        Place {
-            value: range.value(place).unwrap_or(f64::NAN),
-            result: solve(),
-        }
+        Place { value: range.value(place).unwrap_or(f64::NAN), result: solve() }
     })
 }

@@ -93,8 +93,7 @@ fn trip(model: &Model, asked: &Asked) -> Result<(Vec<Ball>, NormalModes), String
     for (name, text) in &model.tables {
         tables = tables.with(name.clone(), text.clone());
     }
-    let file = parse(&model.text)
-        .map_err(|errors| said(errors.iter().map(ToString::to_string).collect()))?;
+    let file = parse(&model.text).map_err(|errors| said(errors.iter().map(ToString::to_string).collect()))?;
     let elaborated = elaborate(&file, &tables, &Settings::new())
         .map_err(|errors| said(errors.iter().map(ToString::to_string).collect()))?;
     let linearized = linearize(elaborated).map_err(|error| error.to_string())?;
@@ -126,16 +125,11 @@ pub(crate) fn check(model: &Model, asked: &Asked) -> Outcome {
     outcome.coordinates = point.len();
     let mut bits = BITS;
     loop {
-        let mut attempt = Outcome {
-            coordinates: outcome.coordinates,
-            cpu: outcome.cpu,
-            ..Outcome::default()
-        };
+        let mut attempt = Outcome { coordinates: outcome.coordinates, cpu: outcome.cpu, ..Outcome::default() };
         let judged = if let Reference::Exponents(scaled) = &model.reference {
             exponents::judge(scaled, &modes, asked, bits, &mut attempt)
         } else {
-            Judge::new(model, &point, bits, &mut attempt)
-                .and_then(|judge| judge.judge(&modes, asked, &mut attempt))
+            Judge::new(model, &point, bits, &mut attempt).and_then(|judge| judge.judge(&modes, asked, &mut attempt))
         };
         if judged.is_some() {
             return attempt;
@@ -161,10 +155,7 @@ fn pinned(problem: &dyn Searched, found: &[Ball], bits: usize) -> Option<Vec<Rea
     let mut x: Vec<Real> = found.iter().map(|ball| centre(ball, bits)).collect();
     for _ in 0..40 {
         let (gradient, hessian) = problem.derivatives(&x, bits);
-        let matrices = Matrices {
-            mass: problem.mass(bits),
-            stiffness: hessian,
-        };
+        let matrices = Matrices { mass: problem.mass(bits), stiffness: hessian };
         let factors = Factors::new(&matrices, &integer(0, bits), bits)?;
         let step = factors.solve(&gradient);
         let size = x.iter().map(log2).max().unwrap_or(0);
@@ -194,36 +185,25 @@ pub(crate) fn within(value: &Real, ball: &Ball, bits: usize) -> bool {
 impl Judge {
     fn new(model: &Model, point: &[Ball], bits: usize, outcome: &mut Outcome) -> Option<Self> {
         let matrices = match &model.reference {
-            Reference::Exact { mass, stiffness } => Matrices {
-                mass: to_reals(mass, bits),
-                stiffness: to_reals(stiffness, bits),
-            },
+            Reference::Exact { mass, stiffness } => {
+                Matrices { mass: to_reals(mass, bits), stiffness: to_reals(stiffness, bits) }
+            }
             Reference::Real(matrices) => matrices(bits),
             Reference::Exponents(_) => return None,
             Reference::Searched(problem) => {
                 let x = pinned(problem.as_ref(), point, bits)?;
                 for (i, (x, ball)) in x.iter().zip(point).enumerate() {
                     if !within(x, ball, bits) {
-                        let message = format!(
-                            "coordinate {}: {ball:?} is off by {:e}",
-                            i + 1,
-                            float(&(x - centre(ball, bits)))
-                        );
+                        let message =
+                            format!("coordinate {}: {ball:?} is off by {:e}", i + 1, float(&(x - centre(ball, bits))));
                         outcome.violations.push((Wrong::Equilibrium, message));
                     }
                 }
-                Matrices {
-                    mass: problem.mass(bits),
-                    stiffness: problem.derivatives(&x, bits).1,
-                }
+                Matrices { mass: problem.mass(bits), stiffness: problem.derivatives(&x, bits).1 }
             }
         };
         let truth = Truth::new(&matrices, bits)?;
-        Some(Self {
-            bits,
-            matrices,
-            truth,
-        })
+        Some(Self { bits, matrices, truth })
     }
 
     /// `None`: more bits are needed.
@@ -254,10 +234,10 @@ impl Judge {
         let mut zeros = all.clone().filter(is_zero).collect::<Vec<_>>().into_iter();
         let claimed = modes.modes.iter().filter(|m| m.kind == Kind::Zero).count();
         outcome.zeros = claimed;
-        let cut = modes.modes.len() < self.truth.values.len()
-            && modes.modes.last().is_some_and(|m| m.kind == Kind::Zero);
-        let ends_before = modes.modes.len() < self.truth.values.len()
-            && modes.modes.last().is_some_and(|m| m.kind == Kind::Unstable);
+        let cut =
+            modes.modes.len() < self.truth.values.len() && modes.modes.last().is_some_and(|m| m.kind == Kind::Zero);
+        let ends_before =
+            modes.modes.len() < self.truth.values.len() && modes.modes.last().is_some_and(|m| m.kind == Kind::Unstable);
         let true_zeros = self.truth.zeros();
         if claimed > true_zeros || claimed < true_zeros && !cut && !ends_before {
             let message = format!("{claimed} zero modes instead of {true_zeros}");
@@ -276,17 +256,7 @@ impl Judge {
             return Some((0..modes.modes.len()).collect());
         }
         proved.reverse();
-        modes
-            .modes
-            .iter()
-            .map(|mode| {
-                if mode.kind == Kind::Zero {
-                    proved.pop()
-                } else {
-                    others.next()
-                }
-            })
-            .collect()
+        modes.modes.iter().map(|mode| if mode.kind == Kind::Zero { proved.pop() } else { others.next() }).collect()
     }
 
     fn stability(&self, modes: &NormalModes, outcome: &mut Outcome) {
@@ -303,13 +273,7 @@ impl Judge {
         }
     }
 
-    fn number(
-        &self,
-        mode: &NormalMode,
-        position: usize,
-        asked: &Asked,
-        outcome: &mut Outcome,
-    ) -> Option<()> {
+    fn number(&self, mode: &NormalMode, position: usize, asked: &Asked, outcome: &mut Outcome) -> Option<()> {
         let bits = self.bits;
         let value = &self.truth.values[position];
         let name = format!("eigenvalue {}", position + 1);
@@ -350,9 +314,7 @@ impl Judge {
         }
         let floor = scale(&root, -107);
         let radius = real(&exact(ball.radius), bits);
-        outcome
-            .ratios
-            .push(float(&(&radius / larger(error, floor))));
+        outcome.ratios.push(float(&(&radius / larger(error, floor))));
         // The same by counting, from both ends of the printed interval.
         let middle = centre(ball, bits);
         let least = larger(&middle - &radius, integer(0, bits));
@@ -368,13 +330,7 @@ impl Judge {
     }
 
     /// Whether the eigenvalue with this position lies between the ends, by counting those below.
-    fn count(
-        &self,
-        least: &Real,
-        most: &Real,
-        position: usize,
-        outcome: &mut Outcome,
-    ) -> Option<()> {
+    fn count(&self, least: &Real, most: &Real, position: usize, outcome: &mut Outcome) -> Option<()> {
         let bits = self.bits;
         let least = least - scale(&abs(least), -AWAY);
         let most = most + scale(&abs(most), -AWAY);
@@ -447,12 +403,7 @@ impl Judge {
 
     /// Each shape against its projection on the exact eigenspaces of its cluster, component by
     /// component for a mode of its own; and whether shapes of a cluster are orthonormal.
-    fn shapes(
-        &self,
-        modes: &[NormalMode],
-        positions: &[usize],
-        outcome: &mut Outcome,
-    ) -> Option<()> {
+    fn shapes(&self, modes: &[NormalMode], positions: &[usize], outcome: &mut Outcome) -> Option<()> {
         let bits = self.bits;
         let m = &self.matrices.mass;
         let total = m.iter().flatten().fold(integer(0, bits), |s, x| s + abs(x));
@@ -461,15 +412,10 @@ impl Judge {
         let mut start = 0;
         while start < modes.len() {
             let cluster = modes[start].cluster;
-            let end = (start..modes.len())
-                .find(|i| modes[*i].cluster != cluster)
-                .unwrap_or(modes.len());
+            let end = (start..modes.len()).find(|i| modes[*i].cluster != cluster).unwrap_or(modes.len());
             // Of a cluster at the end of what `lowest` asks for, members may be out of sight.
             let cut = end == modes.len() && modes.len() < self.truth.values.len();
-            let mut groups: Vec<usize> = positions[start..end]
-                .iter()
-                .map(|k| self.truth.group[*k])
-                .collect();
+            let mut groups: Vec<usize> = positions[start..end].iter().map(|k| self.truth.group[*k]).collect();
             groups.dedup();
             projectors.retain(|(group, _, _)| groups.contains(group));
             for &group in &groups {
@@ -500,11 +446,8 @@ impl Judge {
                     let members = self.truth.group.iter().filter(|g| groups.contains(g));
                     if end - start == 1 && members.count() == 1 {
                         let norm = sqrt(&inner(&projected, &times(m, &projected, bits), bits));
-                        let worst = x
-                            .iter()
-                            .zip(&projected)
-                            .map(|(x, y)| abs(&(x - y / &norm)))
-                            .fold(integer(0, bits), larger);
+                        let worst =
+                            x.iter().zip(&projected).map(|(x, y)| abs(&(x - y / &norm))).fold(integer(0, bits), larger);
                         if worst > &allowed + slack {
                             let message = format!(
                                 "shape of eigenvalue {}: off by {:e}, bound {bound:e}",
@@ -514,8 +457,7 @@ impl Judge {
                             outcome.violations.push((Wrong::Shape, message));
                         }
                     } else {
-                        let rest: Vec<Real> =
-                            x.iter().zip(&projected).map(|(x, y)| x - y).collect();
+                        let rest: Vec<Real> = x.iter().zip(&projected).map(|(x, y)| x - y).collect();
                         let away = sqrt(&abs(&inner(&rest, &times(m, &rest, bits), bits)));
                         if away > &length * (&allowed + slack) {
                             let message = format!(
@@ -551,11 +493,7 @@ impl Judge {
                 let size = self.rounding(x, y);
                 let bound = modes[a].vector_error_bound.max(modes[b].vector_error_bound);
                 // Relative to the largest component, a bound below rounding says nothing here.
-                let largest = x
-                    .iter()
-                    .chain(y)
-                    .map(|x| float(x).abs())
-                    .fold(0.0, f64::max);
+                let largest = x.iter().chain(y).map(|x| float(x).abs()).fold(0.0, f64::max);
                 let relative = bound / largest + 2.0_f64.powi(-50);
                 if float(&off) > 4.0 * relative * size {
                     let message = format!(
@@ -574,13 +512,7 @@ impl Judge {
     /// Σ |M_ij| |x|max |y|max: what one relative error of the largest components changes xᵀMy by.
     fn rounding(&self, x: &[Real], y: &[Real]) -> f64 {
         let top = |v: &[Real]| v.iter().map(|x| float(x).abs()).fold(0.0, f64::max);
-        let sum: f64 = self
-            .matrices
-            .mass
-            .iter()
-            .flatten()
-            .map(|m| float(m).abs())
-            .sum();
+        let sum: f64 = self.matrices.mass.iter().flatten().map(|m| float(m).abs()).sum();
         (sum * top(x) * top(y)).max(1.0)
     }
 }

@@ -134,10 +134,8 @@ impl Draw {
 fn regular(a: &[Vec<i64>]) -> bool {
     const P: i128 = (1 << 61) - 1;
     let n = a.len();
-    let mut a: Vec<Vec<i128>> = a
-        .iter()
-        .map(|row| row.iter().map(|x| i128::from(*x).rem_euclid(P)).collect())
-        .collect();
+    let mut a: Vec<Vec<i128>> =
+        a.iter().map(|row| row.iter().map(|x| i128::from(*x).rem_euclid(P)).collect()).collect();
     for k in 0..n {
         let Some(at) = (k..n).find(|i| a[*i][k] != 0) else {
             return false;
@@ -157,17 +155,11 @@ fn regular(a: &[Vec<i64>]) -> bool {
 
 impl Number {
     pub(crate) fn integer(x: i64) -> Self {
-        Self {
-            text: x.to_string(),
-            value: RBig::from(x),
-        }
+        Self { text: x.to_string(), value: RBig::from(x) }
     }
 
     pub(crate) fn fraction(numerator: i64, denominator: i64) -> Self {
-        Self {
-            text: format!("{numerator}/{denominator}"),
-            value: RBig::from(numerator) / RBig::from(denominator),
-        }
+        Self { text: format!("{numerator}/{denominator}"), value: RBig::from(numerator) / RBig::from(denominator) }
     }
 
     /// A known rational, written as a fraction where it is none of the integers.
@@ -193,10 +185,7 @@ impl Number {
     }
 
     pub(crate) fn negated(self) -> Self {
-        Self {
-            text: format!("-{}", self.text),
-            value: -self.value,
-        }
+        Self { text: format!("-{}", self.text), value: -self.value }
     }
 }
 

@@ -61,12 +61,7 @@ pub(crate) fn judge(
     }
     let roots = scaled.pencil.roots(bits)?;
     let entries = entries(scaled, &roots, bits);
-    let judge = Judge {
-        scaled,
-        bits,
-        roots,
-        entries,
-    };
+    let judge = Judge { scaled, bits, roots, entries };
     judge.stability(modes, outcome);
     if modes.modes.len() != judge.entries.len() {
         let (claimed, expected) = (modes.modes.len(), judge.entries.len());
@@ -75,11 +70,7 @@ pub(crate) fn judge(
         return Some(());
     }
     outcome.zeros = modes.modes.iter().filter(|m| m.kind == Kind::Zero).count();
-    outcome.undecided += modes
-        .modes
-        .iter()
-        .filter(|m| m.kind == Kind::Undecided)
-        .count();
+    outcome.undecided += modes.modes.iter().filter(|m| m.kind == Kind::Undecided).count();
     let Some(pairs) = judge.pairs(&modes.modes, outcome) else {
         return Some(());
     };
@@ -100,11 +91,7 @@ fn entries(scaled: &Scaled, roots: &[Root], bits: usize) -> Vec<Entry> {
         let (re, im) = (&root.value.re, &root.value.im);
         let zero = is_zero(re) && is_zero(im);
         let (kind, count) = if zero {
-            let count = if damped {
-                root.kernel.len()
-            } else {
-                root.multiplicity / 2
-            };
+            let count = if damped { root.kernel.len() } else { root.multiplicity / 2 };
             (Kind::Zero, count)
         } else if !is_zero(re) && !is_negative(re) {
             (Kind::Unstable, root.multiplicity)
@@ -118,12 +105,7 @@ fn entries(scaled: &Scaled, roots: &[Root], bits: usize) -> Vec<Entry> {
             // The decaying one of a pair ±s.
             (Kind::Overdamped, 0)
         };
-        entries.extend((0..count).map(|_| Entry {
-            growth: re * &unit,
-            omega: im * &unit,
-            kind,
-            root: index,
-        }));
+        entries.extend((0..count).map(|_| Entry { growth: re * &unit, omega: im * &unit, kind, root: index }));
     }
     entries
 }
@@ -134,10 +116,7 @@ impl Judge<'_> {
         let zero = self.entries.iter().any(|e| e.kind == Kind::Zero);
         let few = |root: &Root| root.kernel.len() < root.multiplicity;
         let secular = self.scaled.pencil.drifts_faster()
-            || self
-                .roots
-                .iter()
-                .any(|root| root.is_imaginary() && !root.is_real() && few(root));
+            || self.roots.iter().any(|root| root.is_imaginary() && !root.is_real() && few(root));
         if modes.secular.is_some_and(|claimed| claimed != secular) {
             let message = format!("secular growth: {secular}");
             outcome.violations.push((Wrong::Kind, message));
@@ -160,23 +139,14 @@ impl Judge<'_> {
 
     fn listed(&self) -> String {
         let entries = self.entries.iter();
-        let texts: Vec<String> = entries
-            .map(|e| {
-                format!(
-                    "{} {:e} {:e}",
-                    e.kind.as_str(),
-                    float(&e.growth),
-                    float(&e.omega)
-                )
-            })
-            .collect();
+        let texts: Vec<String> =
+            entries.map(|e| format!("{} {:e} {:e}", e.kind.as_str(), float(&e.growth), float(&e.omega))).collect();
         texts.join("; ")
     }
 
     fn fits(&self, mode: &NormalMode, entry: &Entry) -> bool {
         let kind = mode.kind == Kind::Undecided || mode.kind == entry.kind;
-        kind && within(&entry.growth, &mode.growth, self.bits)
-            && within(&entry.omega, &mode.omega, self.bits)
+        kind && within(&entry.growth, &mode.growth, self.bits) && within(&entry.omega, &mode.omega, self.bits)
     }
 
     /// Which entry each mode stands for: all of them, each once.
@@ -222,10 +192,7 @@ impl Judge<'_> {
     }
 
     fn printed(&self, mode: &NormalMode, entry: &Entry, asked: &Asked, outcome: &mut Outcome) {
-        let numbers = [
-            ("growth", &mode.growth, &entry.growth),
-            ("omega", &mode.omega, &entry.omega),
-        ];
+        let numbers = [("growth", &mode.growth, &entry.growth), ("omega", &mode.omega, &entry.omega)];
         for (name, ball, truth) in numbers {
             if ball.is_zero() {
                 continue;
@@ -256,8 +223,7 @@ impl Judge<'_> {
             let off = absolute(&number - &truth);
             let half = &place / RBig::from(2);
             let tie = absolute(&off - &half) <= &place * power_of_ten(-60);
-            let right =
-                rounded == number || tie || printed.rounding == Rounding::Tie && off <= place;
+            let right = rounded == number || tie || printed.rounding == Rounding::Tie && off <= place;
             if !right {
                 let message = format!(
                     "{name} `{}` ({:?}), true {}",
@@ -280,10 +246,7 @@ impl Judge<'_> {
             if !bound.is_finite() {
                 continue;
             }
-            let cluster = modes
-                .iter()
-                .zip(pairs)
-                .filter(|(m, _)| m.cluster == mode.cluster);
+            let cluster = modes.iter().zip(pairs).filter(|(m, _)| m.cluster == mode.cluster);
             let mut own: Vec<usize> = cluster.map(|(_, e)| self.entries[*e].root).collect();
             own.sort_unstable();
             own.dedup();
@@ -348,9 +311,7 @@ impl Judge<'_> {
         let number = |x: f64| real(&exact(x), self.bits);
         let imaginary = |i: usize| mode.imaginary.get(i).copied().unwrap_or(0.0);
         let parts = mode.vector.iter().enumerate();
-        parts
-            .map(|(i, x)| Complex::new(number(*x), number(imaginary(i))))
-            .collect()
+        parts.map(|(i, x)| Complex::new(number(*x), number(imaginary(i)))).collect()
     }
 
     /// Whether all components of a shape are worth their bound.
@@ -380,12 +341,7 @@ impl Judge<'_> {
     }
 }
 
-fn placed(
-    mode: usize,
-    fits: &[Vec<usize>],
-    owner: &mut [Option<usize>],
-    seen: &mut [bool],
-) -> bool {
+fn placed(mode: usize, fits: &[Vec<usize>], owner: &mut [Option<usize>], seen: &mut [bool]) -> bool {
     for &entry in &fits[mode] {
         if std::mem::replace(&mut seen[entry], true) {
             continue;
@@ -421,11 +377,7 @@ fn without(mut x: Vec<Complex>, basis: &[Vec<Complex>]) -> Vec<Complex> {
 }
 
 /// An orthonormal basis of what the vectors span, but for what is less than some part of them.
-fn orthonormal(
-    vectors: impl Iterator<Item = Vec<Complex>>,
-    least: &Real,
-    bits: usize,
-) -> Vec<Vec<Complex>> {
+fn orthonormal(vectors: impl Iterator<Item = Vec<Complex>>, least: &Real, bits: usize) -> Vec<Vec<Complex>> {
     let mut basis: Vec<Vec<Complex>> = Vec::new();
     for x in vectors {
         let before = length(&x, bits);

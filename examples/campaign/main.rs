@@ -11,11 +11,7 @@
 //! 768 bits and more (`reference`). The exit status is 1 if anything is wrong. A model is a function of
 //! the seed, its kind and its number: `--kind NAME --model I` draws it again, `--print` prints its
 //! text, and `--keep DIR` writes the texts of all models with something wrong.
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "a report on standard output"
-)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a report on standard output")]
 
 mod check;
 mod digits;
@@ -76,13 +72,7 @@ fn request() -> Result<Request, Box<dyn Error>> {
             "--threads" => plan.threads = value()?.parse()?,
             "--print" => print = true,
             "--keep" => keep = Some(PathBuf::from(value()?)),
-            _ => {
-                count = Some(
-                    argument
-                        .parse()
-                        .map_err(|_| format!("what is {argument}?"))?,
-                )
-            }
+            _ => count = Some(argument.parse().map_err(|_| format!("what is {argument}?"))?),
         }
     }
     let count: usize = count.ok_or("how many models?")?;
@@ -117,18 +107,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     );
     println!("{}", table(&survey));
     let only_lost = |failure: &&Failure| failure.violations.iter().all(|v| v.0 == Wrong::Lost);
-    let (lost, others): (Vec<&Failure>, Vec<&Failure>) =
-        survey.failures.iter().partition(only_lost);
+    let (lost, others): (Vec<&Failure>, Vec<&Failure>) = survey.failures.iter().partition(only_lost);
     if !lost.is_empty() {
         let numbers: Vec<String> = lost.iter().map(|f| f.index.to_string()).collect();
         println!("no equilibrium found in: {}", numbers.join(" "));
     }
     // A few of a sort say as much as all.
     for failure in others.into_iter().chain(lost.into_iter().take(20)) {
-        println!(
-            "--seed {} --kind {} --model {}",
-            plan.seed, KINDS[failure.kind].0, failure.index
-        );
+        println!("--seed {} --kind {} --model {}", plan.seed, KINDS[failure.kind].0, failure.index);
         for (wrong, message) in &failure.violations {
             println!("    {wrong:?}: {message}");
         }
@@ -139,20 +125,14 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             keep_model(&plan, failure, folder)?;
         }
     }
-    Ok(if survey.failures.is_empty() {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::FAILURE
-    })
+    Ok(if survey.failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// A model's text and tables.
 fn text(plan: &Plan, index: usize) -> String {
     let (model, asked) = plan.model(index);
-    let mut text = format!(
-        "# {} digits, vectors: {}, lowest: {:?}\n{}",
-        asked.digits, asked.vectors, asked.lowest, model.text
-    );
+    let mut text =
+        format!("# {} digits, vectors: {}, lowest: {:?}\n{}", asked.digits, asked.vectors, asked.lowest, model.text);
     for (name, content) in &model.tables {
         let _ = write!(text, "# {name}:\n{content}");
     }
@@ -183,11 +163,7 @@ fn quantile(sorted: &[f64], share: f64) -> f64 {
 
 fn row(name: &str, tallies: &[&Tally]) -> Vec<String> {
     let sum = |of: &dyn Fn(&Tally) -> usize| tallies.iter().map(|t| of(t)).sum::<usize>();
-    let mut sizes: Vec<usize> = tallies
-        .iter()
-        .flat_map(|t| &t.coordinates)
-        .copied()
-        .collect();
+    let mut sizes: Vec<usize> = tallies.iter().flat_map(|t| &t.coordinates).copied().collect();
     sizes.sort_unstable();
     let mut ratios: Vec<f64> = tallies.iter().flat_map(|t| &t.ratios).copied().collect();
     ratios.sort_by(f64::total_cmp);
@@ -197,9 +173,7 @@ fn row(name: &str, tallies: &[&Tally]) -> Vec<String> {
     let mut cells = vec![
         name.to_owned(),
         sum(&|t| t.models).to_string(),
-        sizes
-            .get(sizes.len() / 2)
-            .map_or(String::new(), ToString::to_string),
+        sizes.get(sizes.len() / 2).map_or(String::new(), ToString::to_string),
         sum(&|t| t.numbers).to_string(),
     ];
     cells.extend((0..WRONGS.len()).map(|w| sum(&|t| t.wrong[w]).to_string()));

@@ -42,10 +42,7 @@ impl Complex {
     }
 
     pub(crate) fn times(&self, other: &Self) -> Self {
-        Self::new(
-            &self.re * &other.re - &self.im * &other.im,
-            &self.re * &other.im + &self.im * &other.re,
-        )
+        Self::new(&self.re * &other.re - &self.im * &other.im, &self.re * &other.im + &self.im * &other.re)
     }
 
     pub(crate) fn square(&self) -> Real {
@@ -101,12 +98,8 @@ impl Pencil {
 
     fn at(&self, s: &RBig) -> Exact {
         let n = self.mass.len();
-        let entry = |i: usize, j: usize| {
-            (&self.mass[i][j] * s + &self.velocity[i][j]) * s + &self.position[i][j]
-        };
-        (0..n)
-            .map(|i| (0..n).map(|j| entry(i, j)).collect())
-            .collect()
+        let entry = |i: usize, j: usize| (&self.mass[i][j] * s + &self.velocity[i][j]) * s + &self.position[i][j];
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
     }
 
     /// det(s²M + sB + S) from its values at 0, 1, …, 2n by divided differences.
@@ -159,11 +152,7 @@ impl Pencil {
             let kernel = self.kernel(&value, bits)?;
             // A root has a vector.
             (!kernel.is_empty()).then(|| {
-                roots.push(Root {
-                    value,
-                    multiplicity,
-                    kernel,
-                });
+                roots.push(Root { value, multiplicity, kernel });
             })
         };
         if zeros > 0 {
@@ -177,16 +166,8 @@ impl Pencil {
                 for (value, radius) in zeros_of(&polynomial, bits)? {
                     let near = |x: &Real| abs(x) <= radius;
                     // The mirror image of the only root in a disc is in it: it is the root itself.
-                    let re = if mirrored && near(&value.re) {
-                        integer(0, bits)
-                    } else {
-                        value.re.clone()
-                    };
-                    let im = if near(&value.im) {
-                        integer(0, bits)
-                    } else {
-                        value.im.clone()
-                    };
+                    let re = if mirrored && near(&value.re) { integer(0, bits) } else { value.re.clone() };
+                    let im = if near(&value.im) { integer(0, bits) } else { value.im.clone() };
                     if !is_negative(&im) {
                         add(Complex::new(re, im), k + 1)?;
                     }
@@ -219,9 +200,7 @@ impl Pencil {
             let sizes = entries.map(|x| log2(&real(x, bits)) + power * s.log2());
             sizes.max().unwrap_or(isize::MIN / 4)
         };
-        let size = part(&self.mass, 2)
-            .max(part(&self.velocity, 1))
-            .max(part(&self.position, 0));
+        let size = part(&self.mass, 2).max(part(&self.velocity, 1)).max(part(&self.position, 0));
         let mut rank = n;
         for k in 0..n {
             let places = (k..n).flat_map(|i| (k..n).map(move |j| (i, j)));
@@ -317,9 +296,7 @@ fn derivative(p: &Polynomial) -> Polynomial {
 /// p(-s)
 fn mirrored(p: &Polynomial) -> Polynomial {
     let terms = p.iter().enumerate();
-    terms
-        .map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c })
-        .collect()
+    terms.map(|(k, c)| if k % 2 == 0 { c.clone() } else { -c }).collect()
 }
 
 fn minus(a: &Polynomial, b: &Polynomial) -> Polynomial {
@@ -447,12 +424,8 @@ fn zeros_of(p: &Polynomial, bits: usize) -> Option<Vec<(Complex, Real)>> {
 
 /// On circles whose radii are the slopes of the upper hull of log |c_k| (Bini 1996).
 fn starts(p: &[Real], bits: usize) -> Vec<Complex> {
-    let points: Vec<(isize, isize)> = p
-        .iter()
-        .enumerate()
-        .filter(|(_, c)| !is_zero(c))
-        .map(|(k, c)| (k as isize, log2(c)))
-        .collect();
+    let points: Vec<(isize, isize)> =
+        p.iter().enumerate().filter(|(_, c)| !is_zero(c)).map(|(k, c)| (k as isize, log2(c))).collect();
     let mut hull: Vec<(isize, isize)> = Vec::new();
     for point in points {
         while let [.., a, b] = hull[..] {

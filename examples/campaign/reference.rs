@@ -22,9 +22,7 @@ const CLEAR: isize = 384;
 pub(crate) const AWAY: isize = 300;
 
 pub(crate) fn to_reals(a: &[Vec<RBig>], bits: usize) -> Square {
-    a.iter()
-        .map(|row| row.iter().map(|x| real(x, bits)).collect())
-        .collect()
+    a.iter().map(|row| row.iter().map(|x| real(x, bits)).collect()).collect()
 }
 
 /// All eigenvalues, rising; proved neither to be zero nor to be equal, but told apart where they
@@ -69,11 +67,7 @@ impl Truth {
                 }
             }
         }
-        Some(Self {
-            values,
-            group,
-            zero,
-        })
+        Some(Self { values, group, zero })
     }
 
     pub(crate) fn zeros(&self) -> usize {
@@ -142,9 +136,7 @@ fn eigenvalues(matrices: &Matrices, bits: usize) -> Option<Vec<Real>> {
 }
 
 fn transposed(a: &Square) -> Square {
-    (0..a.len())
-        .map(|j| a.iter().map(|row| row[j].clone()).collect())
-        .collect()
+    (0..a.len()).map(|j| a.iter().map(|row| row[j].clone()).collect()).collect()
 }
 
 /// Householder's reduction, column by column.
@@ -167,11 +159,8 @@ fn tridiagonal(mut a: Square, bits: usize) -> (Vec<Real>, Vec<Real>) {
         let factor = integer(2, bits) / square;
         let m = v.len();
         // p = factor A v, q = p - (factor vᵀp / 2) v, A - v qᵀ - q vᵀ
-        let mut p: Vec<Real> = (0..m)
-            .map(|i| {
-                (0..m).fold(zero.clone(), |s, j| s + &a[k + 1 + i][k + 1 + j] * &v[j]) * &factor
-            })
-            .collect();
+        let mut p: Vec<Real> =
+            (0..m).map(|i| (0..m).fold(zero.clone(), |s, j| s + &a[k + 1 + i][k + 1 + j] * &v[j]) * &factor).collect();
         let inner = p.iter().zip(&v).fold(zero.clone(), |s, (x, y)| s + x * y);
         let half = inner * &factor / integer(2, bits);
         for (x, y) in p.iter_mut().zip(&v) {
@@ -256,11 +245,7 @@ impl Factors {
     pub(crate) fn new(matrices: &Matrices, shift: &Real, bits: usize) -> Option<Self> {
         let n = matrices.mass.len();
         let mut a: Square = (0..n)
-            .map(|i| {
-                (0..=i)
-                    .map(|j| &matrices.stiffness[i][j] - shift * &matrices.mass[i][j])
-                    .collect()
-            })
+            .map(|i| (0..=i).map(|j| &matrices.stiffness[i][j] - shift * &matrices.mass[i][j]).collect())
             .collect();
         let size: Vec<isize> = (0..n).map(|i| log2(&a[i][i])).collect();
         let mut pivots = Vec::new();
@@ -335,7 +320,5 @@ pub(crate) fn times(a: &Square, x: &[Real], bits: usize) -> Vec<Real> {
 }
 
 pub(crate) fn inner(a: &[Real], b: &[Real], bits: usize) -> Real {
-    a.iter()
-        .zip(b)
-        .fold(integer(0, bits), |s, (x, y)| s + x * y)
+    a.iter().zip(b).fold(integer(0, bits), |s, (x, y)| s + x * y)
 }

@@ -87,10 +87,7 @@ impl Plan {
         });
         let mut results = results.into_inner().unwrap_or_default();
         results.sort_by_key(|(index, _)| *index);
-        let mut survey = Survey {
-            tallies: KINDS.iter().map(|_| Tally::default()).collect(),
-            failures: Vec::new(),
-        };
+        let mut survey = Survey { tallies: KINDS.iter().map(|_| Tally::default()).collect(), failures: Vec::new() };
         for (index, outcome) in results {
             survey.add(self.kind_of(index), index, outcome);
         }
@@ -99,17 +96,9 @@ impl Plan {
 }
 
 fn asked(draw: &mut Draw, digits: Option<usize>) -> Asked {
-    let drawn = if draw.once_in(4) {
-        draw.size(1, 26)
-    } else {
-        10
-    };
+    let drawn = if draw.once_in(4) { draw.size(1, 26) } else { 10 };
     let lowest = draw.once_in(10).then(|| draw.size(1, 4));
-    Asked {
-        digits: digits.unwrap_or(drawn),
-        vectors: !draw.once_in(10),
-        lowest,
-    }
+    Asked { digits: digits.unwrap_or(drawn), vectors: !draw.once_in(10), lowest }
 }
 
 /// Says which model it was if the thread panics.
@@ -147,9 +136,7 @@ impl Survey {
         tally.models += 1;
         tally.coordinates.push(outcome.coordinates);
         tally.numbers += outcome.numbers;
-        tally
-            .fewer
-            .extend(outcome.fewer.iter().map(|digits| (*digits, index)));
+        tally.fewer.extend(outcome.fewer.iter().map(|digits| (*digits, index)));
         tally.undecided += outcome.undecided;
         tally.zeros += outcome.zeros;
         tally.ties += outcome.ties;
@@ -160,11 +147,7 @@ impl Survey {
             *count += outcome.violations.iter().filter(|v| v.0 == wrong).count();
         }
         if !outcome.violations.is_empty() {
-            self.failures.push(Failure {
-                kind,
-                index,
-                violations: outcome.violations,
-            });
+            self.failures.push(Failure { kind, index, violations: outcome.violations });
         }
     }
 }

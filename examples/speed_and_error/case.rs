@@ -98,10 +98,7 @@ impl Source for Exact {
             let entries = entries.map(|&(place, x)| (place, root * Ball::exact(x)));
             (true, entries.collect())
         };
-        (!self.squares.is_empty()).then(|| Factors {
-            rows: self.squares.iter().map(row).collect(),
-            rest: Vec::new(),
-        })
+        (!self.squares.is_empty()).then(|| Factors { rows: self.squares.iter().map(row).collect(), rest: Vec::new() })
     }
 
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
@@ -146,16 +143,11 @@ impl Case {
         if n <= MANY_DIGITS
             && let Some(precise) = linearized.precisely(BITS)
         {
-            if let Some(longer) = computed(
-                &rationals(&precise.mass, n),
-                &rationals(&precise.stiffness, n),
-            ) {
+            if let Some(longer) = computed(&rationals(&precise.mass, n), &rationals(&precise.stiffness, n)) {
                 // Beyond 40 digits they are those of a solver of its own, held against the reference.
                 let off = judge::judge(&longer.values, &truth, longer.digits);
                 if off.error > 1e-39 || off.zero.unwrap_or(0.0) > 0.0 {
-                    return Err(
-                        format!("two references for {name} differ by {:e}", off.error).into(),
-                    );
+                    return Err(format!("two references for {name} differ by {:e}", off.error).into());
                 }
                 (truth, digits) = (longer.values, longer.digits);
             }
@@ -167,10 +159,7 @@ impl Case {
         let positive = factors.rows.iter().all(|(positive, _)| *positive);
         let squares = (!stressed && positive).then(|| {
             let entry = |(place, x): &(usize, Ball)| (*place, x.mid_f64());
-            let square = |row: &Vec<(usize, Ball)>| Square {
-                weight: 1.0,
-                entries: row.iter().map(entry).collect(),
-            };
+            let square = |row: &Vec<(usize, Ball)>| Square { weight: 1.0, entries: row.iter().map(entry).collect() };
             factors.rows.iter().map(|(_, row)| square(row)).collect()
         });
         let doubles = |a: Vec<Ball>| a.iter().map(Ball::mid_f64).collect();
@@ -197,11 +186,8 @@ impl Case {
     ) -> Self {
         let n = known.values.len();
         let balls = |a: &[f64]| -> Vec<Ball> { a.iter().map(|&x| Ball::exact(x)).collect() };
-        let text = |a: &[f64]| -> Vec<String> {
-            a.iter()
-                .map(|&x| Big::from_f64(x, 64).decimal(DIGITS).text)
-                .collect()
-        };
+        let text =
+            |a: &[f64]| -> Vec<String> { a.iter().map(|&x| Big::from_f64(x, 64).decimal(DIGITS).text).collect() };
         let problem = Problem {
             dimension: n,
             mass: balls(&mass),
@@ -226,15 +212,9 @@ fn rationals(a: &[Big], n: usize) -> Vec<Vec<RBig>> {
     let entry = |i: usize, j: usize| {
         let (significand, exponent) = a[i.max(j) + n * i.min(j)].mid();
         let power = RBig::from(2).pow(exponent.unsigned_abs() as isize);
-        if exponent < 0 {
-            RBig::from(significand.clone()) / power
-        } else {
-            RBig::from(significand.clone()) * power
-        }
+        if exponent < 0 { RBig::from(significand.clone()) / power } else { RBig::from(significand.clone()) * power }
     };
-    (0..n)
-        .map(|i| (0..n).map(|j| entry(i, j)).collect())
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// A model file with its tables, at its equilibrium.
@@ -288,12 +268,7 @@ pub(crate) const FAMILIES: [Family; 4] = [
         sizes: &[3, 10, 30, 100, 300, 1000],
         make: pendulum,
     },
-    Family {
-        slug: "network",
-        title: "network of all pairs (full K)",
-        sizes: &[3, 10, 30, 60],
-        make: network,
-    },
+    Family { slug: "network", title: "network of all pairs (full K)", sizes: &[3, 10, 30, 60], make: network },
     Family {
         slug: "hilbert",
         title: "Hilbert's mass matrix (ever nearer to singular)",
@@ -336,13 +311,7 @@ fn chain(n: usize) -> Option<Case> {
     let springs = (1..n).map(|i| spring(1.0, i - 1, i)).collect();
     let drift = vec![vec![1.0; n]];
     let name = format!("free chain, n = {n}");
-    Some(Case::exact(
-        &name,
-        [mass, stiffness],
-        drift,
-        springs,
-        free_chain(n),
-    ))
+    Some(Case::exact(&name, [mass, stiffness], drift, springs, free_chain(n)))
 }
 
 /// A pendulum of n equal links in angles, in units of its link and of gravity.
@@ -352,13 +321,7 @@ fn pendulum(n: usize) -> Option<Case> {
     let stiffness = flat(n, |i, j| if i == j { below(i) } else { 0.0 });
     let weights = (0..n).map(|i| anchor(below(i), i)).collect();
     let name = format!("pendulum, n = {n}");
-    Some(Case::exact(
-        &name,
-        [mass, stiffness],
-        Vec::new(),
-        weights,
-        laguerre_zeros(n)?,
-    ))
+    Some(Case::exact(&name, [mass, stiffness], Vec::new(), weights, laguerre_zeros(n)?))
 }
 
 /// Masses on a line, a spring between any two and one to the wall from each; all numbers between 1 and 2,
@@ -371,13 +334,7 @@ fn network(n: usize) -> Option<Case> {
     };
     let constant = |i: usize, j: usize| scattered(i.min(j) + 1, i.max(j) + 1);
     let mass = flat(n, |i, j| if i == j { scattered(0, i) } else { 0.0 });
-    let stiffness = flat(n, |i, j| {
-        if i == j {
-            (0..n).map(|k| constant(i, k)).sum()
-        } else {
-            -constant(i, j)
-        }
-    });
+    let stiffness = flat(n, |i, j| if i == j { (0..n).map(|k| constant(i, k)).sum() } else { -constant(i, j) });
     let mut squares = Vec::new();
     for i in 0..n {
         squares.push(anchor(constant(i, i), i));
@@ -385,13 +342,7 @@ fn network(n: usize) -> Option<Case> {
     }
     let known = computed(&rows(&mass, n), &rows(&stiffness, n))?;
     let name = format!("network, n = {n}");
-    Some(Case::exact(
-        &name,
-        [mass, stiffness],
-        Vec::new(),
-        squares,
-        known,
-    ))
+    Some(Case::exact(&name, [mass, stiffness], Vec::new(), squares, known))
 }
 
 /// A chain between walls whose M is Hilbert's matrix 1/(i + j - 1) times the least common multiple of the
@@ -417,11 +368,5 @@ fn hilbert(n: usize) -> Option<Case> {
     springs.extend((1..n).map(|i| spring(1.0, i - 1, i)));
     let known = computed(&rows(&mass, n), &rows(&stiffness, n))?;
     let name = format!("Hilbert, n = {n}");
-    Some(Case::exact(
-        &name,
-        [mass, stiffness],
-        Vec::new(),
-        springs,
-        known,
-    ))
+    Some(Case::exact(&name, [mass, stiffness], Vec::new(), springs, known))
 }

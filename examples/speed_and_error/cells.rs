@@ -36,9 +36,7 @@ pub(crate) fn table(out: &mut String, header: &[String], rows: &[Vec<String>]) {
 
 pub(crate) fn header(first: &[&str], rest: &[&PathInfo]) -> Vec<String> {
     let first = first.iter().map(|x| (*x).to_owned());
-    first
-        .chain(rest.iter().map(|path| path.label.to_owned()))
-        .collect()
+    first.chain(rest.iter().map(|path| path.label.to_owned())).collect()
 }
 
 /// The paths that gave anything on some of the problems.
@@ -50,10 +48,7 @@ pub(crate) fn present<'a>(
         let mut all = measured.clone();
         all.any(|m| !matches!(verdict(m, path), Verdict::Absent))
     };
-    PATHS
-        .iter()
-        .filter(|path| keep(path) && some(path))
-        .collect()
+    PATHS.iter().filter(|path| keep(path) && some(path)).collect()
 }
 
 pub(crate) fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdict {
@@ -63,11 +58,7 @@ pub(crate) fn verdict<'a>(measured: &'a Measured, path: &PathInfo) -> &'a Verdic
 pub(crate) fn error_cell(measured: &Measured, path: &PathInfo) -> String {
     match verdict(measured, path) {
         Verdict::Done(outcome) if outcome.judged.wrong_signs > 0 => {
-            format!(
-                "**{}** (±{})",
-                error(outcome.judged.error),
-                outcome.judged.wrong_signs
-            )
+            format!("**{}** (±{})", error(outcome.judged.error), outcome.judged.wrong_signs)
         }
         Verdict::Done(outcome) if outcome.judged.error > 1e-9 => {
             format!("**{}**", error(outcome.judged.error))
@@ -81,9 +72,7 @@ pub(crate) fn error_cell(measured: &Measured, path: &PathInfo) -> String {
 
 pub(crate) fn time_cell(report: &Report, measured: &Measured, path: &PathInfo) -> String {
     match verdict(measured, path) {
-        Verdict::Done(_) => report
-            .ratio(measured, path.label)
-            .map_or("?".to_owned(), ratio),
+        Verdict::Done(_) => report.ratio(measured, path.label).map_or("?".to_owned(), ratio),
         Verdict::Failed(_) => "gives up".to_owned(),
         Verdict::Absent => String::new(),
         Verdict::TooLong => "too long".to_owned(),

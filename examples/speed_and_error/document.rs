@@ -7,15 +7,11 @@ use std::path::Path;
 use librate::modes::Rung;
 
 use super::case::{FAMILIES, MANY_DIGITS};
-use super::cells::{
-    error, error_cell, header, present, ratio, rung_name, table, time_cell, verdict,
-};
+use super::cells::{error, error_cell, header, present, ratio, rung_name, table, time_cell, verdict};
 use super::judge::median;
 use super::machine::{locked, machine, said};
 use super::plots;
-use super::run::{
-    DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths,
-};
+use super::run::{DEFAULT, FAER, Group, Measured, PATHS, PathInfo, Plan, Report, Verdict, librate_paths};
 /// Writes the document into a folder, and its pictures into one beside it.
 ///
 /// # Errors
@@ -55,24 +51,14 @@ fn introduction(report: &Report) -> String {
     );
     match &report.peers {
         Ok(versions) => {
-            let missing: Vec<&str> = versions
-                .iter()
-                .filter(|(_, version)| version.is_none())
-                .map(|(name, _)| name.as_str())
-                .collect();
+            let missing: Vec<&str> =
+                versions.iter().filter(|(_, version)| version.is_none()).map(|(name, _)| name.as_str()).collect();
             if !missing.is_empty() {
-                let _ = writeln!(
-                    out,
-                    "Not installed in this run, and left out: {}.\n",
-                    missing.join(", ")
-                );
+                let _ = writeln!(out, "Not installed in this run, and left out: {}.\n", missing.join(", "));
             }
         }
         Err(reason) => {
-            let _ = writeln!(
-                out,
-                "Without the peers in Python ({reason}); the paths they take are left out.\n"
-            );
+            let _ = writeln!(out, "Without the peers in Python ({reason}); the paths they take are left out.\n");
         }
     }
     let _ = writeln!(
@@ -98,24 +84,14 @@ fn summary(report: &Report) -> String {
     );
     let mut rows = Vec::new();
     for path in present(report.hard(), |_| true) {
-        let of = |test: &dyn Fn(&Verdict) -> bool| {
-            report.hard().filter(|m| test(verdict(m, path))).count()
-        };
+        let of = |test: &dyn Fn(&Verdict) -> bool| report.hard().filter(|m| test(verdict(m, path))).count();
         let applies = of(&|v| matches!(v, Verdict::Done(_) | Verdict::Failed(_)));
         let fails = of(&|v| matches!(v, Verdict::Failed(_)));
         let signs = of(&|v| matches!(v, Verdict::Done(o) if o.judged.wrong_signs > 0));
-        let errors: Vec<f64> = report
-            .hard()
-            .filter_map(|m| Some(m.of(path.label)?.judged.error))
-            .collect();
-        let times: Vec<f64> = report
-            .hard()
-            .filter_map(|m| report.ratio(m, path.label))
-            .collect();
+        let errors: Vec<f64> = report.hard().filter_map(|m| Some(m.of(path.label)?.judged.error)).collect();
+        let times: Vec<f64> = report.hard().filter_map(|m| report.ratio(m, path.label)).collect();
         let worst = errors.iter().copied().fold(0.0, f64::max);
-        let bounds = report
-            .hard()
-            .filter_map(|m| m.of(path.label)?.certified.as_ref());
+        let bounds = report.hard().filter_map(|m| m.of(path.label)?.certified.as_ref());
         let bound = bounds.map(|c| c.bound).reduce(f64::max);
         rows.push(vec![
             path.label.to_owned(),
@@ -128,16 +104,8 @@ fn summary(report: &Report) -> String {
             median(times).map_or(String::new(), ratio),
         ]);
     }
-    let titles = [
-        "path",
-        "applies",
-        "gives up",
-        "wrong sign",
-        "error, median",
-        "error, worst",
-        "bound, worst",
-        "time, median",
-    ];
+    let titles =
+        ["path", "applies", "gives up", "wrong sign", "error, median", "error, worst", "bound, worst", "time, median"];
     table(&mut out, &titles.map(str::to_owned), &rows);
     out.push('\n');
     for path in &PATHS {
@@ -149,16 +117,11 @@ fn summary(report: &Report) -> String {
 /// What the rotations cost at the largest size that they were given.
 fn jacobi_cost(report: &Report) -> String {
     let largest = |slug| {
-        let costs = report
-            .family(slug)
-            .filter_map(|m| Some((m.n, report.ratio(m, "Jacobi on the factor")?)));
+        let costs = report.family(slug).filter_map(|m| Some((m.n, report.ratio(m, "Jacobi on the factor")?)));
         let (n, cost) = costs.last()?;
         Some(format!("{slug} {} at n = {n}", ratio(cost)))
     };
-    let costs: Vec<String> = FAMILIES
-        .iter()
-        .filter_map(|family| largest(family.slug))
-        .collect();
+    let costs: Vec<String> = FAMILIES.iter().filter_map(|family| largest(family.slug)).collect();
     format!(" (times `{}`: {})", report.unit, costs.join(", "))
 }
 
@@ -190,21 +153,10 @@ fn choice(report: &Report) -> String {
         jacobi_cost(report),
         report.measured.len()
     );
-    let rungs = [
-        Rung::Doubles,
-        Rung::Refined,
-        Rung::DoubleDouble,
-        Rung::Factors,
-        Rung::Precise,
-    ];
+    let rungs = [Rung::Doubles, Rung::Refined, Rung::DoubleDouble, Rung::Factors, Rung::Precise];
     let answered = |label: &str, rung: Rung| {
-        let all = report
-            .measured
-            .iter()
-            .filter_map(|m| m.of(label)?.certified.as_ref());
-        all.filter(|certified| certified.rung == rung)
-            .count()
-            .to_string()
+        let all = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref());
+        all.filter(|certified| certified.rung == rung).count().to_string()
     };
     let row = |rung: Rung| {
         let mut cells = vec![rung_name(rung).to_owned()];
@@ -220,18 +172,14 @@ fn choice(report: &Report) -> String {
         let mut cells = vec![measured.name.replace('_', " ")];
         cells.extend(librate_paths().map(|(label, _)| {
             let certified = measured.of(label).and_then(|o| o.certified.as_ref());
-            certified.map_or(String::new(), |certified| {
-                rung_name(certified.rung).to_owned()
-            })
+            certified.map_or(String::new(), |certified| rung_name(certified.rung).to_owned())
         }));
         cells
     };
-    table(
-        &mut out,
-        &titles,
-        &report.measured.iter().map(row).collect::<Vec<_>>(),
+    table(&mut out, &titles, &report.measured.iter().map(row).collect::<Vec<_>>());
+    out.push_str(
+        "\nAn empty cell: the true values are not known to so many digits, or it would have taken too long.\n",
     );
-    out.push_str("\nAn empty cell: the true values are not known to so many digits, or it would have taken too long.\n");
     out
 }
 
@@ -258,30 +206,19 @@ fn hard(report: &Report) -> String {
         };
         report.hard().map(row).collect()
     };
-    table(
-        &mut out,
-        &header(&["error", "n"], &paths),
-        &rows(&error_cell),
-    );
+    table(&mut out, &header(&["error", "n"], &paths), &rows(&error_cell));
     let _ = writeln!(
         out,
         "\nTimes, `{}` = 1. librate's include evaluating M and K with bounds from the expressions, and proving zero modes; \
          the others are given the matrices. A question mark: `{}` itself gives up.\n",
         report.unit, report.unit
     );
-    table(
-        &mut out,
-        &header(&["time", "n"], &paths),
-        &rows(&|m, path| time_cell(report, m, path)),
-    );
+    table(&mut out, &header(&["time", "n"], &paths), &rows(&|m, path| time_cell(report, m, path)));
     let reasons = report.hard().flat_map(|m| {
-        let failed = PATHS
-            .iter()
-            .zip(&m.verdicts)
-            .filter_map(|(path, verdict)| match verdict {
-                Verdict::Failed(reason) => Some((path.label, reason.as_str())),
-                Verdict::Done(_) | Verdict::Absent | Verdict::TooLong => None,
-            });
+        let failed = PATHS.iter().zip(&m.verdicts).filter_map(|(path, verdict)| match verdict {
+            Verdict::Failed(reason) => Some((path.label, reason.as_str())),
+            Verdict::Done(_) | Verdict::Absent | Verdict::TooLong => None,
+        });
         failed.map(|(label, reason)| (m.name.as_str(), label, reason))
     });
     // Several paths may say the same.
@@ -296,12 +233,7 @@ fn hard(report: &Report) -> String {
         out.push_str("\nWhat those say that give up:\n\n");
     }
     for (name, reason, labels) in said {
-        let _ = writeln!(
-            out,
-            "- {}, {}: {reason}",
-            name.replace('_', " "),
-            labels.join(", ")
-        );
+        let _ = writeln!(out, "- {}, {}: {reason}", name.replace('_', " "), labels.join(", "));
     }
     out
 }
@@ -313,9 +245,7 @@ fn zeros(report: &Report) -> String {
          proved to be zero.\n\n",
     );
     let singular = || report.measured.iter().filter(|m| m.zeros > 0);
-    let paths = present(singular(), |path| {
-        !matches!(path.group, Group::Librate(15..))
-    });
+    let paths = present(singular(), |path| !matches!(path.group, Group::Librate(15..)));
     let mut rows = Vec::new();
     for measured in singular() {
         let mut cells = vec![measured.name.replace('_', " "), measured.zeros.to_string()];
@@ -341,29 +271,18 @@ fn sizes(report: &Report) -> String {
     );
     for family in &FAMILIES {
         let paths = present(report.family(family.slug), |_| true);
-        let sizes: Vec<String> = report
-            .family(family.slug)
-            .map(|m| m.n.to_string())
-            .collect();
+        let sizes: Vec<String> = report.family(family.slug).map(|m| m.n.to_string()).collect();
         let mut titles = vec![family.title.to_owned()];
         titles.extend(sizes.iter().map(|n| format!("n = {n}")));
         let row = |path: &&PathInfo| {
             let mut cells = vec![path.label.to_owned()];
             cells.extend(report.family(family.slug).map(|m| {
                 let (time, error) = (time_cell(report, m, path), error_cell(m, path));
-                if matches!(verdict(m, path), Verdict::Done(_)) {
-                    format!("{time} × ({error})")
-                } else {
-                    time
-                }
+                if matches!(verdict(m, path), Verdict::Done(_)) { format!("{time} × ({error})") } else { time }
             }));
             cells
         };
-        table(
-            &mut out,
-            &titles,
-            &paths.iter().map(row).collect::<Vec<_>>(),
-        );
+        table(&mut out, &titles, &paths.iter().map(row).collect::<Vec<_>>());
         out.push('\n');
     }
     let _ = writeln!(
@@ -388,12 +307,7 @@ fn many_digits(report: &Report) -> String {
         Group::Mpmath(_) | Group::Flint(_) => true,
         Group::Doubles | Group::Peer | Group::Jacobi => false,
     };
-    let some = || {
-        report
-            .measured
-            .iter()
-            .filter(|m| m.n <= MANY_DIGITS && m.n > 2)
-    };
+    let some = || report.measured.iter().filter(|m| m.n <= MANY_DIGITS && m.n > 2);
     let paths = present(some(), many);
     let row = |m: &Measured| {
         let mut cells = vec![m.name.replace('_', " "), m.n.to_string()];
@@ -405,11 +319,7 @@ fn many_digits(report: &Report) -> String {
         }));
         cells
     };
-    table(
-        &mut out,
-        &header(&["problem", "n"], &paths),
-        &some().map(row).collect::<Vec<_>>(),
-    );
+    table(&mut out, &header(&["problem", "n"], &paths), &some().map(row).collect::<Vec<_>>());
     out
 }
 
@@ -422,11 +332,7 @@ fn bounds(report: &Report) -> String {
     );
     let mut rows = Vec::new();
     for (label, digits) in librate_paths() {
-        let all: Vec<_> = report
-            .measured
-            .iter()
-            .filter_map(|m| m.of(label)?.certified.as_ref())
-            .collect();
+        let all: Vec<_> = report.measured.iter().filter_map(|m| m.of(label)?.certified.as_ref()).collect();
         let slack: Vec<f64> = all.iter().filter_map(|c| c.slack).collect();
         let largest = slack.iter().copied().fold(0.0, f64::max);
         let bound = all.iter().map(|c| c.bound).fold(0.0, f64::max);
@@ -460,16 +366,8 @@ fn losses(report: &Report) -> String {
     let mut out = String::from("## Where librate loses\n\n");
     for family in &FAMILIES {
         let all: Vec<&Measured> = report.family(family.slug).collect();
-        let costs: Vec<String> = all
-            .iter()
-            .filter_map(|m| {
-                Some(format!(
-                    "{} at n = {}",
-                    ratio(report.ratio(m, DEFAULT)?),
-                    m.n
-                ))
-            })
-            .collect();
+        let costs: Vec<String> =
+            all.iter().filter_map(|m| Some(format!("{} at n = {}", ratio(report.ratio(m, DEFAULT)?), m.n))).collect();
         let _ = writeln!(
             out,
             "- {}: the default takes {} times as long as `{}`, which gives no bounds.",
@@ -479,11 +377,8 @@ fn losses(report: &Report) -> String {
         );
     }
     let slower = |label: &str, other: &str| {
-        let ratios: Vec<f64> = report
-            .measured
-            .iter()
-            .filter_map(|m| Some(report.ratio(m, label)? / report.ratio(m, other)?))
-            .collect();
+        let ratios: Vec<f64> =
+            report.measured.iter().filter_map(|m| Some(report.ratio(m, label)? / report.ratio(m, other)?)).collect();
         let (count, more) = (ratios.len(), ratios.iter().filter(|r| **r > 1.0).count());
         let largest = ratios.iter().copied().fold(0.0, f64::max);
         (count, more, median(ratios), largest)
@@ -535,15 +430,9 @@ fn method(report: &Report, plan: &Plan) -> String {
         locked("dashu-int")
     );
     if let Ok(versions) = &report.peers {
-        let all: Vec<String> = versions
-            .iter()
-            .filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?)))
-            .collect();
-        let _ = writeln!(
-            out,
-            "- Peers: {}; one thread, as everything here.",
-            all.join(", ")
-        );
+        let all: Vec<String> =
+            versions.iter().filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?))).collect();
+        let _ = writeln!(out, "- Peers: {}; one thread, as everything here.", all.join(", "));
     }
     let _ = writeln!(
         out,

@@ -45,10 +45,7 @@ pub(crate) struct Axis {
 impl Axis {
     fn new(range: (f64, f64), marks: &[f64]) -> Self {
         let marks = marks.iter().copied();
-        Self {
-            range,
-            marks: marks.filter(|x| (range.0..=range.1).contains(x)).collect(),
-        }
+        Self { range, marks: marks.filter(|x| (range.0..=range.1).contains(x)).collect() }
     }
 }
 
@@ -62,11 +59,7 @@ impl Ranged for Axis {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            Vec::new()
-        } else {
-            self.marks.clone()
-        }
+        if hint.weight().allow_light_points() { Vec::new() } else { self.marks.clone() }
     }
 
     fn range(&self) -> std::ops::Range<f64> {
@@ -96,10 +89,7 @@ impl Frame<'_> {
             .margin(12)
             .x_label_area_size(44)
             .y_label_area_size(66)
-            .build_cartesian_2d(
-                Axis::new(self.x, self.x_marks),
-                Axis::new(self.y, self.y_marks),
-            )?;
+            .build_cartesian_2d(Axis::new(self.x, self.x_marks), Axis::new(self.y, self.y_marks))?;
         chart
             .configure_mesh()
             .light_line_style(PAPER)

@@ -5,9 +5,7 @@ use librate::number::Number;
 
 /// m 2^exponent.
 pub(crate) fn binary(significand: IBig, exponent: i64) -> Number {
-    let power = Number::from(2)
-        .powi(i32::try_from(exponent).unwrap_or(0))
-        .unwrap_or_else(|| Number::from(1));
+    let power = Number::from(2).powi(i32::try_from(exponent).unwrap_or(0)).unwrap_or_else(|| Number::from(1));
     Number::from_integer(significand).mul(&power)
 }
 
@@ -35,11 +33,7 @@ pub(crate) struct Judged {
 
 /// Relative error of sign(λ) √|λ| for λ = (1 + δ) λ': |√(1 + δ) - 1|, free of cancellation.
 fn of_frequency(delta: f64) -> f64 {
-    if delta >= -1.0 {
-        delta.abs() / (1.0 + (1.0 + delta).sqrt())
-    } else {
-        1.0 + (-1.0 - delta).sqrt()
-    }
+    if delta >= -1.0 { delta.abs() / (1.0 + (1.0 + delta).sqrt()) } else { 1.0 + (-1.0 - delta).sqrt() }
 }
 
 /// Rising eigenvalues, all or the lowest ones, against all the true ones; what is below the digits of these
@@ -76,10 +70,7 @@ impl Enclosure {
     /// Whether the ball holds a number that is known up to a part of `1e-digits`.
     pub(crate) fn holds(&self, truth: &Number, digits: usize) -> bool {
         let unit = Number::from(10).powi(-(digits as i32));
-        let slack = truth
-            .abs()
-            .mul(&unit.unwrap_or_else(|| Number::from(0)))
-            .add(&self.radius);
+        let slack = truth.abs().mul(&unit.unwrap_or_else(|| Number::from(0))).add(&self.radius);
         !slack.sub(&self.mid.sub(truth).abs()).is_negative()
     }
 

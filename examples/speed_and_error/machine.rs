@@ -4,12 +4,8 @@
 pub(crate) fn locked(name: &str) -> &'static str {
     let all = include_str!("../../Cargo.lock");
     let at = all.split("[[package]]").find_map(|package| {
-        let own = package
-            .lines()
-            .any(|line| line == format!("name = \"{name}\""));
-        let version = package
-            .lines()
-            .find_map(|line| line.strip_prefix("version = "));
+        let own = package.lines().any(|line| line == format!("name = \"{name}\""));
+        let version = package.lines().find_map(|line| line.strip_prefix("version = "));
         version.filter(|_| own)
     });
     at.map_or("?", |version| version.trim_matches('"'))
@@ -17,28 +13,21 @@ pub(crate) fn locked(name: &str) -> &'static str {
 
 /// What a program prints, the first line of it.
 pub(crate) fn said(program: &str, argument: &str) -> Option<String> {
-    let output = std::process::Command::new(program)
-        .arg(argument)
-        .output()
-        .ok()?;
+    let output = std::process::Command::new(program).arg(argument).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;
     text.lines().next().map(str::to_owned)
 }
 
 /// The processor, as far as the system tells.
 pub(crate) fn machine() -> String {
-    let model = std::fs::read_to_string("/proc/cpuinfo")
-        .ok()
-        .and_then(|text| {
-            let line = text.lines().find(|line| line.starts_with("model name"))?;
-            line.split(':').nth(1).map(|name| name.trim().to_owned())
-        });
-    let vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")]
-        .into_iter()
-        .find(|(_, flag)| {
-            let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-            text.split_whitespace().any(|word| word == *flag)
-        });
+    let model = std::fs::read_to_string("/proc/cpuinfo").ok().and_then(|text| {
+        let line = text.lines().find(|line| line.starts_with("model name"))?;
+        line.split(':').nth(1).map(|name| name.trim().to_owned())
+    });
+    let vectors = [("AVX-512", "avx512f"), ("AVX2", "avx2")].into_iter().find(|(_, flag)| {
+        let text = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        text.split_whitespace().any(|word| word == *flag)
+    });
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     format!(
         "{} ({}{}), {cores} cores of it, {}",

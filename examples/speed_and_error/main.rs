@@ -9,11 +9,7 @@
 //! document says so. `--quick` leaves out what takes longer than a second; `--out` writes elsewhere than to
 //! `docs`. True values: `truth`. What is measured: `case` (problems), `paths` and `peers.py` (calls),
 //! `judge` (errors), `run` (all together). What is written: `document`, `plots`.
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "tells where the document went"
-)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tells where the document went")]
 
 mod case;
 mod cells;
@@ -76,9 +72,5 @@ fn main() -> Result<(), Box<dyn Error>> {
     document::write(&report, &plan, &out)?;
     println!("{}", out.join("speed-and-error.md").display());
     let wrong = report.violations();
-    if wrong.is_empty() {
-        Ok(())
-    } else {
-        Err(format!("bounds that do not hold: {}", wrong.join(", ")).into())
-    }
+    if wrong.is_empty() { Ok(()) } else { Err(format!("bounds that do not hold: {}", wrong.join(", ")).into()) }
 }

@@ -3,9 +3,7 @@
 
 use std::hint::black_box;
 
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, Side};
 use librate::modes::{Kind, Options, Precise, Rung, solve_from};
 use librate::number::Number;
@@ -29,11 +27,7 @@ pub(crate) fn with_nalgebra(case: &Case, patience: f64) -> Doubles {
     let mass = DMatrix::from_column_slice(n, n, &case.mass);
     let stiffness = DMatrix::from_column_slice(n, n, &case.stiffness);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass
-            .clone()
-            .cholesky()
-            .ok_or("M is not positive definite")?
-            .l();
+        let lower = mass.clone().cholesky().ok_or("M is not positive definite")?.l();
         let half = lower.solve_lower_triangular(&stiffness);
         let whole = half.and_then(|half| lower.solve_lower_triangular(&half.transpose()));
         let reduced = whole.ok_or("a factor of M is singular")?;
@@ -51,9 +45,7 @@ pub(crate) fn with_faer(case: &Case, patience: f64) -> Doubles {
     let mass = Mat::from_fn(n, n, |i, j| case.mass[i + n * j]);
     let stiffness = Mat::from_fn(n, n, |i, j| case.stiffness[i + n * j]);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass
-            .llt(Side::Lower)
-            .map_err(|_| "M is not positive definite")?;
+        let lower = mass.llt(Side::Lower).map_err(|_| "M is not positive definite")?;
         let mut half = stiffness.clone();
         solve_lower_triangular_in_place(lower.L(), half.as_mut(), Par::Seq);
         let mut reduced = half.transpose().to_owned();
@@ -75,9 +67,7 @@ pub(crate) fn with_jacobi(case: &Case, patience: f64) -> Option<Doubles> {
     let n = case.n;
     let mass = Mat::from_fn(n, n, |i, j| case.mass[i + n * j]);
     let (seconds, result) = fastest(patience, || {
-        let lower = mass
-            .llt(Side::Lower)
-            .map_err(|_| "M is not positive definite")?;
+        let lower = mass.llt(Side::Lower).map_err(|_| "M is not positive definite")?;
         let mut factor = Mat::<f64>::zeros(n, squares.len());
         for (to, square) in squares.iter().enumerate() {
             for &(place, entry) in &square.entries {
@@ -99,11 +89,7 @@ pub(crate) fn with_jacobi(case: &Case, patience: f64) -> Option<Doubles> {
         let square = |column: &Vec<f64>| dot(&column[..squares.len()], &column[..squares.len()]);
         Ok::<_, &str>(columns.iter().map(square).collect())
     });
-    Some(
-        result
-            .map_err(str::to_owned)
-            .and_then(|values| Ok((seconds, rising(values)?))),
-    )
+    Some(result.map_err(str::to_owned).and_then(|values| Ok((seconds, rising(values)?))))
 }
 
 fn dot(x: &[f64], y: &[f64]) -> f64 {
@@ -179,16 +165,12 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
             })
         }
         Origin::Matrices(exact) => {
-            let (seconds, result) = fastest(patience, || {
-                solve_from(&exact.problem, exact.as_ref(), &options)
-            });
+            let (seconds, result) = fastest(patience, || solve_from(&exact.problem, exact.as_ref(), &options));
             let spectrum = result.map_err(|error| error.to_string())?;
             let modes = spectrum.modes.iter();
             Ok(Answer {
                 seconds,
-                values: modes
-                    .map(|mode| enclosure(mode.kind, &mode.omega_squared, mode.precise.as_deref()))
-                    .collect(),
+                values: modes.map(|mode| enclosure(mode.kind, &mode.omega_squared, mode.precise.as_deref())).collect(),
                 rung: spectrum.rung,
             })
         }
@@ -198,10 +180,7 @@ pub(crate) fn with_librate(case: &Case, digits: usize, patience: f64) -> Result<
 fn enclosure(kind: Kind, ball: &Ball, precise: Option<&Precise>) -> Enclosure {
     let double = |x: f64| Number::from_f64_exact(x).unwrap_or_else(|| Number::from(0));
     match precise {
-        _ if kind == Kind::Zero => Enclosure {
-            mid: Number::from(0),
-            radius: Number::from(0),
-        },
+        _ if kind == Kind::Zero => Enclosure { mid: Number::from(0), radius: Number::from(0) },
         Some(precise) => {
             let (significand, exponent) = precise.omega_squared.mid();
             let (mantissa, place) = precise.omega_squared.radius().parts();
@@ -210,9 +189,6 @@ fn enclosure(kind: Kind, ball: &Ball, precise: Option<&Precise>) -> Enclosure {
                 radius: double(mantissa).mul(&binary(1.into(), place)),
             }
         }
-        None => Enclosure {
-            mid: double(ball.mid.hi).add(&double(ball.mid.lo)),
-            radius: double(ball.radius),
-        },
+        None => Enclosure { mid: double(ball.mid.hi).add(&double(ball.mid.lo)), radius: double(ball.radius) },
     }
 }

@@ -120,9 +120,7 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
             let edge = ShapeStyle::from(&INK).stroke_width(1);
             chart.draw_series([Circle::new(at, 8, color(path).filled())])?;
             chart.draw_series([Circle::new(at, 8, edge)])?;
-            if let Group::Librate(digits) | Group::Mpmath(digits) | Group::Flint(digits) =
-                path.group
-            {
+            if let Group::Librate(digits) | Group::Mpmath(digits) | Group::Flint(digits) = path.group {
                 let style = (FONT, 9).into_font().color(&WHITE);
                 let style = style.pos(Pos::new(HPos::Center, VPos::Center));
                 chart.draw_series([Text::new(digits.to_string(), at, style)])?;
@@ -147,10 +145,7 @@ pub(crate) fn hard(report: &Report) -> Result<String> {
 pub(crate) fn problems(report: &Report) -> Result<String> {
     let rows: Vec<&Measured> = report.hard().collect();
     let labels = ["faer", report.unit, "Jacobi on the factor", DEFAULT];
-    let shown: Vec<&PathInfo> = PATHS
-        .iter()
-        .filter(|path| labels.contains(&path.label))
-        .collect();
+    let shown: Vec<&PathInfo> = PATHS.iter().filter(|path| labels.contains(&path.label)).collect();
     let height = 24 * rows.len() as i32;
     let (left, top, width) = (200, 50, 520);
     let x = |error: f64| {
@@ -166,10 +161,7 @@ pub(crate) fn problems(report: &Report) -> Result<String> {
         area.draw(&Text::new(title, (left, 20), text(16, HPos::Left)))?;
         for exponent in ERRORS {
             let at = x(10f64.powf(exponent));
-            area.draw(&PathElement::new(
-                vec![(at, top - 8), (at, top + height)],
-                FAINT,
-            ))?;
+            area.draw(&PathElement::new(vec![(at, top - 8), (at, top + height)], FAINT))?;
             let label = (at, top + height + 14);
             area.draw(&Text::new(power(exponent), label, text(12, HPos::Center)))?;
         }

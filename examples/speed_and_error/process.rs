@@ -33,20 +33,11 @@ impl Peers {
             .map_err(|error| format!("`{python}` does not run: {error}"))?;
         let requests = child.stdin.take();
         let answers = child.stdout.take().ok_or("no pipe from Python")?;
-        let mut peers = Self {
-            child,
-            requests,
-            answers: BufReader::new(answers),
-            versions: Vec::new(),
-        };
+        let mut peers = Self { child, requests, answers: BufReader::new(answers), versions: Vec::new() };
         let versions = peers.answer()?;
-        let versions = versions
-            .as_object()
-            .ok_or("Python does not tell its versions")?;
-        peers.versions = versions
-            .iter()
-            .map(|(name, version)| (name.clone(), version.as_str().map(str::to_owned)))
-            .collect();
+        let versions = versions.as_object().ok_or("Python does not tell its versions")?;
+        peers.versions =
+            versions.iter().map(|(name, version)| (name.clone(), version.as_str().map(str::to_owned))).collect();
         Ok(peers)
     }
 

@@ -35,18 +35,8 @@ pub(crate) struct PathInfo {
     pub(crate) what: &'static str,
 }
 
-const fn path(
-    label: &'static str,
-    group: Group,
-    package: &'static str,
-    what: &'static str,
-) -> PathInfo {
-    PathInfo {
-        label,
-        group,
-        package,
-        what,
-    }
+const fn path(label: &'static str, group: Group, package: &'static str, what: &'static str) -> PathInfo {
+    PathInfo { label, group, package, what }
 }
 
 pub(crate) const SCIPY: &str = "scipy eigh";
@@ -54,36 +44,11 @@ pub(crate) const FAER: &str = "faer";
 pub(crate) const DEFAULT: &str = "librate, 10 digits";
 
 pub(crate) const PATHS: [PathInfo; 17] = [
-    path(
-        "nalgebra",
-        Group::Doubles,
-        "",
-        "Cholesky factor of M, then `SymmetricEigen`",
-    ),
-    path(
-        FAER,
-        Group::Doubles,
-        "",
-        "Cholesky factor of M, then `self_adjoint_eigen`",
-    ),
-    path(
-        "numpy",
-        Group::Peer,
-        "numpy",
-        "Cholesky factor of M, then `numpy.linalg.eigh`",
-    ),
-    path(
-        SCIPY,
-        Group::Peer,
-        "scipy",
-        "`scipy.linalg.eigh(K, M)`: LAPACK's dsygvd",
-    ),
-    path(
-        "LAPACK tridiagonal",
-        Group::Peer,
-        "scipy",
-        "`scipy.linalg.eigh_tridiagonal` (stemr), chains only",
-    ),
+    path("nalgebra", Group::Doubles, "", "Cholesky factor of M, then `SymmetricEigen`"),
+    path(FAER, Group::Doubles, "", "Cholesky factor of M, then `self_adjoint_eigen`"),
+    path("numpy", Group::Peer, "numpy", "Cholesky factor of M, then `numpy.linalg.eigh`"),
+    path(SCIPY, Group::Peer, "scipy", "`scipy.linalg.eigh(K, M)`: LAPACK's dsygvd"),
+    path("LAPACK tridiagonal", Group::Peer, "scipy", "`scipy.linalg.eigh_tridiagonal` (stemr), chains only"),
     path(
         "ARPACK",
         Group::Peer,
@@ -100,37 +65,12 @@ pub(crate) const PATHS: [PathInfo; 17] = [
     path("librate, 15 digits", Group::Librate(15), "", "with bounds"),
     path("librate, 25 digits", Group::Librate(25), "", "with bounds"),
     path("librate, 50 digits", Group::Librate(50), "", "with bounds"),
-    path(
-        "librate, 100 digits",
-        Group::Librate(100),
-        "",
-        "with bounds",
-    ),
-    path(
-        "mpmath, 30 digits",
-        Group::Mpmath(30),
-        "mpmath",
-        "Cholesky factor of M, `mpmath.eigsy`, values only",
-    ),
+    path("librate, 100 digits", Group::Librate(100), "", "with bounds"),
+    path("mpmath, 30 digits", Group::Mpmath(30), "mpmath", "Cholesky factor of M, `mpmath.eigsy`, values only"),
     path("mpmath, 50 digits", Group::Mpmath(50), "mpmath", "the same"),
-    path(
-        "mpmath, 100 digits",
-        Group::Mpmath(100),
-        "mpmath",
-        "the same",
-    ),
-    path(
-        "python-flint, 50 digits",
-        Group::Flint(50),
-        "python-flint",
-        "`acb_mat.eig` of M⁻¹K in balls, values only",
-    ),
-    path(
-        "python-flint, 100 digits",
-        Group::Flint(100),
-        "python-flint",
-        "the same",
-    ),
+    path("mpmath, 100 digits", Group::Mpmath(100), "mpmath", "the same"),
+    path("python-flint, 50 digits", Group::Flint(50), "python-flint", "`acb_mat.eig` of M⁻¹K in balls, values only"),
+    path("python-flint, 100 digits", Group::Flint(100), "python-flint", "the same"),
 ];
 
 /// What came of a path on a problem.
@@ -200,10 +140,7 @@ impl Report {
         self.measured.iter().filter(|m| m.family.is_none())
     }
 
-    pub(crate) fn family<'a>(
-        &'a self,
-        slug: &'a str,
-    ) -> impl Iterator<Item = &'a Measured> + Clone {
+    pub(crate) fn family<'a>(&'a self, slug: &'a str) -> impl Iterator<Item = &'a Measured> + Clone {
         self.measured.iter().filter(move |m| m.family == Some(slug))
     }
 
@@ -240,12 +177,7 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    pub(crate) const FULL: Self = Self {
-        hard: HARD,
-        largest: usize::MAX,
-        patience: 0.15,
-        longest: 20.0,
-    };
+    pub(crate) const FULL: Self = Self { hard: HARD, largest: usize::MAX, patience: 0.15, longest: 20.0 };
 
     /// How many problems that are.
     pub(crate) fn len(&self) -> usize {
@@ -283,10 +215,7 @@ impl Plan {
         Ok(Report {
             measured,
             unit: if has("scipy") { SCIPY } else { FAER },
-            peers: peers
-                .as_ref()
-                .map(|p| p.versions.clone())
-                .map_err(Clone::clone),
+            peers: peers.as_ref().map(|p| p.versions.clone()).map_err(Clone::clone),
         })
     }
 
@@ -304,9 +233,7 @@ impl Plan {
         }
         let verdicts = PATHS.iter().enumerate().map(|(at, path)| {
             let expected = before.map(|before| match &before.verdicts[at] {
-                Verdict::Done(outcome) => {
-                    outcome.seconds * (case.n as f64 / before.n as f64).powi(3)
-                }
+                Verdict::Done(outcome) => outcome.seconds * (case.n as f64 / before.n as f64).powi(3),
                 Verdict::TooLong => f64::INFINITY,
                 Verdict::Failed(_) | Verdict::Absent => 0.0,
             });
@@ -316,13 +243,7 @@ impl Plan {
                 self.verdict(case, path, peers)
             }
         });
-        Measured {
-            verdicts: verdicts.collect(),
-            name: case.name.clone(),
-            n: case.n,
-            zeros: case.zeros(),
-            family,
-        }
+        Measured { verdicts: verdicts.collect(), name: case.name.clone(), n: case.n, zeros: case.zeros(), family }
     }
 
     fn verdict(&self, case: &Case, path: &PathInfo, peers: &mut Result<Peers, String>) -> Verdict {
@@ -331,14 +252,11 @@ impl Plan {
         match path.group {
             Group::Doubles if path.label == FAER => plain(case, with_faer(case, self.patience)),
             Group::Doubles => plain(case, with_nalgebra(case, self.patience)),
-            Group::Jacobi => with_jacobi(case, self.patience)
-                .map_or(Verdict::Absent, |result| plain(case, result)),
-            Group::Librate(digits) if known(digits) => {
-                match with_librate(case, digits, self.patience) {
-                    Ok(answer) => Verdict::Done(certified(case, answer, digits)),
-                    Err(error) => Verdict::Failed(error),
-                }
-            }
+            Group::Jacobi => with_jacobi(case, self.patience).map_or(Verdict::Absent, |result| plain(case, result)),
+            Group::Librate(digits) if known(digits) => match with_librate(case, digits, self.patience) {
+                Ok(answer) => Verdict::Done(certified(case, answer, digits)),
+                Err(error) => Verdict::Failed(error),
+            },
             Group::Mpmath(digits) | Group::Flint(digits)
                 if known(digits) && case.n <= MANY_DIGITS && case.texts.is_some() =>
             {
@@ -351,11 +269,7 @@ impl Plan {
                     "ARPACK" => case.is_sparse() && case.n > 20,
                     _ => true,
                 };
-                if fits {
-                    self.peer(case, path, peers)
-                } else {
-                    Verdict::Absent
-                }
+                if fits { self.peer(case, path, peers) } else { Verdict::Absent }
             }
         }
     }
@@ -368,11 +282,9 @@ impl Plan {
             return Verdict::Absent;
         }
         match peers.run(path.label, self.patience) {
-            Ok((seconds, values)) => Verdict::Done(Outcome {
-                seconds,
-                judged: judge(&values, &case.truth, case.digits),
-                certified: None,
-            }),
+            Ok((seconds, values)) => {
+                Verdict::Done(Outcome { seconds, judged: judge(&values, &case.truth, case.digits), certified: None })
+            }
             Err(error) => Verdict::Failed(error),
         }
     }
@@ -381,8 +293,7 @@ impl Plan {
 fn plain(case: &Case, result: Doubles) -> Verdict {
     match result {
         Ok((seconds, values)) => {
-            let values: Option<Vec<Number>> =
-                values.into_iter().map(Number::from_f64_exact).collect();
+            let values: Option<Vec<Number>> = values.into_iter().map(Number::from_f64_exact).collect();
             Verdict::Done(Outcome {
                 seconds,
                 judged: judge(&values.unwrap_or_default(), &case.truth, case.digits),

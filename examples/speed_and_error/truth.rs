@@ -34,10 +34,7 @@ pub(crate) fn free_chain(n: usize) -> Known {
         number(&(integer(4, bits) * &sin * &sin))
     };
     // The series lose a few bits, and the square as many again.
-    Known {
-        values: (0..n).map(value).collect(),
-        digits: decimal_digits(bits - 32),
-    }
+    Known { values: (0..n).map(value).collect(), digits: decimal_digits(bits - 32) }
 }
 
 /// The zeros of the Laguerre polynomial L_n, rising (Daniel Bernoulli, 1733: the hanging chain), each
@@ -57,9 +54,7 @@ pub(crate) fn laguerre_zeros(n: usize) -> Option<Known> {
         _ => 0.0,
     });
     let start = start.self_adjoint_eigenvalues(Side::Lower).ok()?;
-    let weights: Vec<(Real, Real)> = (0..n as i64)
-        .map(|k| (integer(2 * k + 1, bits), integer(k * k, bits)))
-        .collect();
+    let weights: Vec<(Real, Real)> = (0..n as i64).map(|k| (integer(2 * k + 1, bits), integer(k * k, bits))).collect();
     // Of the polynomials with leading coefficient 1 the last two:
     // P_{k+1} = (x - 2k - 1) P_k - k² P_{k-1}.
     let last_two = |x: &Real| {
@@ -99,20 +94,14 @@ pub(crate) fn laguerre_zeros(n: usize) -> Option<Known> {
         last = high;
         values.push(number(&x));
     }
-    Some(Known {
-        values,
-        digits: decimal_digits(reach),
-    })
+    Some(Known { values, digits: decimal_digits(reach) })
 }
 
 /// The eigenvalues of exact matrices by Cholesky, Householder and QL in big floats of two precisions; as
 /// many digits as agree. `None` where M is not positive definite.
 pub(crate) fn computed(mass: &[Vec<RBig>], stiffness: &[Vec<RBig>]) -> Option<Known> {
     let at = |bits: usize| {
-        let matrices = Matrices {
-            mass: to_reals(mass, bits),
-            stiffness: to_reals(stiffness, bits),
-        };
+        let matrices = Matrices { mass: to_reals(mass, bits), stiffness: to_reals(stiffness, bits) };
         Truth::new(&matrices, bits)
     };
     let (rough, fine) = (at(768)?, at(960)?);
@@ -126,8 +115,5 @@ pub(crate) fn computed(mass: &[Vec<RBig>], stiffness: &[Vec<RBig>]) -> Option<Kn
             bits = bits.min(usize::try_from(log2(b) - log2(&apart)).ok()?);
         }
     }
-    Some(Known {
-        values: fine.values.iter().map(number).collect(),
-        digits: decimal_digits(bits),
-    })
+    Some(Known { values: fine.values.iter().map(number).collect(), digits: decimal_digits(bits) })
 }

@@ -24,13 +24,7 @@ pub(crate) fn write(report: &Report, out: &Path) -> Result<(), Box<dyn Error>> {
 }
 
 fn text(report: &Report) -> String {
-    let parts = [
-        introduction(report),
-        levels(report),
-        preparation(report),
-        trips(report),
-        method(),
-    ];
+    let parts = [introduction(report), levels(report), preparation(report), trips(report), method()];
     let text = parts.join("\n");
     text.replace("\n\n\n", "\n\n")
 }
@@ -67,11 +61,7 @@ fn levels(report: &Report) -> String {
         "## At the same error\n\nThe time that an error takes, between the runs on both sides of it on logarithmic scales, and how many times that of \
          librate to a tolerance it is.\n\n| error at the end |",
     );
-    let lines: Vec<&Line> = report
-        .lines
-        .iter()
-        .filter(|line| line.name != FULL && !line.trips.is_empty())
-        .collect();
+    let lines: Vec<&Line> = report.lines.iter().filter(|line| line.name != FULL && !line.trips.is_empty()).collect();
     for line in &lines {
         let _ = write!(out, " {} |", line.name);
     }
@@ -94,9 +84,7 @@ fn levels(report: &Report) -> String {
     out.push('\n');
     let compare = |name: &str| {
         let (own, other) = (report.line(QUICK)?, report.line(name)?);
-        let ratios = LEVELS
-            .iter()
-            .filter_map(|level| Some(other.time_at(*level)? / own.time_at(*level)?));
+        let ratios = LEVELS.iter().filter_map(|level| Some(other.time_at(*level)? / own.time_at(*level)?));
         let all: Vec<f64> = ratios.collect();
         let least = all.iter().copied().fold(f64::INFINITY, f64::min);
         let most = all.iter().copied().fold(0.0, f64::max);
@@ -111,16 +99,9 @@ fn levels(report: &Report) -> String {
         );
     }
     if let Some((least, most)) = compare(HEYOKA) {
-        let (verb, from, to) = if most < 1.0 {
-            ("wins: it is", 1.0 / most, 1.0 / least)
-        } else {
-            ("takes", least, most)
-        };
-        let tail = if most < 1.0 {
-            "times as fast as librate"
-        } else {
-            "times as long as librate"
-        };
+        let (verb, from, to) =
+            if most < 1.0 { ("wins: it is", 1.0 / most, 1.0 / least) } else { ("takes", least, most) };
+        let tail = if most < 1.0 { "times as fast as librate" } else { "times as long as librate" };
         let _ = writeln!(
             out,
             "heyoka, which compiles the same Taylor method to machine code for these very equations, {verb} {} to {} {tail}, once it \
@@ -146,10 +127,7 @@ fn best(report: &Report) -> String {
     let others = report.lines.iter().filter(|line| !line.trips.is_empty());
     let others = others.filter(|line| line.name != FULL);
     let best = others.min_by(|a, b| a.best().total_cmp(&b.best()));
-    best.map_or_else(
-        || "none".to_owned(),
-        |line| format!("{:.0e} ({})", line.best(), line.name),
-    )
+    best.map_or_else(|| "none".to_owned(), |line| format!("{:.0e} ({})", line.best(), line.name))
 }
 
 fn ratio(value: f64) -> String {
@@ -171,11 +149,7 @@ fn preparation(report: &Report) -> String {
         Some((least, most))
     };
     if let Some((own, _)) = spent(QUICK) {
-        let _ = writeln!(
-            out,
-            "librate derives the equations of motion from T and V in {}.",
-            time(own)
-        );
+        let _ = writeln!(out, "librate derives the equations of motion from T and V in {}.", time(own));
     }
     if let Some((least, most)) = spent(HEYOKA) {
         let _ = writeln!(
@@ -193,30 +167,16 @@ fn trips(report: &Report) -> String {
         "\n## All runs\n\n| method | tolerance | CPU time | error at the end |\n| --- | --- | --- | --- |\n",
     );
     for line in &report.lines {
-        for Trip {
-            tolerance,
-            seconds,
-            error,
-            ..
-        } in &line.trips
-        {
-            let asked =
-                tolerance.map_or_else(|| "none".to_owned(), |digits| format!("1e-{digits}"));
-            let _ = writeln!(
-                out,
-                "| {} | {asked} | {} | {error:.1e} |",
-                line.name,
-                time(*seconds)
-            );
+        for Trip { tolerance, seconds, error, .. } in &line.trips {
+            let asked = tolerance.map_or_else(|| "none".to_owned(), |digits| format!("1e-{digits}"));
+            let _ = writeln!(out, "| {} | {asked} | {} | {error:.1e} |", line.name, time(*seconds));
         }
         if let (false, Some(remark)) = (line.trips.is_empty(), &line.remark) {
             let _ = writeln!(out, "| {} | | no more: {remark} | |", line.name);
         }
     }
     if let Ok(versions) = &report.versions {
-        let known = versions
-            .iter()
-            .filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?)));
+        let known = versions.iter().filter_map(|(name, version)| Some(format!("{name} {}", version.as_ref()?)));
         let known: Vec<String> = known.collect();
         let _ = writeln!(out, "\nPeers: {}.", known.join(", "));
     }

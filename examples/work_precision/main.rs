@@ -8,11 +8,7 @@
 //! that are installed with the interpreter given; without any the document says so. Errors are held against 40 digits that
 //! share no code with any of them (`tests/reference/motion.py`). `--quick` leaves out what takes longer than a tenth of a second.
 //! What is measured: `run`. What is written: `document`, `picture`.
-#![allow(
-    clippy::print_stdout,
-    clippy::print_stderr,
-    reason = "tells where the document went"
-)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "tells where the document went")]
 
 #[path = "../speed_and_error/clock.rs"]
 mod clock;
@@ -45,10 +41,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => return Err(format!("what is {argument}?").into()),
         }
     }
-    let peers = Peers::start(
-        &python,
-        &root.join("examples/work_precision/integrators.py"),
-    );
+    let peers = Peers::start(&python, &root.join("examples/work_precision/integrators.py"));
     if let Err(reason) = &peers {
         eprintln!("no peers: {reason}");
     }

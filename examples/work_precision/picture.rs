@@ -45,11 +45,7 @@ pub(crate) fn picture(report: &Report) -> Result<String> {
         x_marks: &[-4.0, -3.0, -2.0, -1.0, 0.0, 1.0],
         y_marks: &[-30.0, -25.0, -20.0, -15.0, -10.0, -5.0, 0.0],
     };
-    let shown: Vec<_> = report
-        .lines
-        .iter()
-        .filter(|line| !line.trips.is_empty())
-        .collect();
+    let shown: Vec<_> = report.lines.iter().filter(|line| !line.trips.is_empty()).collect();
     svg((940, 560), |area| {
         let (left, right) = area.split_horizontally(740);
         let mut chart = frame.draw(&left)?;
@@ -76,10 +72,6 @@ pub(crate) fn picture(report: &Report) -> Result<String> {
             right.draw(&Text::new(line.name, (25, y), style))?;
         }
         let below = 60 + 19 * shown.len() as i32 + 14;
-        note(
-            &right,
-            (8, below),
-            &["A dot for each power of ten", "that was the tolerance."],
-        )
+        note(&right, (8, below), &["A dot for each power of ten", "that was the tolerance."])
     })
 }

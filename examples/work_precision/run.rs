@@ -49,42 +49,14 @@ pub(crate) const HEYOKA: &str = "heyoka";
 pub(crate) const DOP853: &str = "SciPy DOP853";
 
 pub(crate) const METHODS: [Method; 7] = [
-    Method {
-        name: QUICK,
-        package: None,
-        last: 17,
-    },
-    Method {
-        name: FULL,
-        package: None,
-        last: 0,
-    },
-    Method {
-        name: HEYOKA,
-        package: Some("heyoka"),
-        last: 16,
-    },
-    Method {
-        name: "heyoka, 80 bits",
-        package: Some("heyoka"),
-        last: 18,
-    },
+    Method { name: QUICK, package: None, last: 17 },
+    Method { name: FULL, package: None, last: 0 },
+    Method { name: HEYOKA, package: Some("heyoka"), last: 16 },
+    Method { name: "heyoka, 80 bits", package: Some("heyoka"), last: 18 },
     // SciPy takes no relative tolerance below 100 units of rounding.
-    Method {
-        name: DOP853,
-        package: Some("scipy"),
-        last: 13,
-    },
-    Method {
-        name: "SciPy LSODA",
-        package: Some("scipy"),
-        last: 13,
-    },
-    Method {
-        name: "SciPy Radau",
-        package: Some("scipy"),
-        last: 11,
-    },
+    Method { name: DOP853, package: Some("scipy"), last: 13 },
+    Method { name: "SciPy LSODA", package: Some("scipy"), last: 13 },
+    Method { name: "SciPy Radau", package: Some("scipy"), last: 11 },
 ];
 
 /// One trip.
@@ -114,8 +86,7 @@ impl Line {
     pub(crate) fn time_at(&self, error: f64) -> Option<f64> {
         let (error, log) = (error.ln(), f64::ln);
         self.trips.windows(2).find_map(|pair| {
-            let [coarse, fine] =
-                [pair[0], pair[1]].map(|trip| (log(trip.error), log(trip.seconds)));
+            let [coarse, fine] = [pair[0], pair[1]].map(|trip| (log(trip.error), log(trip.seconds)));
             if !(fine.0 <= error && error <= coarse.0 && fine.0 < coarse.0) {
                 return None;
             }
@@ -138,9 +109,7 @@ pub(crate) struct Report {
 
 impl Report {
     pub(crate) fn line(&self, name: &str) -> Option<&Line> {
-        self.lines
-            .iter()
-            .find(|line| line.name == name && !line.trips.is_empty())
+        self.lines.iter().find(|line| line.name == name && !line.trips.is_empty())
     }
 }
 
@@ -148,14 +117,10 @@ impl Report {
 fn truth(root: &Path) -> Result<Vec<Big>, Box<dyn Error>> {
     let text = std::fs::read_to_string(root.join("tests/reference/motion.json"))?;
     let all: Value = serde_json::from_str(&text)?;
-    let last = all["double_pendulum"]
-        .as_array()
-        .and_then(|rows| rows.last());
+    let last = all["double_pendulum"].as_array().and_then(|rows| rows.last());
     let row = last.and_then(Value::as_array).ok_or("no reference")?;
     let values = row.iter().map(|value| value.as_str().and_then(decimal));
-    values
-        .collect::<Option<_>>()
-        .ok_or_else(|| "no number".into())
+    values.collect::<Option<_>>().ok_or_else(|| "no number".into())
 }
 
 /// A decimal number of any length.
@@ -165,30 +130,18 @@ fn decimal(text: &str) -> Option<Big> {
 }
 
 fn worst(own: &[Big], truth: &[Big]) -> f64 {
-    let off = own
-        .iter()
-        .zip(truth)
-        .map(|(own, truth)| (own - truth).mid_f64().abs());
-    if own.len() == truth.len() {
-        off.fold(0.0, f64::max)
-    } else {
-        f64::NAN
-    }
+    let off = own.iter().zip(truth).map(|(own, truth)| (own - truth).mid_f64().abs());
+    if own.len() == truth.len() { off.fold(0.0, f64::max) } else { f64::NAN }
 }
 
 fn end(trajectory: &Trajectory) -> Vec<Big> {
     let last = trajectory.rows.last().map_or(&[][..], Vec::as_slice);
-    last.iter()
-        .map(|value| Big::from_ball(&Ball::from(value.mid), BITS))
-        .collect()
+    last.iter().map(|value| Big::from_ball(&Ball::from(value.mid), BITS)).collect()
 }
 
 fn elaborated() -> Result<Model, Box<dyn Error>> {
     let file = syntax::parse(MODEL).map_err(librate::Error::from)?;
-    Ok(
-        model::elaborate(&file, &Default::default(), &Default::default())
-            .map_err(librate::Error::from)?,
-    )
+    Ok(model::elaborate(&file, &Default::default(), &Default::default()).map_err(librate::Error::from)?)
 }
 
 /// Measures all methods that are there; a method ends where a trip takes longer than `longest`.
@@ -212,26 +165,14 @@ pub(crate) fn run(
         });
         let found = found.map_err(|error| error.to_string())?;
         let error = worst(&end(&found), &truth);
-        Ok(Trip {
-            tolerance,
-            seconds,
-            prepared,
-            error,
-        })
+        Ok(Trip { tolerance, seconds, prepared, error })
     };
     let mut lines = Vec::new();
     for method in &METHODS {
-        let mut line = Line {
-            name: method.name,
-            trips: Vec::new(),
-            remark: None,
-        };
+        let mut line = Line { name: method.name, trips: Vec::new(), remark: None };
         let tolerances: Vec<Option<i32>> = match method.last {
             0 => vec![None],
-            last => TOLERANCES
-                .filter(|digits| *digits <= last)
-                .map(Some)
-                .collect(),
+            last => TOLERANCES.filter(|digits| *digits <= last).map(Some).collect(),
         };
         if let (Some(package), Ok(peers)) = (method.package, &peers)
             && !peers.has(package)
@@ -263,13 +204,7 @@ pub(crate) fn run(
     Ok(Report { lines, versions })
 }
 
-fn asked(
-    peers: &mut Peers,
-    name: &str,
-    tolerance: Option<i32>,
-    patience: f64,
-    truth: &[Big],
-) -> Result<Trip, String> {
+fn asked(peers: &mut Peers, name: &str, tolerance: Option<i32>, patience: f64, truth: &[Big]) -> Result<Trip, String> {
     let asked = tolerance.map(|digits| 10f64.powi(-digits));
     peers.ask(&json!({"run": name, "tolerance": asked, "until": UNTIL, "patience": patience}))?;
     let answer = peers.answer()?;
@@ -282,10 +217,5 @@ fn asked(
     let (Some(state), (Some(seconds), Some(prepared))) = (state, times) else {
         return Err("no answer".to_owned());
     };
-    Ok(Trip {
-        tolerance,
-        seconds,
-        prepared,
-        error: worst(&state, truth),
-    })
+    Ok(Trip { tolerance, seconds, prepared, error: worst(&state, truth) })
 }

@@ -49,8 +49,7 @@ impl Basis {
             .iter()
             .map(|mode| {
                 let own = mode.vector.iter();
-                own.map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound))
-                    .collect()
+                own.map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
             })
             .collect();
         let mut groups: Vec<Group> = Vec::new();
@@ -63,8 +62,7 @@ impl Basis {
             let same = |group: &Group| {
                 let first = group.members.first().and_then(|first| modes.get(*first));
                 first.is_some_and(|first| {
-                    first.cluster == mode.cluster
-                        && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
+                    first.cluster == mode.cluster && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
                 })
             };
             let place = match groups.iter().position(same) {
@@ -74,11 +72,7 @@ impl Basis {
                     place
                 }
                 None => {
-                    groups.push(Group {
-                        members: vec![at],
-                        square,
-                        slack: 0.0,
-                    });
+                    groups.push(Group { members: vec![at], square, slack: 0.0 });
                     groups.len() - 1
                 }
             };
@@ -90,29 +84,15 @@ impl Basis {
                 group.slack = slack(&mass, &shapes, &group.members);
             }
         }
-        Some(Self {
-            shapes,
-            groups,
-            group_of,
-        })
+        Some(Self { shapes, groups, group_of })
     }
 
     /// The coefficients c of a force M X c.
     pub(super) fn components(&self, force: &[Ball]) -> Vec<Ball> {
-        let own: Vec<(usize, Ball)> = force
-            .iter()
-            .enumerate()
-            .filter(|(_, f)| !f.is_zero())
-            .map(|(i, f)| (i, *f))
-            .collect();
-        let mut all: Vec<Ball> = self
-            .shapes
-            .iter()
-            .map(|shape| {
-                own.iter()
-                    .fold(Ball::ZERO, |sum, (i, f)| sum + shape[*i] * *f)
-            })
-            .collect();
+        let own: Vec<(usize, Ball)> =
+            force.iter().enumerate().filter(|(_, f)| !f.is_zero()).map(|(i, f)| (i, *f)).collect();
+        let mut all: Vec<Ball> =
+            self.shapes.iter().map(|shape| own.iter().fold(Ball::ZERO, |sum, (i, f)| sum + shape[*i] * *f)).collect();
         for group in self.groups.iter().filter(|group| group.slack > 0.0) {
             // |((G⁻¹ - 1) z)_k| <= ‖G⁻¹ - 1‖ max |z|
             let most = group.members.iter().map(|k| all[*k].abs_upper());
@@ -203,9 +183,5 @@ fn slack(mass: &[Ball], shapes: &[Vec<Ball>], members: &[usize]) -> f64 {
         most = most.max(sum);
     }
     // `up` makes more of the difference's rounding than it is; below 1/2 the subtraction is harmless.
-    if most < 0.5 {
-        up(most / (1.0 - most))
-    } else {
-        f64::INFINITY
-    }
+    if most < 0.5 { up(most / (1.0 - most)) } else { f64::INFINITY }
 }

@@ -140,12 +140,7 @@ impl Parts {
             let sum = pool.sum(&terms);
             pool.substitute_one(sum, &known)
         });
-        Ok(Self {
-            kinetic: twice,
-            linear: once,
-            linear_span,
-            potential: pool.neg(rest),
-        })
+        Ok(Self { kinetic: twice, linear: once, linear_span, potential: pool.neg(rest) })
     }
 }
 
@@ -161,9 +156,7 @@ fn acts(model: &Model, pool: &mut Pool, linear: ExprId) -> bool {
     let mut slopes: HashMap<(usize, usize), ExprId> = HashMap::new();
     for (velocity, factor) in factors {
         let row = number(velocity);
-        let own = pool.slopes(factor, |s| {
-            matches!(kind(s), Some(SymbolKind::Coordinate(_)))
-        });
+        let own = pool.slopes(factor, |s| matches!(kind(s), Some(SymbolKind::Coordinate(_))));
         slopes.extend(own.into_iter().map(|(q, slope)| ((row, number(q)), slope)));
     }
     let zero = pool.zero();

@@ -65,20 +65,11 @@ fn norm(parts: &[Ball]) -> f64 {
 
 /// The size, 0 where it is not told from 0.
 fn certain(value: &Ball) -> f64 {
-    if value.contains_zero() {
-        0.0
-    } else {
-        value.mid_f64().abs()
-    }
+    if value.contains_zero() { 0.0 } else { value.mid_f64().abs() }
 }
 
 /// The coefficients of one order, of a series that runs up to it.
-fn coefficients(
-    series: &mut Series<Ball>,
-    inputs: &[Vec<Ball>],
-    zeros: &[Ball],
-    order: usize,
-) -> Vec<Ball> {
+fn coefficients(series: &mut Series<Ball>, inputs: &[Vec<Ball>], zeros: &[Ball], order: usize) -> Vec<Ball> {
     series.clear();
     let mut out = Vec::new();
     for k in 0..=order {
@@ -95,10 +86,7 @@ impl<'a> Expansion<'a> {
             basis,
             equilibrium,
             potential: energies.potential.prepare::<Ball>(()).series(),
-            kinetic: energies
-                .kinetic
-                .as_ref()
-                .map(|tape| tape.prepare::<Ball>(()).series()),
+            kinetic: energies.kinetic.as_ref().map(|tape| tape.prepare::<Ball>(()).series()),
             third: Ball::ONE / three,
             two_thirds: Ball::exact(2.0) / three,
             root_of_three: three.sqrt(),
@@ -129,21 +117,10 @@ impl<'a> Expansion<'a> {
     }
 
     /// What becomes of a mode, by its number, for an amplitude of one coordinate.
-    pub(super) fn mode(
-        &mut self,
-        at: usize,
-        own: &NormalMode,
-        coordinate: usize,
-    ) -> Result<ModeAmplitude, NotSmooth> {
+    pub(super) fn mode(&mut self, at: usize, own: &NormalMode, coordinate: usize) -> Result<ModeAmplitude, NotSmooth> {
         let basis = self.basis;
-        let mut found = ModeAmplitude {
-            coordinate,
-            change: None,
-            reach: None,
-            obstacle: None,
-            equal: Vec::new(),
-            drives: None,
-        };
+        let mut found =
+            ModeAmplitude { coordinate, change: None, reach: None, obstacle: None, equal: Vec::new(), drives: None };
         let group = &basis.groups[basis.group_of[at]];
         let square = group.square;
         if own.kind == Kind::Zero || !square.is_positive() {
@@ -158,10 +135,7 @@ impl<'a> Expansion<'a> {
 
         // Second order.
         let a = self.force(&[shape], 2);
-        let straight = Path {
-            place: [shape.clone(), none.clone()],
-            speed: [shape.clone(), none.clone()],
-        };
+        let straight = Path { place: [shape.clone(), none.clone()], speed: [shape.clone(), none.clone()] };
         let mut still: Vec<Ball> = a.iter().map(|a| -a.scale(-1)).collect();
         let mut double = still.clone();
         if let Some((d, b)) = self.inertia(&straight, 2) {
@@ -252,13 +226,7 @@ impl<'a> Expansion<'a> {
     }
 
     /// G1 and G3.
-    fn third_order(
-        &mut self,
-        shape: &[Ball],
-        omega: &Ball,
-        c0: &[Ball],
-        c2: &[Ball],
-    ) -> (Vec<Ball>, Vec<Ball>) {
+    fn third_order(&mut self, shape: &[Ball], omega: &Ball, c0: &[Ball], c2: &[Ball]) -> (Vec<Ball>, Vec<Ball>) {
         let n = shape.len();
         let half = Ball::ONE.scale(-1);
         let one = Ball::ONE;
@@ -277,17 +245,10 @@ impl<'a> Expansion<'a> {
                 *place = *place + *g;
             }
         }
-        let mut first: Vec<Ball> = whole
-            .iter()
-            .zip(&part)
-            .map(|(a, b)| (*a + *b) * self.two_thirds)
-            .collect();
+        let mut first: Vec<Ball> = whole.iter().zip(&part).map(|(a, b)| (*a + *b) * self.two_thirds).collect();
         // F3 = (F1 + F3)/3 - (F1/2 - F3) 2/3
-        let mut triple: Vec<Ball> = whole
-            .iter()
-            .zip(&part)
-            .map(|(a, b)| *a * self.third - *b * self.two_thirds)
-            .collect();
+        let mut triple: Vec<Ball> =
+            whole.iter().zip(&part).map(|(a, b)| *a * self.third - *b * self.two_thirds).collect();
         if inertia.is_none() {
             return (first, triple);
         }
@@ -318,14 +279,8 @@ impl<'a> Expansion<'a> {
             Phase::Sixth => (root, half, half, root),
         };
         Path {
-            place: [
-                scaled(s, &cosine),
-                combined(c0, &Ball::ONE, c2, &double_cosine),
-            ],
-            speed: [
-                scaled(s, &-(*omega * sine)),
-                scaled(c2, &-(omega.scale(1) * double_sine)),
-            ],
+            place: [scaled(s, &cosine), combined(c0, &Ball::ONE, c2, &double_cosine)],
+            speed: [scaled(s, &-(*omega * sine)), scaled(c2, &-(omega.scale(1) * double_sine))],
         }
     }
 }
@@ -339,9 +294,5 @@ enum Phase {
 }
 
 fn finite(values: &[Ball]) -> Result<(), NotSmooth> {
-    if values.iter().all(Ball::is_finite) {
-        Ok(())
-    } else {
-        Err(NotSmooth)
-    }
+    if values.iter().all(Ball::is_finite) { Ok(()) } else { Err(NotSmooth) }
 }

@@ -114,29 +114,19 @@ pub fn check(model: &Model) -> Result<(), AmplitudeError> {
 ///
 /// # Errors
 /// As [`check`]; velocities in the energies beyond a quadratic T, an unstable equilibrium, energies that are not smooth there.
-pub fn amplitude(
-    linearized: &Linearized,
-    modes: &NormalModes,
-) -> Result<Amplitudes, AmplitudeError> {
+pub fn amplitude(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
     let budget = linearized.model().pool.budget();
     budget.at("the derivatives of the energies", None);
     let amplitudes = amplitudes(linearized, modes);
-    budget
-        .check()
-        .map_err(LinearizeError::from)
-        .map_err(AmplitudeError::Linearize)?;
+    budget.check().map_err(LinearizeError::from).map_err(AmplitudeError::Linearize)?;
     amplitudes
 }
 
 /// The coordinate of the largest component: the first of those that are as large.
 fn largest(mode: &NormalMode) -> usize {
-    let size = mode
-        .vector
-        .iter()
-        .fold(0.0_f64, |most, x| most.max(x.abs()));
+    let size = mode.vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let mut all = mode.vector.iter();
-    all.position(|x| x.abs() >= size * (1.0 - EQUAL))
-        .unwrap_or(0)
+    all.position(|x| x.abs() >= size * (1.0 - EQUAL)).unwrap_or(0)
 }
 
 fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes, AmplitudeError> {
@@ -171,9 +161,8 @@ fn amplitudes(linearized: &Linearized, modes: &NormalModes) -> Result<Amplitudes
     let equilibrium = linearized.measured_equilibrium();
     let mut expansion = Expansion::new(&energies, &basis, equilibrium);
     let found = modes.modes.iter().enumerate();
-    let found: Result<Vec<ModeAmplitude>, NotSmooth> = found
-        .map(|(at, mode)| expansion.mode(at, mode, largest[at]))
-        .collect();
+    let found: Result<Vec<ModeAmplitude>, NotSmooth> =
+        found.map(|(at, mode)| expansion.mode(at, mode, largest[at])).collect();
     let mut modes = found.map_err(|NotSmooth| AmplitudeError::NotSmooth {})?;
     if let Some(units) = units {
         for mode in &mut modes {

@@ -109,19 +109,13 @@ impl Workspace {
             registers: Registers::new(&compiled.program),
             solver: Solver::new(n, diagonal),
             bounder: Bounder::new(n),
-            search: compiled
-                .search
-                .as_ref()
-                .map(|start| Search::new(start, n, diagonal)),
+            search: compiled.search.as_ref().map(|start| Search::new(start, n, diagonal)),
             order: Vec::with_capacity(n),
         }
     }
 
     pub(super) fn run<const BOUNDS: bool>(&mut self, program: &Program) {
-        self.arch.dispatch(Run::<BOUNDS> {
-            program,
-            registers: &mut self.registers,
-        });
+        self.arch.dispatch(Run::<BOUNDS> { program, registers: &mut self.registers });
     }
 
     pub(super) fn run_guess(&self, program: &Program, registers: &mut Registers) {
@@ -172,10 +166,7 @@ impl Workspace {
         };
         // Where the expression of a given equilibrium has no value, there is none, even if M and K
         // have lost it in simplification.
-        let found = compiled
-            .equilibrium
-            .iter()
-            .fold(found, |found, at| found * finite(self.registers.value[*at]));
+        let found = compiled.equilibrium.iter().fold(found, |found, at| found * finite(self.registers.value[*at]));
         let numbers = self.fill(compiled);
         self.arch.dispatch(Solve(&mut self.solver));
         if rigorous {
@@ -187,11 +178,7 @@ impl Workspace {
             });
         }
         let proved = if compiled.search.is_some() {
-            if rigorous {
-                self.equilibrium_proved(compiled)
-            } else {
-                Lane::ZERO
-            }
+            if rigorous { self.equilibrium_proved(compiled) } else { Lane::ZERO }
         } else {
             Lane::ONE
         };
@@ -202,9 +189,7 @@ impl Workspace {
                 Outcome::NoEquilibrium
             } else if numbers.0[lane] == 0.0 {
                 Outcome::NotFinite
-            } else if self.solver.positive.0[lane] == 0.0
-                || (rigorous && self.bounder.positive.0[lane] == 0.0)
-            {
+            } else if self.solver.positive.0[lane] == 0.0 || (rigorous && self.bounder.positive.0[lane] == 0.0) {
                 Outcome::MassNotPositive
             } else if self.solver.converged.0[lane] == 0.0 {
                 Outcome::NotConverged
@@ -221,10 +206,7 @@ impl Workspace {
     pub(super) fn at_rest(&self, compiled: &Compiled) -> Lane {
         let mut rest = Lane::ONE;
         for register in &compiled.gradient {
-            let (force, error) = (
-                self.registers.value[*register],
-                self.registers.error[*register],
-            );
+            let (force, error) = (self.registers.value[*register], self.registers.error[*register]);
             // Where the bound is infinite nothing is known.
             let known = finite(error);
             rest = rest * known * (Lane::ONE - force.abs().above(error)) * finite(force);
@@ -236,10 +218,7 @@ impl Workspace {
     fn fill(&mut self, compiled: &Compiled) -> Lane {
         let n = compiled.dimension;
         let mut numbers = Lane::ONE;
-        let parts = [
-            (&compiled.mass, &mut self.solver.mass),
-            (&compiled.stiffness, &mut self.solver.stiffness),
-        ];
+        let parts = [(&compiled.mass, &mut self.solver.mass), (&compiled.stiffness, &mut self.solver.stiffness)];
         for (entries, matrix) in parts {
             for entry in entries {
                 let value = self.registers.value[entry.register];
@@ -264,18 +243,12 @@ impl Workspace {
         let rigorous = options.bounds == Bounds::Rigorous;
         into.outcomes[set] = outcome;
         let row = set * n..(set + 1) * n;
-        for (to, register) in into.equilibria[row.clone()]
-            .iter_mut()
-            .zip(&compiled.equilibrium)
-        {
+        for (to, register) in into.equilibria[row.clone()].iter_mut().zip(&compiled.equilibrium) {
             *to = self.registers.value[*register].0[lane] + 0.0;
         }
         let square = set * n * n..(set + 1) * n * n;
         if options.matrices {
-            let parts = [
-                (&self.solver.mass, &mut into.mass),
-                (&self.solver.stiffness, &mut into.stiffness),
-            ];
+            let parts = [(&self.solver.mass, &mut into.mass), (&self.solver.stiffness, &mut into.stiffness)];
             for (from, to) in parts {
                 for (to, from) in to[square.clone()].iter_mut().zip(from) {
                     *to = from.0[lane] + 0.0;
@@ -292,11 +265,7 @@ impl Workspace {
             }
             return;
         }
-        let values = if rigorous {
-            &self.bounder.values
-        } else {
-            &self.solver.values
-        };
+        let values = if rigorous { &self.bounder.values } else { &self.solver.values };
         let order = &mut self.order;
         order.clear();
         order.extend(0..n);
@@ -311,11 +280,7 @@ impl Workspace {
         if rigorous {
             for (to, from) in bounds.iter_mut().zip(&*order) {
                 let radius = self.bounder.radii[*from].0[lane];
-                *to = if radius.is_nan() {
-                    f64::INFINITY
-                } else {
-                    radius
-                };
+                *to = if radius.is_nan() { f64::INFINITY } else { radius };
             }
         }
         if options.vectors && n > 0 {
@@ -336,11 +301,7 @@ impl Workspace {
 fn orient(vector: &mut [f64]) {
     let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
     let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
-    let sign = if first.is_some_and(|x| *x < 0.0) {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if first.is_some_and(|x| *x < 0.0) { -1.0 } else { 1.0 };
     for x in vector {
         *x = *x * sign + 0.0;
     }

@@ -197,10 +197,7 @@ impl Bounder {
         self.positive = Lane::ONE;
         let room = Lane::splat(ROOM);
         for i in 0..n {
-            let (g, phi) = (
-                self.inertia.diagonal[i],
-                self.inertia.errors[i] + self.inertia.beside[i],
-            );
+            let (g, phi) = (self.inertia.diagonal[i], self.inertia.errors[i] + self.inertia.beside[i]);
             self.values[i] = self.stiffness.diagonal[i] / g;
             self.positive = self.positive * g.above(phi * grow);
             proved = proved * room.above(phi * grow) * room.above((g - Lane::ONE).abs());

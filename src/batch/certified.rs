@@ -16,10 +16,7 @@ impl Study {
     /// [`StudyError::Length`] where the values are not one set.
     pub fn model_at(&self, set: &[f64]) -> Result<Model, StudyError> {
         if set.len() != self.width() {
-            return Err(StudyError::Length {
-                found: set.len(),
-                width: self.width(),
-            });
+            return Err(StudyError::Length { found: set.len(), width: self.width() });
         }
         let mut model = self.model.clone();
         for (number, value) in self.varying.iter().zip(set) {
@@ -39,12 +36,7 @@ impl Study {
                 parameter.value = closed(&mut model.pool, parameter.symbolic, &values);
             }
         }
-        for given in [
-            &mut model.guesses,
-            &mut model.guessed_velocities,
-            &mut model.equilibria,
-            &mut model.rates,
-        ] {
+        for given in [&mut model.guesses, &mut model.guessed_velocities, &mut model.equilibria, &mut model.rates] {
             for given in given.iter_mut().flatten() {
                 given.value = closed(&mut model.pool, given.symbolic, &values);
             }
@@ -69,17 +61,13 @@ impl Study {
                 let found = Number::from_f64_exact(solutions.equilibria()[*at]);
                 if let Some(found) = found {
                     let value = model.pool.number(found);
-                    model.guesses[*at] = Some(Given {
-                        symbolic: value,
-                        value: Some(value),
-                        span: span.unwrap_or_default(),
-                    });
+                    model.guesses[*at] =
+                        Some(Given { symbolic: value, value: Some(value), span: span.unwrap_or_default() });
                 }
             }
         }
         let linearized = linearize(model)?;
-        normal_modes(&linearized, &Options::default())
-            .map_err(|error| StudyError::Linearize { error })
+        normal_modes(&linearized, &Options::default()).map_err(|error| StudyError::Linearize { error })
     }
 }
 

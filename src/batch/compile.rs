@@ -28,9 +28,7 @@ pub(super) enum Operation {
 impl Operation {
     fn operands(self) -> [Option<u32>; 2] {
         match self {
-            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => {
-                [Some(a), Some(b)]
-            }
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => [Some(a), Some(b)],
             Self::Power(a, b) | Self::Angle { y: a, x: b } => [Some(a), Some(b)],
             Self::Negate(a) | Self::Root(a) | Self::Apply(_, a) => [Some(a), None],
             Self::Undefined => [None, None],
@@ -46,10 +44,7 @@ impl Operation {
             Self::Negate(a) => Self::Negate(new(a)),
             Self::Root(a) => Self::Root(new(a)),
             Self::Power(a, b) => Self::Power(new(a), new(b)),
-            Self::Angle { y, x } => Self::Angle {
-                y: new(y),
-                x: new(x),
-            },
+            Self::Angle { y, x } => Self::Angle { y: new(y), x: new(x) },
             Self::Apply(function, a) => Self::Apply(function, new(a)),
             Self::Undefined => Self::Undefined,
         }
@@ -73,11 +68,7 @@ impl Program {
     }
 
     /// Compiles the roots as functions of the inputs.
-    pub(super) fn compile(
-        pool: &Pool,
-        roots: &[ExprId],
-        inputs: &[Symbol],
-    ) -> Result<Self, UnboundSymbol> {
+    pub(super) fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
         let mut compiler = Compiler {
             pool,
             inputs,
@@ -198,10 +189,8 @@ impl Compiler<'_> {
     }
 
     fn sum(&mut self, constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
-        let mut parts: Vec<(Vec<(ExprId, Number)>, Number)> = terms
-            .iter()
-            .map(|(term, coefficient)| (self.pool.factors(*term), coefficient.clone()))
-            .collect();
+        let mut parts: Vec<(Vec<(ExprId, Number)>, Number)> =
+            terms.iter().map(|(term, coefficient)| (self.pool.factors(*term), coefficient.clone())).collect();
         let mut common: Vec<(ExprId, Number)> = Vec::new();
         let mut scale = Number::ONE;
         if constant.is_zero() {
@@ -275,20 +264,12 @@ impl Compiler<'_> {
         let (mut above, mut below) = (None, None);
         for (base, exponent) in factors {
             let power = self.power(*base, &exponent.abs());
-            let part = if exponent.is_negative() {
-                &mut below
-            } else {
-                &mut above
-            };
+            let part = if exponent.is_negative() { &mut below } else { &mut above };
             let product = match *part {
                 None => power,
                 Some(product) => self.operation(Operation::Multiply(product, power)),
             };
-            *if exponent.is_negative() {
-                &mut below
-            } else {
-                &mut above
-            } = Some(product);
+            *if exponent.is_negative() { &mut below } else { &mut above } = Some(product);
         }
         let mut result = match above {
             Some(above) if register == one => above,
@@ -350,10 +331,7 @@ impl Compiler<'_> {
             }
         }
         let index = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
-        let mut program = Program {
-            inputs: self.inputs.len(),
-            ..Program::default()
-        };
+        let mut program = Program { inputs: self.inputs.len(), ..Program::default() };
         let mut place = vec![0; self.values.len()];
         for (at, value) in self.values.iter().enumerate() {
             if let (true, Value::Constant { value, error }) = (needed[at], value) {

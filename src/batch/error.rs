@@ -66,17 +66,14 @@ impl From<&StudyError> for Diagnostic {
         let message = Self::global(error.to_string());
         match error {
             StudyError::Linearize { error } => Self::from(error),
-            StudyError::UnknownParameter {
-                nearest: Some(nearest),
-                ..
-            } => message.with_help(format!("did you mean `{nearest}`?")),
+            StudyError::UnknownParameter { nearest: Some(nearest), .. } => {
+                message.with_help(format!("did you mean `{nearest}`?"))
+            }
             StudyError::Dependent { name, .. } => message.with_help(format!(
                 "vary those instead, or set `{name}` to a number when the model is elaborated: then \
                  it is a parameter of its own"
             )),
-            StudyError::SetsRange { .. } => {
-                message.with_help("make a study for each of its values")
-            }
+            StudyError::SetsRange { .. } => message.with_help("make a study for each of its values"),
             StudyError::NothingVaries {}
             | StudyError::UnknownParameter { .. }
             | StudyError::NamedTwice { .. }

@@ -127,11 +127,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            bounds: Bounds::Rigorous,
-            vectors: true,
-            matrices: true,
-        }
+        Self { bounds: Bounds::Rigorous, vectors: true, matrices: true }
     }
 }
 
@@ -185,27 +181,16 @@ impl Study {
     ///
     /// # Errors
     /// As [`Study::new`].
-    pub fn with_options(
-        model: Model,
-        names: &[&str],
-        options: Options,
-    ) -> Result<Self, StudyError> {
+    pub fn with_options(model: Model, names: &[&str], options: Options) -> Result<Self, StudyError> {
         let varying = parameters(&model, names)?;
         let parametric = parametric(model.clone(), &varying)?;
         let compiled = compile(parametric).map_err(|symbol| unbound(&model, symbol))?;
-        Ok(Self {
-            model,
-            varying,
-            compiled,
-            options,
-        })
+        Ok(Self { model, varying, compiled, options })
     }
 
     /// The names of the parameters that vary, in the order of a set's values.
     pub fn parameters(&self) -> impl ExactSizeIterator<Item = &str> {
-        self.varying
-            .iter()
-            .map(|number| self.model.parameters[*number].name.as_str())
+        self.varying.iter().map(|number| self.model.parameters[*number].name.as_str())
     }
 
     /// How many values a set has.
@@ -251,10 +236,7 @@ impl Study {
     pub fn solve_into(&self, sets: &[f64], into: &mut Solutions) -> Result<(), StudyError> {
         let width = self.width();
         if !sets.len().is_multiple_of(width) {
-            return Err(StudyError::Length {
-                found: sets.len(),
-                width,
-            });
+            return Err(StudyError::Length { found: sets.len(), width });
         }
         let parts = [self.options.vectors, self.options.matrices];
         into.prepare(self.dimension(), sets.len() / width, parts);
@@ -287,9 +269,7 @@ fn parameters(model: &Model, names: &[&str]) -> Result<Vec<usize>, StudyError> {
         for number in found {
             independent(model, number)?;
             if varying.contains(&number) {
-                return Err(StudyError::NamedTwice {
-                    name: model.parameters[number].name.clone(),
-                });
+                return Err(StudyError::NamedTwice { name: model.parameters[number].name.clone() });
             }
             varying.push(number);
         }
@@ -326,14 +306,8 @@ fn independent(model: &Model, number: usize) -> Result<(), StudyError> {
 /// its value were missing.
 fn unbound(model: &Model, symbol: Symbol) -> StudyError {
     let name = model.pool.symbol_name(symbol).to_owned();
-    let span = model
-        .kinetic
-        .first()
-        .map(|family| family.span)
-        .unwrap_or_default();
-    StudyError::Linearize {
-        error: LinearizeError::MissingValue { name, span },
-    }
+    let span = model.kinetic.first().map(|family| family.span).unwrap_or_default();
+    StudyError::Linearize { error: LinearizeError::MissingValue { name, span } }
 }
 
 /// The entries of a symmetric matrix that are not zero identically, and their expressions.
@@ -344,11 +318,7 @@ fn entries(pool: &Pool, rows: &[Vec<ExprId>], first: usize) -> (Vec<Entry>, Vec<
             if pool.as_number(*expression).is_some_and(|x| x.is_zero()) {
                 continue;
             }
-            entries.push(Entry {
-                row,
-                column,
-                register: first + roots.len(),
-            });
+            entries.push(Entry { row, column, register: first + roots.len() });
             roots.push(*expression);
         }
     }
@@ -373,17 +343,14 @@ fn compile(parametric: Parametric) -> Result<Compiled, Symbol> {
     for entry in mass.iter_mut().chain(&mut stiffness) {
         entry.register = register(entry.register);
     }
-    let free: Vec<usize> = (0..n)
-        .filter(|at| parametric.searched[*at].is_some())
-        .collect();
+    let free: Vec<usize> = (0..n).filter(|at| parametric.searched[*at].is_some()).collect();
     let search = if free.is_empty() {
         None
     } else {
         Some(Start {
             free,
             zero_first: !parametric.guessed,
-            guess: Program::compile(pool, &parametric.start, &parametric.parameters)
-                .map_err(|error| error.symbol)?,
+            guess: Program::compile(pool, &parametric.start, &parametric.parameters).map_err(|error| error.symbol)?,
             nominal: parametric.nominal,
         })
     };

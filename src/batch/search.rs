@@ -77,14 +77,8 @@ impl Search {
 
     /// 1 for the modes that are held, else 0.
     fn held(&self, mode: usize) -> Lane {
-        let stiffest = self
-            .solver
-            .values
-            .iter()
-            .fold(Lane::ZERO, |most, value| value.abs().max(most));
-        self.solver.values[mode]
-            .abs()
-            .above(stiffest * Lane::splat(NEUTRAL))
+        let stiffest = self.solver.values.iter().fold(Lane::ZERO, |most, value| value.abs().max(most));
+        self.solver.values[mode].abs().above(stiffest * Lane::splat(NEUTRAL))
     }
 
     /// The Newton step; gives its largest component and the largest coordinate.
@@ -98,9 +92,7 @@ impl Search {
                 self.step[a] += along * self.solver.vectors[i * m + a];
             }
         }
-        self.step
-            .iter()
-            .fold(Lane::ZERO, |most, step| step.abs().max(most))
+        self.step.iter().fold(Lane::ZERO, |most, step| step.abs().max(most))
     }
 }
 
@@ -130,10 +122,7 @@ impl Workspace {
                 search.before[k] = Lane::splat(nominal[*coordinate]);
             }
         } else {
-            let (from, to) = (
-                compiled.program.constants.len(),
-                start.guess.constants.len(),
-            );
+            let (from, to) = (compiled.program.constants.len(), start.guess.constants.len());
             for k in 0..compiled.width {
                 search.guess.value[to + k] = self.registers.value[from + k];
             }
@@ -154,8 +143,7 @@ impl Workspace {
             search.stays = self.at_rest(compiled);
         }
         for k in 0..count {
-            self.registers.value[Self::place(compiled, k)] =
-                Lane::ZERO.choose(search.stays, search.before[k]);
+            self.registers.value[Self::place(compiled, k)] = Lane::ZERO.choose(search.stays, search.before[k]);
         }
     }
 
@@ -172,10 +160,7 @@ impl Workspace {
     fn modes(&self, compiled: &Compiled, start: &Start, search: &mut Search) {
         let m = start.free.len();
         let own = |coordinate: usize| start.free.binary_search(&coordinate).ok();
-        let parts = [
-            (&compiled.mass, &mut search.solver.mass),
-            (&compiled.stiffness, &mut search.solver.stiffness),
-        ];
+        let parts = [(&compiled.mass, &mut search.solver.mass), (&compiled.stiffness, &mut search.solver.stiffness)];
         for (entries, matrix) in parts {
             for entry in entries {
                 if let (Some(i), Some(j)) = (own(entry.row), own(entry.column)) {
@@ -240,10 +225,7 @@ impl Workspace {
         self.read(compiled, start, search);
         self.modes(compiled, start, search);
         for (rest, register) in search.rest.iter_mut().zip(&compiled.gradient) {
-            *rest = (
-                self.registers.value[*register],
-                self.registers.error[*register],
-            );
+            *rest = (self.registers.value[*register], self.registers.error[*register]);
         }
         let m = start.free.len();
         let mut radius = Lane::splat(f64::MIN_POSITIVE);
@@ -262,8 +244,7 @@ impl Workspace {
         search.radius = Lane::ZERO.choose(search.stays, radius + radius);
         for (k, reach) in search.step.iter().enumerate() {
             // Somewhat more, because X is not the same at the end.
-            self.registers.error[Self::place(compiled, k)] =
-                *reach * search.radius * Lane::splat(1.001);
+            self.registers.error[Self::place(compiled, k)] = *reach * search.radius * Lane::splat(1.001);
         }
         self.run::<true>(&compiled.program);
     }

@@ -29,9 +29,7 @@ impl Outcome {
     pub fn is_solved(self) -> bool {
         match self {
             Self::Solved | Self::Estimated => true,
-            Self::NotFinite | Self::MassNotPositive | Self::NoEquilibrium | Self::NotConverged => {
-                false
-            }
+            Self::NotFinite | Self::MassNotPositive | Self::NoEquilibrium | Self::NotConverged => false,
         }
     }
 }
@@ -69,12 +67,9 @@ impl Solutions {
         self.equilibria.resize(n, f64::NAN);
         self.omega_squared.resize(n, f64::NAN);
         self.bounds.resize(n, f64::NAN);
-        self.vectors
-            .resize(if vectors { square } else { 0 }, f64::NAN);
-        self.mass
-            .resize(if matrices { square } else { 0 }, f64::NAN);
-        self.stiffness
-            .resize(if matrices { square } else { 0 }, f64::NAN);
+        self.vectors.resize(if vectors { square } else { 0 }, f64::NAN);
+        self.mass.resize(if matrices { square } else { 0 }, f64::NAN);
+        self.stiffness.resize(if matrices { square } else { 0 }, f64::NAN);
     }
 
     /// The number of sets.
@@ -252,11 +247,7 @@ impl<'a> Solution<'a> {
 /// is at most √bound.
 fn root_bound(x: f64, bound: f64) -> f64 {
     let root = x.sqrt();
-    let off = if bound < x {
-        bound / root
-    } else {
-        bound.sqrt()
-    };
+    let off = if bound < x { bound / root } else { bound.sqrt() };
     // Three roundings in `off`, one in the root itself.
     (off + root * f64::EPSILON) * (1.0 + 4.0 * f64::EPSILON) + f64::MIN_POSITIVE
 }

@@ -182,11 +182,7 @@ impl Solver {
         let power = largest.map(|x| {
             // The exponent alone; what is zero, subnormal or no number stays as it is.
             let bits = x.to_bits() & 0x7ff0_0000_0000_0000;
-            if (0x0020_0000_0000_0000..0x7fd0_0000_0000_0000).contains(&bits) {
-                f64::from_bits(bits)
-            } else {
-                1.0
-            }
+            if (0x0020_0000_0000_0000..0x7fd0_0000_0000_0000).contains(&bits) { f64::from_bits(bits) } else { 1.0 }
         });
         let inverse = Lane::ONE / power;
         for i in 0..n {
@@ -297,13 +293,7 @@ fn turn_rows(a: &mut [Lane], n: usize, (p, q): (usize, usize), from: usize, (c, 
 
 /// The same for columns p and q of some rows.
 #[inline(always)]
-fn turn_column(
-    a: &mut [Lane],
-    n: usize,
-    (p, q): (usize, usize),
-    rows: std::ops::Range<usize>,
-    (c, s): (Lane, Lane),
-) {
+fn turn_column(a: &mut [Lane], n: usize, (p, q): (usize, usize), rows: std::ops::Range<usize>, (c, s): (Lane, Lane)) {
     for r in rows {
         let (g, h) = (a[r * n + p], a[r * n + q]);
         a[r * n + p] = c * g - s * h;

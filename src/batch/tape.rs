@@ -58,11 +58,7 @@ pub(super) fn run<const BOUNDS: bool>(program: &Program, registers: &mut Registe
 fn step<const BOUNDS: bool>(operation: &Operation, registers: &Registers) -> (Lane, Lane) {
     let value = |at: u32| registers.value[at as usize];
     let error = |at: u32| {
-        if BOUNDS {
-            registers.error[at as usize]
-        } else {
-            Lane::ZERO
-        }
+        if BOUNDS { registers.error[at as usize] } else { Lane::ZERO }
     };
     let (u, grow) = (Lane::splat(U), Lane::splat(GROW));
     match *operation {
@@ -93,10 +89,7 @@ fn step<const BOUNDS: bool>(operation: &Operation, registers: &Registers) -> (La
             let above = size * error(b) + error(a) + u * size * divisor;
             let bound = above / (divisor - error(b)) * grow + Lane::splat(TINY_QUOTIENT);
             let least = (error(b) + error(b)).max(Lane::splat(SMALLEST_DIVISOR));
-            (
-                result,
-                bound.choose(divisor.above(least), Lane::splat(f64::INFINITY)),
-            )
+            (result, bound.choose(divisor.above(least), Lane::splat(f64::INFINITY)))
         }
         Operation::Negate(a) => (-value(a), error(a)),
         Operation::Root(a) => {
@@ -118,11 +111,9 @@ fn step<const BOUNDS: bool>(operation: &Operation, registers: &Registers) -> (La
             }
             (result, bound)
         }
-        Operation::Power(a, b) => each::<BOUNDS>(
-            [(value(a), error(a)), (value(b), error(b))],
-            |x, y| x.pow(&y),
-            f64::powf,
-        ),
+        Operation::Power(a, b) => {
+            each::<BOUNDS>([(value(a), error(a)), (value(b), error(b))], |x, y| x.pow(&y), f64::powf)
+        }
         Operation::Angle { y, x } => each::<BOUNDS>(
             [(value(y), error(y)), (value(x), error(x))],
             |y, x| Scalar::atan2(&y, &x),

@@ -98,9 +98,7 @@ impl From<&Exceeded> for Diagnostic {
             }
         };
         let raised = raised.replacen("--budget", "--budget ", usize::from(!raised.contains(' ')));
-        diagnostic
-            .with_code(error.code())
-            .with_help(format!("`--budget` raises it: `{raised}`"))
+        diagnostic.with_code(error.code()).with_help(format!("`--budget` raises it: `{raised}`"))
     }
 }
 
@@ -135,10 +133,7 @@ impl Budget {
     /// A budget of so many bytes, without a limit of time.
     #[must_use]
     pub fn new(bytes: u64) -> Self {
-        let task = Task {
-            what: "the model".to_owned(),
-            span: None,
-        };
+        let task = Task { what: "the model".to_owned(), span: None };
         Self(Arc::new(Shared {
             bytes,
             held: AtomicU64::new(0),
@@ -183,11 +178,7 @@ impl Budget {
     pub fn stop(&self, limit: Limit) -> Exceeded {
         let mut state = self.state();
         let (task, exceeded) = &mut *state;
-        let exceeded = exceeded.get_or_insert_with(|| Exceeded {
-            what: task.what.clone(),
-            span: task.span,
-            limit,
-        });
+        let exceeded = exceeded.get_or_insert_with(|| Exceeded { what: task.what.clone(), span: task.span, limit });
         self.0.spent.store(true, Ordering::Relaxed);
         exceeded.clone()
     }
@@ -234,11 +225,7 @@ pub(crate) struct Held {
 
 impl Held {
     pub(crate) fn new(budget: Budget) -> Self {
-        Self {
-            budget,
-            bytes: 0,
-            counted: 0,
-        }
+        Self { budget, bytes: 0, counted: 0 }
     }
 
     pub(crate) fn budget(&self) -> &Budget {

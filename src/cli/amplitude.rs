@@ -11,11 +11,7 @@ use super::{Answer, Failure, Loaded, Size, failed, load_values, style};
 const SHAPE_DIGITS: usize = 14;
 
 pub(super) fn text(args: &args::Amplitude) -> Result<Answer, Failure> {
-    let Loaded {
-        source,
-        model,
-        mut warnings,
-    } = load_values(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
     let options = modes::Options::default().digits(args.digits.max(SHAPE_DIGITS));
     let progress = Progress::start("computing the modes and their change");
     let computed = || -> Result<_, Error> {

@@ -15,15 +15,9 @@ fn flowing(text: &str) -> String {
     let mut before = "";
     for line in text.lines() {
         let apart = [before, line];
-        let apart = apart
-            .iter()
-            .any(|own| own.is_empty() || own.starts_with(' '));
+        let apart = apart.iter().any(|own| own.is_empty() || own.starts_with(' '));
         if !out.is_empty() {
-            out.push(if apart || before.ends_with(':') {
-                '\n'
-            } else {
-                ' '
-            });
+            out.push(if apart || before.ends_with(':') { '\n' } else { ' ' });
         }
         out.push_str(line);
         before = line;
@@ -210,22 +204,12 @@ Examples:
 /// The command line.
 #[derive(Debug, Parser)]
 #[command(name = "librate", version, about = ABOUT, after_help = flowing(EXAMPLE))]
-#[command(
-    arg_required_else_help = true,
-    disable_help_subcommand = true,
-    max_term_width = 100
-)]
+#[command(arg_required_else_help = true, disable_help_subcommand = true, max_term_width = 100)]
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
     /// How mistakes and warnings are told
-    #[arg(
-        long,
-        global = true,
-        value_enum,
-        value_name = "FORMAT",
-        default_value_t
-    )]
+    #[arg(long, global = true, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) message_format: MessageFormat,
     /// Time and memory for the work: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
     /// proportion for a longer one
@@ -463,13 +447,7 @@ pub(crate) struct Motion {
     #[arg(long, value_name = "NUMBER", value_parser = positive, requires = "amplitude")]
     pub(crate) mode: Option<usize>,
     /// With --mode: the displacement of its largest component
-    #[arg(
-        long,
-        value_name = "A",
-        allow_hyphen_values = true,
-        requires = "mode",
-        conflicts_with = "start"
-    )]
+    #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "mode", conflicts_with = "start")]
     pub(crate) amplitude: Option<String>,
     /// The time that the table ends at
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
@@ -582,8 +560,6 @@ fn tolerance(text: &str) -> Result<f64, String> {
 fn few_digits(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(count) if (1..=DOUBLE_DOUBLE_DIGITS).contains(&count) => Ok(count),
-        Ok(_) | Err(_) => Err(format!(
-            "a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed"
-        )),
+        Ok(_) | Err(_) => Err(format!("a whole number from 1 to {DOUBLE_DOUBLE_DIGITS} is needed")),
     }
 }

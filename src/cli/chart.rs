@@ -14,8 +14,7 @@ use super::progress::Counter;
 use super::{Answer, Failure, Parsed, input, parsed, wrong_request};
 
 fn wrong_map(message: String) -> Failure {
-    let help =
-        "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
+    let help = "write `--map NAME=a..b:count NAME=c..d:count`, for example `--map a=0..10:100 q=0..5:100`";
     wrong_request(message, help)
 }
 
@@ -26,17 +25,10 @@ fn range(text: &str) -> Result<Range, Failure> {
 /// `librate floquet --map`
 pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Answer, Failure> {
     let ranges = [range(first)?, range(second)?];
-    let Parsed {
-        mut source,
-        file,
-        tables,
-        settings,
-    } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let Parsed { mut source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let chart = match Chart::new(&file, &tables, &settings, ranges) {
         Ok(chart) => chart,
-        Err(Error::Model(errors))
-            if matches!(errors.as_slice(), [ModelError::BadSetting { .. }]) =>
-        {
+        Err(Error::Model(errors)) if matches!(errors.as_slice(), [ModelError::BadSetting { .. }]) => {
             let told: Vec<String> = errors.iter().map(ToString::to_string).collect();
             return Err(wrong_map(told.join("; ")));
         }
@@ -64,10 +56,7 @@ pub(super) fn run(args: &args::Floquet, first: &str, second: &str) -> Result<Ans
     if let Some(path) = &args.svg {
         write_file(path, &report::chart_svg(&chart, &rows), &mut source)?;
     }
-    Ok(Answer::new(
-        report::chart_csv(&chart, &rows),
-        Some((source, Vec::new())),
-    ))
+    Ok(Answer::new(report::chart_csv(&chart, &rows), Some((source, Vec::new()))))
 }
 
 /// Results by number, each made by one of the threads. Each thread makes its worker itself.

@@ -3,8 +3,7 @@
 use std::borrow::Cow;
 
 use annotate_snippets::{
-    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet,
-    normalize_untrusted_str,
+    Annotation, AnnotationKind, Element, Group, Level, Origin, Renderer, Snippet, normalize_untrusted_str,
 };
 use librate::diagnostic::{Diagnostic, Label, Severity};
 
@@ -21,17 +20,8 @@ const AROUND: usize = 60;
 const MOST: usize = 1000;
 
 /// All diagnostics as text, with a count at the end if there is more than one.
-pub(crate) fn diagnostics(
-    source: &Source,
-    diagnostics: &[Diagnostic],
-    color: bool,
-    width: usize,
-) -> String {
-    let renderer = if color {
-        Renderer::styled()
-    } else {
-        Renderer::plain()
-    };
+pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bool, width: usize) -> String {
+    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     let renderer = renderer.term_width(width);
     let page = Page::new(source);
     let mut out = String::new();
@@ -45,16 +35,9 @@ pub(crate) fn diagnostics(
         out.push_str(&drawn);
         out.push_str("\n\n");
     }
-    let errors = diagnostics
-        .iter()
-        .filter(|diagnostic| diagnostic.severity == Severity::Error)
-        .count();
+    let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
     if errors > 1 {
-        let shown = if diagnostics.len() > MOST {
-            format!("; the first {MOST} are shown")
-        } else {
-            String::new()
-        };
+        let shown = if diagnostics.len() > MOST { format!("; the first {MOST} are shown") } else { String::new() };
         let title = format!("{} has {errors} mistakes{shown}", page.name);
         let title = Level::ERROR.primary_title(title);
         out.push_str(&renderer.render(&[Group::with_title(title)]));
@@ -67,21 +50,12 @@ pub(crate) fn diagnostics(
 
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>, color: bool) -> String {
-    let renderer = if color {
-        Renderer::styled()
-    } else {
-        Renderer::plain()
-    };
+    let renderer = if color { Renderer::styled() } else { Renderer::plain() };
     format!("{}\n", without_place(&renderer, text, help, None))
 }
 
 /// A report that has no excerpt: the fix stands on a line of its own.
-fn without_place(
-    renderer: &Renderer,
-    text: &str,
-    help: Option<&str>,
-    code: Option<&'static str>,
-) -> String {
+fn without_place(renderer: &Renderer, text: &str, help: Option<&str>, code: Option<&'static str>) -> String {
     let title = |title| renderer.render(&[Group::with_title(title)]);
     let head = Level::ERROR.primary_title(text);
     let mut out = title(match code {
@@ -111,12 +85,7 @@ impl<'a> Page<'a> {
         let text = source.text.strip_prefix('\u{feff}').unwrap_or(&source.text);
         let mut lines = vec![0];
         lines.extend(text.match_indices('\n').map(|(at, _)| at + 1));
-        Self {
-            name: source.shown(),
-            text,
-            mark: source.text.len() - text.len(),
-            lines,
-        }
+        Self { name: source.shown(), text, mark: source.text.len() - text.len(), lines }
     }
 
     /// The bytes a label is about, at the borders of characters of this text.
@@ -140,10 +109,7 @@ impl<'a> Page<'a> {
     /// An excerpt from one line to another, both included.
     fn excerpt(&self, first: usize, last: usize) -> (usize, &'a str) {
         let start = self.lines[first];
-        let end = self
-            .lines
-            .get(last + 1)
-            .map_or(self.text.len(), |next| *next);
+        let end = self.lines.get(last + 1).map_or(self.text.len(), |next| *next);
         (start, &self.text[start..end])
     }
 }
@@ -159,11 +125,7 @@ struct Mark<'a> {
 }
 
 fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
-    let level = if diagnostic.severity == Severity::Warning {
-        Level::WARNING
-    } else {
-        Level::ERROR
-    };
+    let level = if diagnostic.severity == Severity::Warning { Level::WARNING } else { Level::ERROR };
     let mut title = level.primary_title(diagnostic.message.as_str());
     if let Some(code) = diagnostic.code {
         title = title.id(code);
@@ -191,11 +153,7 @@ fn group<'a>(page: &Page<'a>, diagnostic: &'a Diagnostic) -> Group<'a> {
     let mut clusters: Vec<Vec<Mark>> = Vec::new();
     for mark in marks {
         match clusters.last_mut() {
-            Some(cluster)
-                if cluster
-                    .iter()
-                    .any(|other| mark.first <= other.last.saturating_add(NEAR)) =>
-            {
+            Some(cluster) if cluster.iter().any(|other| mark.first <= other.last.saturating_add(NEAR)) => {
                 cluster.push(mark);
             }
             Some(_) | None => clusters.push(vec![mark]),
@@ -221,24 +179,12 @@ fn snippet<'a>(page: &Page<'a>, cluster: &[Mark<'a>]) -> Vec<Element<'a>> {
         let mark = mark.or(cluster.first());
         return mark.map_or_else(Vec::new, |mark| cutting(page, mark));
     }
-    let annotations = cluster
-        .iter()
-        .map(|mark| annotation(mark, offset, mark.end));
-    vec![
-        Snippet::source(text)
-            .line_start(first + 1)
-            .path(page.name.clone())
-            .annotations(annotations)
-            .into(),
-    ]
+    let annotations = cluster.iter().map(|mark| annotation(mark, offset, mark.end));
+    vec![Snippet::source(text).line_start(first + 1).path(page.name.clone()).annotations(annotations).into()]
 }
 
 fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> {
-    let kind = if mark.primary {
-        AnnotationKind::Primary
-    } else {
-        AnnotationKind::Context
-    };
+    let kind = if mark.primary { AnnotationKind::Primary } else { AnnotationKind::Context };
     let label = (!mark.text.is_empty()).then_some(mark.text);
     kind.span(mark.start - offset..end - offset).label(label)
 }
@@ -247,9 +193,7 @@ fn annotation<'a>(mark: &Mark<'a>, offset: usize, end: usize) -> Annotation<'a> 
 fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
     let line_start = page.lines[mark.first];
     let column = page.text[line_start..mark.start].chars().count() + 1;
-    let origin = Origin::path(page.name.clone())
-        .line(mark.first + 1)
-        .char_column(column);
+    let origin = Origin::path(page.name.clone()).line(mark.first + 1).char_column(column);
     let border = |mut at: usize| {
         while !page.text.is_char_boundary(at) {
             at -= 1;
@@ -260,8 +204,7 @@ fn cutting<'a>(page: &Page<'a>, mark: &Mark<'a>) -> Vec<Element<'a>> {
     let end = border(mark.end.min(mark.start + AROUND)).max(mark.start);
     let rest = &page.text[end..border((end + AROUND).min(page.text.len()))];
     let stop = end + rest.find('\n').unwrap_or(rest.len());
-    let snippet = Snippet::source(&page.text[start..stop])
-        .line_start(mark.first + 1)
-        .annotation(annotation(mark, start, end));
+    let snippet =
+        Snippet::source(&page.text[start..stop]).line_start(mark.first + 1).annotation(annotation(mark, start, end));
     vec![origin.into(), snippet.into()]
 }

@@ -53,10 +53,7 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
     } else if !same {
         output::replace(file, &formatted, Some(&source.text)).map_err(|error| {
             let reason = output::in_words(&error);
-            fault(format!(
-                "can't write the model file `{}`: {reason}",
-                source.name
-            ))
+            fault(format!("can't write the model file `{}`: {reason}", source.name))
         })?;
     }
     Ok(true)
@@ -64,12 +61,8 @@ fn one(file: &Path, check: bool) -> Result<bool, Failure> {
 
 /// A unified diff from the file to its canonical layout.
 fn difference(source: &Source, formatted: &str) -> String {
-    let diff = TextDiff::configure()
-        .timeout(PATIENCE)
-        .diff_lines(source.text.as_str(), formatted);
+    let diff = TextDiff::configure().timeout(PATIENCE).diff_lines(source.text.as_str(), formatted);
     let mut unified = diff.unified_diff();
-    unified
-        .context_radius(CONTEXT)
-        .header(&source.name, &format!("{} (formatted)", source.name));
+    unified.context_radius(CONTEXT).header(&source.name, &format!("{} (formatted)", source.name));
     unified.to_string()
 }

@@ -35,14 +35,9 @@ pub(crate) struct Limits {
 
 /// Reads `--budget`.
 pub(crate) fn limits(text: &str) -> Result<Limits, String> {
-    let wrong = || {
-        "a time, a memory or both are needed: `60s`, `10min`, `4GB`, `60s,4GB`, `none`".to_owned()
-    };
+    let wrong = || "a time, a memory or both are needed: `60s`, `10min`, `4GB`, `60s,4GB`, `none`".to_owned();
     if text.trim() == "none" {
-        return Ok(Limits {
-            seconds: Some(u64::MAX),
-            bytes: Some(u64::MAX),
-        });
+        return Ok(Limits { seconds: Some(u64::MAX), bytes: Some(u64::MAX) });
     }
     let mut limits = Limits::default();
     for part in text.split(',') {
@@ -77,12 +72,7 @@ pub(crate) struct Guard {
 
 impl Guard {
     pub(crate) fn new(limits: Limits, format: MessageFormat) -> Self {
-        Self {
-            limits,
-            format,
-            done: Arc::default(),
-            budget: Arc::default(),
-        }
+        Self { limits, format, done: Arc::default(), budget: Arc::default() }
     }
 
     /// From now on nothing is ended any more: the answer, where all of it could be worked out within the budget.
@@ -100,11 +90,7 @@ impl Guard {
         let told = Diagnostic::from(&exceeded);
         Err(match source {
             Some(source) => Failure::Model(source, vec![told]),
-            None => Failure::Other {
-                message: told.message,
-                help: told.help,
-                status: FAULT,
-            },
+            None => Failure::Other { message: told.message, help: told.help, status: FAULT },
         })
     }
 
@@ -115,8 +101,7 @@ impl Guard {
         let default = SLOW_BUILD * SECONDS * input.max(SHORT) / SHORT;
         let seconds = self.limits.seconds.unwrap_or(default);
         let bytes = self.limits.bytes;
-        let bytes =
-            bytes.unwrap_or_else(|| BYTES.saturating_add(beyond.saturating_mul(BYTES_A_BYTE)));
+        let bytes = bytes.unwrap_or_else(|| BYTES.saturating_add(beyond.saturating_mul(BYTES_A_BYTE)));
         let budget = Budget::new(bytes);
         let watch = Watch {
             budget: budget.clone(),
@@ -194,9 +179,7 @@ fn processor_time() -> Option<f64> {
 fn memory() -> f64 {
     let read = || -> Option<f64> {
         let status = fs::read_to_string("/proc/self/status").ok()?;
-        let line = status
-            .lines()
-            .find_map(|line| line.strip_prefix("VmRSS:"))?;
+        let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
         let kilobytes: f64 = line.split_whitespace().next()?.parse().ok()?;
         Some(1024.0 * kilobytes)
     };

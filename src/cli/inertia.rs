@@ -30,30 +30,18 @@ fn kind(file: &Path, bytes: &[u8]) -> Kind {
         Some(_) | None => {}
     }
     let start = bytes.trim_ascii_start();
-    let solid = start
-        .get(..5)
-        .is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let solid = start.get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
     if solid || bytes.contains(&0) {
         return Kind::Mesh;
     }
     // A model has no line of names and commas without any other sign.
     let text = String::from_utf8_lossy(bytes);
-    let header = text
-        .lines()
-        .map(|line| line.trim_start_matches('\u{feff}').trim());
+    let header = text.lines().map(|line| line.trim_start_matches('\u{feff}').trim());
     let header = header.filter(|line| !line.is_empty() && !line.starts_with('#'));
     let mut header = header.take(1).flat_map(|line| line.split(','));
-    let plain = |name: &str| {
-        name.trim()
-            .chars()
-            .all(|c| c.is_alphanumeric() || "_ ()\"".contains(c))
-    };
+    let plain = |name: &str| name.trim().chars().all(|c| c.is_alphanumeric() || "_ ()\"".contains(c));
     let names = header.clone().count();
-    if names >= 4 && header.all(plain) {
-        Kind::Points
-    } else {
-        Kind::Model
-    }
+    if names >= 4 && header.all(plain) { Kind::Points } else { Kind::Model }
 }
 
 /// The result for a file of any kind.
@@ -67,11 +55,7 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         status: USAGE,
     };
     if amount.is_some() && kind != Kind::Mesh {
-        let option = if args.mass.is_some() {
-            "--mass"
-        } else {
-            "--density"
-        };
+        let option = if args.mass.is_some() { "--mass" } else { "--density" };
         return Err(wrong(option, "meshes"));
     }
     if !args.model.settings.is_empty() && kind != Kind::Model {
@@ -102,19 +86,11 @@ fn amount(args: &Inertia) -> Result<Option<Amount>, Failure> {
     };
     read.map(Some).map_err(|error| {
         let told = Diagnostic::from(&error);
-        Failure::Other {
-            message: told.message,
-            help: told.help,
-            status: USAGE,
-        }
+        Failure::Other { message: told.message, help: told.help, status: USAGE }
     })
 }
 
-fn body_answer(
-    args: &Inertia,
-    source: Source,
-    body: Result<inertia::Body, InertiaError>,
-) -> Result<Answer, Failure> {
+fn body_answer(args: &Inertia, source: Source, body: Result<inertia::Body, InertiaError>) -> Result<Answer, Failure> {
     match body {
         Ok(body) => Ok(Answer::new(
             if args.json {
@@ -126,9 +102,7 @@ fn body_answer(
         )),
         Err(error) => {
             let mut told = Diagnostic::from(&error);
-            told.primary = told
-                .primary
-                .or_else(|| line_label(&source.text, error.line()?));
+            told.primary = told.primary.or_else(|| line_label(&source.text, error.line()?));
             Err(Failure::Model(source, vec![told]))
         }
     }
@@ -149,12 +123,7 @@ fn line_label(text: &str, number: u64) -> Option<Label> {
 }
 
 fn model_answer(args: &Inertia, source: Source) -> Result<Answer, Failure> {
-    let Parsed {
-        source,
-        file,
-        tables,
-        settings,
-    } = parsed(&args.model, source)?;
+    let Parsed { source, file, tables, settings } = parsed(&args.model, source)?;
     let model = match model::elaborate_tensors(&file, &tables, &settings) {
         Ok(model) => model,
         Err(errors) => return Err(failed(source, Vec::new(), errors)),

@@ -33,22 +33,10 @@ impl Source {
     /// A file as it was read, with `text` for messages.
     pub(crate) fn of(file: &Path, text: String) -> Self {
         if is_stream(file) {
-            let opened = if file.as_os_str() == "-" {
-                Path::new("/dev/stdin")
-            } else {
-                file
-            };
-            return Self {
-                name: "<stdin>".to_owned(),
-                text,
-                taken: vec![opened.to_owned()],
-            };
+            let opened = if file.as_os_str() == "-" { Path::new("/dev/stdin") } else { file };
+            return Self { name: "<stdin>".to_owned(), text, taken: vec![opened.to_owned()] };
         }
-        Self {
-            name: file.display().to_string(),
-            text,
-            taken: vec![file.to_owned()],
-        }
+        Self { name: file.display().to_string(), text, taken: vec![file.to_owned()] }
     }
 
     /// The name for a terminal, beside colours of our own.
@@ -59,8 +47,7 @@ impl Source {
 
 /// Reads the model file, or standard input for `-`.
 pub(crate) fn read_model(file: &Path) -> Result<Source, Failure> {
-    let bytes =
-        read(file, syntax::MOST_BYTES).map_err(|reason| cannot_read("model", file, &reason))?;
+    let bytes = read(file, syntax::MOST_BYTES).map_err(|reason| cannot_read("model", file, &reason))?;
     model_text(file, bytes)
 }
 
@@ -97,19 +84,12 @@ fn cannot_read(what: &str, file: &Path, reason: &str) -> Failure {
     fault(if is_stream(file) {
         format!("can't read the {what}{space}from standard input: {reason}")
     } else {
-        format!(
-            "can't read the {what}{space}file `{}`: {reason}",
-            file.display()
-        )
+        format!("can't read the {what}{space}file `{}`: {reason}", file.display())
     })
 }
 
 /// Reads the tables that a model names, relative to its file; they are in `source` then.
-pub(crate) fn read_tables(
-    args: &ModelArgs,
-    model: &syntax::File,
-    source: &mut Source,
-) -> Result<TableTexts, Failure> {
+pub(crate) fn read_tables(args: &ModelArgs, model: &syntax::File, source: &mut Source) -> Result<TableTexts, Failure> {
     let allowed = Allowed::new(args)?;
     let mut texts = TableTexts::new();
     let mut seen: Vec<&str> = Vec::new();
@@ -122,10 +102,7 @@ pub(crate) fn read_tables(
         }
         seen.push(path);
         let text = allowed.place(path).and_then(|place| {
-            let text = utf8(within(
-                read_file(&place, MOST_TABLE_BYTES)?,
-                MOST_TABLE_BYTES,
-            )?)?;
+            let text = utf8(within(read_file(&place, MOST_TABLE_BYTES)?, MOST_TABLE_BYTES)?)?;
             source.taken.push(place);
             Ok(text)
         });
@@ -161,30 +138,23 @@ impl Allowed {
         for root in &args.allow_paths {
             roots.push(root.canonicalize().map_err(|error| {
                 let reason = in_words(&error);
-                fault(format!(
-                    "can't use the folder `{}`: {reason}",
-                    root.display()
-                ))
+                fault(format!("can't use the folder `{}`: {reason}", root.display()))
             })?);
         }
-        Ok(Self {
-            folder: folder.to_owned(),
-            roots,
-        })
+        Ok(Self { folder: folder.to_owned(), roots })
     }
 
     /// The file that a model calls `path`. Of what lies elsewhere nothing is said, not even whether it is there.
     fn place(&self, path: &str) -> Result<PathBuf, String> {
-        let leads_out = !Path::new(path)
-            .components()
-            .all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        let leads_out =
+            !Path::new(path).components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         match self.folder.join(path).canonicalize() {
             Ok(place) if self.roots.iter().any(|root| place.starts_with(root)) => Ok(place),
             Err(error) if !leads_out => Err(in_words(&error)),
-            Ok(_) | Err(_) => Err(
-                "there is no such file in or below the folder of the model; `--allow-path DIR` adds another folder"
-                    .to_owned(),
-            ),
+            Ok(_) | Err(_) => {
+                Err("there is no such file in or below the folder of the model; `--allow-path DIR` adds another folder"
+                    .to_owned())
+            }
         }
     }
 }
@@ -208,9 +178,7 @@ fn read(file: &Path, most: usize) -> Result<Vec<u8>, String> {
 
 /// The same of a file on a disk. Devices and named pipes would keep one waiting, or have no end.
 fn read_file(file: &Path, most: usize) -> Result<Vec<u8>, String> {
-    let kind = fs::metadata(file)
-        .map_err(|error| in_words(&error))?
-        .file_type();
+    let kind = fs::metadata(file).map_err(|error| in_words(&error))?.file_type();
     if kind.is_dir() {
         return Err("it is a directory".to_owned());
     }

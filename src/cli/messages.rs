@@ -74,35 +74,14 @@ pub(crate) fn diagnostics(source: &Source, all: &[Diagnostic]) -> String {
     let lines = Lines::new(&source.text);
     all.iter()
         .map(|one| {
-            let primary = one
-                .primary
-                .as_ref()
-                .map_or(Value::Null, |label| lines.label(label));
-            let secondary = one
-                .secondary
-                .iter()
-                .map(|label| lines.label(label))
-                .collect();
-            object(
-                one.severity,
-                one.code,
-                &one.message,
-                one.help.as_deref(),
-                Some(&source.name),
-                (primary, secondary),
-            )
+            let primary = one.primary.as_ref().map_or(Value::Null, |label| lines.label(label));
+            let secondary = one.secondary.iter().map(|label| lines.label(label)).collect();
+            object(one.severity, one.code, &one.message, one.help.as_deref(), Some(&source.name), (primary, secondary))
         })
         .collect()
 }
 
 /// A message that is not about a place in a model.
 pub(crate) fn message(text: &str, help: Option<&str>) -> String {
-    object(
-        Severity::Error,
-        None,
-        text,
-        help,
-        None,
-        (Value::Null, Vec::new()),
-    )
+    object(Severity::Error, None, text, help, None, (Value::Null, Vec::new()))
 }

@@ -48,11 +48,7 @@ enum Failure {
     /// Mistakes in the model, to be drawn into its text.
     Model(Source, Vec<Diagnostic>),
     /// Anything else, with the exit status.
-    Other {
-        message: String,
-        help: Option<String>,
-        status: u8,
-    },
+    Other { message: String, help: Option<String>, status: u8 },
     /// Nobody reads the output any more.
     BrokenPipe,
 }
@@ -70,11 +66,7 @@ type Rest = Box<dyn FnOnce(&mut dyn Write) -> Result<(), Failure>>;
 
 impl Answer {
     fn new(text: String, remarks: Option<(Source, Vec<Diagnostic>)>) -> Self {
-        Self {
-            text,
-            rest: None,
-            remarks,
-        }
+        Self { text, rest: None, remarks }
     }
 }
 
@@ -162,8 +154,7 @@ fn explain_text(args: &args::Explain) -> Result<Answer, Failure> {
                 return Err(Failure::Other {
                     message: format!("there is no code `{code}`"),
                     help: Some(
-                        "codes stand behind `error` and `warning`, like E0201; `librate explain` lists them"
-                            .to_owned(),
+                        "codes stand behind `error` and `warning`, like E0201; `librate explain` lists them".to_owned(),
                     ),
                     status: USAGE,
                 });
@@ -182,11 +173,7 @@ fn readable(page: &str) -> String {
             inside = !inside;
             continue;
         }
-        let line = if inside {
-            format!("    {line}")
-        } else {
-            line.trim_start_matches("# ").to_owned()
-        };
+        let line = if inside { format!("    {line}") } else { line.trim_start_matches("# ").to_owned() };
         out.push_str(line.trim_end());
         out.push('\n');
     }
@@ -194,11 +181,7 @@ fn readable(page: &str) -> String {
 }
 
 fn modes_text(args: &args::Modes) -> Result<Answer, Failure> {
-    let Loaded {
-        source,
-        model,
-        mut warnings,
-    } = load(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = !args.no_vectors;
@@ -233,11 +216,7 @@ fn solved(
 }
 
 fn sensitivity_text(args: &args::Sensitivity) -> Result<Answer, Failure> {
-    let Loaded {
-        source,
-        model,
-        mut warnings,
-    } = load(&args.model, Size::Dense)?;
+    let Loaded { source, model, mut warnings } = load(&args.model, Size::Dense)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     let progress = Progress::start("computing the modes");
@@ -269,11 +248,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
     if let [first, second] = args.map.as_slice() {
         return chart::run(args, first, second);
     }
-    let Loaded {
-        source,
-        model,
-        warnings,
-    } = load_values(&args.model, Size::Any)?;
+    let Loaded { source, model, warnings } = load_values(&args.model, Size::Any)?;
     let progress = Progress::start("following the motion over a period");
     let options = floquet::Options::default().digits(args.digits);
     let computed = floquet::floquet(&model, &options);
@@ -291,11 +266,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
 }
 
 fn check_text(args: &args::Check) -> Result<Answer, Failure> {
-    let Loaded {
-        source,
-        model,
-        warnings,
-    } = load(&args.model, Size::Any)?;
+    let Loaded { source, model, warnings } = load(&args.model, Size::Any)?;
     let name = model.name.clone().unwrap_or(source.shown().into_owned());
     let count = model.coordinates.len();
     let plural = if count == 1 { "" } else { "s" };
@@ -311,11 +282,7 @@ fn check_text(args: &args::Check) -> Result<Answer, Failure> {
 }
 
 fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
-    let Loaded {
-        source,
-        model,
-        warnings,
-    } = load(&args.model, Size::Any)?;
+    let Loaded { source, model, warnings } = load(&args.model, Size::Any)?;
     let known: Vec<&str> = model.parameters.iter().map(|p| p.name.as_str()).collect();
     let limits = args.limits.iter().map(|text| limit(text, &known));
     let limits: Vec<(String, Number)> = limits.collect::<Result<_, _>>()?;
@@ -347,21 +314,13 @@ fn derive_text(args: &args::Derive) -> Result<Answer, Failure> {
 
 /// Wrong words behind `--limit` or `--expand`.
 fn wrong_request(message: String, help: &str) -> Failure {
-    Failure::Other {
-        message,
-        help: Some(help.to_owned()),
-        status: USAGE,
-    }
+    Failure::Other { message, help: Some(help.to_owned()), status: USAGE }
 }
 
 /// The first few parameters there are, for one that there is not.
 fn no_parameter(name: &str, known: &[&str], otherwise: &str) -> Failure {
     const MOST: usize = 8;
-    let names: Vec<String> = known
-        .iter()
-        .take(MOST)
-        .map(|name| format!("`{name}`"))
-        .collect();
+    let names: Vec<String> = known.iter().take(MOST).map(|name| format!("`{name}`")).collect();
     let help = match known.len() {
         0 => otherwise.to_owned(),
         1 => format!("the model has the parameter {}", names.join(", ")),
@@ -417,20 +376,12 @@ fn settings(args: &ModelArgs) -> Result<Settings, Failure> {
 }
 
 fn fault(message: String) -> Failure {
-    Failure::Other {
-        message,
-        help: None,
-        status: FAULT,
-    }
+    Failure::Other { message, help: None, status: FAULT }
 }
 
 fn wrong_setting(error: &model::ModelError) -> Failure {
     let diagnostic = Diagnostic::from(error);
-    Failure::Other {
-        message: diagnostic.message,
-        help: diagnostic.help,
-        status: USAGE,
-    }
+    Failure::Other { message: diagnostic.message, help: diagnostic.help, status: USAGE }
 }
 
 /// A model file that was read and parsed, with what belongs to it.
@@ -450,22 +401,12 @@ fn parsed(args: &ModelArgs, mut source: Source) -> Result<Parsed, Failure> {
     };
     let tables = input::read_tables(args, &file, &mut source)?;
     let budget = args.guard.begin(&source, tables.bytes());
-    Ok(Parsed {
-        source,
-        file,
-        tables,
-        settings: settings.within(budget),
-    })
+    Ok(Parsed { source, file, tables, settings: settings.within(budget) })
 }
 
 /// The checked model, and its text for messages.
 fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
-    let Parsed {
-        source,
-        file,
-        tables,
-        settings,
-    } = parsed(args, input::read_model(&args.file)?)?;
+    let Parsed { source, file, tables, settings } = parsed(args, input::read_model(&args.file)?)?;
     let checked = || -> Result<_, Error> {
         if size == Size::Dense {
             linearize::check_size(model::coordinate_count(&file, &tables, &settings))?;
@@ -478,11 +419,7 @@ fn load(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
         Ok((model, told))
     };
     match checked() {
-        Ok((model, warnings)) => Ok(Loaded {
-            source,
-            model,
-            warnings,
-        }),
+        Ok((model, warnings)) => Ok(Loaded { source, model, warnings }),
         Err(error) => Err(failed(source, Vec::new(), error)),
     }
 }
@@ -496,24 +433,17 @@ fn load_values(args: &ModelArgs, size: Size) -> Result<Loaded, Failure> {
 
 /// That the uncertainties of parameters are not carried on.
 fn left_out(model: &Model) -> Option<Diagnostic> {
-    let uncertain = model
-        .parameters
-        .iter()
-        .filter(|own| own.uncertainty.is_some());
+    let uncertain = model.parameters.iter().filter(|own| own.uncertainty.is_some());
     let count = uncertain.clone().count();
     let first = uncertain.map(|own| (&own.name, own.span)).next();
     let (name, span) = first?;
     let message = match count {
         1 => format!("the uncertainty of `{name}` is left out here"),
-        _ => format!(
-            "the uncertainties of `{name}` and {} more are left out here",
-            count - 1
-        ),
+        _ => format!("the uncertainties of `{name}` and {} more are left out here", count - 1),
     };
     Some(
-        Diagnostic::warning(message, span, "taken at its value, as if it were exact").with_help(
-            "digits and bounds are those of the values; `modes` and `sensitivity` carry uncertainties on",
-        ),
+        Diagnostic::warning(message, span, "taken at its value, as if it were exact")
+            .with_help("digits and bounds are those of the values; `modes` and `sensitivity` carry uncertainties on"),
     )
 }
 
@@ -522,12 +452,7 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
         let help = "write `--over NAME=a..b:count`, for example `--over k=0..8:17`";
         wrong_request(error.to_string(), help)
     })?;
-    let Parsed {
-        source,
-        file,
-        tables,
-        settings,
-    } = parsed(&args.model, input::read_model(&args.model.file)?)?;
+    let Parsed { source, file, tables, settings } = parsed(&args.model, input::read_model(&args.model.file)?)?;
     let mut options = modes::Options::default().digits(args.digits);
     options.lowest = args.lowest;
     options.vectors = args.json && !args.no_vectors;
@@ -543,9 +468,7 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
     });
     let places: Vec<Place> = places.collect();
     drop(progress);
-    let errors = places
-        .iter()
-        .filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
+    let errors = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
     let errors: Vec<(f64, &Error)> = errors.collect();
     if let Some((_, error)) = errors.first().filter(|_| errors.len() == places.len()) {
         return Err(Failure::Model(source, error.diagnostics()));
@@ -555,8 +478,7 @@ fn sweep_text(args: &args::Sweep) -> Result<Answer, Failure> {
     for (value, error) in errors {
         for mut diagnostic in error.diagnostics() {
             if remarks.iter().all(|other| other.code != diagnostic.code) {
-                diagnostic.message =
-                    format!("at {} = {value}: {}", range.name(), diagnostic.message);
+                diagnostic.message = format!("at {} = {value}: {}", range.name(), diagnostic.message);
                 remarks.push(diagnostic);
             }
         }
@@ -608,11 +530,7 @@ fn complain(failure: Failure, format: MessageFormat) -> u8 {
             tell(&source, &all, format);
             FAULT
         }
-        Failure::Other {
-            message,
-            help,
-            status,
-        } => {
+        Failure::Other { message, help, status } => {
             let text = match format {
                 MessageFormat::Json => messages::message(&message, help.as_deref()),
                 MessageFormat::Text => {

@@ -30,11 +30,7 @@ fn constant(text: &str) -> Result<Constant, Failure> {
 pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer, Failure> {
     let until = constant(&args.until)?;
     let amplitude = args.amplitude.as_deref().map(constant).transpose()?;
-    let Loaded {
-        mut source,
-        model,
-        warnings,
-    } = load_values(&args.model, Size::Dense)?;
+    let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Dense)?;
     let progress = Progress::start("following the motion");
     let computed = || -> Result<_, Error> {
         let system = System::new(&model)?;
@@ -101,11 +97,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     let remarks = Some((source, warnings));
     if known.rows.len() < motion.times.len() {
         let json = args.json;
-        return Ok(Answer {
-            text: String::new(),
-            rest: Some(Box::new(move |out| motion.write(json, out))),
-            remarks,
-        });
+        return Ok(Answer { text: String::new(), rest: Some(Box::new(move |out| motion.write(json, out))), remarks });
     }
     let text = if args.json {
         report::motion_json(model, known, args.digits)
@@ -123,12 +115,7 @@ enum Method {
 }
 
 impl Method {
-    fn motion(
-        &self,
-        start: &Start,
-        times: &Times,
-        digits: usize,
-    ) -> Result<Trajectory, MotionError> {
+    fn motion(&self, start: &Start, times: &Times, digits: usize) -> Result<Trajectory, MotionError> {
         match self {
             Self::Followed(system, None) => system.motion(start, times),
             Self::Followed(system, Some(tolerance)) => system.quick(start, times, *tolerance),
@@ -160,8 +147,7 @@ impl Motion {
             return table.finish(out).map_err(output::failed);
         }
         let linearized = self.linearized.as_ref();
-        let mut linear =
-            linearized.and_then(|own| motion::superposition(own, &self.start, &self.times));
+        let mut linear = linearized.and_then(|own| motion::superposition(own, &self.start, &self.times));
         let table = MotionCsv::new(out, model, known, linear.is_some(), digits);
         let mut table = table.map_err(output::failed)?;
         self.each(|time, row| {
@@ -173,10 +159,7 @@ impl Motion {
     }
 
     /// All rows, as long as nothing fails.
-    fn each(
-        &self,
-        mut row: impl FnMut(&Ball, &[Ball]) -> Result<(), Failure>,
-    ) -> Result<(), Failure> {
+    fn each(&self, mut row: impl FnMut(&Ball, &[Ball]) -> Result<(), Failure>) -> Result<(), Failure> {
         let mut written = Ok(());
         let each = |at: usize, values: Vec<Ball>| {
             written = row(&self.times.at(at), &values);
@@ -184,9 +167,7 @@ impl Motion {
         };
         let (start, times, known) = (&self.start, &self.times, &self.known);
         let followed = match &self.method {
-            Method::Followed(system, tolerance) => {
-                system.rows(start, times, known, *tolerance, each)
-            }
+            Method::Followed(system, tolerance) => system.rows(start, times, known, *tolerance, each),
             Method::Proved(enclosed) => enclosed.rows(start, times, known, each),
         };
         written?;
@@ -196,7 +177,5 @@ impl Motion {
 
 /// Why columns were not kept.
 fn not_kept(error: io::Error) -> Failure {
-    fault(format!(
-        "can't keep the columns in a temporary file: {error}; without `--json` rows are written at once"
-    ))
+    fault(format!("can't keep the columns in a temporary file: {error}; without `--json` rows are written at once"))
 }

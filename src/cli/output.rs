@@ -86,10 +86,7 @@ mod at_start {
         unsafe_code,
         reason = "a table of functions that run before `main`, filled with one of the right type; it calls the kernel once"
     )]
-    #[cfg_attr(
-        target_vendor = "apple",
-        unsafe(link_section = "__DATA,__mod_init_func")
-    )]
+    #[cfg_attr(target_vendor = "apple", unsafe(link_section = "__DATA,__mod_init_func"))]
     #[cfg_attr(not(target_vendor = "apple"), unsafe(link_section = ".init_array"))]
     static LOOK: extern "C" fn() = look;
 
@@ -159,12 +156,9 @@ pub(super) fn write_file(file: &Path, text: &str, source: &mut Source) -> Result
     let name = file.display();
     let mut taken = source.taken.iter().map(|path| path.as_path());
     if taken.any(|own| same_file(own, file)) || same_file(Path::new("/dev/stdout"), file) {
-        return Err(fault(format!(
-            "can't write `{name}`: this command reads that file, or has written it already"
-        )));
+        return Err(fault(format!("can't write `{name}`: this command reads that file, or has written it already")));
     }
-    replace(file, text, None)
-        .map_err(|error| fault(format!("can't write `{name}`: {}", in_words(&error))))?;
+    replace(file, text, None).map_err(|error| fault(format!("can't write `{name}`: {}", in_words(&error))))?;
     source.taken.push(file.to_owned());
     Ok(())
 }
@@ -224,9 +218,7 @@ pub(super) fn replace(file: &Path, text: &str, before: Option<&str>) -> io::Resu
     let (fresh, stays) = match fresh(folder, text, Some(&old), true) {
         Ok(fresh) => (fresh, names(&old) > 1),
         // A file of somebody else's can't be made anew.
-        Err(error) if error.kind() == ErrorKind::PermissionDenied => {
-            (fresh(folder, text, Some(&old), false)?, true)
-        }
+        Err(error) if error.kind() == ErrorKind::PermissionDenied => (fresh(folder, text, Some(&old), false)?, true),
         Err(error) => return Err(error),
     };
     if let Some(before) = before
@@ -241,9 +233,7 @@ pub(super) fn replace(file: &Path, text: &str, before: Option<&str>) -> io::Resu
     write_in_place(own, text).or_else(|error| {
         let (_, path) = fresh.keep()?;
         let path = path.display();
-        Err(io::Error::other(format!(
-            "{error}; all of it is in `{path}`"
-        )))
+        Err(io::Error::other(format!("{error}; all of it is in `{path}`")))
     })
 }
 
@@ -258,12 +248,7 @@ const PREFIX: &str = ".librate-";
 
 /// A file with the text, beside the one that it is to replace, with its permissions and, if asked for, its owner. It has a
 /// name only from the moment on in which it is whole, so that an interruption leaves nothing behind.
-fn fresh(
-    folder: &Path,
-    text: &str,
-    old: Option<&Metadata>,
-    owner: bool,
-) -> io::Result<NamedTempFile> {
+fn fresh(folder: &Path, text: &str, old: Option<&Metadata>, owner: bool) -> io::Result<NamedTempFile> {
     let fill = |mut file: &File| -> io::Result<()> {
         file.write_all(text.as_bytes())?;
         if let Some(old) = old {

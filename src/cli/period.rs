@@ -10,9 +10,7 @@ use super::args;
 use super::input::Source;
 use super::output::write_file;
 use super::progress::Progress;
-use super::{
-    Answer, Failure, Loaded, Size, failed, load_values, style, wrong_request, wrong_setting,
-};
+use super::{Answer, Failure, Loaded, Size, failed, load_values, style, wrong_request, wrong_setting};
 
 /// What is asked for.
 enum Wish {
@@ -53,11 +51,7 @@ fn wish(args: &args::Period) -> Result<Wish, Failure> {
 pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
     let wish = wish(args)?;
     let options = Options::default().digits(args.digits);
-    let Loaded {
-        mut source,
-        model,
-        mut warnings,
-    } = load_values(&args.model, Size::Dense)?;
+    let Loaded { mut source, model, mut warnings } = load_values(&args.model, Size::Dense)?;
     let prepared = || -> Result<Oscillator, Error> {
         period::check(&model)?;
         match linearize::linearize(model.clone()) {
@@ -86,8 +80,7 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
         }
         Wish::Curve(range) => {
             let progress = Progress::start("integrating the periods over the range");
-            let places = period::curve(&oscillator, &range, &options)
-                .map(|places| places.collect::<Vec<Place>>());
+            let places = period::curve(&oscillator, &range, &options).map(|places| places.collect::<Vec<Place>>());
             drop(progress);
             let places = places.map_err(|error| wrong_setting(&error))?;
             remark(&source, &range, &places, &mut warnings)?;
@@ -107,15 +100,8 @@ pub(super) fn text(args: &args::Period) -> Result<Answer, Failure> {
 }
 
 /// Why places have no period, each reason once; an error where none has.
-fn remark(
-    source: &Source,
-    range: &Range,
-    places: &[Place],
-    warnings: &mut Vec<Diagnostic>,
-) -> Result<(), Failure> {
-    let errors = places
-        .iter()
-        .filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
+fn remark(source: &Source, range: &Range, places: &[Place], warnings: &mut Vec<Diagnostic>) -> Result<(), Failure> {
+    let errors = places.iter().filter_map(|place| Some((place.value, place.result.as_ref().err()?)));
     let errors: Vec<_> = errors.collect();
     let mut told: Vec<Diagnostic> = Vec::new();
     for (value, error) in &errors {

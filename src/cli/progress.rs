@@ -32,9 +32,7 @@ impl Progress {
             }
         });
         // Without a thread there is no spinner, and nothing is lost.
-        Self {
-            waiter: spawned.ok().map(|thread| (done, thread)),
-        }
+        Self { waiter: spawned.ok().map(|thread| (done, thread)) }
     }
 }
 
@@ -58,9 +56,7 @@ impl Counter {
         if !io::stderr().is_terminal() {
             return Self { bar: None };
         }
-        let bar = ProgressBar::hidden()
-            .with_message(what)
-            .with_elapsed(Duration::ZERO);
+        let bar = ProgressBar::hidden().with_message(what).with_elapsed(Duration::ZERO);
         bar.set_length(u64::try_from(count).unwrap_or(u64::MAX));
         Self { bar: Some(bar) }
     }

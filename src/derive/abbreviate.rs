@@ -109,11 +109,7 @@ impl Derivation {
             page.for_each(&mut |e| *e = images.of(*e));
         }
         let definitions: Vec<ExprId> = named.iter().map(|own| own.value).collect();
-        let after = total(&pool, &mut weights, &roots).saturating_add(total(
-            &pool,
-            &mut weights,
-            &definitions,
-        ));
+        let after = total(&pool, &mut weights, &roots).saturating_add(total(&pool, &mut weights, &definitions));
         // A tenth at least.
         if named.is_empty() || after.saturating_add(before / 10) > before {
             return None;
@@ -172,12 +168,7 @@ impl PageOf {
 }
 
 /// What is worth a name, the most saving first; none of them is a part of another.
-fn candidates(
-    pool: &Pool,
-    weights: &mut Simplifier,
-    roots: &[ExprId],
-    entries: &BTreeSet<ExprId>,
-) -> Vec<Candidate> {
+fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId], entries: &BTreeSet<ExprId>) -> Vec<Candidate> {
     let ids = pool.reachable(roots);
     // How often each stands on the page, and how often below a root or a fractional power.
     let mut times: HashMap<ExprId, u64> = HashMap::with_capacity(ids.len());
@@ -203,9 +194,7 @@ fn candidates(
         let is_one = match pool.node(id) {
             Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
             Node::Function(..) | Node::Power { .. } | Node::Atan2 { .. } => true,
-            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Product(_) | Node::Undefined => {
-                false
-            }
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Product(_) | Node::Undefined => false,
         };
         let count = times.get(&id).copied().unwrap_or(0);
         if !is_one || count < LEAST_TIMES || entries.contains(&id) {
@@ -341,18 +330,8 @@ impl Letters {
         }
         let symbol = pool.fresh_symbol(&name);
         let symbol = pool.symbol_expr(symbol);
-        let value = if candidate.root {
-            pool.sqrt(candidate.id)
-        } else {
-            candidate.id
-        };
-        Named {
-            symbol,
-            name,
-            value,
-            text,
-            is_distance,
-        }
+        let value = if candidate.root { pool.sqrt(candidate.id) } else { candidate.id };
+        Named { symbol, name, value, text, is_distance }
     }
 
     /// The definitions, with numbers in the order in which they stand, and what is renamed for it.
@@ -378,12 +357,7 @@ impl Letters {
                 renamed.insert(old, new);
                 (name, symbol)
             };
-            definitions.push(Definition {
-                name,
-                symbol,
-                value,
-                text: own.text.unwrap_or_else(|| pool.display(value)),
-            });
+            definitions.push(Definition { name, symbol, value, text: own.text.unwrap_or_else(|| pool.display(value)) });
         }
         (definitions, renamed)
     }
@@ -460,17 +434,13 @@ struct Points {
 
 /// What has names, each after those that it needs.
 fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
-    let symbols: BTreeMap<Symbol, usize> = named
-        .iter()
-        .enumerate()
-        .filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at)))
-        .collect();
+    let symbols: BTreeMap<Symbol, usize> =
+        named.iter().enumerate().filter_map(|(at, own)| Some((pool.as_symbol(own.symbol)?, at))).collect();
     let needs: Vec<Vec<usize>> = named
         .iter()
         .map(|own| {
             let all = pool.symbols(own.value).into_iter();
-            all.filter_map(|symbol| symbols.get(&symbol).copied())
-                .collect()
+            all.filter_map(|symbol| symbols.get(&symbol).copied()).collect()
         })
         .collect();
     let mut done = vec![false; named.len()];
@@ -484,16 +454,13 @@ fn in_order(pool: &Pool, named: Vec<Named>) -> Vec<Named> {
         let name = own.is_distance.then_some(own.name.as_str());
         (!own.is_distance, name, weights[*at], *at)
     };
-    while let Some(at) = (0..named.len())
-        .filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need]))
-        .min_by_key(rank)
+    while let Some(at) =
+        (0..named.len()).filter(|at| !done[*at] && needs[*at].iter().all(|need| done[*need])).min_by_key(rank)
     {
         done[at] = true;
         order.push(at);
     }
     let mut all: Vec<Option<Named>> = named.into_iter().map(Some).collect();
     let order = order.into_iter();
-    order
-        .filter_map(|at| all.get_mut(at).and_then(Option::take))
-        .collect()
+    order.filter_map(|at| all.get_mut(at).and_then(Option::take)).collect()
 }

@@ -33,17 +33,11 @@ pub(super) fn commuting_mirrors(symmetry: &Symmetry) -> Vec<SignedPermutation> {
     }
     let mut chosen: Vec<SignedPermutation> = Vec::new();
     let generators = symmetry.generators.iter().cloned();
-    for g in generators.chain(SignedPermutation::group(
-        &symmetry.generators,
-        MOST_ELEMENTS,
-    )) {
+    for g in generators.chain(SignedPermutation::group(&symmetry.generators, MOST_ELEMENTS)) {
         let undoes_itself = g.after(&g).is_identity() && !g.moves_nothing();
         // What products of the others do already tells nothing new.
         let is_new = (0_u32..1 << chosen.len()).all(|set| {
-            let members = chosen
-                .iter()
-                .enumerate()
-                .filter(|(i, _)| set & (1 << i) != 0);
+            let members = chosen.iter().enumerate().filter(|(i, _)| set & (1 << i) != 0);
             let start = SignedPermutation::unsigned((0..g.len()).collect());
             members.fold(start, |product, (_, h)| product.after(h)) != g
         });
@@ -91,10 +85,7 @@ pub(super) fn adapted(mirrors: &[SignedPermutation], coordinates: &[usize]) -> V
             }
         }
         if !basis.is_empty() {
-            classes.push(Adapted {
-                odd: (0..mirrors.len()).map(odd).collect(),
-                basis,
-            });
+            classes.push(Adapted { odd: (0..mirrors.len()).map(odd).collect(), basis });
         }
     }
     classes
@@ -152,17 +143,11 @@ pub(super) fn waves(
         cells.push(cycle);
     }
     let square = pool.fresh_symbol("s");
-    let mut ring = RingSums {
-        square: pool.symbol_expr(square),
-        length: *length,
-        cosines: Vec::new(),
-    };
+    let mut ring = RingSums { square: pool.symbol_expr(square), length: *length, cosines: Vec::new() };
     let row = |of: &[BTreeMap<usize, ExprId>], a: &[usize], b: &[usize]| -> Vec<(usize, ExprId)> {
         let first = a.first().and_then(|i| of.get(*i));
         let entries = b.iter().enumerate();
-        entries
-            .filter_map(|(r, j)| Some((r, *first?.get(j)?)))
-            .collect()
+        entries.filter_map(|(r, j)| Some((r, *first?.get(j)?))).collect()
     };
     let (m, k) = (&pair.mass, &pair.stiffness);
     let coefficients = match cells.as_slice() {
@@ -172,14 +157,8 @@ pub(super) fn waves(
             vec![pool.neg(stiffness), mass]
         }
         [a, b] => {
-            let (m11, k11) = (
-                ring.real(pool, &row(m, a, a))?,
-                ring.real(pool, &row(k, a, a))?,
-            );
-            let (m22, k22) = (
-                ring.real(pool, &row(m, b, b))?,
-                ring.real(pool, &row(k, b, b))?,
-            );
+            let (m11, k11) = (ring.real(pool, &row(m, a, a))?, ring.real(pool, &row(k, a, a))?);
+            let (m22, k22) = (ring.real(pool, &row(m, b, b))?, ring.real(pool, &row(k, b, b))?);
             let (m12, k12) = (row(m, a, b), row(k, a, b));
             let mm = ring.correlation(pool, &m12, &m12)?;
             let mk = ring.correlation(pool, &m12, &k12)?;
@@ -187,11 +166,7 @@ pub(super) fn waves(
             let second = pool.mul(m11, m22);
             let second = pool.sub(second, mm);
             let (left, right) = (pool.mul(m11, k22), pool.mul(m22, k11));
-            let first = pool.linear(&[
-                (left, Number::MINUS_ONE),
-                (right, Number::MINUS_ONE),
-                (mk, Number::from(2)),
-            ]);
+            let first = pool.linear(&[(left, Number::MINUS_ONE), (right, Number::MINUS_ONE), (mk, Number::from(2))]);
             let last = pool.mul(k11, k22);
             let last = pool.sub(last, kk);
             vec![last, first, second]
@@ -204,11 +179,7 @@ pub(super) fn waves(
     if omega_squared.iter().any(|value| pool.is_undefined(*value)) {
         return None;
     }
-    Some(Waves {
-        square,
-        omega_squared,
-        coefficients,
-    })
+    Some(Waves { square, omega_squared, coefficients })
 }
 
 struct RingSums {
@@ -254,12 +225,7 @@ impl RingSums {
     }
 
     /// The real part of conj(A) B for sums A and B of value times exp(i r theta).
-    fn correlation(
-        &mut self,
-        pool: &mut Pool,
-        left: &[(usize, ExprId)],
-        right: &[(usize, ExprId)],
-    ) -> Option<ExprId> {
+    fn correlation(&mut self, pool: &mut Pool, left: &[(usize, ExprId)], right: &[(usize, ExprId)]) -> Option<ExprId> {
         let mut parts = Vec::new();
         for (r, a) in left {
             for (s, b) in right {

@@ -73,47 +73,30 @@ impl<'a> Checker<'a> {
             let value = value.and_then(|value| evaluate_closed(&model.pool, value, BITS));
             let value = value.map(|value: Big| value.to_far_ball());
             complete &= value.is_some();
-            values.insert(
-                parameter.symbol,
-                value.unwrap_or_else(|| Ball::from_number(&drawn(i), ())),
-            );
+            values.insert(parameter.symbol, value.unwrap_or_else(|| Ball::from_number(&drawn(i), ())));
         }
-        Self {
-            model,
-            values,
-            complete,
-            linearized: OnceCell::new(),
-            modes: OnceCell::new(),
-        }
+        Self { model, values, complete, linearized: OnceCell::new(), modes: OnceCell::new() }
     }
 
     /// The model in numbers, where all parameters have values.
     fn linearized(&self) -> Option<&Linearized> {
         let made = self.linearized.get_or_init(|| {
             let wanted = self.complete && !self.model.coordinates.is_empty();
-            wanted
-                .then(|| linearize::linearize(self.model.clone()).ok())
-                .flatten()
+            wanted.then(|| linearize::linearize(self.model.clone()).ok()).flatten()
         });
         made.as_ref()
     }
 
     /// That the coordinates lose a motion at the equilibrium which they have beside it (gimbal lock), at the values of the
     /// parameters or drawn ones.
-    pub(super) fn singular_coordinates(
-        &self,
-        pool: &Pool,
-        mass: &[Vec<ExprId>],
-    ) -> Option<LinearizeError> {
+    pub(super) fn singular_coordinates(&self, pool: &Pool, mass: &[Vec<ExprId>]) -> Option<LinearizeError> {
         let values = self.evaluate(pool, &mass.concat())?;
         if !may_be_singular(mass.len(), &values) {
             return None;
         }
         let mut model = self.model.clone();
         for (i, parameter) in model.parameters.iter_mut().enumerate() {
-            parameter
-                .value
-                .get_or_insert_with(|| model.pool.number(drawn(i)));
+            parameter.value.get_or_insert_with(|| model.pool.number(drawn(i)));
         }
         let error = mass_error(&linearize::linearize(model).ok()?);
         error.filter(|error| matches!(error, LinearizeError::SingularCoordinates { .. }))
@@ -121,9 +104,7 @@ impl<'a> Checker<'a> {
 
     /// Its modes.
     fn modes(&self) -> Option<&Vec<Reference>> {
-        let made = self
-            .modes
-            .get_or_init(|| self.linearized().and_then(references));
+        let made = self.modes.get_or_init(|| self.linearized().and_then(references));
         made.as_ref()
     }
 
@@ -165,12 +146,7 @@ impl<'a> Checker<'a> {
 
     /// M and K without absolute values of what has a sign at the values of the parameters, with acos(cos(x))
     /// as x where that is between 0 and pi; and what signs these are.
-    pub(super) fn signed(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        pair: &Pair,
-    ) -> (Pair, Signs) {
+    pub(super) fn signed(&self, pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> (Pair, Signs) {
         let mut pair = pair.clone();
         let mut signs = Signs::new();
         // With its angle a term may vanish, and with it what has a sign in it.
@@ -188,12 +164,7 @@ impl<'a> Checker<'a> {
     }
 
     /// What each expression and each of its parts becomes without some functions, where anything changes.
-    fn resolved(
-        &self,
-        pool: &mut Pool,
-        roots: &[ExprId],
-        only: Resolve,
-    ) -> (HashMap<ExprId, ExprId>, Signs) {
+    fn resolved(&self, pool: &mut Pool, roots: &[ExprId], only: Resolve) -> (HashMap<ExprId, ExprId>, Signs) {
         let mut images: HashMap<ExprId, ExprId> = HashMap::new();
         let mut signs = Signs::new();
         if !self.complete {
@@ -284,11 +255,7 @@ impl<'a> Checker<'a> {
             let largest = x.iter().map(Big::abs_upper);
             let (_, by) = largest.fold(Magnitude::ZERO, Magnitude::max).parts();
             let mass = mass.scale(2 * units.rate() - units.energy() - 2 * by);
-            found.extend(
-                [square.scale(-2 * units.rate()), mass]
-                    .iter()
-                    .map(Big::to_ball),
-            );
+            found.extend([square.scale(-2 * units.rate()), mass].iter().map(Big::to_ball));
             found.extend(x.iter().map(|x| x.scale(-by).to_ball()));
         }
         Some(found)
@@ -329,46 +296,31 @@ impl<'a> Checker<'a> {
             let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
             terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
         };
-        let is_zero = |value: &Ball, size: f64| {
-            value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
-        };
-        let largest = modes
-            .iter()
-            .map(|mode| mode.omega_squared.abs_upper())
-            .fold(0.0, f64::max);
+        let is_zero =
+            |value: &Ball, size: f64| value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size;
+        let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         let mut squares: Vec<&Reference> = modes.iter().collect();
-        squares.sort_by(|a, b| {
-            a.omega_squared
-                .mid_f64()
-                .total_cmp(&b.omega_squared.mid_f64())
-        });
+        squares.sort_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
         if columns.len() != n || squares.len() != n {
             return false;
         }
         let images: Vec<Vec<Ball>> = columns.iter().map(|c| product(&mass, &c[2..])).collect();
-        columns
-            .iter()
-            .zip(&squares)
-            .enumerate()
-            .all(|(at, (column, reference))| {
-                let (square, norm, x) = (&column[0], &column[1], &column[2..]);
-                let forces = product(&stiffness, x);
-                let inertia: Vec<Ball> = images[at].iter().map(|m| m.mul(square)).collect();
-                let scale = size(&stiffness) * size(x) + size(&inertia);
-                let solves = forces
-                    .iter()
-                    .zip(&inertia)
-                    .all(|(f, m)| is_zero(&f.sub(m), scale));
-                let own = dot(x, &images[at]);
-                solves
-                    && norm.is_positive()
-                    && is_zero(&square.sub(&reference.omega_squared), largest)
-                    && is_zero(&own.sub(norm), norm.abs_upper())
-                    && columns[..at].iter().zip(&images).all(|(other, image)| {
-                        let scale = size(x) * size(image) + size(&other[2..]) * size(&images[at]);
-                        is_zero(&dot(x, image), scale)
-                    })
-            })
+        columns.iter().zip(&squares).enumerate().all(|(at, (column, reference))| {
+            let (square, norm, x) = (&column[0], &column[1], &column[2..]);
+            let forces = product(&stiffness, x);
+            let inertia: Vec<Ball> = images[at].iter().map(|m| m.mul(square)).collect();
+            let scale = size(&stiffness) * size(x) + size(&inertia);
+            let solves = forces.iter().zip(&inertia).all(|(f, m)| is_zero(&f.sub(m), scale));
+            let own = dot(x, &images[at]);
+            solves
+                && norm.is_positive()
+                && is_zero(&square.sub(&reference.omega_squared), largest)
+                && is_zero(&own.sub(norm), norm.abs_upper())
+                && columns[..at].iter().zip(&images).all(|(other, image)| {
+                    let scale = size(x) * size(image) + size(&other[2..]) * size(&images[at]);
+                    is_zero(&dot(x, image), scale)
+                })
+        })
     }
 
     /// Columns whose components are given by places and numbers: `[omega_squared, component]` with letters for both, and the
@@ -392,8 +344,7 @@ impl<'a> Checker<'a> {
         };
         let measured = |column: &Vec<Big>| {
             let own = column.iter().enumerate();
-            own.map(|(place, x)| x.scale(-power(place)).to_ball())
-                .collect()
+            own.map(|(place, x)| x.scale(-power(place)).to_ball()).collect()
         };
         Some(columns.iter().map(measured).collect())
     }
@@ -404,22 +355,20 @@ impl<'a> Checker<'a> {
         let Some((mass, stiffness)) = self.matrices(pool, pair) else {
             return false;
         };
-        let product =
-            |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
-                let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
-                    let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
-                    terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
-                };
-                rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
+        let product = |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
+            let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
+                let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
+                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
             };
+            rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
+        };
         let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
         let dot = |x: &[Ball], y: &[Ball]| {
             let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
             terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
         };
-        let is_zero = |value: &Ball, size: f64| {
-            value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
-        };
+        let is_zero =
+            |value: &Ball, size: f64| value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size;
         let largest = size(&stiffness);
         let mut images: Vec<Vec<Ball>> = Vec::new();
         columns.iter().enumerate().all(|(at, column)| {
@@ -429,10 +378,7 @@ impl<'a> Checker<'a> {
             let image = product(&mass, &pair.mass, x);
             let forces = product(&stiffness, &pair.stiffness, x);
             let scale = largest * size(x);
-            let solves = forces
-                .iter()
-                .zip(&image)
-                .all(|(force, m)| is_zero(&force.sub(&m.mul(square)), scale));
+            let solves = forces.iter().zip(&image).all(|(force, m)| is_zero(&force.sub(&m.mul(square)), scale));
             let others = columns[..at].iter().zip(&images);
             // xᵀMx is 1 for all.
             let mut others = others.map(|(_, image)| dot(x, image));
@@ -447,9 +393,7 @@ impl<'a> Checker<'a> {
     /// may have other coordinates left.
     fn matrices(&self, pool: &Pool, pair: &Pair) -> Option<(Vec<Ball>, Vec<Ball>)> {
         match self.linearized() {
-            Some(linearized) if !linearized.is_constrained() => {
-                Some((linearized.mass(), linearized.stiffness()))
-            }
+            Some(linearized) if !linearized.is_constrained() => Some((linearized.mass(), linearized.stiffness())),
             Some(_) | None => self.evaluated(pool, pair),
         }
     }
@@ -466,11 +410,7 @@ impl<'a> Checker<'a> {
             None => self.solved(pool, pair),
         };
         let (Some(values), Some(modes)) = (
-            self.measured(
-                pool,
-                &expressions,
-                &[2 * self.units().map_or(0, Units::rate)],
-            ),
+            self.measured(pool, &expressions, &[2 * self.units().map_or(0, Units::rate)]),
             self.modes().or(own.as_ref()),
         ) else {
             case.frequencies.clear();
@@ -479,14 +419,12 @@ impl<'a> Checker<'a> {
             case.complete = false;
             return;
         };
-        let mut forms: Vec<(Ball, Frequency)> =
-            values.into_iter().zip(case.frequencies.drain(..)).collect();
+        let mut forms: Vec<(Ball, Frequency)> = values.into_iter().zip(case.frequencies.drain(..)).collect();
         forms.sort_by(|(a, _), (b, _)| a.mid_f64().total_cmp(&b.mid_f64()));
         // Forms that only look different are one, which stands for itself.
         let mut merged: Vec<ExprId> = Vec::new();
         forms.dedup_by(|(later, form), (value, kept)| {
-            let same = later.sub(value).contains_zero()
-                && equal(pool, form.omega_squared, kept.omega_squared);
+            let same = later.sub(value).contains_zero() && equal(pool, form.omega_squared, kept.omega_squared);
             if same {
                 merged.extend([form.omega_squared, kept.omega_squared]);
                 kept.multiplicity += form.multiplicity;
@@ -496,10 +434,7 @@ impl<'a> Checker<'a> {
             }
             same
         });
-        let scale = modes
-            .iter()
-            .map(|mode| mode.omega_squared.abs_upper())
-            .fold(0.0, f64::max);
+        let scale = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         let mut used = vec![false; modes.len()];
         let before = forms.len();
         let mut failed: Vec<ExprId> = Vec::new();
@@ -527,9 +462,7 @@ impl<'a> Checker<'a> {
             if form.symmetry.is_none()
                 && let Some(first) = fits.first()
                 && let Some(class) = &modes[*first].symmetry
-                && fits
-                    .iter()
-                    .all(|at| modes[*at].symmetry.as_ref() == Some(class))
+                && fits.iter().all(|at| modes[*at].symmetry.as_ref() == Some(class))
             {
                 form.symmetry = Some(class.clone());
             }
@@ -539,31 +472,23 @@ impl<'a> Checker<'a> {
             case.complete = false;
             case.series.clear();
         }
-        let has =
-            |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
+        let has = |solved: &Solved, of: &[ExprId]| solved.frequencies.iter().any(|e| of.contains(e));
         // Without the names for a page nobody wants to see the rest of them.
         let gone = case.solved.iter().filter(|solved| has(solved, &failed));
         let gone: Vec<ExprId> = gone.flat_map(|solved| solved.frequencies.clone()).collect();
         forms.retain(|(_, form)| !gone.contains(&form.omega_squared));
-        case.solved
-            .retain(|solved| !has(solved, &failed) && !has(solved, &merged));
+        case.solved.retain(|solved| !has(solved, &failed) && !has(solved, &merged));
         case.frequencies = forms.into_iter().map(|(_, form)| form).collect();
     }
 
     fn evaluate(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
         let symbols = pool.symbols_of(expressions);
-        let inputs: Option<Vec<Ball>> = symbols
-            .iter()
-            .map(|symbol| self.value(pool, *symbol))
-            .collect();
+        let inputs: Option<Vec<Ball>> = symbols.iter().map(|symbol| self.value(pool, *symbol)).collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
         let mut found = tape.evaluate(&inputs?, &mut Vec::new());
         if !found.iter().all(Ball::is_finite) {
             let wide = self.wide(pool, expressions)?;
-            let open = found
-                .iter_mut()
-                .zip(&wide)
-                .filter(|(own, _)| !own.is_finite());
+            let open = found.iter_mut().zip(&wide).filter(|(own, _)| !own.is_finite());
             open.for_each(|(own, wide)| *own = wide.to_far_ball());
         }
         Some(found)
@@ -575,10 +500,7 @@ impl<'a> Checker<'a> {
         let inputs = symbols.iter().map(|symbol| self.wide_value(pool, *symbol));
         let inputs: Option<Vec<Big>> = inputs.collect();
         let tape = Tape::compile(pool, expressions, &symbols).ok()?;
-        Some(
-            tape.prepare::<Big>(BITS)
-                .evaluate(&inputs?, &mut Vec::new()),
-        )
+        Some(tape.prepare::<Big>(BITS).evaluate(&inputs?, &mut Vec::new()))
     }
 
     fn wide_value(&self, pool: &Pool, symbol: Symbol) -> Option<Big> {
@@ -597,10 +519,7 @@ impl<'a> Checker<'a> {
         }
         let wide = self.wide(pool, expressions)?;
         let both = wide.iter().zip(powers.iter().cycle());
-        Some(
-            both.map(|(own, power)| own.scale(-power).to_ball())
-                .collect(),
-        )
+        Some(both.map(|(own, power)| own.scale(-power).to_ball()).collect())
     }
 
     /// M and K at the values at hand, column by column.
@@ -626,17 +545,10 @@ impl<'a> Checker<'a> {
     /// The frequencies of M and K at the values at hand.
     fn solved(&self, pool: &Pool, pair: &Pair) -> Option<Vec<Reference>> {
         let (mass, stiffness) = self.evaluated(pool, pair)?;
-        let problem = Problem {
-            dimension: pair.len(),
-            mass,
-            stiffness,
-            zero_vectors: Vec::new(),
-        };
+        let problem = Problem { dimension: pair.len(), mass, stiffness, zero_vectors: Vec::new() };
         let spectrum = modes::solve(&problem, &Options::default().without_vectors()).ok()?;
-        let modes = spectrum.modes.into_iter().map(|mode| Reference {
-            omega_squared: mode.omega_squared,
-            symmetry: None,
-        });
+        let modes =
+            spectrum.modes.into_iter().map(|mode| Reference { omega_squared: mode.omega_squared, symmetry: None });
         Some(modes.collect())
     }
 }

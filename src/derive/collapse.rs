@@ -43,9 +43,8 @@ fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
 
 /// Uses the addition theorems wherever two terms become one.
 pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
-    let is_angle = |pool: &Pool, id: ExprId| {
-        angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some()
-    };
+    let is_angle =
+        |pool: &Pool, id: ExprId| angle(pool, id, Function::Sin).is_some() || angle(pool, id, Function::Cos).is_some();
     let mut any = false;
     for monomial in monomials.keys() {
         any |= monomial.iter().any(|(base, _)| is_angle(pool, *base));
@@ -80,12 +79,7 @@ pub(super) fn collapse(pool: &mut Pool, monomials: &mut Monomials) {
 /// What one or two terms become: those that go, and the one that comes with its coefficient.
 type Step = ([Option<Monomial>; 2], Monomial, Number);
 /// cos^2 + sin^2 = 1.
-fn squares(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
+fn squares(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let two = Number::from(2);
     for (base, exponent) in monomial {
         if exponent.is_integer()
@@ -96,11 +90,7 @@ fn squares(
             let partner = changed(monomial, &[(*base, -2), (sine, 2)]);
             if monomials.get(&partner) == Some(coefficient) {
                 let new = changed(monomial, &[(*base, -2)]);
-                return Some((
-                    [Some(monomial.clone()), Some(partner)],
-                    new,
-                    coefficient.clone(),
-                ));
+                return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.clone()));
             }
         }
     }
@@ -108,21 +98,13 @@ fn squares(
 }
 
 /// 1 - cos^2 = sin^2, 1 - sin^2 = cos^2 and cos^2 - sin^2 = cos of the doubled angle.
-fn complements(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
+fn complements(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let two = Number::from(2);
     for (base, exponent) in monomial {
         if !exponent.is_integer() || *exponent < two {
             continue;
         }
-        for (own, other) in [
-            (Function::Cos, Function::Sin),
-            (Function::Sin, Function::Cos),
-        ] {
+        for (own, other) in [(Function::Cos, Function::Sin), (Function::Sin, Function::Cos)] {
             let Some(x) = angle(pool, *base, own) else {
                 continue;
             };
@@ -139,11 +121,7 @@ fn complements(
                 let cosine = pool.cos(doubled);
                 let (sign, cosine) = split(pool, cosine);
                 let new = times(pool, &without, cosine)?;
-                return Some((
-                    [Some(monomial.clone()), Some(partner)],
-                    new,
-                    coefficient.mul(&sign),
-                ));
+                return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.mul(&sign)));
             }
         }
     }
@@ -151,12 +129,7 @@ fn complements(
 }
 
 /// cos(a)cos(b) ± sin(a)sin(b) and sin(a)cos(b) ± cos(a)sin(b).
-fn products(
-    pool: &mut Pool,
-    monomials: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
+fn products(pool: &mut Pool, monomials: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let one = Number::ONE;
     let usable = |exponent: &Number| exponent.is_integer() && *exponent >= one;
     for (at, (first, e1)) in monomial.iter().enumerate() {
@@ -165,14 +138,8 @@ fn products(
                 continue;
             }
             // Both cosines, or the one with the sine first.
-            let cosines = (
-                angle(pool, *first, Function::Cos),
-                angle(pool, *second, Function::Cos),
-            );
-            let sines = (
-                angle(pool, *first, Function::Sin),
-                angle(pool, *second, Function::Sin),
-            );
+            let cosines = (angle(pool, *first, Function::Cos), angle(pool, *second, Function::Cos));
+            let sines = (angle(pool, *first, Function::Sin), angle(pool, *second, Function::Sin));
             let (a, b, mixed) = match (cosines, sines) {
                 ((Some(a), Some(b)), _) => (a, b, false),
                 ((_, Some(b)), (Some(a), _)) => (a, b, true),
@@ -198,35 +165,18 @@ fn products(
                 continue;
             }
             // cos cos + sin sin is of the difference, sin cos + cos sin of the sum.
-            let argument = if same == mixed {
-                pool.add(a, b)
-            } else {
-                pool.sub(a, b)
-            };
-            let value = if mixed {
-                pool.sin(argument)
-            } else {
-                pool.cos(argument)
-            };
+            let argument = if same == mixed { pool.add(a, b) } else { pool.sub(a, b) };
+            let value = if mixed { pool.sin(argument) } else { pool.cos(argument) };
             let (sign, value) = split(pool, value);
             let new = times(pool, &rest, value)?;
-            return Some((
-                [Some(monomial.clone()), Some(partner)],
-                new,
-                coefficient.mul(&sign),
-            ));
+            return Some(([Some(monomial.clone()), Some(partner)], new, coefficient.mul(&sign)));
         }
     }
     None
 }
 
 /// sin(x/2)cos(x/2) = sin(x)/2, where only that rids an angle of its fraction.
-fn halves(
-    pool: &mut Pool,
-    _: &Monomials,
-    monomial: &Monomial,
-    coefficient: &Number,
-) -> Option<Step> {
+fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Number) -> Option<Step> {
     let one = Number::ONE;
     for (base, exponent) in monomial {
         let Some(x) = angle(pool, *base, Function::Sin) else {

@@ -53,10 +53,7 @@ pub(super) fn conserved(
 ) -> Vec<Conserved> {
     let mut occurs = vec![false; variables.coordinates.len()];
     let mut drives = false;
-    let values = lagrangian
-        .inertia
-        .values()
-        .chain(lagrangian.linear.values());
+    let values = lagrangian.inertia.values().chain(lagrangian.linear.values());
     let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
     for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
         if let Some(i) = variables.coordinate(symbol)
@@ -81,26 +78,14 @@ pub(super) fn conserved(
         .collect();
     let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
     if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
-        let mut search = Search {
-            model,
-            pool: &mut *pool,
-            variables,
-            lagrangian,
-            dissipation,
-        };
+        let mut search = Search { model, pool: &mut *pool, variables, lagrangian, dissipation };
         for (motion, generator) in search.generators(&moving) {
             let (momenta, value) = sum_of_momenta(pool, short, &generator, momenta);
-            result.push(Conserved::Motion {
-                motion,
-                momenta,
-                value,
-            });
+            result.push(Conserved::Motion { motion, momenta, value });
         }
     }
     if !drives && !rubs.contains(&true) {
-        let is_total = lagrangian.linear.is_empty()
-            && lagrangian.other.is_empty()
-            && !lagrangian.has_rest_energy;
+        let is_total = lagrangian.linear.is_empty() && lagrangian.other.is_empty() && !lagrangian.has_rest_energy;
         result.push(Conserved::Energy { is_total });
     }
     result
@@ -127,9 +112,7 @@ impl Search<'_> {
         for vector in self.translations(moving) {
             let name = translation_name(self.model, &vector);
             let moved = vector.into_iter().enumerate().filter(|(_, x)| !x.is_zero());
-            let generator: Generator = moved
-                .map(|(i, value)| (i, self.pool.number(value)))
-                .collect();
+            let generator: Generator = moved.map(|(i, value)| (i, self.pool.number(value))).collect();
             if self.rubs_nowhere(&generator) {
                 found.push((name, generator));
             }
@@ -150,25 +133,15 @@ impl Search<'_> {
         let inertia = self.lagrangian.inertia.values();
         let all = inertia.chain(self.lagrangian.linear.values());
         let all: Vec<ExprId> = all.chain(&self.lagrangian.other).copied().collect();
-        let slopes = all
-            .into_iter()
-            .map(|e| self.variables.slopes(self.pool, e))
-            .filter(|slopes| !slopes.is_empty());
+        let slopes = all.into_iter().map(|e| self.variables.slopes(self.pool, e)).filter(|slopes| !slopes.is_empty());
         slopes.collect()
     }
 
     /// Constant vectors along which nothing in L changes.
     fn translations(&mut self, moving: &[usize]) -> Vec<Vec<Number>> {
-        let forces: Slopes = self
-            .lagrangian
-            .forces
-            .iter()
-            .map(|(i, f)| (*i, *f))
-            .collect();
+        let forces: Slopes = self.lagrangian.forces.iter().map(|(i, f)| (*i, *f)).collect();
         let mut rows = Vec::new();
-        if self.sample(&forces, moving, &mut rows).is_none()
-            || nullspace_mod(&mut rows, moving.len()).is_empty()
-        {
+        if self.sample(&forces, moving, &mut rows).is_none() || nullspace_mod(&mut rows, moving.len()).is_empty() {
             return Vec::new();
         }
         let mut gradients = self.gradients();
@@ -224,10 +197,7 @@ impl Search<'_> {
     fn rotation(&mut self, rotation: &Rotation, moving: &[usize]) -> Option<Generator> {
         let parts = rotation.parts();
         // What does not occur in L does not turn with the others.
-        if !parts
-            .iter()
-            .any(|(i, _, _)| moving.binary_search(i).is_ok())
-        {
+        if !parts.iter().any(|(i, _, _)| moving.binary_search(i).is_ok()) {
             return None;
         }
         let signed = |pool: &mut Pool, symbol, minus: bool| {
@@ -303,11 +273,7 @@ impl Search<'_> {
         let mut ordered = rotation.parts();
         ordered.sort_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
         let ordered = ordered.into_iter();
-        Some(
-            ordered
-                .filter_map(|(i, _, _)| Some((i, at.get(&i)?.0)))
-                .collect(),
-        )
+        Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
     }
 
     /// Whether friction does no work along a motion: the sum of xi_i dF/dq_i' is 0.
@@ -338,11 +304,7 @@ fn sum_of_momenta(
         named.push(MotionTerm::new(*xi, &[(Motion::Momentum(*i), 1)]));
         for term in momenta.get(*i).iter().flat_map(|sum| &sum.terms) {
             let value = pool.mul(*xi, term.coefficient);
-            let value = if term.negative {
-                pool.neg(value)
-            } else {
-                value
-            };
+            let value = if term.negative { pool.neg(value) } else { value };
             parts.entry(term.motion.clone()).or_default().push(value);
         }
     }

@@ -63,22 +63,13 @@ pub struct Reduced {
 
 impl Tangent {
     pub(super) fn new(constraints: SymbolicConstraints) -> Self {
-        Self {
-            multipliers: constraints.multipliers,
-            gradients: constraints.gradients,
-            reduced: None,
-        }
+        Self { multipliers: constraints.multipliers, gradients: constraints.gradients, reduced: None }
     }
 }
 
 /// Simplifies what constraints add to a page, and works out what moves under them. Comes last: the page of what moves has a copy
 /// of all expressions.
-pub(super) fn reduce(
-    page: &mut Derivation,
-    short: &mut Simplifier,
-    checker: &Checker<'_>,
-    parts: &Parts,
-) {
+pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
     let (pool, names) = (&mut page.pool, &page.names);
     let Ok(linear) = &mut page.linear else {
         return;
@@ -94,11 +85,7 @@ pub(super) fn reduce(
     if let Some((free, directions)) = solved
         && !free.is_empty()
     {
-        let of = |list: &[String]| -> Vec<String> {
-            free.iter()
-                .filter_map(|at| list.get(*at).cloned())
-                .collect()
-        };
+        let of = |list: &[String]| -> Vec<String> { free.iter().filter_map(|at| list.get(*at).cloned()).collect() };
         let mut project = |rows: &[Vec<ExprId>]| congruent(pool, rows, &directions);
         let mut reduced = Linear {
             equilibrium: free.iter().map(|at| linear.equilibrium[*at]).collect(),
@@ -134,17 +121,11 @@ pub(super) fn reduce(
         let follows = others
             .map(|i| {
                 let terms = directions[i].iter().zip(&free);
-                let terms = terms
-                    .map(|(value, at)| MotionTerm::new(*value, &[(Motion::Displacement(*at), 1)]));
+                let terms = terms.map(|(value, at)| MotionTerm::new(*value, &[(Motion::Displacement(*at), 1)]));
                 (i, MotionSum::new(pool, terms))
             })
             .collect();
-        tangent.reduced = Some(Reduced {
-            free,
-            directions,
-            follows,
-            derivation: Box::new(derivation),
-        });
+        tangent.reduced = Some(Reduced { free, directions, follows, derivation: Box::new(derivation) });
     }
     linear.tangent = Some(tangent);
 }
@@ -159,20 +140,14 @@ fn directions(
     let n = gradients.first()?.len();
     let is_pivot = |pool: &Pool, e: ExprId| checker.differs_from_zero(pool, e);
     // The last coordinates that will do follow the others.
-    let turned: Vec<Vec<ExprId>> = (0..n)
-        .rev()
-        .map(|i| gradients.iter().map(|row| row[i]).collect())
-        .collect();
+    let turned: Vec<Vec<ExprId>> = (0..n).rev().map(|i| gradients.iter().map(|row| row[i]).collect()).collect();
     // Columns of A that are independent, as rows of its transpose.
     let columns = linearize::eliminate(pool, turned, gradients.len(), &is_pivot)?;
     let mut bound: Vec<usize> = columns.pivots.iter().map(|(_, row)| n - 1 - row).collect();
     bound.sort_unstable();
     let free: Vec<usize> = (0..n).filter(|i| !bound.contains(i)).collect();
     let sorted: Vec<usize> = bound.iter().chain(&free).copied().collect();
-    let rows: Vec<Vec<ExprId>> = gradients
-        .iter()
-        .map(|row| sorted.iter().map(|i| row[*i]).collect())
-        .collect();
+    let rows: Vec<Vec<ExprId>> = gradients.iter().map(|row| sorted.iter().map(|i| row[*i]).collect()).collect();
     let Eliminated { pivots, rows } = linearize::eliminate(pool, rows, bound.len(), &is_pivot)?;
     let (zero, one) = (pool.zero(), pool.one());
     let mut directions = vec![vec![zero; free.len()]; n];
@@ -207,20 +182,13 @@ fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Ve
             }
         }
     }
-    parts
-        .iter()
-        .map(|row| row.iter().map(|parts| pool.sum(parts)).collect())
-        .collect()
+    parts.iter().map(|row| row.iter().map(|parts| pool.sum(parts)).collect()).collect()
 }
 
 impl Linear {
     /// Without matrices of which nothing is left.
     fn forget_zeros(&mut self, pool: &Pool) {
-        let others = [
-            &mut self.gyroscopic,
-            &mut self.damping,
-            &mut self.circulatory,
-        ];
+        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for matrix in others {
             let vanishes = matrix.as_ref().is_some_and(|rows| {
                 let mut entries = rows.iter().flatten();

@@ -82,13 +82,7 @@ struct Names<'a> {
 }
 
 impl Names<'_> {
-    fn name(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        letters: &[&str],
-        value: ExprId,
-    ) -> ExprId {
+    fn name(&mut self, pool: &mut Pool, short: &mut Simplifier, letters: &[&str], value: ExprId) -> ExprId {
         self.numbered(pool, short, letters, None, value)
     }
 
@@ -127,12 +121,7 @@ pub(super) fn solve(
     before: usize,
 ) -> Option<(u64, Solved)> {
     let letter = model.unused_name(&["n", "j", "r", "u"]);
-    let mut written = Names {
-        model: None,
-        suffix: String::new(),
-        coefficients: false,
-        given: Vec::new(),
-    };
+    let mut written = Names { model: None, suffix: String::new(), coefficients: false, given: Vec::new() };
     let biquadratic = match sums {
         [a, b, c, _] => {
             let q = middle(pool, *a, *b, *c);
@@ -147,27 +136,16 @@ pub(super) fn solve(
     for (model, coefficients) in [(None, false), (Some(model), false), (Some(model), true)] {
         let mut names = Names {
             model,
-            suffix: if before == 0 {
-                String::new()
-            } else {
-                (before + 1).to_string()
-            },
+            suffix: if before == 0 { String::new() } else { (before + 1).to_string() },
             coefficients,
             given: Vec::new(),
         };
         let found = zeros(pool, short, &mut names, sums, biquadratic, &letter);
-        let numbers = found
-            .family
-            .as_ref()
-            .map(|_| (letter.clone(), vec![0, 1, 2]));
+        let numbers = found.family.as_ref().map(|_| (letter.clone(), vec![0, 1, 2]));
         let shown = found.family.map_or(found.all, |family| vec![family]);
         let formulas: Vec<SolvedFormula> = shown
             .into_iter()
-            .map(|terms| SolvedFormula {
-                omega_squared: pool.sum(&terms),
-                terms,
-                numbers: numbers.clone(),
-            })
+            .map(|terms| SolvedFormula { omega_squared: pool.sum(&terms), terms, numbers: numbers.clone() })
             .collect();
         let shown = formulas.iter().map(|formula| formula.omega_squared);
         let shown: Vec<ExprId> = shown.chain(names.given.iter().map(|(_, e)| *e)).collect();
@@ -175,17 +153,10 @@ pub(super) fn solve(
         let weight = weights.fold(0, u64::saturating_add);
         if best.as_ref().is_none_or(|(least, _)| weight < *least) {
             let abbreviations = names.given.into_iter();
-            let abbreviations = abbreviations.map(|(name, value)| Abbreviation {
-                names: vec![name],
-                value,
-                modes: None,
-            });
-            let solved = Solved {
-                formulas,
-                abbreviations: abbreviations.collect(),
-                frequencies: all.clone(),
-                symmetry: None,
-            };
+            let abbreviations =
+                abbreviations.map(|(name, value)| Abbreviation { names: vec![name], value, modes: None });
+            let solved =
+                Solved { formulas, abbreviations: abbreviations.collect(), frequencies: all.clone(), symmetry: None };
             best = Some((weight, solved));
         }
     }
@@ -210,10 +181,7 @@ fn zeros(
         [a, b] => quadratic(pool, short, [a, b]),
         [a, b, c] => cubic(pool, short, names, [a, b, c], letter),
         [a, b, c, d] => quartic(pool, short, names, [a, b, c, d], biquadratic),
-        _ => Zeros {
-            all: Vec::new(),
-            family: None,
-        },
+        _ => Zeros { all: Vec::new(), family: None },
     }
 }
 
@@ -222,11 +190,7 @@ fn ratio(numerator: i64, denominator: i64) -> Number {
 }
 
 fn shortened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
-    if short.weight(pool, e) <= MOST_TO_SIMPLIFY {
-        short.simplify(pool, e)
-    } else {
-        e
-    }
+    if short.weight(pool, e) <= MOST_TO_SIMPLIFY { short.simplify(pool, e) } else { e }
 }
 
 /// s_1/2 ± sqrt(s_1^2/4 - s_2)
@@ -238,10 +202,7 @@ fn quadratic(pool: &mut Pool, short: &mut Simplifier, [a, b]: [ExprId; 2]) -> Ze
     let (size, _) = root(pool, short, inside);
     let signs = [Number::MINUS_ONE, Number::ONE];
     let all = signs.map(|sign| vec![half, pool.scale(size, &sign)]);
-    Zeros {
-        all: all.to_vec(),
-        family: None,
-    }
+    Zeros { all: all.to_vec(), family: None }
 }
 
 fn cubic(
@@ -255,18 +216,11 @@ fn cubic(
     let square = pool.square(a);
     let p = pool.linear(&[(square, ratio(1, 9)), (b, ratio(-1, 3))]);
     if pool.is_zero(p) == ZeroVerdict::Zero {
-        return Zeros {
-            all: vec![vec![middle]; 3],
-            family: None,
-        };
+        return Zeros { all: vec![vec![middle]; 3], family: None };
     }
     let p = shortened(pool, short, p);
     let (cube, product) = (pool.powi(a, 3), pool.mul(a, b));
-    let q = [
-        (cube, ratio(1, 27)),
-        (product, ratio(-1, 6)),
-        (c, ratio(1, 2)),
-    ];
+    let q = [(cube, ratio(1, 27)), (product, ratio(-1, 6)), (c, ratio(1, 2))];
     let q = pool.linear(&q);
     let q = shortened(pool, short, q);
     let p = names.name(pool, short, &["p", "P", "rho"], p);
@@ -288,20 +242,13 @@ fn cubic(
     let all = numbers.map(|n| zero(pool, n)).to_vec();
     let any = pool.variable(letter);
     let family = zero(pool, any);
-    Zeros {
-        all,
-        family: Some(family),
-    }
+    Zeros { all, family: Some(family) }
 }
 
 /// q of the quartic: -s_3 + s_1 s_2/2 - s_1^3/8.
 fn middle(pool: &mut Pool, a: ExprId, b: ExprId, c: ExprId) -> ExprId {
     let (cube, product) = (pool.powi(a, 3), pool.mul(a, b));
-    pool.linear(&[
-        (c, Number::MINUS_ONE),
-        (product, Number::half()),
-        (cube, ratio(-1, 8)),
-    ])
+    pool.linear(&[(c, Number::MINUS_ONE), (product, Number::half()), (cube, ratio(-1, 8))])
 }
 
 fn quartic(
@@ -317,12 +264,7 @@ fn quartic(
     let p = shortened(pool, short, p);
     let (ac, aab) = (pool.mul(a, c), pool.mul(square, b));
     let fourth = pool.powi(a, 4);
-    let r = pool.linear(&[
-        (d, one.clone()),
-        (ac, ratio(-1, 4)),
-        (aab, ratio(1, 16)),
-        (fourth, ratio(-3, 256)),
-    ]);
+    let r = pool.linear(&[(d, one.clone()), (ac, ratio(-1, 4)), (aab, ratio(1, 16)), (fourth, ratio(-3, 256))]);
     let r = shortened(pool, short, r);
     let p = names.name(pool, short, &["p", "P", "rho"], p);
     let quarter = pool.scale(a, &ratio(1, 4));
@@ -352,11 +294,7 @@ fn quartic(
     let size = shortened(pool, short, size);
     let (size, _) = root(pool, short, size);
     let (pr, qq) = (pool.mul(p, r), pool.square(q));
-    let above = pool.linear(&[
-        (cube, one.clone()),
-        (pr, Number::from(-36)),
-        (qq, ratio(27, 2)),
-    ]);
+    let above = pool.linear(&[(cube, one.clone()), (pr, Number::from(-36)), (qq, ratio(27, 2))]);
     let above = shortened(pool, short, above);
     let cosine = pool.product_of_powers(&[(above, one.clone()), (size, ratio(-3, 1))]);
     let phi = pool.apply(Function::Acos, cosine);
@@ -369,19 +307,11 @@ fn quartic(
     let width = pool.sqrt(y);
     let slope = pool.div(q, width);
     for sign in [-1, 1] {
-        let inside = pool.linear(&[
-            (p, Number::from(-2)),
-            (y, Number::MINUS_ONE),
-            (slope, Number::from(-2 * sign)),
-        ]);
+        let inside = pool.linear(&[(p, Number::from(-2)), (y, Number::MINUS_ONE), (slope, Number::from(-2 * sign))]);
         let half = pool.sqrt(inside);
         for other in [-1, 1] {
             let (first, second) = (ratio(sign, 2), ratio(other, 2));
-            all.push(vec![
-                quarter,
-                pool.scale(width, &first),
-                pool.scale(half, &second),
-            ]);
+            all.push(vec![quarter, pool.scale(width, &first), pool.scale(half, &second)]);
         }
     }
     Zeros { all, family: None }

@@ -78,10 +78,7 @@ pub(super) fn energy_function(
             let half = pool.scale(*value, &Number::half());
             MotionTerm::new(half, &[(Motion::Velocity(*i), 2)])
         } else {
-            MotionTerm::new(
-                *value,
-                &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)],
-            )
+            MotionTerm::new(*value, &[(Motion::Velocity(*i), 1), (Motion::Velocity(*j), 1)])
         });
     }
     let rest = without_velocities(pool, short, variables, lagrangian);
@@ -182,11 +179,7 @@ fn is_zero(pool: &Pool, e: ExprId) -> bool {
 }
 
 /// 1/2 sum m_ij x_i x_j written out.
-pub(super) fn quadratic_form(
-    pool: &mut Pool,
-    matrix: &[Vec<ExprId>],
-    motion: impl Fn(usize) -> Motion,
-) -> MotionSum {
+pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: impl Fn(usize) -> Motion) -> MotionSum {
     let mut terms = Vec::new();
     for (i, row) in matrix.iter().enumerate() {
         for (j, value) in row.iter().enumerate().skip(i) {
@@ -198,10 +191,7 @@ pub(super) fn quadratic_form(
             });
         }
     }
-    let count = terms
-        .iter()
-        .filter(|term| !is_zero(pool, term.coefficient))
-        .count();
+    let count = terms.iter().filter(|term| !is_zero(pool, term.coefficient)).count();
     if count == 1 {
         for term in &mut terms {
             term.coefficient = pool.scale(term.coefficient, &Number::half());

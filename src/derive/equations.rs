@@ -28,10 +28,7 @@ fn velocities(i: usize, j: usize) -> Factors {
     if i == j {
         vec![(Motion::Velocity(i), 2)]
     } else {
-        vec![
-            (Motion::Velocity(i.min(j)), 1),
-            (Motion::Velocity(i.max(j)), 1),
-        ]
+        vec![(Motion::Velocity(i.min(j)), 1), (Motion::Velocity(i.max(j)), 1)]
     }
 }
 
@@ -72,10 +69,7 @@ pub(super) fn equations(
 }
 
 fn add(parts: &mut Parts, equation: usize, motion: Factors, value: ExprId, factor: Number) {
-    parts
-        .entry((equation, motion))
-        .or_default()
-        .push((value, factor));
+    parts.entry((equation, motion)).or_default().push((value, factor));
 }
 
 /// From T2: each A_ij with i < j stands for A_ij q_i' q_j', each A_ii for 1/2 A_ii q_i'^2.
@@ -83,21 +77,9 @@ fn quadratic(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, pa
     let one = Number::ONE;
     for ((i, j), value) in &lagrangian.inertia {
         let (i, j) = (*i, *j);
-        add(
-            parts,
-            i,
-            single(Motion::Acceleration(j)),
-            *value,
-            one.clone(),
-        );
+        add(parts, i, single(Motion::Acceleration(j)), *value, one.clone());
         if i != j {
-            add(
-                parts,
-                j,
-                single(Motion::Acceleration(i)),
-                *value,
-                one.clone(),
-            );
+            add(parts, j, single(Motion::Acceleration(i)), *value, one.clone());
         }
         for (k, slope) in variables.slopes(pool, *value) {
             add(parts, i, velocities(j, k), slope, one.clone());
@@ -122,13 +104,7 @@ fn linear(pool: &mut Pool, variables: &Variables, lagrangian: &Lagrangian, parts
         for (j, slope) in variables.slopes(pool, *value) {
             if j != *i {
                 add(parts, *i, single(Motion::Velocity(j)), slope, Number::ONE);
-                add(
-                    parts,
-                    j,
-                    single(Motion::Velocity(*i)),
-                    slope,
-                    Number::MINUS_ONE,
-                );
+                add(parts, j, single(Motion::Velocity(*i)), slope, Number::MINUS_ONE);
             }
         }
         let rate = variables.by_time(pool, *value);
@@ -143,13 +119,7 @@ fn general(pool: &mut Pool, variables: &Variables, term: ExprId, parts: &mut Par
     }
     for (i, momentum) in variables.velocity_slopes(pool, term) {
         for (j, value) in variables.velocity_slopes(pool, momentum) {
-            add(
-                parts,
-                i,
-                single(Motion::Acceleration(j)),
-                value,
-                Number::ONE,
-            );
+            add(parts, i, single(Motion::Acceleration(j)), value, Number::ONE);
         }
         for (j, value) in variables.slopes(pool, momentum) {
             add(parts, i, single(Motion::Velocity(j)), value, Number::ONE);
@@ -197,7 +167,5 @@ pub(super) fn linearized(pool: &mut Pool, linear: &Linear) -> Vec<MotionSum> {
 /// The sum of a row's entries times motions.
 fn terms(row: &[ExprId], motion: fn(usize) -> Motion) -> Vec<MotionTerm> {
     let entries = row.iter().enumerate();
-    entries
-        .map(|(j, value)| MotionTerm::new(*value, &[(motion(j), 1)]))
-        .collect()
+    entries.map(|(j, value)| MotionTerm::new(*value, &[(motion(j), 1)])).collect()
 }

@@ -70,10 +70,7 @@ pub(super) fn roots(
     for (i, force) in &lagrangian.forces {
         let symbols = pool.symbols(*force);
         let alone = symbols.iter().all(|symbol| {
-            variables.time != Some(*symbol)
-                && variables
-                    .coordinate(*symbol)
-                    .is_none_or(|other| other == *i)
+            variables.time != Some(*symbol) && variables.coordinate(*symbol).is_none_or(|other| other == *i)
         });
         // With b_i(t) there is a force db_i/dt besides.
         if alone && !lagrangian.linear.contains_key(i) {
@@ -113,9 +110,7 @@ fn roots_of(
 }
 
 fn moves(pool: &Pool, variables: &Variables, coordinate: usize, e: ExprId) -> bool {
-    pool.depends_on(e, &|symbol| {
-        variables.coordinate(symbol) == Some(coordinate)
-    })
+    pool.depends_on(e, &|symbol| variables.coordinate(symbol) == Some(coordinate))
 }
 
 /// The root of a factor that is A + B*u, with u the coordinate or a sine or cosine.
@@ -155,9 +150,8 @@ fn root(
             continue;
         }
         let parts = pool.factors(term);
-        let (own, others): (Vec<_>, Vec<_>) = parts
-            .into_iter()
-            .partition(|(base, _)| moves(pool, variables, coordinate, *base));
+        let (own, others): (Vec<_>, Vec<_>) =
+            parts.into_iter().partition(|(base, _)| moves(pool, variables, coordinate, *base));
         let [(base, exponent)] = own.as_slice() else {
             return None;
         };
@@ -192,12 +186,7 @@ fn quotient(
 ) -> Root {
     let quotient = pool.div(rest, slope);
     let value = pool.neg(quotient);
-    Root {
-        coordinate,
-        left,
-        value: short.simplify(pool, value),
-        condition: None,
-    }
+    Root { coordinate, left, value: short.simplify(pool, value), condition: None }
 }
 
 /// The angle of a sine or cosine.
@@ -224,10 +213,7 @@ fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
         let Some(own) = angle(pool, root.left) else {
             continue;
         };
-        if pool
-            .as_number(root.value)
-            .is_some_and(|v| v.abs() <= Number::ONE)
-        {
+        if pool.as_number(root.value).is_some_and(|v| v.abs() <= Number::ONE) {
             continue;
         }
         let strict = lone.contains(&Some(own));
@@ -242,11 +228,8 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
     let (content, core) = pool.split_content(value);
     let mut factors: Vec<(ExprId, Number)> = Vec::new();
     for (base, exponent) in pool.factors(core) {
-        let size = if exponent.is_integer() && exponent.is_even() {
-            base
-        } else {
-            size(pool, checker, base, &mut signs)
-        };
+        let size =
+            if exponent.is_integer() && exponent.is_even() { base } else { size(pool, checker, base, &mut signs) };
         factors.push((size, exponent));
     }
     let highest = factors.iter().map(|(_, e)| e.abs()).max();
@@ -266,11 +249,9 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         let right = if is_above { rest } else { pool.powi(rest, -1) };
         (left, right, is_above)
     } else {
-        let (below, mut above): (Vec<_>, Vec<_>) =
-            factors.into_iter().partition(|(_, e)| e.is_negative());
+        let (below, mut above): (Vec<_>, Vec<_>) = factors.into_iter().partition(|(_, e)| e.is_negative());
         above.push((number, Number::ONE));
-        let below: Vec<(ExprId, Number)> =
-            below.into_iter().map(|(base, e)| (base, e.neg())).collect();
+        let below: Vec<(ExprId, Number)> = below.into_iter().map(|(base, e)| (base, e.neg())).collect();
         let left = pool.product_of_powers(&above);
         (left, pool.product_of_powers(&below), false)
     };
@@ -282,12 +263,7 @@ fn condition(pool: &mut Pool, checker: &Checker<'_>, value: ExprId, strict: bool
         (false, true) => Relation::Less,
         (false, false) => Relation::LessOrEqual,
     };
-    Condition {
-        left,
-        relation,
-        right,
-        signs,
-    }
+    Condition { left, relation, right, signs }
 }
 
 /// The absolute value of a factor; without bars where the values of the parameters tell its sign.

@@ -65,16 +65,12 @@ pub(super) fn closed_forms(
         if is_free(pool, &own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
-            found
-                .shapes
-                .extend(small_part(pool, short, &own, part, request));
+            found.shapes.extend(small_part(pool, short, &own, part, request));
         } else if let Some(mut lattice) = lattice(pool, short, &own) {
             let symmetry = symmetry.filter(|_| named && parts.len() == 1);
             add_lattice(pool, short, &lattice, symmetry, request.model, found);
             // Two of a chain or ring are not only numbered, their modes can be written down.
-            found
-                .shapes
-                .extend(small_part(pool, short, &own, part, request));
+            found.shapes.extend(small_part(pool, short, &own, part, request));
             lattice.order = lattice.order.iter().map(|i| part[*i]).collect();
             found.lattices.push(lattice);
         } else {
@@ -106,35 +102,22 @@ pub(super) fn closed_forms(
             let angle = angles.general(pool, number);
             let branches = waves.general(pool, angle);
             // A formula that nobody can read is worse than the frequencies one by one.
-            if branches
-                .iter()
-                .all(|e| short.weight(pool, *e) <= MOST_SYMBOLS)
-            {
+            if branches.iter().all(|e| short.weight(pool, *e) <= MOST_SYMBOLS) {
                 let branches = branches.into_iter();
-                found.series.extend(branches.map(|omega_squared| Series {
-                    omega_squared,
-                    numbers: vec![(letter.clone(), angles)],
-                }));
+                found.series.extend(
+                    branches.map(|omega_squared| Series { omega_squared, numbers: vec![(letter.clone(), angles)] }),
+                );
             }
             return;
         }
         let mirrors = commuting_mirrors(symmetry);
-        let kept =
-            |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
+        let kept = |g: &SignedPermutation| rest.iter().all(|i| rest.binary_search(&g.of(*i).0).is_ok());
         if !mirrors.is_empty() && mirrors.iter().all(kept) {
             let is_class = named && matches!(symmetry.kind, GroupKind::Mirrors(_));
             for part in adapted(&mirrors, &rest) {
                 let block = pair.projected(pool, short, &part.basis);
                 let class = is_class.then(|| symmetry.class_under_mirrors(&part.odd));
-                solve_parts(
-                    pool,
-                    short,
-                    &block,
-                    &part.basis,
-                    class.clone(),
-                    request,
-                    found,
-                );
+                solve_parts(pool, short, &block, &part.basis, class.clone(), request, found);
                 if let Some(class) = class {
                     let (mass, stiffness) = block.dense(pool);
                     found.blocks.push(Block {
@@ -158,13 +141,7 @@ fn units(coordinates: &[usize]) -> Vec<Sparse> {
 }
 
 /// The modes of a part whose frequencies are known otherwise.
-fn small_part(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    own: &Pair,
-    part: &[usize],
-    request: Request<'_>,
-) -> Vec<Shape> {
+fn small_part(pool: &mut Pool, short: &mut Simplifier, own: &Pair, part: &[usize], request: Request<'_>) -> Vec<Shape> {
     if part.len() > 2 {
         return Vec::new();
     }
@@ -231,9 +208,10 @@ fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
         return e;
     };
     let factors = factors.to_vec();
-    let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| {
-        exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. })
-    });
+    let sums = factors
+        .iter()
+        .enumerate()
+        .filter(|(_, (base, exponent))| exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. }));
     let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
     let [at] = sums.as_slice() else {
         return e;
@@ -242,8 +220,7 @@ fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
         return e;
     };
     let divides = |term: &ExprId| {
-        let of_factors =
-            |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
+        let of_factors = |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
         matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
     };
     if !terms.iter().any(|(term, _)| divides(term)) {
@@ -285,15 +262,9 @@ fn add_lattice(
         let number = pool.variable(name);
         general.push(angles.general(pool, number));
     }
-    found.series.push(Series {
-        omega_squared: lattice.at(pool, &general),
-        numbers: numbers.clone(),
-    });
+    found.series.push(Series { omega_squared: lattice.at(pool, &general), numbers: numbers.clone() });
     // Each dimension: the angles with the numbers and multiplicities.
-    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers
-        .iter()
-        .map(|(_, angles)| angles.distinct(pool))
-        .collect();
+    let choices: Vec<Vec<(i64, ExprId, usize)>> = numbers.iter().map(|(_, angles)| angles.distinct(pool)).collect();
     let mut all: Vec<(Vec<i64>, Vec<ExprId>, usize)> = vec![(Vec::new(), Vec::new(), 1)];
     for choices in &choices {
         let mut next = Vec::with_capacity(all.len() * choices.len());
@@ -331,12 +302,8 @@ impl Lattice {
         };
         match (&symmetry?.kind, dimension.ends) {
             (GroupKind::Ring { .. }, Ends::Joined) => usize::try_from(*j).map(wave_number).ok(),
-            (GroupKind::Mirrors(mirrors), Ends::Corners(left, right))
-                if left == right && mirrors.len() == 1 =>
-            {
-                let mut signs = mirrors
-                    .iter()
-                    .flat_map(|g| self.order.iter().map(|i| g.of(*i).1));
+            (GroupKind::Mirrors(mirrors), Ends::Corners(left, right)) if left == right && mirrors.len() == 1 => {
+                let mut signs = mirrors.iter().flat_map(|g| self.order.iter().map(|i| g.of(*i).1));
                 let turned = signs.next()?;
                 let even = ((j % 2 == 0) == (left == 1)) != turned;
                 let one = signs.all(|sign| sign == turned);

@@ -203,13 +203,7 @@ pub(super) fn frequencies(
         let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
         tied_order = tied_order.max(symmetry.order());
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
-            return Frequencies {
-                general,
-                tied: None,
-                would_be: None,
-                signs,
-                approximations: Vec::new(),
-            };
+            return Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
         }
         let (mut found, modes) = case(request, pool, short, &equal, &symmetry, &ties);
         if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
@@ -227,8 +221,8 @@ pub(super) fn frequencies(
             let all = case.frequencies.iter();
             all.map(|f| short.weight(pool, f.omega_squared)).sum()
         };
-        let better = found.known() > general.known()
-            || (found.known() > 0 && shorter(&found, short) < shorter(&general, short));
+        let better =
+            found.known() > general.known() || (found.known() > 0 && shorter(&found, short) < shorter(&general, short));
         if more_symmetric || better {
             tied = Some(found);
         }
@@ -237,23 +231,13 @@ pub(super) fn frequencies(
     let mut would_be = None;
     let all = Ties::of_a_kind(model, pool, &used, false);
     // Equal parameters may move an equilibrium that depends on them.
-    let at_zero = model
-        .guesses
-        .iter()
-        .chain(&model.equilibria)
-        .all(Option::is_none);
+    let at_zero = model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
     if at_zero && !all.is_empty() && all != ties {
         let map = all.substitution(model, pool);
         let equal = pair.substituted(pool, short, &map);
         let equal = equal.canonical(pool, short);
         if equal.values().iter().any(|value| pool.is_undefined(*value)) {
-            return Frequencies {
-                general,
-                tied,
-                would_be: None,
-                signs,
-                approximations: Vec::new(),
-            };
+            return Frequencies { general, tied, would_be: None, signs, approximations: Vec::new() };
         }
         if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
             && symmetry.order > tied_order
@@ -264,21 +248,12 @@ pub(super) fn frequencies(
             let equal = equal.canonical(pool, short);
             let pattern = equal.pattern(pool);
             if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
-                would_be = Some(Exchange {
-                    generators: symmetry.generators,
-                    kind: symmetry.kind,
-                    ties: needed.sets(model),
-                });
+                would_be =
+                    Some(Exchange { generators: symmetry.generators, kind: symmetry.kind, ties: needed.sets(model) });
             }
         }
     }
-    Frequencies {
-        general,
-        tied,
-        would_be,
-        signs,
-        approximations: Vec::new(),
-    }
+    Frequencies { general, tied, would_be, signs, approximations: Vec::new() }
 }
 
 /// The symmetries of M and K, and of the energies.
@@ -289,26 +264,15 @@ struct Symmetries {
 
 impl Symmetries {
     /// With some parameters equal.
-    fn find(
-        checker: &Checker<'_>,
-        pool: &mut Pool,
-        linear: &Linear,
-        pair: &Pair,
-        ties: &Ties,
-    ) -> Self {
+    fn find(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear, pair: &Pair, ties: &Ties) -> Self {
         let pattern = pair.pattern(pool);
         let may = pair.len() > 1 && Symmetry::may_have_classes(&pattern);
         let known = ties.substitution(checker.model, pool);
-        let model = Model {
-            pool: pool.clone(),
-            ..checker.model.clone()
-        };
+        let model = Model { pool: pool.clone(), ..checker.model.clone() };
         let energies = Invariance::new(model, known, linear.equilibrium.clone());
         Self {
             matrices: Symmetry::find(&pattern),
-            energies: energies
-                .filter(|_| may)
-                .and_then(|mut energies| Symmetry::of_energies(&pattern, &mut energies)),
+            energies: energies.filter(|_| may).and_then(|mut energies| Symmetry::of_energies(&pattern, &mut energies)),
         }
     }
 
@@ -321,11 +285,7 @@ impl Symmetries {
     fn for_blocks(&self) -> (Option<&Symmetry>, bool) {
         let (Some(matrices), Some(energies)) = (&self.matrices, &self.energies) else {
             let named = self.matrices.is_none();
-            let own = if named {
-                &self.energies
-            } else {
-                &self.matrices
-            };
+            let own = if named { &self.energies } else { &self.matrices };
             return (own.as_ref(), named);
         };
         let as_much = match (&matrices.kind, &energies.kind) {
@@ -352,11 +312,7 @@ fn case(
     }
     let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
         .into_iter()
-        .map(|(omega_squared, (multiplicity, symmetry))| Frequency {
-            omega_squared,
-            multiplicity,
-            symmetry,
-        })
+        .map(|(omega_squared, (multiplicity, symmetry))| Frequency { omega_squared, multiplicity, symmetry })
         .collect();
     let case = Case {
         ties: ties.sets(request.model),
@@ -380,14 +336,7 @@ fn case(
 impl Angles {
     /// The angles of a ring of n cells.
     pub(super) fn of_ring(n: i64) -> Self {
-        Self {
-            step: 1,
-            offset: 0,
-            divisor: n,
-            first: 0,
-            last: n - 1,
-            ring: Some(n),
-        }
+        Self { step: 1, offset: 0, divisor: n, first: 0, last: n - 1, ring: Some(n) }
     }
 
     /// The different ones with their multiplicities.

@@ -47,18 +47,10 @@ impl Variables {
         let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
         let numbers = coordinates.iter().chain(&velocities).copied();
         let count = coordinates.len();
-        let numbers = numbers
-            .enumerate()
-            .map(|(at, symbol)| (symbol, at))
-            .collect();
+        let numbers = numbers.enumerate().map(|(at, symbol)| (symbol, at)).collect();
         let time = model.time();
         debug_assert_eq!(count, velocities.len());
-        Self {
-            coordinates,
-            velocities,
-            numbers,
-            time,
-        }
+        Self { coordinates, velocities, numbers, time }
     }
 
     /// The number of the coordinate that a symbol is.
@@ -77,18 +69,14 @@ impl Variables {
     pub(super) fn slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
         let slopes = pool.slopes(e, |symbol| self.coordinate(symbol).is_some());
         let numbered = slopes.into_iter();
-        numbered
-            .filter_map(|(symbol, slope)| Some((self.coordinate(symbol)?, slope)))
-            .collect()
+        numbered.filter_map(|(symbol, slope)| Some((self.coordinate(symbol)?, slope))).collect()
     }
 
     /// The derivatives by the velocities, those that are not 0.
     pub(super) fn velocity_slopes(&self, pool: &mut Pool, e: ExprId) -> Vec<(usize, ExprId)> {
         let slopes = pool.slopes(e, |symbol| self.velocity(symbol).is_some());
         let numbered = slopes.into_iter();
-        numbered
-            .filter_map(|(symbol, slope)| Some((self.velocity(symbol)?, slope)))
-            .collect()
+        numbered.filter_map(|(symbol, slope)| Some((self.velocity(symbol)?, slope))).collect()
     }
 
     /// Whether a velocity occurs in an expression.
@@ -130,9 +118,7 @@ fn is_zero(pool: &Pool, e: ExprId) -> bool {
 pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier) -> Lagrangian {
     let mut splitter = Splitter::default();
     for local in signed_terms(model).flat_map(|(_, family)| &family.locals) {
-        splitter
-            .facts
-            .declare(local.coordinate, Variable::Coordinate);
+        splitter.facts.declare(local.coordinate, Variable::Coordinate);
         splitter.facts.declare(local.velocity, Variable::Velocity);
     }
     let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
@@ -140,11 +126,7 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
     let mut forces: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
     let mut result = Lagrangian::default();
     for (negative, family) in signed_terms(model) {
-        let share = if negative {
-            pool.neg(family.body)
-        } else {
-            family.body
-        };
+        let share = if negative { pool.neg(family.body) } else { family.body };
         let Some(body) = body(pool, &mut splitter, short, family, share) else {
             for at in 0..family.count {
                 let map = instance(model, pool, family, at, None);
@@ -171,11 +153,7 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
             for ((a, b), value) in body.inertia.keys().zip(&mut here) {
                 let (i, j) = (number(*a), number(*b));
                 // Two slots that hold the same coordinate meet on the diagonal from both sides.
-                let value = if a != b && i == j {
-                    pool.scale(value, &Number::from(2))
-                } else {
-                    value
-                };
+                let value = if a != b && i == j { pool.scale(value, &Number::from(2)) } else { value };
                 inertia.entry((i.min(j), i.max(j))).or_default().push(value);
             }
             for (a, value) in body.linear.keys().zip(&mut here) {
@@ -227,11 +205,9 @@ fn body(
         for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
             let mut moves = |e: ExprId| splitter.facts.varies(pool, e, Variable::Velocity);
             let stretched = !element.slope.is_empty() && moves(element.second)
-                || (element.slope.iter().any(|(_, slope)| moves(*slope))
-                    && !is_zero(pool, element.second));
+                || (element.slope.iter().any(|(_, slope)| moves(*slope)) && !is_zero(pool, element.second));
             let bent = !element.curvature.is_empty()
-                && (moves(element.first)
-                    || element.curvature.iter().any(|(_, _, entry)| moves(*entry)));
+                && (moves(element.first) || element.curvature.iter().any(|(_, _, entry)| moves(*entry)));
             if stretched || bent {
                 return None;
             }
@@ -271,22 +247,10 @@ fn body(
     let potential = pool.neg(rest);
     let facts = &splitter.facts;
     let slopes = pool.slopes(potential, |symbol| facts.is(symbol, Variable::Coordinate));
-    let local = |symbol: Symbol| {
-        family
-            .locals
-            .iter()
-            .position(|local| local.coordinate == symbol)
-    };
-    let forces: Vec<(usize, ExprId)> = slopes
-        .into_iter()
-        .filter_map(|(symbol, slope)| Some((local(symbol)?, slope)))
-        .collect();
-    Some(Body {
-        inertia: added(pool, short, inertia),
-        linear: added(pool, short, linear),
-        potential,
-        forces,
-    })
+    let local = |symbol: Symbol| family.locals.iter().position(|local| local.coordinate == symbol);
+    let forces: Vec<(usize, ExprId)> =
+        slopes.into_iter().filter_map(|(symbol, slope)| Some((local(symbol)?, slope))).collect();
+    Some(Body { inertia: added(pool, short, inertia), linear: added(pool, short, linear), potential, forces })
 }
 
 /// The terms of Rayleigh's function, written out.

@@ -68,14 +68,7 @@ impl Dimension {
             Ends::Corners(-1, 0) | Ends::Corners(0, -1) => (1, 0, 2 * n + 1, 1, n, None),
             Ends::Corners(..) => (2, 1, 4 * n, 0, n - 1, None),
         };
-        Angles {
-            step,
-            offset,
-            divisor,
-            first,
-            last,
-            ring,
-        }
+        Angles { step, offset, divisor, first, last, ring }
     }
 
     /// The columns of row i of T that are not 0; on a ring of a turn by one place.
@@ -150,14 +143,8 @@ pub(super) fn lattice(pool: &mut Pool, short: &mut Simplifier, pair: &Pair) -> O
             continue;
         };
         if let Some(outer) = ends(pool, pair, rows, columns) {
-            let outer = Dimension {
-                ends: outer,
-                size: rows,
-            };
-            let inner = Dimension {
-                ends: inner,
-                size: columns,
-            };
+            let outer = Dimension { ends: outer, size: rows };
+            let inner = Dimension { ends: inner, size: columns };
             return formula(pool, short, pair, vec![outer, inner]);
         }
     }
@@ -179,17 +166,11 @@ fn path(pair: &Pair) -> Option<Vec<usize>> {
     if neighbours.iter().any(|own| own.is_empty() || own.len() > 2) {
         return None;
     }
-    let start = neighbours
-        .iter()
-        .position(|own| own.len() == 1)
-        .unwrap_or(0);
+    let start = neighbours.iter().position(|own| own.len() == 1).unwrap_or(0);
     let mut order = vec![start];
     let mut seen = vec![false; n];
     seen[start] = true;
-    while let Some(next) = order
-        .last()
-        .and_then(|at| neighbours[*at].iter().find(|j| !seen[**j]))
-    {
+    while let Some(next) = order.last().and_then(|at| neighbours[*at].iter().find(|j| !seen[**j])) {
         seen[*next] = true;
         order.push(*next);
     }
@@ -201,22 +182,14 @@ fn ends(pool: &mut Pool, pair: &Pair, size: usize, stride: usize) -> Option<Ends
     if size < 2 {
         return None;
     }
-    ENDS.into_iter()
-        .filter(|ends| *ends != Ends::Joined || size > 2)
-        .find(|ends| {
-            let dimension = Dimension { ends: *ends, size };
-            commutes(pool, &pair.mass, dimension, stride)
-                && commutes(pool, &pair.stiffness, dimension, stride)
-        })
+    ENDS.into_iter().filter(|ends| *ends != Ends::Joined || size > 2).find(|ends| {
+        let dimension = Dimension { ends: *ends, size };
+        commutes(pool, &pair.mass, dimension, stride) && commutes(pool, &pair.stiffness, dimension, stride)
+    })
 }
 
 /// Whether AT = TA, entry by entry.
-fn commutes(
-    pool: &mut Pool,
-    matrix: &[BTreeMap<usize, ExprId>],
-    dimension: Dimension,
-    stride: usize,
-) -> bool {
+fn commutes(pool: &mut Pool, matrix: &[BTreeMap<usize, ExprId>], dimension: Dimension, stride: usize) -> bool {
     let size = dimension.size;
     let t_row = |i: usize| {
         let place = i / stride % size;
@@ -247,8 +220,7 @@ fn commutes(
             if let Some(known) = known.get(&parts) {
                 return *known;
             }
-            let terms: Vec<(ExprId, Number)> =
-                parts.iter().map(|(e, c)| (*e, Number::from(*c))).collect();
+            let terms: Vec<(ExprId, Number)> = parts.iter().map(|(e, c)| (*e, Number::from(*c))).collect();
             let sum = pool.linear(&terms);
             let vanishes = pool.is_zero(sum) == crate::expr::ZeroVerdict::Zero;
             known.insert(parts, vanishes);
@@ -279,15 +251,8 @@ fn components(pool: &mut Pool, ends: Ends, square: ExprId, count: usize) -> Vec<
     values
 }
 
-fn formula(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    pair: &Pair,
-    dimensions: Vec<Dimension>,
-) -> Option<Lattice> {
-    let squares: Vec<Symbol> = (0..dimensions.len())
-        .map(|_| pool.fresh_symbol("s"))
-        .collect();
+fn formula(pool: &mut Pool, short: &mut Simplifier, pair: &Pair, dimensions: Vec<Dimension>) -> Option<Lattice> {
+    let squares: Vec<Symbol> = (0..dimensions.len()).map(|_| pool.fresh_symbol("s")).collect();
     let mut factors = Vec::new();
     for (dimension, square) in dimensions.iter().zip(&squares) {
         let square = pool.symbol_expr(*square);

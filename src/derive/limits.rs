@@ -11,32 +11,17 @@ const MOST_ORDERS: u32 = 12;
 impl Frequencies {
     /// The frequencies where a parameter goes to a value: `--limit k=0`. A form that isn't defined there
     /// is dropped.
-    pub(super) fn limit(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        name: &str,
-        value: &Number,
-    ) {
+    pub(super) fn limit(&mut self, pool: &mut Pool, short: &mut Simplifier, name: &str, value: &Number) {
         self.transform(pool, short, name, |pool, e, symbol| {
             let value = pool.number(value.clone());
             pool.substitute_one(e, &Substitution::from([(symbol, value)]))
         });
-        self.approximations.push(Approximation::Limit {
-            name: name.to_owned(),
-            value: value.clone(),
-        });
+        self.approximations.push(Approximation::Limit { name: name.to_owned(), value: value.clone() });
     }
 
     /// The frequencies to some power of a parameter, by Taylor's formula about 0: `--expand k 2`. A
     /// form without such a series is dropped.
-    pub(super) fn expand(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        name: &str,
-        order: u32,
-    ) {
+    pub(super) fn expand(&mut self, pool: &mut Pool, short: &mut Simplifier, name: &str, order: u32) {
         let order = order.min(MOST_ORDERS);
         self.transform(pool, short, name, |pool, e, symbol| {
             let zero = pool.zero();
@@ -60,10 +45,7 @@ impl Frequencies {
             }
             pool.linear(&terms)
         });
-        self.approximations.push(Approximation::Expansion {
-            name: name.to_owned(),
-            order,
-        });
+        self.approximations.push(Approximation::Expansion { name: name.to_owned(), order });
     }
 
     fn transform(
@@ -73,21 +55,13 @@ impl Frequencies {
         name: &str,
         change: impl Fn(&mut Pool, ExprId, Symbol) -> ExprId,
     ) {
-        for case in [Some(&mut self.general), self.tied.as_mut()]
-            .into_iter()
-            .flatten()
-        {
+        for case in [Some(&mut self.general), self.tied.as_mut()].into_iter().flatten() {
             // Where several are equal the first stands for all.
-            let set = case
-                .ties
-                .iter()
-                .find(|set| set.iter().any(|own| own == name));
+            let set = case.ties.iter().find(|set| set.iter().any(|own| own == name));
             let leader = set.and_then(|set| set.first()).map_or(name, String::as_str);
             let all: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
             let symbols = pool.symbols_of(&all);
-            let symbol = symbols
-                .iter()
-                .find(|symbol| pool.symbol_name(**symbol) == leader);
+            let symbol = symbols.iter().find(|symbol| pool.symbol_name(**symbol) == leader);
             if let Some(symbol) = symbol.copied() {
                 transform_case(pool, short, case, |pool, e| change(pool, e, symbol));
             }
@@ -126,6 +100,5 @@ fn transform_case(
     for series in &mut case.series {
         series.omega_squared = change(pool, series.omega_squared);
     }
-    case.series
-        .retain(|series| !pool.is_undefined(series.omega_squared));
+    case.series.retain(|series| !pool.is_undefined(series.omega_squared));
 }

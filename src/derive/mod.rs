@@ -247,8 +247,7 @@ impl Linear {
             ("damping matrix", "C", &self.damping),
             ("circulatory matrix", "N", &self.circulatory),
         ];
-        all.into_iter()
-            .filter_map(|(name, letter, rows)| Some((name, letter, rows.as_ref()?)))
+        all.into_iter().filter_map(|(name, letter, rows)| Some((name, letter, rows.as_ref()?)))
     }
 }
 
@@ -350,9 +349,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
             .coordinates
             .iter()
             .zip(&model.rates)
-            .filter_map(|(coordinate, rate)| {
-                Some((coordinate.name.clone(), rate.as_ref()?.symbolic))
-            })
+            .filter_map(|(coordinate, rate)| Some((coordinate.name.clone(), rate.as_ref()?.symbolic)))
             .collect(),
         linear,
         equations: None,
@@ -369,24 +366,14 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
-    fn finish(
-        &mut self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        checker: &Checker<'_>,
-        parts: &Parts,
-    ) {
+    fn finish(&mut self, pool: &mut Pool, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
         let pair = Pair::new(pool, &self.mass, &self.stiffness);
         let pair = pair.replaced(pool, short, &HashMap::new());
         let (pair, signs) = checker.signed(pool, short, &pair);
         let pair = pair.with_halved_angles(pool, short);
         self.signs = signs;
         (self.mass, self.stiffness) = pair.dense(pool);
-        let others = [
-            &mut self.gyroscopic,
-            &mut self.damping,
-            &mut self.circulatory,
-        ];
+        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for entry in others.into_iter().flatten().flatten().flatten() {
             *entry = short.simplify(pool, *entry);
         }
@@ -406,13 +393,7 @@ impl Linear {
         }
         if parts.frequencies && self.is_conservative() {
             pool.budget().at("frequencies in closed form", None);
-            self.frequencies = Some(frequencies::frequencies(
-                checker,
-                pool,
-                short,
-                self,
-                parts.degree(),
-            ));
+            self.frequencies = Some(frequencies::frequencies(checker, pool, short, self, parts.degree()));
         }
     }
 }
@@ -441,19 +422,9 @@ fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) ->
         let mut all = linear.equilibrium.iter();
         all.all(|at| pool.as_number(*at).is_some_and(Number::is_zero))
     });
-    let displacements = if at_zero {
-        coordinates.clone()
-    } else {
-        coordinates
-            .iter()
-            .map(|name| format!("delta_{name}"))
-            .collect()
-    };
-    Names {
-        coordinates,
-        displacements,
-        normal: normal::family_name(model),
-    }
+    let displacements =
+        if at_zero { coordinates.clone() } else { coordinates.iter().map(|name| format!("delta_{name}")).collect() };
+    Names { coordinates, displacements, normal: normal::family_name(model) }
 }
 
 impl Derivation {
@@ -470,8 +441,7 @@ impl Derivation {
         let lagrangian = lagrangian::lagrangian(tied, pool, short);
         let dissipation = lagrangian::dissipation(model, pool);
         if parts.equations {
-            let equations =
-                equations::equations(pool, short, &variables, &lagrangian, &dissipation);
+            let equations = equations::equations(pool, short, &variables, &lagrangian, &dissipation);
             self.equations = Some(equations);
         }
         if pool.is_spent() {
@@ -479,13 +449,7 @@ impl Derivation {
         }
         budget.at("the equilibria in symbols", None);
         if parts.equilibria && !bound {
-            self.equilibria = Some(equilibria::roots(
-                pool,
-                short,
-                &variables,
-                &lagrangian,
-                model,
-            ));
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, model));
         }
         if pool.is_spent() {
             return;
@@ -493,15 +457,7 @@ impl Derivation {
         budget.at("what is conserved", None);
         if parts.energy {
             let momenta = energy::momenta(pool, short, &variables, &lagrangian);
-            let conserved = conserved::conserved(
-                pool,
-                &variables,
-                &lagrangian,
-                &momenta,
-                &dissipation,
-                model,
-                short,
-            );
+            let conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &dissipation, model, short);
             // Along a motion the constraints are 0, and so is their part of L.
             let free;
             let lagrangian = if bound {
@@ -514,9 +470,7 @@ impl Derivation {
                 momenta,
                 function: energy::energy_function(pool, short, &variables, lagrangian),
                 // Under constraints there are fewer momenta than coordinates.
-                hamiltonian: (!bound)
-                    .then(|| energy::hamiltonian(pool, short, &variables, lagrangian))
-                    .flatten(),
+                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, short, &variables, lagrangian)).flatten(),
                 conserved,
                 rest_energy: lagrangian.has_rest_energy,
             });
@@ -526,11 +480,7 @@ impl Derivation {
     /// The derivation of the motions that constraints allow; the derivation itself where there are none.
     #[must_use]
     pub fn reduced(&self) -> &Self {
-        let tangent = self
-            .linear
-            .as_ref()
-            .ok()
-            .and_then(|own| own.tangent.as_ref());
+        let tangent = self.linear.as_ref().ok().and_then(|own| own.tangent.as_ref());
         let reduced = tangent.and_then(|tangent| tangent.reduced.as_ref());
         reduced.map_or(self, |reduced| &reduced.derivation)
     }
@@ -565,24 +515,16 @@ impl Derivation {
     #[must_use]
     pub fn equation_texts(&self) -> Vec<String> {
         let equations = self.equations.iter().flatten();
-        equations
-            .map(|equation| format!("{} = 0", self.text(equation)))
-            .collect()
+        equations.map(|equation| format!("{} = 0", self.text(equation))).collect()
     }
 
     /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they
     /// were not asked for or don't exist.
     #[must_use]
     pub fn linearized_texts(&self) -> Vec<String> {
-        let second_order = self
-            .linear
-            .as_ref()
-            .ok()
-            .and_then(|linear| linear.second_order.as_ref());
+        let second_order = self.linear.as_ref().ok().and_then(|linear| linear.second_order.as_ref());
         let equations = second_order.iter().flat_map(|part| &part.equations);
-        equations
-            .map(|equation| format!("{} = 0", self.displaced_text(equation)))
-            .collect()
+        equations.map(|equation| format!("{} = 0", self.displaced_text(equation))).collect()
     }
 
     /// A sum in coordinates, velocities, accelerations and momenta as text.

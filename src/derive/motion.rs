@@ -93,10 +93,9 @@ impl Names {
         match motion {
             Motion::Acceleration(i) => format!("{}''", displacement(i)),
             Motion::Velocity(i) => format!("{}'", displacement(i)),
-            Motion::Momentum(_)
-            | Motion::Displacement(_)
-            | Motion::NormalVelocity(_)
-            | Motion::Normal(_) => self.of(motion),
+            Motion::Momentum(_) | Motion::Displacement(_) | Motion::NormalVelocity(_) | Motion::Normal(_) => {
+                self.of(motion)
+            }
         }
     }
 }
@@ -104,14 +103,8 @@ impl Names {
 impl MotionSum {
     /// A sum with its terms in reading order, without those that are 0.
     pub(super) fn new(pool: &mut Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
-        let mut terms: Vec<MotionTerm> = terms
-            .into_iter()
-            .filter(|term| {
-                !pool
-                    .as_number(term.coefficient)
-                    .is_some_and(Number::is_zero)
-            })
-            .collect();
+        let mut terms: Vec<MotionTerm> =
+            terms.into_iter().filter(|term| !pool.as_number(term.coefficient).is_some_and(Number::is_zero)).collect();
         terms.sort_by_cached_key(order);
         for term in &mut terms {
             if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
@@ -119,10 +112,7 @@ impl MotionSum {
                 term.coefficient = pool.neg(term.coefficient);
             }
         }
-        Self {
-            terms,
-            factor: Factor::One,
-        }
+        Self { terms, factor: Factor::One }
     }
 
     /// Whether nothing is left of it.
@@ -132,11 +122,7 @@ impl MotionSum {
     }
 
     /// The sum as one expression, with `value` for what moves.
-    pub fn expression(
-        &self,
-        pool: &mut Pool,
-        mut value: impl FnMut(&mut Pool, Motion) -> ExprId,
-    ) -> ExprId {
+    pub fn expression(&self, pool: &mut Pool, mut value: impl FnMut(&mut Pool, Motion) -> ExprId) -> ExprId {
         let mut parts = Vec::with_capacity(self.terms.len());
         for term in &self.terms {
             let mut factors = vec![(term.coefficient, Number::ONE)];
@@ -145,11 +131,7 @@ impl MotionSum {
                 factors.push((moving, Number::from(i64::from(*power))));
             }
             let product = pool.product_of_powers(&factors);
-            parts.push(if term.negative {
-                pool.neg(product)
-            } else {
-                product
-            });
+            parts.push(if term.negative { pool.neg(product) } else { product });
         }
         let sum = pool.sum(&parts);
         match self.factor {
@@ -193,18 +175,13 @@ fn order(term: &MotionTerm) -> (u8, Vec<Motion>) {
         None => 4,
     };
     let motion = term.motion.iter();
-    let one_by_one =
-        motion.flat_map(|(motion, power)| std::iter::repeat_n(*motion, *power as usize));
+    let one_by_one = motion.flat_map(|(motion, power)| std::iter::repeat_n(*motion, *power as usize));
     (rank, one_by_one.collect())
 }
 
 impl MotionTerm {
     pub(super) fn new(coefficient: ExprId, motion: &[(Motion, u32)]) -> Self {
-        Self {
-            negative: false,
-            coefficient,
-            motion: motion.to_vec(),
-        }
+        Self { negative: false, coefficient, motion: motion.to_vec() }
     }
 
     /// Whether a minus sign stands in front, and the text behind the sign.
@@ -220,11 +197,7 @@ impl MotionTerm {
         let mut factors = Vec::with_capacity(self.motion.len());
         for (motion, power) in &self.motion {
             let name = name(*motion);
-            factors.push(if *power == 1 {
-                name
-            } else {
-                format!("{name}^{power}")
-            });
+            factors.push(if *power == 1 { name } else { format!("{name}^{power}") });
         }
         let motion = factors.join("*");
         let Some(coefficient) = factor_text(pool, self.coefficient) else {
@@ -265,11 +238,7 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
         return None;
     }
     let text = pool.display(e);
-    Some(if is_open_sum(pool, e) {
-        format!("({text})")
-    } else {
-        text
-    })
+    Some(if is_open_sum(pool, e) { format!("({text})") } else { text })
 }
 
 /// What stands under the bar of a fraction whose numerator is 1, if that is no number.

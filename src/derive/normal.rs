@@ -88,11 +88,7 @@ pub(super) fn normal_coordinates(
             let vector = shape.along(count, pool);
             let mut all = written_out(pool, short, shape, &vector).into_iter();
             let mass = all.next().unwrap_or_else(|| pool.undefined());
-            Column {
-                omega_squared: shape.omega_squared,
-                mass,
-                vector: all.collect(),
-            }
+            Column { omega_squared: shape.omega_squared, mass, vector: all.collect() }
         })
         .collect();
     if !checker.are_modes(pool, pair, &columns) {
@@ -126,9 +122,7 @@ pub(super) fn normal_coordinates(
         }
     }
     let coordinates = terms.into_iter();
-    let coordinates = coordinates
-        .map(|terms| MotionSum::new(pool, terms))
-        .collect();
+    let coordinates = coordinates.map(|terms| MotionSum::new(pool, terms)).collect();
     Some(NormalCoordinates {
         modes,
         coordinates,
@@ -140,12 +134,7 @@ pub(super) fn normal_coordinates(
 }
 
 /// The mass of a shape, then its vector, without a symbol for omega.
-fn written_out(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    shape: &Shape,
-    vector: &[ExprId],
-) -> Vec<ExprId> {
+fn written_out(pool: &mut Pool, short: &mut Simplifier, shape: &Shape, vector: &[ExprId]) -> Vec<ExprId> {
     let mut all = vec![shape.with_factors(pool, shape.mass)];
     all.extend(vector);
     let Some(omega) = shape.omega else {
@@ -197,12 +186,7 @@ fn norm(pool: &mut Pool, mass: ExprId) -> ExprId {
 }
 
 /// A vector by the root of its mass.
-fn normalised(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    vector: &[ExprId],
-    mass: ExprId,
-) -> Vec<ExprId> {
+fn normalised(pool: &mut Pool, short: &mut Simplifier, vector: &[ExprId], mass: ExprId) -> Vec<ExprId> {
     let norm = norm(pool, mass);
     let vector = vector.iter();
     vector
@@ -332,11 +316,7 @@ impl Page {
                     let names = modes.iter().map(|r| format!("{letter}[{}]", r + 1));
                     (names.collect(), None)
                 };
-                Abbreviation {
-                    names,
-                    value: *value,
-                    modes,
-                }
+                Abbreviation { names, value: *value, modes }
             })
             .collect()
     }

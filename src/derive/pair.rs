@@ -28,19 +28,14 @@ pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
 fn sparse(pool: &Pool, rows: &[Vec<ExprId>]) -> Vec<Row> {
     let entries = |row: &Vec<ExprId>| {
         let entries = row.iter().copied().enumerate();
-        entries
-            .filter(|(_, value)| !is_zero(pool, *value))
-            .collect()
+        entries.filter(|(_, value)| !is_zero(pool, *value)).collect()
     };
     rows.iter().map(entries).collect()
 }
 
 impl Pair {
     pub(super) fn new(pool: &Pool, mass: &[Vec<ExprId>], stiffness: &[Vec<ExprId>]) -> Self {
-        Self {
-            mass: sparse(pool, mass),
-            stiffness: sparse(pool, stiffness),
-        }
+        Self { mass: sparse(pool, mass), stiffness: sparse(pool, stiffness) }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -66,12 +61,7 @@ impl Pair {
     }
 
     /// With symbols replaced, and each entry in its shortest form.
-    pub(super) fn substituted(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        map: &Substitution,
-    ) -> Self {
+    pub(super) fn substituted(&self, pool: &mut Pool, short: &mut Simplifier, map: &Substitution) -> Self {
         let values = self.values();
         let images = pool.substitute(&values, map);
         let images = values.into_iter().zip(images).collect();
@@ -79,12 +69,7 @@ impl Pair {
     }
 
     /// With each entry replaced, and in its shortest form.
-    pub(super) fn replaced(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        images: &HashMap<ExprId, ExprId>,
-    ) -> Self {
+    pub(super) fn replaced(&self, pool: &mut Pool, short: &mut Simplifier, images: &HashMap<ExprId, ExprId>) -> Self {
         let mut image: HashMap<ExprId, ExprId> = HashMap::new();
         for value in self.values() {
             let new = images.get(&value).copied().unwrap_or(value);
@@ -100,10 +85,7 @@ impl Pair {
             };
             rows.iter().map(replaced).collect()
         };
-        Self {
-            mass: of(&self.mass),
-            stiffness: of(&self.stiffness),
-        }
+        Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
     }
 
     /// With sines and cosines of twice an angle in those of the angle, where both occur in an entry and that is shorter.
@@ -194,25 +176,15 @@ impl Pair {
         let of = |rows: &[Row]| {
             let row = |i: &usize| {
                 let entries = rows[*i].iter();
-                entries
-                    .filter_map(|(j, value)| Some((*place.get(j)?, *value)))
-                    .collect()
+                entries.filter_map(|(j, value)| Some((*place.get(j)?, *value))).collect()
             };
             to.iter().map(row).collect()
         };
-        Self {
-            mass: of(&self.mass),
-            stiffness: of(&self.stiffness),
-        }
+        Self { mass: of(&self.mass), stiffness: of(&self.stiffness) }
     }
 
     /// BᵀMB and BᵀKB for the columns of B, each entry in its shortest form.
-    pub(super) fn projected(
-        &self,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        basis: &[Sparse],
-    ) -> Self {
+    pub(super) fn projected(&self, pool: &mut Pool, short: &mut Simplifier, basis: &[Sparse]) -> Self {
         let mut of = |rows: &[Row]| -> Vec<Row> {
             let mut out = vec![Row::new(); basis.len()];
             for (a, left) in basis.iter().enumerate() {
@@ -220,9 +192,7 @@ impl Pair {
                 let mut row: BTreeMap<usize, Vec<(ExprId, Number)>> = BTreeMap::new();
                 for (i, factor) in left {
                     for (j, value) in &rows[*i] {
-                        row.entry(*j)
-                            .or_default()
-                            .push((*value, Number::from(*factor)));
+                        row.entry(*j).or_default().push((*value, Number::from(*factor)));
                     }
                 }
                 for (b, right) in basis.iter().enumerate().skip(a) {
@@ -285,11 +255,8 @@ fn halved_angles(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> Option<E
         }
     }
     let two = Number::from(2);
-    let doubled: Vec<(ExprId, ExprId)> = angles
-        .iter()
-        .map(|x| (pool.scale(*x, &two), *x))
-        .filter(|(twice, _)| angles.contains(twice))
-        .collect();
+    let doubled: Vec<(ExprId, ExprId)> =
+        angles.iter().map(|x| (pool.scale(*x, &two), *x)).filter(|(twice, _)| angles.contains(twice)).collect();
     if doubled.is_empty() {
         return None;
     }

@@ -47,10 +47,7 @@ pub(super) struct Roots {
 
 impl Roots {
     fn of(zeros: Vec<ExprId>) -> Self {
-        Self {
-            zeros,
-            ..Self::default()
-        }
+        Self { zeros, ..Self::default() }
     }
 }
 
@@ -88,10 +85,7 @@ pub(super) fn roots(
         [others @ .., leading] if (3..=4).contains(&others.len()) => {
             let degree = others.len();
             if degree > request.most {
-                return Roots {
-                    unsolved: Some(degree),
-                    ..Roots::default()
-                };
+                return Roots { unsolved: Some(degree), ..Roots::default() };
             }
             let sums = sums_of_products(pool, short, others, *leading);
             let Some((_, solved)) = solve(pool, short, request.model, &sums, before) else {
@@ -100,11 +94,7 @@ pub(super) fn roots(
             let zero = pool.zero();
             zeros.fill(zero);
             zeros.extend(&solved.frequencies);
-            Roots {
-                zeros,
-                solved: Some(solved),
-                unsolved: None,
-            }
+            Roots { zeros, solved: Some(solved), unsolved: None }
         }
         _ => {
             let zeros = of_polynomial(pool, short, &coefficients).unwrap_or_default();
@@ -122,22 +112,13 @@ fn weight_of(pool: &Pool, short: &mut Simplifier, all: &[ExprId]) -> u64 {
 }
 
 /// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
-fn sums_of_products(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    others: &[ExprId],
-    leading: ExprId,
-) -> Vec<ExprId> {
+fn sums_of_products(pool: &mut Pool, short: &mut Simplifier, others: &[ExprId], leading: ExprId) -> Vec<ExprId> {
     let mut sums = Vec::new();
     for (at, coefficient) in others.iter().rev().enumerate() {
         let quotient = pool.div(*coefficient, leading);
         let quotient = short.simplify(pool, quotient);
         let quotient = on_one_bar(pool, short, quotient);
-        sums.push(if at % 2 == 0 {
-            pool.neg(quotient)
-        } else {
-            quotient
-        });
+        sums.push(if at % 2 == 0 { pool.neg(quotient) } else { quotient });
     }
     sums
 }
@@ -189,18 +170,13 @@ fn without_zeros<'a>(pool: &Pool, coefficients: &'a [ExprId]) -> (Vec<ExprId>, &
 /// The zeros for two coordinates with a diagonal M: with a = K_11/M_11, b = K_22/M_22 and c = K_12^2/(M_11 M_22)
 /// they are (a + b)/2 -+ sqrt((a - b)^2/4 + c).
 fn pair_of_roots(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Vec<ExprId> {
-    let [(m1, k1), (_, k12), (m2, k2)] =
-        [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
+    let [(m1, k1), (_, k12), (m2, k2)] = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| block.at(pool, i, j));
     let one = Number::ONE;
     let minus = Number::MINUS_ONE;
     let [a, b, c] = [
         vec![(k1, one.clone()), (m1, minus.clone())],
         vec![(k2, one.clone()), (m2, minus.clone())],
-        vec![
-            (k12, Number::from(2)),
-            (m1, minus.clone()),
-            (m2, minus.clone()),
-        ],
+        vec![(k12, Number::from(2)), (m1, minus.clone()), (m2, minus.clone())],
     ]
     .map(|factors| pool.product_of_powers(&factors));
     let sum = pool.linear(&[(a, Number::half()), (b, Number::half())]);
@@ -220,11 +196,7 @@ fn around(pool: &mut Pool, short: &mut Simplifier, middle: ExprId, square: ExprI
     let mut roots = Vec::new();
     for sign in [Number::MINUS_ONE, Number::ONE] {
         let value = pool.linear(&[(middle, Number::ONE), (root, sign)]);
-        roots.push(if is_exact {
-            short.simplify(pool, value)
-        } else {
-            value
-        });
+        roots.push(if is_exact { short.simplify(pool, value) } else { value });
     }
     roots
 }
@@ -244,11 +216,7 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
                     continue;
                 }
                 let later = (row + 1..n).filter(|other| set & (1 << other) != 0).count();
-                let sign = if later % 2 == 0 {
-                    Number::ONE
-                } else {
-                    Number::MINUS_ONE
-                };
+                let sign = if later % 2 == 0 { Number::ONE } else { Number::MINUS_ONE };
                 let (k, m) = (pool.scale(k, &sign), pool.scale(m, &sign.neg()));
                 let into = next.entry(set | 1 << row).or_default();
                 for (degree, parts) in polynomial.iter().enumerate() {
@@ -286,11 +254,7 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
 }
 
 /// The zeros of a polynomial of positive degree, of which those that are not 0 are two at most.
-pub(super) fn of_polynomial(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    coefficients: &[ExprId],
-) -> Option<Vec<ExprId>> {
+pub(super) fn of_polynomial(pool: &mut Pool, short: &mut Simplifier, coefficients: &[ExprId]) -> Option<Vec<ExprId>> {
     let (zeros, rest) = without_zeros(pool, coefficients);
     let zero = pool.zero();
     let mut roots = vec![zero; zeros.len()];
@@ -333,24 +297,16 @@ pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprI
     let Some((_, size)) = leading(&monomials) else {
         return (plain, false);
     };
-    let inverse = if size.is_negative() {
-        None
-    } else {
-        size.recip()
-    };
+    let inverse = if size.is_negative() { None } else { size.recip() };
     let scaled = inverse.map(|inverse| {
         let terms = monomials.iter();
-        terms
-            .map(|(monomial, c)| (monomial.clone(), c.mul(&inverse)))
-            .collect()
+        terms.map(|(monomial, c)| (monomial.clone(), c.mul(&inverse))).collect()
     });
     if let Some(terms) = scaled.and_then(|scaled: Monomials| exact_root(&scaled)) {
         let size = pool.number(size);
         let size = pool.sqrt(size);
-        let terms: Vec<(ExprId, Number)> = terms
-            .into_iter()
-            .map(|(monomial, c)| (pool.product_of_powers(&monomial), c))
-            .collect();
+        let terms: Vec<(ExprId, Number)> =
+            terms.into_iter().map(|(monomial, c)| (pool.product_of_powers(&monomial), c)).collect();
         let value = pool.linear(&terms);
         let value = pool.mul(size, value);
         return (short.simplify(pool, value), true);
@@ -358,11 +314,7 @@ pub(super) fn root(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> (ExprI
     // With inner sums as they are too: (a + b)^2 below a root says more than what it is multiplied out.
     let mut best = plain;
     let outer = expand(pool, e, Opening::Outermost);
-    for (terms, inner) in [Some(monomials), outer]
-        .into_iter()
-        .flatten()
-        .zip([true, false])
-    {
+    for (terms, inner) in [Some(monomials), outer].into_iter().flatten().zip([true, false]) {
         let candidate = taken_out(pool, short, &terms, inner);
         if short.weight(pool, candidate) < short.weight(pool, best) {
             best = candidate;
@@ -431,20 +383,14 @@ fn in_common(a: &Monomial, b: &Monomial) -> Monomial {
         let (a, b) = (power(a, base), power(b, base));
         (base, if a < b { a } else { b })
     });
-    smaller
-        .filter(|(_, exponent)| !exponent.is_zero())
-        .collect()
+    smaller.filter(|(_, exponent)| !exponent.is_zero()).collect()
 }
 
 /// Compares powers base by base: an order that multiplication keeps.
 fn compare(a: &Monomial, b: &Monomial) -> Ordering {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     let sign = |exponent: &Number| {
-        if exponent.is_negative() {
-            Ordering::Less
-        } else {
-            Ordering::Greater
-        }
+        if exponent.is_negative() { Ordering::Less } else { Ordering::Greater }
     };
     loop {
         match (a.peek(), b.peek()) {
@@ -455,11 +401,7 @@ fn compare(a: &Monomial, b: &Monomial) -> Ordering {
                 Ordering::Less => return sign(x),
                 Ordering::Greater => return sign(y).reverse(),
                 Ordering::Equal if x != y => {
-                    return if x < y {
-                        Ordering::Less
-                    } else {
-                        Ordering::Greater
-                    };
+                    return if x < y { Ordering::Less } else { Ordering::Greater };
                 }
                 Ordering::Equal => {
                     a.next();

@@ -81,12 +81,7 @@ pub(super) fn shapes(
             let block = Block::new(pool, part);
             let mut found = Vec::new();
             for square in [*first, *second] {
-                let Amplitude {
-                    ratio,
-                    mass,
-                    omega,
-                    factor,
-                } = block.mode(pool, short, square);
+                let Amplitude { ratio, mass, omega, factor } = block.mode(pool, short, square);
                 let parts = match ratio {
                     None => vec![(v.clone(), one)],
                     Some(ratio) if is_zero(pool, ratio) => vec![(u.clone(), one)],
@@ -103,9 +98,7 @@ pub(super) fn shapes(
             }
             found
         }
-        _ if squares.len() == basis.len() => {
-            column(pool, short, part, squares, basis, symmetry).unwrap_or_default()
-        }
+        _ if squares.len() == basis.len() => column(pool, short, part, squares, basis, symmetry).unwrap_or_default(),
         _ => Vec::new(),
     }
 }
@@ -139,9 +132,7 @@ fn column(
         .collect();
     let mut best: Option<(u64, Vec<ExprId>)> = None;
     for row in 0..n {
-        let cofactors: Vec<ExprId> = (0..n)
-            .map(|other| cofactor(pool, short, &entries, row, other))
-            .collect();
+        let cofactors: Vec<ExprId> = (0..n).map(|other| cofactor(pool, short, &entries, row, other)).collect();
         let first = *cofactors.first()?;
         if pool.is_zero(first) == ZeroVerdict::Zero {
             continue;
@@ -194,24 +185,12 @@ fn column(
 }
 
 /// The cofactor of an entry of a matrix of up to four rows.
-fn cofactor(
-    pool: &mut Pool,
-    short: &mut Simplifier,
-    entries: &[Vec<ExprId>],
-    row: usize,
-    column: usize,
-) -> ExprId {
+fn cofactor(pool: &mut Pool, short: &mut Simplifier, entries: &[Vec<ExprId>], row: usize, column: usize) -> ExprId {
     let without = |at: usize| (0..entries.len()).filter(move |i| *i != at);
-    let rows: Vec<Vec<ExprId>> = without(row)
-        .map(|i| without(column).map(|j| entries[i][j]).collect())
-        .collect();
+    let rows: Vec<Vec<ExprId>> = without(row).map(|i| without(column).map(|j| entries[i][j]).collect()).collect();
     let minor = determinant(pool, &rows);
     let minor = short.simplify(pool, minor);
-    if (row + column).is_multiple_of(2) {
-        minor
-    } else {
-        pool.neg(minor)
-    }
+    if (row + column).is_multiple_of(2) { minor } else { pool.neg(minor) }
 }
 
 /// The determinant of up to three rows.
@@ -256,28 +235,18 @@ struct Block {
 impl Block {
     fn new(pool: &Pool, part: &Pair) -> Self {
         let entries = [(0, 0), (0, 1), (1, 1)].map(|(i, j)| part.at(pool, i, j));
-        Self {
-            m: entries.map(|(m, _)| m),
-            k: entries.map(|(_, k)| k),
-        }
+        Self { m: entries.map(|(m, _)| m), k: entries.map(|(_, k)| k) }
     }
 
     /// The mode of a frequency; with a symbol for omega where that is shorter by far.
     fn mode(&self, pool: &mut Pool, short: &mut Simplifier, square: ExprId) -> Amplitude {
-        let mut mode = Amplitude {
-            ratio: None,
-            mass: self.m[2],
-            omega: None,
-            factor: None,
-        };
+        let mut mode = Amplitude { ratio: None, mass: self.m[2], omega: None, factor: None };
         let Some((at, ratio)) = self.ratio(pool, short, square, None) else {
             return mode;
         };
         mode.ratio = Some(ratio);
         mode.mass = self.mass(pool, short, ratio);
-        if short.weight(pool, ratio) <= MOST_IN_RATIO
-            && short.weight(pool, mode.mass) <= MOST_IN_MASS
-        {
+        if short.weight(pool, ratio) <= MOST_IN_RATIO && short.weight(pool, mode.mass) <= MOST_IN_MASS {
             return mode;
         }
         let symbol = pool.fresh_symbol("omega");
@@ -301,11 +270,7 @@ impl Block {
     fn mass(&self, pool: &mut Pool, short: &mut Simplifier, ratio: ExprId) -> ExprId {
         let square = pool.square(ratio);
         let (mixed, last) = (pool.mul(self.m[1], ratio), pool.mul(self.m[2], square));
-        let sum = pool.linear(&[
-            (self.m[0], Number::ONE),
-            (mixed, Number::from(2)),
-            (last, Number::ONE),
-        ]);
+        let sum = pool.linear(&[(self.m[0], Number::ONE), (mixed, Number::from(2)), (last, Number::ONE)]);
         let sum = short.simplify(pool, sum);
         on_one_bar(pool, short, sum)
     }
@@ -372,11 +337,8 @@ impl Block {
         let of_k = determinant(pool, k1, k12, k2);
         let p = pool.div(of_k, of_m);
         let crossed = [pool.mul(m1, k2), pool.mul(m2, k1), pool.mul(m12, k12)];
-        let traced = pool.linear(&[
-            (crossed[0], one.clone()),
-            (crossed[1], one.clone()),
-            (crossed[2], Number::from(-2)),
-        ]);
+        let traced =
+            pool.linear(&[(crossed[0], one.clone()), (crossed[1], one.clone()), (crossed[2], Number::from(-2))]);
         let s = pool.div(traced, of_m);
         let (left, right) = (pool.mul(m1, k12), pool.mul(k1, m12));
         let slope = pool.sub(left, right);
@@ -388,11 +350,7 @@ impl Block {
         ];
         let above = pool.linear(&terms);
         let (m, k) = (pool.square(m12), pool.square(k12));
-        let terms = [
-            (pool.mul(m, p), one.clone()),
-            (pool.product(&[m12, k12, s]), minus),
-            (k, one),
-        ];
+        let terms = [(pool.mul(m, p), one.clone()), (pool.product(&[m12, k12, s]), minus), (k, one)];
         (above, pool.linear(&terms))
     }
 }
@@ -434,9 +392,5 @@ pub(super) fn on_one_bar(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> 
     factors.extend(below.into_iter().map(|(base, power)| (base, power.neg())));
     let fraction = pool.product_of_powers(&factors);
     let (own, before) = (short.weight(pool, fraction), short.weight(pool, e));
-    if own <= before + before / 2 {
-        fraction
-    } else {
-        e
-    }
+    if own <= before + before / 2 { fraction } else { e }
 }

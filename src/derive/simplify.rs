@@ -43,11 +43,7 @@ impl Simplifier {
                 Node::Power { base, exponent } => closed.extend([*base, *exponent]),
                 Node::Function(_, x) => closed.push(*x),
                 Node::Atan2 { y, x } => closed.extend([*y, *x]),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Undefined => {}
+                Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Sum { .. } | Node::Undefined => {}
             }
         }
         closed.sort_unstable();
@@ -112,9 +108,7 @@ impl Simplifier {
 
     fn own_weight(&self, node: &Node, pool: &Pool) -> u64 {
         let of = |id: &ExprId| self.weights.get(id.index()).copied().unwrap_or(0);
-        let total = |parts: &mut dyn Iterator<Item = u64>| {
-            parts.fold(0u64, |sum, part| sum.saturating_add(part))
-        };
+        let total = |parts: &mut dyn Iterator<Item = u64>| parts.fold(0u64, |sum, part| sum.saturating_add(part));
         match node {
             Node::Number(value) => 1 + 2 * u64::from(!value.is_integer()),
             Node::Pi | Node::Symbol(_) | Node::Undefined => 1,
@@ -122,13 +116,10 @@ impl Simplifier {
                 let mut signs = terms.len() as u64 + u64::from(!constant.is_zero());
                 signs = signs.saturating_sub(1);
                 let mut parts = terms.iter().map(|(term, c)| {
-                    let number =
-                        u64::from(!c.abs().is_one()) * (2 + 2 * u64::from(!c.is_integer()));
+                    let number = u64::from(!c.abs().is_one()) * (2 + 2 * u64::from(!c.is_integer()));
                     of(term).saturating_add(number)
                 });
-                total(&mut parts)
-                    .saturating_add(signs)
-                    .saturating_add(u64::from(!constant.is_zero()))
+                total(&mut parts).saturating_add(signs).saturating_add(u64::from(!constant.is_zero()))
             }
             Node::Product(factors) => {
                 let mut parts = factors.iter().map(|(base, exponent)| {
@@ -154,8 +145,7 @@ fn opens(exponent: &Number) -> bool {
 pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
     let image = |child: &ExprId| images.get(child).copied().unwrap_or(*child);
     let mut changed = false;
-    pool.node(id)
-        .for_each_child(|child| changed |= image(&child) != child);
+    pool.node(id).for_each_child(|child| changed |= image(&child) != child);
     if !changed {
         return id;
     }
@@ -163,18 +153,12 @@ pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, Expr
         Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
         Node::Sum { constant, terms } => {
             let constant = constant.clone();
-            let mut parts: Vec<(ExprId, Number)> = terms
-                .iter()
-                .map(|(term, c)| (image(term), c.clone()))
-                .collect();
+            let mut parts: Vec<(ExprId, Number)> = terms.iter().map(|(term, c)| (image(term), c.clone())).collect();
             parts.push((pool.number(constant), Number::ONE));
             pool.linear(&parts)
         }
         Node::Product(factors) => {
-            let parts: Vec<(ExprId, Number)> = factors
-                .iter()
-                .map(|(base, e)| (image(base), e.clone()))
-                .collect();
+            let parts: Vec<(ExprId, Number)> = factors.iter().map(|(base, e)| (image(base), e.clone())).collect();
             pool.product_of_powers(&parts)
         }
         Node::Power { base, exponent } => {
@@ -215,9 +199,7 @@ fn has_sums(pool: &Pool, e: ExprId) -> bool {
 fn has_functions(pool: &Pool, e: ExprId) -> bool {
     let (_, core) = split(pool, e);
     match pool.node(core) {
-        Node::Product(factors) => factors
-            .iter()
-            .any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
+        Node::Product(factors) => factors.iter().any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
         Node::Number(_)
         | Node::Pi
         | Node::Symbol(_)
@@ -231,9 +213,9 @@ fn has_functions(pool: &Pool, e: ExprId) -> bool {
 
 fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
     match pool.node(e) {
-        Node::Product(factors) => factors.iter().any(|(base, exponent)| {
-            opens(exponent) && matches!(pool.node(*base), Node::Sum { .. })
-        }),
+        Node::Product(factors) => {
+            factors.iter().any(|(base, exponent)| opens(exponent) && matches!(pool.node(*base), Node::Sum { .. }))
+        }
         Node::Number(_)
         | Node::Pi
         | Node::Symbol(_)
@@ -291,9 +273,9 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             Opening::Factors => exponent.is_one(),
             Opening::Powers => opens(exponent),
         };
-        let at = factors.iter().position(|(base, exponent)| {
-            wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. })
-        });
+        let at = factors
+            .iter()
+            .position(|(base, exponent)| wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. }));
         let Some(at) = at else {
             outermost = false;
             let product = pool.product_of_powers(&factors);
@@ -398,23 +380,16 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
                 *monomial = divided(monomial, &common);
             }
         }
-        let best = if nested < MOST_NESTED && inner.len() > 2 {
-            most_frequent(&inner)
-        } else {
-            None
-        };
+        let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
         let Some(best) = best else {
-            let parts: Vec<(ExprId, Number)> = inner
-                .iter()
-                .map(|(monomial, c)| (pool.product_of_powers(monomial), c.clone()))
-                .collect();
+            let parts: Vec<(ExprId, Number)> =
+                inner.iter().map(|(monomial, c)| (pool.product_of_powers(monomial), c.clone())).collect();
             let value = pool.linear(&parts);
             sum.push(with_factor(pool, value, &common));
             break;
         };
-        let (with, without): (Vec<_>, Vec<_>) = inner
-            .into_iter()
-            .partition(|(monomial, _)| has_factor(monomial, &best));
+        let (with, without): (Vec<_>, Vec<_>) =
+            inner.into_iter().partition(|(monomial, _)| has_factor(monomial, &best));
         if common.is_empty() {
             sum.push(factor(pool, with, nested + 1));
             terms = without;
@@ -462,9 +437,7 @@ fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
         common = common
             .into_iter()
             .filter_map(|(base, exponent)| {
-                let at = monomial
-                    .binary_search_by_key(&base, |(base, _)| *base)
-                    .ok()?;
+                let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
                 let exponent = shared(&exponent, &monomial.get(at)?.1)?;
                 Some((base, exponent))
             })
@@ -491,9 +464,7 @@ fn divided(monomial: &Monomial, by: &Monomial) -> Monomial {
 type Side = (ExprId, bool);
 
 fn has_factor(monomial: &Monomial, (base, below): &Side) -> bool {
-    monomial
-        .binary_search_by_key(base, |(base, _)| *base)
-        .is_ok_and(|at| monomial[at].1.is_negative() == *below)
+    monomial.binary_search_by_key(base, |(base, _)| *base).is_ok_and(|at| monomial[at].1.is_negative() == *below)
 }
 
 /// The base that stands in most terms, in two at least; the oldest of several.
@@ -505,10 +476,7 @@ fn most_frequent(terms: &[(Monomial, Number)]) -> Option<Side> {
         }
     }
     let most = counts.values().copied().max().filter(|count| *count > 1)?;
-    counts
-        .into_iter()
-        .find(|(_, count)| *count == most)
-        .map(|(side, _)| side)
+    counts.into_iter().find(|(_, count)| *count == most).map(|(side, _)| side)
 }
 
 #[cfg(test)]

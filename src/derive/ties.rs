@@ -30,19 +30,11 @@ fn kind(name: &str) -> &str {
 
 impl Ties {
     fn none(count: usize) -> Self {
-        Self {
-            leader: (0..count).collect(),
-            opposite: vec![false; count],
-        }
+        Self { leader: (0..count).collect(), opposite: vec![false; count] }
     }
 
     /// All parameters of a kind are equal: of equal values, or whatever their values.
-    pub(super) fn of_a_kind(
-        model: &Model,
-        pool: &mut Pool,
-        used: &[Symbol],
-        by_value: bool,
-    ) -> Self {
+    pub(super) fn of_a_kind(model: &Model, pool: &mut Pool, used: &[Symbol], by_value: bool) -> Self {
         let mut ties = Self::none(model.parameters.len());
         let mut first: BTreeMap<(&str, Option<ExprId>), usize> = BTreeMap::new();
         let zero = pool.zero();
@@ -74,10 +66,7 @@ impl Ties {
 
     /// Whether no two parameters are tied.
     pub(super) fn is_empty(&self) -> bool {
-        self.leader
-            .iter()
-            .enumerate()
-            .all(|(i, leader)| i == *leader)
+        self.leader.iter().enumerate().all(|(i, leader)| i == *leader)
     }
 
     /// What each tied parameter is replaced by.
@@ -150,14 +139,7 @@ impl Ties {
     }
 
     /// Adds the ties that make two expressions equal.
-    fn tie(
-        &self,
-        model: &Model,
-        pool: &mut Pool,
-        short: &mut Simplifier,
-        (a, b): (ExprId, ExprId),
-        needed: &mut Self,
-    ) {
+    fn tie(&self, model: &Model, pool: &mut Pool, short: &mut Simplifier, (a, b): (ExprId, ExprId), needed: &mut Self) {
         let mut equal = |pool: &mut Pool, ties: &Self| {
             let map = ties.substitution(model, pool);
             let images = pool.substitute(&[a, b], &map);
@@ -170,9 +152,7 @@ impl Ties {
         let numbers = |pool: &Pool, e: ExprId| -> Vec<usize> {
             let symbols = pool.symbols(e);
             let all = model.parameters.iter().enumerate();
-            all.filter(|(_, p)| symbols.binary_search(&p.symbol).is_ok())
-                .map(|(i, _)| i)
-                .collect()
+            all.filter(|(_, p)| symbols.binary_search(&p.symbol).is_ok()).map(|(i, _)| i).collect()
         };
         let (left, right) = (numbers(pool, a), numbers(pool, b));
         let alone = |own: &[usize], other: &[usize]| -> Vec<usize> {
@@ -181,9 +161,7 @@ impl Ties {
         let mut tried = needed.clone();
         let mut partners = alone(&right, &left);
         for i in alone(&left, &right) {
-            let partner = partners
-                .iter()
-                .position(|j| self.leader[*j] == self.leader[i]);
+            let partner = partners.iter().position(|j| self.leader[*j] == self.leader[i]);
             if let Some(at) = partner {
                 tried.join(i, partners.remove(at));
             }

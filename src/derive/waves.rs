@@ -69,11 +69,7 @@ struct Letter {
 impl Letter {
     fn new(pool: &mut Pool, name: String) -> Self {
         let symbol = pool.symbol(&name);
-        Self {
-            value: pool.symbol_expr(symbol),
-            name,
-            symbol,
-        }
+        Self { value: pool.symbol_expr(symbol), name, symbol }
     }
 }
 
@@ -110,9 +106,7 @@ pub(super) fn normal_waves(
 
 /// Those names that a model does not use; one of them at least.
 fn free(model: &Model, names: &[&str]) -> Vec<String> {
-    let own = names
-        .iter()
-        .filter(|name| model.unused_name(&[name]) == **name);
+    let own = names.iter().filter(|name| model.unused_name(&[name]) == **name);
     let mut own: Vec<String> = own.map(|name| (*name).to_owned()).collect();
     if own.is_empty() {
         own.push(model.unused_name(names));
@@ -139,26 +133,14 @@ fn waves_of(
     let places: Vec<Letter> = match dimensions.as_slice() {
         [_] => vec![Letter::new(pool, model.unused_name(&letters[0]))],
         // The last index is the fastest.
-        [_, _] => letters
-            .iter()
-            .rev()
-            .map(|own| Letter::new(pool, model.unused_name(own)))
-            .collect(),
+        [_, _] => letters.iter().rev().map(|own| Letter::new(pool, model.unused_name(own))).collect(),
         _ => return None,
     };
-    let numbers: Vec<Letter> = series
-        .numbers
-        .iter()
-        .map(|(name, _)| Letter::new(pool, name.clone()))
-        .collect();
+    let numbers: Vec<Letter> = series.numbers.iter().map(|(name, _)| Letter::new(pool, name.clone())).collect();
     let mut shape = Vec::new();
     let mut angles = Vec::new();
     let mut inverse = Number::ONE;
-    for ((dimension, own), (place, number)) in dimensions
-        .iter()
-        .zip(&series.numbers)
-        .zip(places.iter().zip(&numbers))
-    {
+    for ((dimension, own), (place, number)) in dimensions.iter().zip(&series.numbers).zip(places.iter().zip(&numbers)) {
         let half = own.1.general(pool, number.value);
         angles.push(half);
         shape.push(dimension.component(pool, place.value, half));
@@ -177,15 +159,9 @@ fn waves_of(
         (pool.scale(own, &inverse), shape)
     };
     let ranges = series.numbers.iter();
-    let ranges: Vec<(String, i64, i64)> = ranges
-        .map(|(name, angles)| (name.clone(), angles.first, angles.last))
-        .collect();
-    let mut sums = vec![WaveSum {
-        factor: pool.sqrt(factor_squared),
-        factor_squared,
-        shape,
-        numbers: ranges,
-    }];
+    let ranges: Vec<(String, i64, i64)> =
+        ranges.map(|(name, angles)| (name.clone(), angles.first, angles.last)).collect();
+    let mut sums = vec![WaveSum { factor: pool.sqrt(factor_squared), factor_squared, shape, numbers: ranges }];
     // The mode of theta = 0 or pi stands apart.
     if let [dimension] = dimensions.as_slice()
         && exceptional(dimension.ends)
@@ -229,9 +205,7 @@ fn waves_of(
         omega: String::new(),
     };
     let at: Vec<Symbol> = places.iter().map(|own| own.symbol).collect();
-    waves
-        .holds(pool, checker, pair, series.omega_squared, &at, &letters)
-        .then_some(waves)
+    waves.holds(pool, checker, pair, series.omega_squared, &at, &letters).then_some(waves)
 }
 
 impl NormalWaves {
@@ -246,11 +220,7 @@ impl NormalWaves {
         numbers: &[Symbol],
     ) -> bool {
         let count = self.order.len();
-        let every = if count <= MOST_FOR_ALL {
-            1
-        } else {
-            count / MOST_CHECKED
-        };
+        let every = if count <= MOST_FOR_ALL { 1 } else { count / MOST_CHECKED };
         // By coordinate: its place in each dimension.
         let mut at = vec![Vec::new(); pair.len()];
         for (along, i) in self.order.iter().enumerate() {
@@ -271,9 +241,8 @@ impl NormalWaves {
             let amplitude = pool.mul(sum.factor, sum.shape);
             let mut modes: Vec<Vec<i64>> = vec![Vec::new()];
             for (_, first, last) in &sum.numbers {
-                let longer = modes.iter().flat_map(|mode| {
-                    (*first..=*last).map(|j| mode.iter().copied().chain([j]).collect())
-                });
+                let longer =
+                    modes.iter().flat_map(|mode| (*first..=*last).map(|j| mode.iter().copied().chain([j]).collect()));
                 modes = longer.collect();
             }
             let mut chosen: Vec<Vec<i64>> = modes.iter().step_by(every).cloned().collect();

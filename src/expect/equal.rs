@@ -63,12 +63,7 @@ fn agree_at_points(pool: &Pool, difference: ExprId, side: ExprId) -> bool {
 
 /// Whether the left sides of two equations `left = 0` vanish together: whether they are the same but for a factor,
 /// which is read off an acceleration, in which both are linear.
-pub(super) fn same_equation(
-    pool: &mut Pool,
-    accelerations: &[ExprId],
-    a: ExprId,
-    b: ExprId,
-) -> bool {
+pub(super) fn same_equation(pool: &mut Pool, accelerations: &[ExprId], a: ExprId, b: ExprId) -> bool {
     for acceleration in accelerations {
         let Some(symbol) = pool.as_symbol(*acceleration) else {
             continue;

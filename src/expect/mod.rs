@@ -187,11 +187,7 @@ impl Expected {
         for (part, texts) in &self.parts {
             comparison.part(*part, texts);
         }
-        if comparison.mismatches.is_empty() {
-            Ok(())
-        } else {
-            Err(Mismatches(comparison.mismatches))
-        }
+        if comparison.mismatches.is_empty() { Ok(()) } else { Err(Mismatches(comparison.mismatches)) }
     }
 }
 
@@ -232,16 +228,8 @@ impl<'a> Comparison<'a> {
         let mut pool = derivation.reduced().pool.clone();
         let mut names: BTreeMap<String, ExprId> = derivation.symbols.clone();
         for i in 0..derivation.names.coordinates.len() {
-            for motion in [
-                Motion::Acceleration(i),
-                Motion::Velocity(i),
-                Motion::Momentum(i),
-                Motion::Displacement(i),
-            ] {
-                for name in [
-                    derivation.names.of(motion),
-                    derivation.names.displaced(motion),
-                ] {
+            for motion in [Motion::Acceleration(i), Motion::Velocity(i), Motion::Momentum(i), Motion::Displacement(i)] {
+                for name in [derivation.names.of(motion), derivation.names.displaced(motion)] {
                     // Displacements from 0 are the coordinates themselves.
                     names.entry(name).or_insert_with_key(|name| {
                         let symbol = pool.fresh_symbol(name);
@@ -250,20 +238,12 @@ impl<'a> Comparison<'a> {
                 }
             }
         }
-        Self {
-            derivation,
-            pool,
-            reader: Reader { names },
-            mismatches: Vec::new(),
-        }
+        Self { derivation, pool, reader: Reader { names }, mismatches: Vec::new() }
     }
 
     fn part(&mut self, part: Part, texts: &[String]) {
         match self.found(part) {
-            Err(reason) => self.mismatches.push(Mismatch::NotThere {
-                part: part.name(),
-                reason,
-            }),
+            Err(reason) => self.mismatches.push(Mismatch::NotThere { part: part.name(), reason }),
             Ok(found) => match part {
                 Part::Mass | Part::Stiffness => self.matrix(part, texts, &found),
                 Part::Frequencies => self.frequencies(texts, &found),
@@ -330,19 +310,13 @@ impl<'a> Comparison<'a> {
                 }
                 let all = case.frequencies.iter();
                 let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
-                Ok(all
-                    .map(|value| self.plain("frequencies".to_owned(), value))
-                    .collect())
+                Ok(all.map(|value| self.plain("frequencies".to_owned(), value)).collect())
             }
         }
     }
 
     fn plain(&self, place: String, value: ExprId) -> Found {
-        Found {
-            place,
-            value,
-            text: self.derivation.reduced().pool.display(value),
-        }
+        Found { place, value, text: self.derivation.reduced().pool.display(value) }
     }
 
     fn entries(&self, part: Part, rows: &[Vec<ExprId>]) -> Vec<Found> {
@@ -359,38 +333,23 @@ impl<'a> Comparison<'a> {
     fn sum(&mut self, place: String, sum: &MotionSum, displaced: bool) -> Found {
         let names = &self.derivation.names;
         let name = |motion| {
-            if displaced {
-                names.displaced(motion)
-            } else {
-                names.of(motion)
-            }
+            if displaced { names.displaced(motion) } else { names.of(motion) }
         };
         let reader = &self.reader;
         let value = sum.expression(&mut self.pool, |pool, motion| {
             let known = reader.names.get(&name(motion)).copied();
             known.unwrap_or_else(|| pool.undefined())
         });
-        Found {
-            place,
-            value,
-            text: sum.text(&self.derivation.reduced().pool, name),
-        }
+        Found { place, value, text: sum.text(&self.derivation.reduced().pool, name) }
     }
 
     fn sums(&mut self, place: &str, sums: &[MotionSum], displaced: bool) -> Vec<Found> {
         let names = self.derivation.names.coordinates.iter();
-        names
-            .zip(sums)
-            .map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced))
-            .collect()
+        names.zip(sums).map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced)).collect()
     }
 
     fn unreadable(&mut self, place: &str, text: &str, message: String) {
-        self.mismatches.push(Mismatch::Unreadable {
-            part: place.to_owned(),
-            text: text.to_owned(),
-            message,
-        });
+        self.mismatches.push(Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message });
     }
 
     fn differs(&mut self, place: &str, expected: &str, found: &str) {
@@ -402,11 +361,7 @@ impl<'a> Comparison<'a> {
     }
 
     fn count(&mut self, place: String, expected: usize, found: usize) {
-        self.mismatches.push(Mismatch::Count {
-            part: place,
-            expected: expected.to_string(),
-            found: found.to_string(),
-        });
+        self.mismatches.push(Mismatch::Count { part: place, expected: expected.to_string(), found: found.to_string() });
     }
 
     fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
@@ -473,8 +428,7 @@ impl<'a> Comparison<'a> {
             let motion = Motion::Acceleration(i);
             [names.of(motion), names.displaced(motion)]
         });
-        all.filter_map(|name| self.reader.names.get(&name).copied())
-            .collect()
+        all.filter_map(|name| self.reader.names.get(&name).copied()).collect()
     }
 
     /// Each expected one is to be found, and each found one expected.
@@ -491,9 +445,7 @@ impl<'a> Comparison<'a> {
                     continue;
                 }
             };
-            let at = left
-                .iter()
-                .position(|found| are_equal(&mut self.pool, value, found.value));
+            let at = left.iter().position(|found| are_equal(&mut self.pool, value, found.value));
             match at {
                 Some(at) => {
                     left.remove(at);
@@ -529,11 +481,7 @@ impl<'a> Comparison<'a> {
             };
             for (negative, value) in members {
                 if let Some(symbol) = value.and_then(|value| self.pool.as_symbol(value)) {
-                    let image = if negative {
-                        self.pool.neg(leader)
-                    } else {
-                        leader
-                    };
+                    let image = if negative { self.pool.neg(leader) } else { leader };
                     map.insert(symbol, image);
                 }
             }
@@ -543,10 +491,7 @@ impl<'a> Comparison<'a> {
 }
 
 fn linear(derivation: &Derivation) -> Result<&Linear, String> {
-    derivation
-        .linear
-        .as_ref()
-        .map_err(|error| format!("there are no mass and stiffness matrices: {error}"))
+    derivation.linear.as_ref().map_err(|error| format!("there are no mass and stiffness matrices: {error}"))
 }
 
 fn second_order(derivation: &Derivation) -> Result<&SecondOrder, String> {

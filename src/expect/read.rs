@@ -29,9 +29,7 @@ impl Reader {
 
     /// `left = right` as left - right.
     pub(super) fn equation(&self, pool: &mut Pool, text: &str) -> Result<ExprId, String> {
-        let (left, right) = text
-            .split_once('=')
-            .ok_or("an equation has two sides, `left = right`")?;
+        let (left, right) = text.split_once('=').ok_or("an equation has two sides, `left = right`")?;
         let left = self.expression(pool, left)?;
         let right = self.expression(pool, right)?;
         Ok(pool.sub(left, right))
@@ -53,8 +51,7 @@ impl Reader {
             for entry in entries {
                 let value = self.value(pool, &file, *entry)?;
                 let Expr { span, .. } = file.expr(*entry);
-                let [start, end] =
-                    [span.start, span.end].map(|at| (at as usize).saturating_sub(BEFORE.len()));
+                let [start, end] = [span.start, span.end].map(|at| (at as usize).saturating_sub(BEFORE.len()));
                 let text = text.get(start..end).unwrap_or("").to_owned();
                 written.push(Written { value, text });
             }
@@ -64,10 +61,7 @@ impl Reader {
     }
 
     fn named(&self, name: &str) -> Result<ExprId, String> {
-        self.names
-            .get(name)
-            .copied()
-            .ok_or_else(|| format!("`{name}` is no name of the model"))
+        self.names.get(name).copied().ok_or_else(|| format!("`{name}` is no name of the model"))
     }
 
     /// The value of an expression of a parsed file.
@@ -80,9 +74,7 @@ impl Reader {
                 Ok(pool.number(number))
             }
             ExprKind::Name("pi") => Ok(pool.pi()),
-            ExprKind::Name(_) | ExprKind::Index { .. } | ExprKind::Prime(_) => {
-                self.named(&name(file, at)?)
-            }
+            ExprKind::Name(_) | ExprKind::Index { .. } | ExprKind::Prime(_) => self.named(&name(file, at)?),
             ExprKind::Negate(inner) => {
                 let value = self.value(pool, file, inner)?;
                 Ok(pool.neg(value))
@@ -96,11 +88,7 @@ impl Reader {
                 let mut parts = Vec::with_capacity(factors.len());
                 for factor in factors {
                     let value = self.value(pool, file, factor.value())?;
-                    let exponent = if factor.divided() {
-                        Number::MINUS_ONE
-                    } else {
-                        Number::ONE
-                    };
+                    let exponent = if factor.divided() { Number::MINUS_ONE } else { Number::ONE };
                     parts.push((value, exponent));
                 }
                 Ok(pool.product_of_powers(&parts))
@@ -109,19 +97,12 @@ impl Reader {
                 let mut parts = Vec::with_capacity(terms.len());
                 for term in terms {
                     let value = self.value(pool, file, term.value())?;
-                    let sign = if term.subtracted() {
-                        Number::MINUS_ONE
-                    } else {
-                        Number::ONE
-                    };
+                    let sign = if term.subtracted() { Number::MINUS_ONE } else { Number::ONE };
                     parts.push((value, sign));
                 }
                 Ok(pool.linear(&parts))
             }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
+            ExprKind::Call { function, arguments } => {
                 let mut values = Vec::with_capacity(arguments.len());
                 for argument in arguments {
                     values.push(self.value(pool, file, *argument)?);
@@ -134,11 +115,11 @@ impl Reader {
             | ExprKind::Compare { .. }
             | ExprKind::Not(_)
             | ExprKind::And(_)
-            | ExprKind::Or(_) => Err(
-                "what is compared consists of numbers, names with their indices, `+ - * / ^` and \
+            | ExprKind::Or(_) => {
+                Err("what is compared consists of numbers, names with their indices, `+ - * / ^` and \
                  elementary functions"
-                    .to_owned(),
-            ),
+                    .to_owned())
+            }
         }
     }
 }

@@ -28,9 +28,8 @@ impl Pool {
             return (Number::ZERO, x);
         };
         // No term has a smaller id than pi.
-        let Some((turns, others)) = terms
-            .split_first()
-            .and_then(|((id, turns), others)| (*id == PI).then_some((turns, others)))
+        let Some((turns, others)) =
+            terms.split_first().and_then(|((id, turns), others)| (*id == PI).then_some((turns, others)))
         else {
             return (Number::ZERO, x);
         };
@@ -53,10 +52,7 @@ impl Pool {
         }
         let quarters = turns.mul(&Number::from(2)).floor();
         turns = turns.sub(&quarters.mul(&Number::half()));
-        let quarters = quarters
-            .rem_floor(&Number::from(4))
-            .and_then(|q| q.to_i64())
-            .unwrap_or(0);
+        let quarters = quarters.rem_floor(&Number::from(4)).and_then(|q| q.to_i64()).unwrap_or(0);
         let (base, flip) = match (function, quarters) {
             (Function::Sin, 1) => (Function::Cos, false),
             (Function::Sin, 2) => (Function::Sin, true),
@@ -78,11 +74,7 @@ impl Pool {
             value = self.div(ONE, value);
             flip = true;
         }
-        if flip != negative {
-            self.neg(value)
-        } else {
-            value
-        }
+        if flip != negative { self.neg(value) } else { value }
     }
 
     /// A function of an angle that is reduced: inverse functions are undone.
@@ -215,36 +207,22 @@ impl Pool {
 
     /// Arc sine, arc cosine and arc tangent: parity and known angles.
     pub(super) fn inverse_angle(&mut self, function: Function, x: ExprId) -> ExprId {
-        if function != Function::Atan
-            && self
-                .as_number(x)
-                .is_some_and(|value| value.abs() > Number::ONE)
-        {
+        if function != Function::Atan && self.as_number(x).is_some_and(|value| value.abs() > Number::ONE) {
             return UNDEFINED;
         }
         if self.leads_negative(x) {
             let opposite = self.neg(x);
             let value = self.inverse_angle_of_positive(function, opposite);
             // acos(-x) = pi - acos(x); the others are odd.
-            return if function == Function::Acos {
-                self.sub(PI, value)
-            } else {
-                self.neg(value)
-            };
+            return if function == Function::Acos { self.sub(PI, value) } else { self.neg(value) };
         }
         self.inverse_angle_of_positive(function, x)
     }
 
     fn inverse_angle_of_positive(&mut self, function: Function, x: ExprId) -> ExprId {
-        let turns = if self.is_constant(x) {
-            self.known_angle(function, x)
-        } else {
-            None
-        };
+        let turns = if self.is_constant(x) { self.known_angle(function, x) } else { None };
         match turns {
-            Some(turns) if function == Function::Acos => {
-                self.scale(PI, &Number::half().sub(&turns))
-            }
+            Some(turns) if function == Function::Acos => self.scale(PI, &Number::half().sub(&turns)),
             Some(turns) => self.scale(PI, &turns),
             None => self.intern(Node::Function(function, x)),
         }
@@ -282,38 +260,17 @@ impl Pool {
             };
         }
         if self.known_angles.is_empty() {
-            for (n, d) in [
-                (1, 12),
-                (1, 10),
-                (1, 8),
-                (1, 6),
-                (1, 4),
-                (3, 10),
-                (1, 3),
-                (3, 8),
-                (5, 12),
-                (1, 2),
-            ] {
+            for (n, d) in [(1, 12), (1, 10), (1, 8), (1, 6), (1, 4), (3, 10), (1, 3), (3, 8), (5, 12), (1, 2)] {
                 let turns = ratio(n, d);
                 let angle = self.scale(PI, &turns);
                 let sine = self.trigonometric(Function::Sin, angle);
                 let tangent = self.trigonometric(Function::Tan, angle);
-                self.known_angles.push(KnownAngle {
-                    turns,
-                    sine,
-                    tangent,
-                });
+                self.known_angles.push(KnownAngle { turns, sine, tangent });
             }
         }
         self.known_angles
             .iter()
-            .find(|known| {
-                x == if function == Function::Atan {
-                    known.tangent
-                } else {
-                    known.sine
-                }
-            })
+            .find(|known| x == if function == Function::Atan { known.tangent } else { known.sine })
             .map(|known| known.turns.clone())
     }
 }

@@ -65,19 +65,13 @@ impl Pool {
             }
             derivatives[place] = self.linear(&terms);
         }
-        roots
-            .iter()
-            .map(|root| derivatives[reachable.place(*root)])
-            .collect()
+        roots.iter().map(|root| derivatives[reachable.place(*root)]).collect()
     }
 
     /// The partial derivative by a symbol.
     pub fn diff(&mut self, root: ExprId, symbol: Symbol) -> ExprId {
         let seeds = Seeds::from([(symbol, ONE)]);
-        self.derivation(&[root], &seeds)
-            .first()
-            .copied()
-            .unwrap_or(ZERO)
+        self.derivation(&[root], &seeds).first().copied().unwrap_or(ZERO)
     }
 
     /// The partial derivatives by each of the symbols, in one reverse sweep.
@@ -92,20 +86,14 @@ impl Pool {
             .iter()
             .map(|symbol| {
                 let at = slopes.binary_search_by_key(symbol, |(symbol, _)| *symbol);
-                at.ok()
-                    .and_then(|at| slopes.get(at))
-                    .map_or(ZERO, |(_, slope)| *slope)
+                at.ok().and_then(|at| slopes.get(at)).map_or(ZERO, |(_, slope)| *slope)
             })
             .collect()
     }
 
     /// The partial derivatives by the wanted symbols that occur, in one reverse sweep: in order
     /// of creation of the symbols, without those that are 0. None of [`Pool::undefined`].
-    pub fn slopes(
-        &mut self,
-        root: ExprId,
-        is_wanted: impl Fn(Symbol) -> bool,
-    ) -> Vec<(Symbol, ExprId)> {
+    pub fn slopes(&mut self, root: ExprId, is_wanted: impl Fn(Symbol) -> bool) -> Vec<(Symbol, ExprId)> {
         let reachable = self.reachable_places(&[root]);
         let dependent = self.dependent(&reachable, is_wanted);
         // What the root's derivative by each expression is the sum of.
@@ -230,11 +218,7 @@ impl Pool {
     }
 
     /// The partial derivatives of a node by those of its children that matter, as `(child, factor, coefficient)` with the value `coefficient*factor`.
-    fn partials(
-        &mut self,
-        id: ExprId,
-        depends: impl Fn(ExprId) -> bool,
-    ) -> Vec<(ExprId, ExprId, Number)> {
+    fn partials(&mut self, id: ExprId, depends: impl Fn(ExprId) -> bool) -> Vec<(ExprId, ExprId, Number)> {
         match self.node(id) {
             Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => Vec::new(),
             Node::Sum { terms, .. } => terms
@@ -310,14 +294,7 @@ impl Pool {
                 let square = self.square(x);
                 let leg = self.sub(ONE, square);
                 let factor = self.powr(leg, &Number::half().neg());
-                (
-                    factor,
-                    if function == Function::Acos {
-                        Number::MINUS_ONE
-                    } else {
-                        one
-                    },
-                )
+                (factor, if function == Function::Acos { Number::MINUS_ONE } else { one })
             }
             Function::Atan => {
                 let square = self.square(x);

@@ -75,21 +75,13 @@ impl Point<'_> {
 
     /// The exponential of `coefficient*term` where it is known exactly: of multiples of pi, of
     /// arc functions, of logarithms.
-    fn known_exponential(
-        &mut self,
-        kind: Kind,
-        term: ExprId,
-        coefficient: &Number,
-    ) -> Option<Option<u64>> {
+    fn known_exponential(&mut self, kind: Kind, term: ExprId, coefficient: &Number) -> Option<Option<u64>> {
         let whole = coefficient.to_i64();
         let pool = self.pool;
         if kind == Kind::Circular && term == PI {
             let root = coefficient.small_parts().and_then(|(n, d)| {
                 let root = root_of_unity(d.checked_mul(2)?)?;
-                Some(pow_mod(
-                    root,
-                    i128::from(n).rem_euclid(2 * i128::from(d)) as u64,
-                ))
+                Some(pow_mod(root, i128::from(n).rem_euclid(2 * i128::from(d)) as u64))
             });
             self.certainty.random_function |= root.is_none();
             return Some(root);

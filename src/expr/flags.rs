@@ -19,61 +19,36 @@ impl Pool {
     pub(super) fn flags_of(&self, node: &Node) -> Flags {
         let constant = |id: ExprId| self.flags(id).constant;
         match node {
-            Node::Number(value) => Flags {
-                nonnegative: !value.is_negative(),
-                constant: true,
-                primitive: false,
-            },
-            Node::Pi => Flags {
-                nonnegative: true,
-                constant: true,
-                primitive: false,
-            },
-            Node::Undefined => Flags {
-                nonnegative: false,
-                constant: true,
-                primitive: false,
-            },
+            Node::Number(value) => Flags { nonnegative: !value.is_negative(), constant: true, primitive: false },
+            Node::Pi => Flags { nonnegative: true, constant: true, primitive: false },
+            Node::Undefined => Flags { nonnegative: false, constant: true, primitive: false },
             Node::Symbol(_) => Flags::default(),
-            Node::Sum {
-                constant: number,
-                terms,
-            } => Flags {
+            Node::Sum { constant: number, terms } => Flags {
                 nonnegative: !number.is_negative()
-                    && terms
-                        .iter()
-                        .all(|(t, c)| !c.is_negative() && self.is_nonnegative(*t)),
+                    && terms.iter().all(|(t, c)| !c.is_negative() && self.is_nonnegative(*t)),
                 constant: terms.iter().all(|(t, _)| constant(*t)),
                 primitive: content(number, terms).is_one(),
             },
             Node::Product(factors) => Flags {
-                nonnegative: factors
-                    .iter()
-                    .all(|(b, e)| self.is_nonnegative_power(*b, e)),
+                nonnegative: factors.iter().all(|(b, e)| self.is_nonnegative_power(*b, e)),
                 constant: factors.iter().all(|(b, _)| constant(*b)),
                 primitive: false,
             },
-            Node::Power { base, exponent } => Flags {
-                nonnegative: true,
-                constant: constant(*base) && constant(*exponent),
-                primitive: false,
-            },
+            Node::Power { base, exponent } => {
+                Flags { nonnegative: true, constant: constant(*base) && constant(*exponent), primitive: false }
+            }
             Node::Function(function, x) => Flags {
                 nonnegative: match function {
                     Function::Exp | Function::Cosh | Function::Abs | Function::Acos => true,
-                    Function::Sinh | Function::Tanh | Function::Atan | Function::Asin => {
-                        self.is_nonnegative(*x)
-                    }
+                    Function::Sinh | Function::Tanh | Function::Atan | Function::Asin => self.is_nonnegative(*x),
                     Function::Sin | Function::Cos | Function::Tan | Function::Ln => false,
                 },
                 constant: constant(*x),
                 primitive: false,
             },
-            Node::Atan2 { y, x } => Flags {
-                nonnegative: self.is_nonnegative(*y),
-                constant: constant(*y) && constant(*x),
-                primitive: false,
-            },
+            Node::Atan2 { y, x } => {
+                Flags { nonnegative: self.is_nonnegative(*y), constant: constant(*y) && constant(*x), primitive: false }
+            }
         }
     }
 

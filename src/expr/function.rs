@@ -134,11 +134,7 @@ impl Pool {
                 if let Some(sign) = self.sign_of_constant(y) {
                     let ratio = self.div(y, x);
                     let angle = self.apply(Function::Atan, ratio);
-                    return if sign {
-                        self.sub(angle, PI)
-                    } else {
-                        self.add(angle, PI)
-                    };
+                    return if sign { self.sub(angle, PI) } else { self.add(angle, PI) };
                 }
                 if y == ZERO {
                     return PI;
@@ -197,10 +193,7 @@ impl Pool {
         };
         match self.node(e) {
             Node::Sum { constant, terms } => {
-                !constant.is_negative()
-                    && terms
-                        .iter()
-                        .all(|(t, c)| !c.is_negative() && is_positive_term(*t))
+                !constant.is_negative() && terms.iter().all(|(t, c)| !c.is_negative() && is_positive_term(*t))
             }
             Node::Number(_)
             | Node::Pi

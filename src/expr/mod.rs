@@ -58,8 +58,7 @@ use crate::number::Number;
 pub use crate::precision::Function;
 pub use derive::Derivatives;
 pub use modular::{
-    PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct,
-    sqrt_mod, sub_mod,
+    PRIME, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod, sub_mod,
 };
 pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
@@ -275,19 +274,14 @@ impl Pool {
         let symbol = Symbol(u32::try_from(self.symbols.len()).unwrap_or(u32::MAX));
         let expression = self.intern(Node::Symbol(symbol));
         self.held.grow(size_of::<SymbolEntry>() + name.len());
-        self.symbols.push(SymbolEntry {
-            name: name.into(),
-            expression,
-        });
+        self.symbols.push(SymbolEntry { name: name.into(), expression });
         symbol
     }
 
     /// What the symbol is displayed as; empty for a symbol of another pool.
     #[must_use]
     pub fn symbol_name(&self, symbol: Symbol) -> &str {
-        self.symbols
-            .get(symbol.index())
-            .map_or("", |entry| &entry.name)
+        self.symbols.get(symbol.index()).map_or("", |entry| &entry.name)
     }
 
     /// The expression that consists of the symbol.
@@ -337,11 +331,7 @@ impl Pool {
     /// The symbol an expression consists of.
     #[must_use]
     pub fn as_symbol(&self, id: ExprId) -> Option<Symbol> {
-        if let Node::Symbol(symbol) = self.node(id) {
-            Some(*symbol)
-        } else {
-            None
-        }
+        if let Node::Symbol(symbol) = self.node(id) { Some(*symbol) } else { None }
     }
 
     /// Whether no symbol occurs in the expression.
@@ -411,10 +401,7 @@ impl Pool {
     /// The id of a node that is canonical already.
     fn intern(&mut self, node: Node) -> ExprId {
         let hash = intern::hash(&node);
-        if let Some(id) = self
-            .table
-            .find(hash, |id| self.nodes.get(id as usize) == Some(&node))
-        {
+        if let Some(id) = self.table.find(hash, |id| self.nodes.get(id as usize) == Some(&node)) {
             return ExprId(id);
         }
         self.insert(hash, node)
@@ -425,21 +412,12 @@ impl Pool {
     fn intern_sum(&mut self, constant: Number, terms: &mut Vec<(ExprId, Number)>) -> ExprId {
         let hash = intern::hash_sum(&constant, terms);
         let is_same = |id: u32| match self.nodes.get(id as usize) {
-            Some(Node::Sum {
-                constant: other,
-                terms: others,
-            }) => **others == **terms && *other == constant,
+            Some(Node::Sum { constant: other, terms: others }) => **others == **terms && *other == constant,
             Some(_) | None => false,
         };
         match self.table.find(hash, is_same) {
             Some(id) => ExprId(id),
-            None => self.insert(
-                hash,
-                Node::Sum {
-                    constant,
-                    terms: terms.drain(..).collect(),
-                },
-            ),
+            None => self.insert(hash, Node::Sum { constant, terms: terms.drain(..).collect() }),
         }
     }
 

@@ -71,13 +71,7 @@ pub fn inverse_mod(a: u64) -> Option<u64> {
         (r0, r1) = (r1, r0 - q * r1);
         (t0, t1) = (t1, t0 - (q as i64) * t1);
     }
-    (r0 == 1).then(|| {
-        if t0 < 0 {
-            (t0 + PRIME as i64) as u64
-        } else {
-            t0 as u64
-        }
-    })
+    (r0 == 1).then(|| if t0 < 0 { (t0 + PRIME as i64) as u64 } else { t0 as u64 })
 }
 
 /// The smaller of the two square roots, where there are any.

@@ -15,8 +15,7 @@
 use super::modular::{root_of_unity, sqrt_of_prime};
 use super::traverse::Reachable;
 use super::{
-    ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod,
-    pow_mod, sqrt_mod, sub_mod,
+    ExprId, Function, Node, PI, PRIME, Pool, Symbol, add_mod, inverse_mod, mul_mod, neg_mod, pow_mod, sqrt_mod, sub_mod,
 };
 use crate::number::Number;
 
@@ -109,11 +108,7 @@ pub(super) fn residue(value: &Number) -> Option<u64> {
     match value.to_i64() {
         Some(small) => {
             let magnitude = small.unsigned_abs() % PRIME;
-            Some(if small < 0 {
-                neg_mod(magnitude)
-            } else {
-                magnitude
-            })
+            Some(if small < 0 { neg_mod(magnitude) } else { magnitude })
         }
         None => value.mod_prime(PRIME),
     }
@@ -123,23 +118,12 @@ impl Pool {
     /// The values of the roots modulo [`PRIME`], each below it; `None` where a denominator
     /// vanishes at the point. What the point does not determine (roots, functions) is drawn from
     /// the seed.
-    pub fn evaluate_mod(
-        &self,
-        roots: &[ExprId],
-        values: impl Fn(Symbol) -> u64,
-        seed: u64,
-    ) -> Option<Vec<u64>> {
-        self.modular_point(roots, values, seed)
-            .map(|point| point.values)
+    pub fn evaluate_mod(&self, roots: &[ExprId], values: impl Fn(Symbol) -> u64, seed: u64) -> Option<Vec<u64>> {
+        self.modular_point(roots, values, seed).map(|point| point.values)
     }
 
     /// As [`Pool::evaluate_mod`], with how far the values are those of the expressions.
-    pub fn modular_point(
-        &self,
-        roots: &[ExprId],
-        values: impl Fn(Symbol) -> u64,
-        seed: u64,
-    ) -> Option<ModularPoint> {
+    pub fn modular_point(&self, roots: &[ExprId], values: impl Fn(Symbol) -> u64, seed: u64) -> Option<ModularPoint> {
         Plan::new(self, roots).evaluate(self, &values, seed)
     }
 }
@@ -184,10 +168,7 @@ impl Plan {
                 Node::Number(value) => include(value),
                 Node::Sum { constant, terms } => {
                     include(constant);
-                    terms
-                        .iter()
-                        .filter(|(t, _)| *t != PI)
-                        .for_each(|(_, c)| include(c));
+                    terms.iter().filter(|(t, _)| *t != PI).for_each(|(_, c)| include(c));
                 }
                 Node::Pi
                 | Node::Symbol(_)
@@ -201,12 +182,7 @@ impl Plan {
         plan
     }
 
-    pub(super) fn evaluate(
-        &self,
-        pool: &Pool,
-        values: &dyn Fn(Symbol) -> u64,
-        seed: u64,
-    ) -> Option<ModularPoint> {
+    pub(super) fn evaluate(&self, pool: &Pool, values: &dyn Fn(Symbol) -> u64, seed: u64) -> Option<ModularPoint> {
         let mut point = Point {
             pool,
             plan: self,
@@ -219,10 +195,7 @@ impl Plan {
             point.values.push(value);
         }
         let values = self.roots.iter().map(|root| point.value(*root)).collect();
-        Some(ModularPoint {
-            values,
-            certainty: point.certainty,
-        })
+        Some(ModularPoint { values, certainty: point.certainty })
     }
 }
 
@@ -231,9 +204,7 @@ fn lcm(a: u64, b: u64) -> Option<u64> {
     while y != 0 {
         (x, y) = (y, x % y);
     }
-    (a / x.max(1))
-        .checked_mul(b)
-        .filter(|lcm| *lcm <= MAX_DENOMINATOR)
+    (a / x.max(1)).checked_mul(b).filter(|lcm| *lcm <= MAX_DENOMINATOR)
 }
 
 /// Which exponential a function is made of.
@@ -249,9 +220,7 @@ impl Kind {
     fn of(function: Function) -> Option<Kind> {
         match function {
             Function::Sin | Function::Cos | Function::Tan => Some(Kind::Circular),
-            Function::Sinh | Function::Cosh | Function::Tanh | Function::Exp => {
-                Some(Kind::Hyperbolic)
-            }
+            Function::Sinh | Function::Cosh | Function::Tanh | Function::Exp => Some(Kind::Hyperbolic),
             Function::Asin | Function::Acos | Function::Atan | Function::Ln | Function::Abs => None,
         }
     }
@@ -269,10 +238,7 @@ pub(super) struct Point<'a> {
 impl Point<'_> {
     /// The value of an expression that was evaluated before.
     pub(super) fn value(&self, id: ExprId) -> u64 {
-        self.values
-            .get(self.plan.reachable.place(id))
-            .copied()
-            .unwrap_or(0)
+        self.values.get(self.plan.reachable.place(id)).copied().unwrap_or(0)
     }
 
     fn value_of(&mut self, id: ExprId, symbols: &dyn Fn(Symbol) -> u64) -> Option<u64> {
@@ -299,12 +265,7 @@ impl Point<'_> {
             Node::Function(function, x) => self.function(*function, *x),
             Node::Atan2 { y, x } => {
                 self.certainty.random_function = true;
-                Some(random(
-                    self.seed,
-                    Tag::Atan2,
-                    self.value(*y),
-                    self.value(*x),
-                ))
+                Some(random(self.seed, Tag::Atan2, self.value(*y), self.value(*x)))
             }
             Node::Undefined => None,
         }
@@ -390,12 +351,7 @@ impl Point<'_> {
             let value = self.value(*term);
             let factor = match coefficient.to_i64() {
                 Some(whole) => signed_power(random(self.seed, Tag::Power, b, value), whole)?,
-                None => random(
-                    self.seed,
-                    Tag::Power,
-                    b,
-                    mul_mod(value, residue(coefficient)?),
-                ),
+                None => random(self.seed, Tag::Power, b, mul_mod(value, residue(coefficient)?)),
             };
             product = mul_mod(product, factor);
         }
@@ -446,10 +402,7 @@ impl Point<'_> {
 fn half_difference_and_sum(w: u64) -> Option<(u64, u64)> {
     let half = PRIME.div_ceil(2);
     let inverse = inverse_mod(w)?;
-    Some((
-        mul_mod(half, sub_mod(w, inverse)),
-        mul_mod(half, add_mod(w, inverse)),
-    ))
+    Some((mul_mod(half, sub_mod(w, inverse)), mul_mod(half, add_mod(w, inverse))))
 }
 
 /// A whole power; `None` of a negative one of 0.

@@ -110,11 +110,7 @@ impl Pool {
                 Piece::Sum { id, negated, place } => {
                     self.write_sum(id, negated, place, &mut pieces);
                 }
-                Piece::Term {
-                    coefficient,
-                    factors,
-                    negated,
-                } => {
+                Piece::Term { coefficient, factors, negated } => {
                     self.write_term(&coefficient, factors, negated, &mut pieces);
                 }
             }
@@ -132,17 +128,9 @@ impl Pool {
             }
             Node::Pi => out.push(Piece::Text("pi")),
             Node::Symbol(symbol) => out.push(Piece::Owned(self.symbol_name(*symbol).to_owned())),
-            Node::Sum { .. } => out.push(Piece::Sum {
-                id,
-                negated: false,
-                place,
-            }),
+            Node::Sum { .. } => out.push(Piece::Sum { id, negated: false, place }),
             Node::Product(factors) => in_parentheses(place != Place::Open, out, |out| {
-                out.push(Piece::Term {
-                    coefficient: Number::ONE,
-                    factors: factors.to_vec(),
-                    negated: None,
-                });
+                out.push(Piece::Term { coefficient: Number::ONE, factors: factors.to_vec(), negated: None });
             }),
             Node::Power { base, exponent } => in_parentheses(place == Place::Power, out, |out| {
                 out.push(Piece::Expression(*base, Place::Power));
@@ -151,9 +139,7 @@ impl Pool {
             }),
             Node::Function(function, x) => {
                 out.push(Piece::Text(function_name(*function)));
-                in_parentheses(true, out, |out| {
-                    out.push(Piece::Expression(*x, Place::Open))
-                });
+                in_parentheses(true, out, |out| out.push(Piece::Expression(*x, Place::Open)));
             }
             Node::Atan2 { y, x } => {
                 out.push(Piece::Text("atan2("));
@@ -183,18 +169,10 @@ impl Pool {
         for (term, coefficient) in terms {
             let factors = self.factors(*term);
             // Where nothing else could lead without a sign, a difference takes up the minus.
-            let reversed = if has_positive {
-                None
-            } else {
-                self.reversible_factor(&factors)
-            };
+            let reversed = if has_positive { None } else { self.reversible_factor(&factors) };
             has_positive |= reversed.is_some();
             let negative = !positive(coefficient) && reversed.is_none();
-            let piece = Piece::Term {
-                coefficient: coefficient.abs(),
-                factors,
-                negated: reversed,
-            };
+            let piece = Piece::Term { coefficient: coefficient.abs(), factors, negated: reversed };
             parts.push((negative, piece));
         }
         if parts.first().is_some_and(|(negative, _)| *negative) {
@@ -218,9 +196,7 @@ impl Pool {
     /// `-k*(x - y)` as `k*(y - x)`.
     fn reversible_factor(&self, factors: &[(ExprId, Number)]) -> Option<ExprId> {
         let is_difference = |id: ExprId| match self.node(id) {
-            Node::Sum { constant, terms } => {
-                constant.is_negative() || terms.iter().any(|(_, c)| c.is_negative())
-            }
+            Node::Sum { constant, terms } => constant.is_negative() || terms.iter().any(|(_, c)| c.is_negative()),
             Node::Number(_)
             | Node::Pi
             | Node::Symbol(_)
@@ -230,10 +206,7 @@ impl Pool {
             | Node::Atan2 { .. }
             | Node::Undefined => false,
         };
-        factors
-            .iter()
-            .find(|(base, e)| e.is_integer() && !e.is_even() && is_difference(*base))
-            .map(|(base, _)| *base)
+        factors.iter().find(|(base, e)| e.is_integer() && !e.is_even() && is_difference(*base)).map(|(base, _)| *base)
     }
 
     /// Numbers and pi, then symbols in order of creation, then the rest likewise.
@@ -264,24 +237,15 @@ impl Pool {
         let mut below: Vec<Vec<Piece>> = Vec::new();
         let mut only_numbers = true;
         // pi*j/12: as angles are written.
-        let is_angle =
-            factors.len() > 1 && factors.iter().any(|(base, e)| *base == PI && e.is_one());
+        let is_angle = factors.len() > 1 && factors.iter().any(|(base, e)| *base == PI && e.is_one());
         for (base, exponent) in factors {
             only_numbers &= matches!(self.node(base), Node::Number(_));
             let magnitude = exponent.abs();
             let mut piece = Vec::new();
             if negated == Some(base) {
-                write_power(&magnitude, &mut piece, |place| Piece::Sum {
-                    id: base,
-                    negated: true,
-                    place,
-                });
+                write_power(&magnitude, &mut piece, |place| Piece::Sum { id: base, negated: true, place });
             } else if let Some(joined) = under_root.take_if(|joined| joined.base == base) {
-                let term = Piece::Term {
-                    coefficient: joined.coefficient,
-                    factors: joined.factors,
-                    negated: None,
-                };
+                let term = Piece::Term { coefficient: joined.coefficient, factors: joined.factors, negated: None };
                 write_root(&magnitude, vec![term], &mut piece);
                 if joined.above {
                     above.push(piece);
@@ -292,32 +256,20 @@ impl Pool {
             } else if let (true, Some(inverse)) = (exponent.is_negative(), self.inverted(base)) {
                 // (x/y)^(-1/2) reads better as sqrt(y/x).
                 let mut inner = Vec::new();
-                let term = Piece::Term {
-                    coefficient: Number::ONE,
-                    factors: inverse,
-                    negated: None,
-                };
+                let term = Piece::Term { coefficient: Number::ONE, factors: inverse, negated: None };
                 inner.push(term);
                 write_root(&magnitude, inner, &mut piece);
                 above.push(piece);
                 continue;
             } else {
-                write_power(&magnitude, &mut piece, |place| {
-                    Piece::Expression(base, place)
-                });
+                write_power(&magnitude, &mut piece, |place| Piece::Expression(base, place));
             }
-            if exponent.is_negative() {
-                below.push(piece)
-            } else {
-                above.push(piece)
-            }
+            if exponent.is_negative() { below.push(piece) } else { above.push(piece) }
         }
         let whole = Number::from_integer(coefficient.numerator());
         let divisor = Number::from_integer(coefficient.denominator().into());
         // 1/2*k, but sqrt(2)/2 and 1/(2*k).
-        if !is_angle
-            && (decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers))
-        {
+        if !is_angle && (decimal_text(coefficient).is_some() || (!above.is_empty() && !only_numbers)) {
             if !coefficient.is_one() || above.is_empty() {
                 above.insert(0, vec![Piece::Owned(number_text(coefficient))]);
             }
@@ -338,18 +290,11 @@ impl Pool {
 
     /// `sqrt(2)/(2*sqrt(m))` is written `1/sqrt(2*m)`, and `sqrt(2)*sqrt(a/b)/2` as `sqrt(a/(2*b))`: what is left of the
     /// coefficient, and the factor that takes up the number below its root, with what stands there then.
-    fn joined_root(
-        &self,
-        coefficient: &Number,
-        factors: &mut Vec<(ExprId, Number)>,
-    ) -> (Number, Option<Joined>) {
+    fn joined_root(&self, coefficient: &Number, factors: &mut Vec<(ExprId, Number)>) -> (Number, Option<Joined>) {
         let half = Number::half();
-        let whole = factors.iter().position(|(base, e)| {
-            *e == half && self.as_number(*base).is_some_and(Number::is_integer)
-        });
-        let root = factors
-            .iter()
-            .filter(|(base, e)| e.abs() == half && self.as_number(*base).is_none());
+        let whole =
+            factors.iter().position(|(base, e)| *e == half && self.as_number(*base).is_some_and(Number::is_integer));
+        let root = factors.iter().filter(|(base, e)| e.abs() == half && self.as_number(*base).is_none());
         let below = root.clone().find(|(_, e)| e.is_negative());
         let root = below.or_else(|| root.clone().next());
         if let (Some(at), Some((base, exponent))) = (whole, root)
@@ -364,30 +309,15 @@ impl Pool {
                 let divided = (factors[at].0, Number::MINUS_ONE);
                 factors.remove(at);
                 let joined = match (below, self.inverted(base)) {
-                    (true, None) => Joined {
-                        base,
-                        above: false,
-                        coefficient: number,
-                        factors: self.factors(base),
-                    },
+                    (true, None) => Joined { base, above: false, coefficient: number, factors: self.factors(base) },
                     (true, Some(mut factors)) => {
                         factors.push(divided);
-                        Joined {
-                            base,
-                            above: true,
-                            coefficient: Number::ONE,
-                            factors,
-                        }
+                        Joined { base, above: true, coefficient: Number::ONE, factors }
                     }
                     (false, _) => {
                         let mut factors = self.factors(base);
                         factors.push(divided);
-                        Joined {
-                            base,
-                            above: true,
-                            coefficient: Number::ONE,
-                            factors,
-                        }
+                        Joined { base, above: true, coefficient: Number::ONE, factors }
                     }
                 };
                 return (rest, Some(joined));
@@ -401,10 +331,7 @@ impl Pool {
         let Node::Product(factors) = self.node(base) else {
             return None;
         };
-        factors
-            .iter()
-            .any(|(_, e)| e.is_negative())
-            .then(|| factors.iter().map(|(b, e)| (*b, e.neg())).collect())
+        factors.iter().any(|(_, e)| e.is_negative()).then(|| factors.iter().map(|(b, e)| (*b, e.neg())).collect())
     }
 }
 
@@ -476,8 +403,5 @@ fn decimal_text(value: &Number) -> Option<String> {
     let scaled = u128::from(numerator.unsigned_abs()) * u128::from(unit / denominator);
     let (whole, fraction) = (scaled / u128::from(unit), scaled % u128::from(unit));
     let sign = if numerator < 0 { "-" } else { "" };
-    Some(format!(
-        "{sign}{whole}.{fraction:0width$}",
-        width = places as usize
-    ))
+    Some(format!("{sign}{whole}.{fraction:0width$}", width = places as usize))
 }

@@ -120,10 +120,7 @@ impl Pool {
                 let x = self.mul(x, exponent);
                 return self.apply(Function::Exp, x);
             }
-            Node::Power {
-                base,
-                exponent: inner,
-            } => {
+            Node::Power { base, exponent: inner } => {
                 let exponent = self.mul(inner, exponent);
                 return self.power_node(base, exponent);
             }
@@ -269,26 +266,16 @@ impl Pool {
                 work.pending.push((*x, exponent));
             }
             Node::Function(Function::Exp, x) => work.exponents.push((*x, exponent)),
-            Node::Power {
-                base: b,
-                exponent: e,
-            } => {
+            Node::Power { base: b, exponent: e } => {
                 let (b, e) = (*b, *e);
                 let magnitude = exponent.abs();
                 let node = if magnitude.is_one() {
                     base
                 } else {
                     let e = self.scale(e, &magnitude);
-                    self.intern(Node::Power {
-                        base: b,
-                        exponent: e,
-                    })
+                    self.intern(Node::Power { base: b, exponent: e })
                 };
-                let sign = if exponent.is_negative() {
-                    Number::MINUS_ONE
-                } else {
-                    Number::ONE
-                };
+                let sign = if exponent.is_negative() { Number::MINUS_ONE } else { Number::ONE };
                 work.settled.push((node, sign));
             }
             Node::Undefined => return Err(NoValue::Undefined),
@@ -300,13 +287,7 @@ impl Pool {
     }
 
     /// `(±term)^exponent` for an exponent that is not whole.
-    fn settle_root_of_term(
-        &mut self,
-        term: ExprId,
-        negative: bool,
-        exponent: Number,
-        work: &mut Workspace,
-    ) {
+    fn settle_root_of_term(&mut self, term: ExprId, negative: bool, exponent: Number, work: &mut Workspace) {
         if !negative {
             work.pending.push((term, exponent));
             return;
@@ -342,17 +323,11 @@ impl Pool {
         exponent: Number,
         work: &mut Workspace,
     ) {
-        let comes_out = |pool: &Pool, b: ExprId, e: &Number| {
-            e.is_even() || !e.is_integer() || pool.is_nonnegative(b)
-        };
+        let comes_out = |pool: &Pool, b: ExprId, e: &Number| e.is_even() || !e.is_integer() || pool.is_nonnegative(b);
         let mut left: Vec<(ExprId, Number)> = Vec::new();
         for (b, e) in factors {
             if !comes_out(self, *b, e) {
-                let sign = if e.is_negative() {
-                    Number::MINUS_ONE
-                } else {
-                    Number::ONE
-                };
+                let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
                 left.push((*b, sign));
             }
         }
@@ -366,11 +341,7 @@ impl Pool {
                 work.pending.push((*b, e.mul(&exponent)));
                 continue;
             }
-            let sign = if e.is_negative() {
-                Number::MINUS_ONE
-            } else {
-                Number::ONE
-            };
+            let sign = if e.is_negative() { Number::MINUS_ONE } else { Number::ONE };
             let even = if e.is_even() { e.clone() } else { e.sub(&sign) };
             // A single odd power: (x^3)^r = x^(3r), since x is not negative where it has a value.
             if !e.is_even() && !negative && left.len() == 1 {
@@ -410,10 +381,7 @@ impl Pool {
         if work.exponents.is_empty() {
             return;
         }
-        let at = work
-            .settled
-            .iter()
-            .position(|(b, _)| self.exponential(*b).is_some());
+        let at = work.settled.iter().position(|(b, _)| self.exponential(*b).is_some());
         if let Some(at) = at {
             let (node, exponent) = work.settled.swap_remove(at);
             if let Some(x) = self.exponential(node) {
@@ -432,11 +400,7 @@ impl Pool {
 
     /// The argument of an exponential function.
     fn exponential(&self, e: ExprId) -> Option<ExprId> {
-        if let Node::Function(Function::Exp, x) = self.node(e) {
-            Some(*x)
-        } else {
-            None
-        }
+        if let Node::Function(Function::Exp, x) = self.node(e) { Some(*x) } else { None }
     }
 
     /// Cancels x against |x|, so that what is continuous where x is 0 has a value there: x³/|x| = x|x|, x²/|x|^(1/2) = |x|^(3/2).
@@ -489,8 +453,7 @@ impl Pool {
             let reducible = match self.node(*base) {
                 Node::Product(factors) => exponent.is_integer() && factors.len() <= MAX_FACTORS,
                 Node::Sum { constant, terms } => {
-                    exponent.is_integer()
-                        && (leads_negative(constant, terms) || !self.flags(*base).primitive)
+                    exponent.is_integer() && (leads_negative(constant, terms) || !self.flags(*base).primitive)
                 }
                 Node::Function(Function::Abs, _) => exponent.is_even(),
                 Node::Power { .. } => !exponent.abs().is_one(),
@@ -510,11 +473,7 @@ impl Pool {
 
     /// Collects the primes under roots: whole powers go to the coefficient, and one number base
     /// remains for each exponent between 0 and 1: `sqrt(2)*sqrt(6) = 2*sqrt(3)`.
-    fn settle_roots(
-        &mut self,
-        coefficient: &mut Number,
-        work: &mut Workspace,
-    ) -> Result<(), NoValue> {
+    fn settle_roots(&mut self, coefficient: &mut Number, work: &mut Workspace) -> Result<(), NoValue> {
         if work.roots.is_empty() {
             return Ok(());
         }
@@ -569,10 +528,7 @@ fn multiply_number(
     }
     for (part, sign) in [
         (Number::from_integer(value.numerator()), Number::ONE),
-        (
-            Number::from_integer(value.denominator().into()),
-            Number::MINUS_ONE,
-        ),
+        (Number::from_integer(value.denominator().into()), Number::MINUS_ONE),
     ] {
         for factor in part.factors() {
             let multiplicity = Number::from(i64::from(factor.multiplicity));
@@ -584,11 +540,7 @@ fn multiply_number(
 }
 
 /// Multiplies by a whole power of a number.
-fn multiply_whole_power(
-    value: &Number,
-    exponent: &Number,
-    coefficient: &mut Number,
-) -> Result<(), NoValue> {
+fn multiply_whole_power(value: &Number, exponent: &Number, coefficient: &mut Number) -> Result<(), NoValue> {
     let power = if exponent.is_one() {
         value.clone()
     } else if value.is_one() {
@@ -596,27 +548,12 @@ fn multiply_whole_power(
     } else if value.is_zero() && !exponent.is_negative() {
         Number::ZERO
     } else if value.abs().is_one() {
-        if exponent.is_even() {
-            Number::ONE
-        } else {
-            Number::MINUS_ONE
-        }
+        if exponent.is_even() { Number::ONE } else { Number::MINUS_ONE }
     } else {
-        let exponent = exponent
-            .to_i64()
-            .and_then(|e| i32::try_from(e).ok())
-            .ok_or(NoValue::TooLong)?;
-        let no_value = if value.is_zero() {
-            NoValue::Undefined
-        } else {
-            NoValue::TooLong
-        };
+        let exponent = exponent.to_i64().and_then(|e| i32::try_from(e).ok()).ok_or(NoValue::TooLong)?;
+        let no_value = if value.is_zero() { NoValue::Undefined } else { NoValue::TooLong };
         value.powi(exponent).ok_or(no_value)?
     };
     *coefficient = coefficient.mul(&power);
-    if coefficient.is_oversized() {
-        Err(NoValue::TooLong)
-    } else {
-        Ok(())
-    }
+    if coefficient.is_oversized() { Err(NoValue::TooLong) } else { Ok(()) }
 }

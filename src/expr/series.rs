@@ -74,11 +74,7 @@ impl<S: Scalar> Prepared<S> {
     /// The tape as a map of power series, ready for the coefficients of order 0.
     #[must_use]
     pub fn series(&self) -> Series<S> {
-        let Lowered {
-            steps,
-            moving,
-            outputs,
-        } = lower::lower(&self.code);
+        let Lowered { steps, moving, outputs } = lower::lower(&self.code);
         let count = steps.len();
         let zero = S::from_number(&Number::ZERO, self.precision);
         Series {
@@ -249,12 +245,7 @@ impl<S: Scalar> Series<S> {
                 }
             }
             Step::Integral { start, .. } if k == 0 => self.start(*start),
-            Step::Integral {
-                slope,
-                factor,
-                negative,
-                ..
-            } => {
+            Step::Integral { slope, factor, negative, .. } => {
                 let sum = match factor {
                     None => Some(at(*slope).clone()),
                     Some(factor) => self.convolution(*slope, *factor, k, 1),
@@ -341,11 +332,7 @@ impl<S: Scalar> Series<S> {
         let live = self.live[a];
         let low = from.max((k + 1).saturating_sub(live));
         let half = k.div_ceil(2);
-        let sum = if low < half {
-            S::convolution(&row[low..half], &row[k + 1 - half..k + 1 - low])
-        } else {
-            None
-        };
+        let sum = if low < half { S::convolution(&row[low..half], &row[k + 1 - half..k + 1 - low]) } else { None };
         let mut sum = sum.map(|sum| sum.add(&sum));
         if k.is_multiple_of(2) && half >= from && half < live {
             let middle = row[half].powi(2);

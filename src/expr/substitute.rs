@@ -123,17 +123,11 @@ impl Pool {
             };
             images.push(new);
         }
-        roots
-            .iter()
-            .map(|root| images[reachable.place(*root)])
-            .collect()
+        roots.iter().map(|root| images[reachable.place(*root)]).collect()
     }
 
     /// One expression with its symbols replaced.
     pub fn substitute_one(&mut self, root: ExprId, map: &Substitution) -> ExprId {
-        self.substitute(&[root], map)
-            .first()
-            .copied()
-            .unwrap_or(root)
+        self.substitute(&[root], map).first().copied().unwrap_or(root)
     }
 }

@@ -9,9 +9,7 @@ use crate::number::Number;
 /// `x - x0`, and `1 - cos(x)`.)
 pub(super) fn leads_negative(constant: &Number, terms: &[(ExprId, Number)]) -> bool {
     if constant.is_zero() {
-        terms
-            .last()
-            .is_some_and(|(_, coefficient)| coefficient.is_negative())
+        terms.last().is_some_and(|(_, coefficient)| coefficient.is_negative())
     } else {
         constant.is_negative()
     }
@@ -81,8 +79,7 @@ impl Pool {
             }
             Node::Sum { constant, terms } => {
                 let constant = constant.mul(factor);
-                self.term_buffer
-                    .extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
+                self.term_buffer.extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
                 self.finish_sum(constant)
             }
             Node::Undefined => UNDEFINED,
@@ -111,10 +108,7 @@ impl Pool {
             }
             match self.node(e) {
                 Node::Number(value) => constant = constant.add(&value.mul(&factor)),
-                Node::Sum {
-                    constant: inner,
-                    terms,
-                } => {
+                Node::Sum { constant: inner, terms } => {
                     constant = constant.add(&inner.mul(&factor));
                     collected.extend(terms.iter().map(|(t, c)| (*t, c.mul(&factor))));
                 }

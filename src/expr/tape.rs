@@ -23,20 +23,11 @@ pub(super) enum Operation {
     Input(usize),
     Constant(usize),
     Pi,
-    Sum {
-        constant: Option<usize>,
-        terms: Box<[(usize, Weight)]>,
-    },
+    Sum { constant: Option<usize>, terms: Box<[(usize, Weight)]> },
     Product(Box<[Factor]>),
-    Power {
-        base: usize,
-        exponent: usize,
-    },
+    Power { base: usize, exponent: usize },
     Function(Function, usize),
-    Atan2 {
-        y: usize,
-        x: usize,
-    },
+    Atan2 { y: usize, x: usize },
     Undefined,
 }
 
@@ -95,17 +86,10 @@ impl Tape {
     /// # Errors
     ///
     /// [`UnboundSymbol`] where a root contains a symbol that is not an input.
-    pub fn compile(
-        pool: &Pool,
-        roots: &[ExprId],
-        inputs: &[Symbol],
-    ) -> Result<Tape, UnboundSymbol> {
+    pub fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, UnboundSymbol> {
         let reachable = pool.reachable_places(roots);
-        let mut order: Vec<(Symbol, usize)> = inputs
-            .iter()
-            .enumerate()
-            .map(|(place, symbol)| (*symbol, place))
-            .collect();
+        let mut order: Vec<(Symbol, usize)> =
+            inputs.iter().enumerate().map(|(place, symbol)| (*symbol, place)).collect();
         order.sort_unstable();
         let mut constants = vec![Number::ONE];
         let mut constant = |value: &Number| {
@@ -124,10 +108,7 @@ impl Tape {
                         Some(_) | None => return Err(UnboundSymbol { symbol: *symbol }),
                     }
                 }
-                Node::Sum {
-                    constant: free,
-                    terms,
-                } => Operation::Sum {
+                Node::Sum { constant: free, terms } => Operation::Sum {
                     constant: (!free.is_zero()).then(|| constant(free)),
                     terms: terms
                         .iter()
@@ -151,27 +132,16 @@ impl Tape {
                         })
                         .collect(),
                 ),
-                Node::Power { base, exponent } => Operation::Power {
-                    base: reachable.place(*base),
-                    exponent: reachable.place(*exponent),
-                },
+                Node::Power { base, exponent } => {
+                    Operation::Power { base: reachable.place(*base), exponent: reachable.place(*exponent) }
+                }
                 Node::Function(function, x) => Operation::Function(*function, reachable.place(*x)),
-                Node::Atan2 { y, x } => Operation::Atan2 {
-                    y: reachable.place(*y),
-                    x: reachable.place(*x),
-                },
+                Node::Atan2 { y, x } => Operation::Atan2 { y: reachable.place(*y), x: reachable.place(*x) },
                 Node::Undefined => Operation::Undefined,
             });
         }
         let outputs = roots.iter().map(|root| reachable.place(*root)).collect();
-        Ok(Tape {
-            code: Arc::new(Code {
-                operations,
-                constants,
-                outputs,
-                budget: pool.budget().clone(),
-            }),
-        })
+        Ok(Tape { code: Arc::new(Code { operations, constants, outputs, budget: pool.budget().clone() }) })
     }
 
     /// How many operations an evaluation takes.
@@ -195,37 +165,19 @@ impl Tape {
     /// The tape with its constants converted, for many evaluations at a precision.
     #[must_use]
     pub fn prepare<S: Scalar>(&self, precision: S::Precision) -> Prepared<S> {
-        let constants = self
-            .code
-            .constants
-            .iter()
-            .map(|number| S::from_number(number, precision))
-            .collect();
-        Prepared {
-            code: Arc::clone(&self.code),
-            constants,
-            precision,
-        }
+        let constants = self.code.constants.iter().map(|number| S::from_number(number, precision)).collect();
+        Prepared { code: Arc::clone(&self.code), constants, precision }
     }
 
     /// The values of the roots. `inputs` are those of the symbols, in the order of
     /// [`Tape::compile`]; `scratch` is memory to work in, of any content. Numbers whose precision has
     /// to be said go through [`Tape::prepare`].
-    pub fn evaluate<S: Scalar<Precision = ()>>(
-        &self,
-        inputs: &[S],
-        scratch: &mut Vec<S>,
-    ) -> Vec<S> {
+    pub fn evaluate<S: Scalar<Precision = ()>>(&self, inputs: &[S], scratch: &mut Vec<S>) -> Vec<S> {
         self.prepare(()).evaluate(inputs, scratch)
     }
 
     /// As [`Tape::evaluate`], into `out`, which has one place for each root.
-    pub fn evaluate_into<S: Scalar<Precision = ()>>(
-        &self,
-        inputs: &[S],
-        scratch: &mut Vec<S>,
-        out: &mut [S],
-    ) {
+    pub fn evaluate_into<S: Scalar<Precision = ()>>(&self, inputs: &[S], scratch: &mut Vec<S>, out: &mut [S]) {
         self.prepare(()).evaluate_into(inputs, scratch, out);
     }
 }
@@ -251,11 +203,7 @@ impl<S: Scalar> Prepared<S> {
     /// The values of the roots; see [`Tape::evaluate`].
     pub fn evaluate(&self, inputs: &[S], scratch: &mut Vec<S>) -> Vec<S> {
         self.run(inputs, scratch);
-        self.code
-            .outputs
-            .iter()
-            .map(|register| scratch[*register].clone())
-            .collect()
+        self.code.outputs.iter().map(|register| scratch[*register].clone()).collect()
     }
 
     /// The values of the roots, into `out`, which has one place for each. Allocates nothing once
@@ -282,10 +230,7 @@ impl<S: Scalar> Prepared<S> {
 
     fn step(&self, operation: &Operation, inputs: &[S], registers: &[S]) -> S {
         match operation {
-            Operation::Input(place) => inputs
-                .get(*place)
-                .cloned()
-                .unwrap_or_else(|| self.undefined()),
+            Operation::Input(place) => inputs.get(*place).cloned().unwrap_or_else(|| self.undefined()),
             Operation::Constant(at) => self.constants[*at].clone(),
             Operation::Pi => S::pi(self.precision),
             Operation::Sum { constant, terms } => {
@@ -298,9 +243,7 @@ impl<S: Scalar> Prepared<S> {
                         (None, Weight::Constant(at)) => self.constants[*at].mul(term),
                         (Some(sum), Weight::One) => sum.add(term),
                         (Some(sum), Weight::MinusOne) => sum.sub(term),
-                        (Some(sum), Weight::Constant(at)) => {
-                            sum.add(&self.constants[*at].mul(term))
-                        }
+                        (Some(sum), Weight::Constant(at)) => sum.add(&self.constants[*at].mul(term)),
                     });
                 }
                 sum.unwrap_or_else(|| self.undefined())
@@ -319,11 +262,7 @@ impl<S: Scalar> Prepared<S> {
         let mut denominator: Option<S> = None;
         for factor in factors {
             let base = &registers[factor.register];
-            let part = if factor.divides {
-                &mut denominator
-            } else {
-                &mut numerator
-            };
+            let part = if factor.divides { &mut denominator } else { &mut numerator };
             let value = match factor.exponent {
                 Exponent::One => {
                     *part = Some(match part.take() {

@@ -91,11 +91,7 @@ impl Pool {
     /// The reachable expressions with their places.
     pub(super) fn reachable_places(&self, roots: &[ExprId]) -> Reachable {
         let size = roots.iter().map(|root| root.index() + 1).max().unwrap_or(0);
-        let few = if size <= SMALL_POOL {
-            None
-        } else {
-            self.reachable_if_few(roots, size / 64)
-        };
+        let few = if size <= SMALL_POOL { None } else { self.reachable_if_few(roots, size / 64) };
         few.unwrap_or_else(|| self.reachable_by_bits(roots, size))
     }
 
@@ -121,10 +117,7 @@ impl Pool {
         for (place, id) in ids.iter().enumerate() {
             places.insert(*id, place);
         }
-        Some(Reachable {
-            ids,
-            index: Index::Sparse(places),
-        })
+        Some(Reachable { ids, index: Index::Sparse(places) })
     }
 
     /// The reachable expressions by marking children downwards from the largest root.
@@ -158,10 +151,7 @@ impl Pool {
                 before
             })
             .collect();
-        Reachable {
-            ids,
-            index: Index::Dense { bits, before },
-        }
+        Reachable { ids, index: Index::Dense { bits, before } }
     }
 
     /// The symbols that occur in an expression, in order of creation.
@@ -173,11 +163,7 @@ impl Pool {
     /// The symbols that occur in any of the expressions, in order of creation.
     #[must_use]
     pub fn symbols_of(&self, roots: &[ExprId]) -> Vec<Symbol> {
-        let mut symbols: Vec<Symbol> = self
-            .reachable(roots)
-            .into_iter()
-            .filter_map(|id| self.as_symbol(id))
-            .collect();
+        let mut symbols: Vec<Symbol> = self.reachable(roots).into_iter().filter_map(|id| self.as_symbol(id)).collect();
         symbols.sort_unstable();
         symbols
     }
@@ -187,19 +173,12 @@ impl Pool {
         if self.is_constant(root) {
             return false;
         }
-        self.reachable(&[root])
-            .into_iter()
-            .filter_map(|id| self.as_symbol(id))
-            .any(is_wanted)
+        self.reachable(&[root]).into_iter().filter_map(|id| self.as_symbol(id)).any(is_wanted)
     }
 
     /// For every expression of an ascending list that holds its own children, whether a wanted
     /// symbol occurs in it.
-    pub(super) fn dependent(
-        &self,
-        reachable: &Reachable,
-        is_wanted: impl Fn(Symbol) -> bool,
-    ) -> Vec<bool> {
+    pub(super) fn dependent(&self, reachable: &Reachable, is_wanted: impl Fn(Symbol) -> bool) -> Vec<bool> {
         let mut dependent = vec![false; reachable.ids.len()];
         for (place, id) in reachable.ids.iter().enumerate() {
             let mut depends = match self.node(*id) {
@@ -213,8 +192,7 @@ impl Pool {
                 | Node::Atan2 { .. }
                 | Node::Undefined => false,
             };
-            self.node(*id)
-                .for_each_child(|child| depends |= dependent[reachable.place(child)]);
+            self.node(*id).for_each_child(|child| depends |= dependent[reachable.place(child)]);
             dependent[place] = depends;
         }
         dependent

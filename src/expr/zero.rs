@@ -43,11 +43,7 @@ impl Pool {
         match self.node(root) {
             Node::Number(_) | Node::Pi | Node::Symbol(_) => return ZeroVerdict::NonZero,
             Node::Undefined => return ZeroVerdict::Unknown,
-            Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. } => {}
+            Node::Sum { .. } | Node::Product(_) | Node::Power { .. } | Node::Function(..) | Node::Atan2 { .. } => {}
         }
         let plan = Plan::new(self, &[root]);
         let mut zeros = 0;
@@ -62,11 +58,7 @@ impl Pool {
             }
             if point.values.first() == Some(&0) {
                 zeros += 1;
-                let enough = if certainty.random_sign || certainty.missing_root {
-                    POINTS_SIGNS
-                } else {
-                    POINTS_EXACT
-                };
+                let enough = if certainty.random_sign || certainty.missing_root { POINTS_SIGNS } else { POINTS_EXACT };
                 if zeros >= enough {
                     return ZeroVerdict::Zero;
                 }

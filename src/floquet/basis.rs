@@ -44,9 +44,7 @@ impl<S: Enclosure> Basis<S> {
             .collect()
         };
         Some(Self {
-            values: (0..n)
-                .map(|j| Complex::exact(values[j].re, values[j].im, precision))
-                .collect(),
+            values: (0..n).map(|j| Complex::exact(values[j].re, values[j].im, precision)).collect(),
             vectors: entries(&|i, j| (vectors[(i, j)].re, vectors[(i, j)].im))?,
             inverse: entries(&|i, j| (inverse[(i, j)].re, inverse[(i, j)].im))?,
         })
@@ -59,11 +57,7 @@ impl<S: Enclosure> Basis<S> {
         let vectors = schur.vectors();
         let inverse = inverse(&vectors, n, precision)?;
         let values = (0..n).map(|k| schur.form[n * k + k].clone()).collect();
-        Some(Self {
-            values,
-            vectors,
-            inverse,
-        })
+        Some(Self { values, vectors, inverse })
     }
 }
 
@@ -93,34 +87,20 @@ impl<S: Enclosure> Turn<S> {
         let length = own.add(&other).center().sqrt().center();
         if !own.is_positive() {
             let sine = y.conj().times(&S::exact(1.0, precision).div(&length));
-            return Some(Self {
-                cosine: S::exact(0.0, precision),
-                sine: sine.center(),
-            });
+            return Some(Self { cosine: S::exact(0.0, precision), sine: sine.center() });
         }
         let own = own.sqrt().center();
         let share = S::exact(1.0, precision).div(&own.mul(&length).center());
-        Some(Self {
-            cosine: own.div(&length).center(),
-            sine: x.mul(&y.conj()).times(&share).center(),
-        })
+        Some(Self { cosine: own.div(&length).center(), sine: x.mul(&y.conj()).times(&share).center() })
     }
 }
 
 impl<S: Enclosure> Schur<S> {
     fn new(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         let zero = S::exact(0.0, precision);
-        let form = matrix
-            .iter()
-            .map(|x| Complex::new(x.center(), zero.clone()));
-        let unit =
-            |at: usize| Complex::exact(f64::from(u8::from(at / n == at % n)), 0.0, precision);
-        let mut schur = Self {
-            n,
-            precision,
-            form: form.collect(),
-            basis: (0..n * n).map(unit).collect(),
-        };
+        let form = matrix.iter().map(|x| Complex::new(x.center(), zero.clone()));
+        let unit = |at: usize| Complex::exact(f64::from(u8::from(at / n == at % n)), 0.0, precision);
+        let mut schur = Self { n, precision, form: form.collect(), basis: (0..n * n).map(unit).collect() };
         schur.hessenberg();
         schur.triangular().then_some(schur)
     }
@@ -215,11 +195,7 @@ impl<S: Enclosure> Schur<S> {
         let product = b.mul(c).center();
         let root = half.mul(&half).add(&product).center().root(self.precision);
         let (plus, minus) = (half.add(&root).center(), half.sub(&root).center());
-        let larger = if plus.size() < minus.size() {
-            minus
-        } else {
-            plus
-        };
+        let larger = if plus.size() < minus.size() { minus } else { plus };
         if larger.size().is_zero() {
             return d.clone();
         }
@@ -282,13 +258,8 @@ pub(super) fn inverse<S: Enclosure>(
     precision: S::Precision,
 ) -> Option<Vec<Complex<S>>> {
     let mut left: Vec<Vec<Complex<S>>> = matrix.chunks_exact(n).map(<[_]>::to_vec).collect();
-    let mut right: Vec<Vec<Complex<S>>> = (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| Complex::exact(f64::from(u8::from(i == j)), 0.0, precision))
-                .collect()
-        })
-        .collect();
+    let mut right: Vec<Vec<Complex<S>>> =
+        (0..n).map(|i| (0..n).map(|j| Complex::exact(f64::from(u8::from(i == j)), 0.0, precision)).collect()).collect();
     for k in 0..n {
         let mut pivot = k;
         for i in k + 1..n {

@@ -92,11 +92,7 @@ impl<S: Enclosure> Complex<S> {
         let small = self.im.mul(&half).div(&large).center();
         if self.re.neg().is_positive() {
             // The imaginary part is the larger one.
-            if small.neg().is_positive() {
-                Self::new(small.neg(), large.neg())
-            } else {
-                Self::new(small, large)
-            }
+            if small.neg().is_positive() { Self::new(small.neg(), large.neg()) } else { Self::new(small, large) }
         } else {
             Self::new(large, small)
         }

@@ -36,18 +36,11 @@ impl<S: Enclosure> Disc<S> {
         let inverse = S::exact(1.0, precision).div(&rest);
         let center = self.center.times(&inverse);
         let radius = self.radius * inverse.size() + center.spread();
-        Some(Self {
-            center: center.center(),
-            radius,
-            single: self.single,
-        })
+        Some(Self { center: center.center(), radius, single: self.single })
     }
 
     pub(super) fn conjugate(&self) -> Self {
-        Self {
-            center: self.center.conj(),
-            ..self.clone()
-        }
+        Self { center: self.center.conj(), ..self.clone() }
     }
 }
 
@@ -66,17 +59,10 @@ pub(super) struct Covers<S: Enclosure> {
 
 impl<S: Enclosure> Covers<S> {
     /// From a matrix row by row; `None` where its eigenvectors could not be told apart.
-    pub(super) fn new(
-        matrix: &[S],
-        n: usize,
-        basis: &Basis<S>,
-        precision: S::Precision,
-    ) -> Option<Self> {
+    pub(super) fn new(matrix: &[S], n: usize, basis: &Basis<S>, precision: S::Precision) -> Option<Self> {
         let (values, vectors, left) = (&basis.values, &basis.vectors, &basis.inverse);
         let zero = Complex::exact(0.0, 0.0, precision);
-        let sum = |term: &dyn Fn(usize) -> Complex<S>| {
-            (0..n).fold(zero.clone(), |sum, k| sum.add(&term(k)))
-        };
+        let sum = |term: &dyn Fn(usize) -> Complex<S>| (0..n).fold(zero.clone(), |sum, k| sum.add(&term(k)));
         // ΦV - VD, then W times it, and |1 - WV|.
         let mut residual = Vec::with_capacity(n * n);
         for i in 0..n {
@@ -103,9 +89,8 @@ impl<S: Enclosure> Covers<S> {
         // Σ_(k>0) Eᵏ Y is at most |E|/(1 - |E|) times the largest entry of the column of Y.
         let share = defect / Magnitude::ONE.sub_down(defect);
         let size = |i: usize, j: usize| coupling[n * i + j].size();
-        let columns: Vec<Magnitude> = (0..n)
-            .map(|j| (0..n).fold(Magnitude::ZERO, |most, i| most.max(size(i, j))))
-            .collect();
+        let columns: Vec<Magnitude> =
+            (0..n).map(|j| (0..n).fold(Magnitude::ZERO, |most, i| most.max(size(i, j)))).collect();
         let mut matrix = Form {
             n,
             precision,
@@ -122,9 +107,7 @@ impl<S: Enclosure> Covers<S> {
             }
         }
         let mut of: Vec<Cover<S>> = (0..n).map(|i| matrix.scaled(i)).collect();
-        let plain: Vec<Disc<S>> = (0..n)
-            .map(|i| matrix.disc(i, matrix.own[i] + matrix.row(i, i)))
-            .collect();
+        let plain: Vec<Disc<S>> = (0..n).map(|i| matrix.disc(i, matrix.own[i] + matrix.row(i, i))).collect();
         for (i, cover) in of.iter_mut().enumerate() {
             if !cover.disc.single {
                 let members = connected(i, &plain, precision);
@@ -135,30 +118,18 @@ impl<S: Enclosure> Covers<S> {
             }
         }
         let finite = of.iter().all(|own| own.disc.radius.is_finite());
-        finite.then_some(Self {
-            of,
-            plain,
-            form: matrix,
-        })
+        finite.then_some(Self { of, plain, form: matrix })
     }
 
     /// A bound of an entry of V⁻¹ΦV, on the diagonal of its distance from the center of the disc.
     pub(super) fn coupling(&self, i: usize, j: usize) -> Magnitude {
-        if i == j {
-            self.form.own[i]
-        } else {
-            self.form.off[self.form.n * i + j]
-        }
+        if i == j { self.form.own[i] } else { self.form.off[self.form.n * i + j] }
     }
 }
 
 /// The discs that one is connected with: there are as many eigenvalues in these as there are discs, but any of them may
 /// hold them.
-pub(super) fn connected<S: Enclosure>(
-    i: usize,
-    discs: &[Disc<S>],
-    precision: S::Precision,
-) -> Vec<usize> {
+pub(super) fn connected<S: Enclosure>(i: usize, discs: &[Disc<S>], precision: S::Precision) -> Vec<usize> {
     let mut connected = vec![i];
     let mut next = 0;
     while let Some(at) = connected.get(next).copied() {
@@ -183,11 +154,7 @@ struct Form<S: Enclosure> {
 
 impl<S: Enclosure> Form<S> {
     fn disc(&self, at: usize, radius: Magnitude) -> Disc<S> {
-        Disc {
-            center: self.centers[at].clone(),
-            radius,
-            single: false,
-        }
+        Disc { center: self.centers[at].clone(), radius, single: false }
     }
 
     /// The entries of a row beside the diagonal, but for one.
@@ -207,27 +174,17 @@ impl<S: Enclosure> Form<S> {
         }
         // Any positive number would do; the sizes only choose one.
         let best = (strongest / gap).scale(2);
-        let factor = if best < Magnitude::ONE && !best.is_zero() {
-            best
-        } else {
-            Magnitude::ONE
-        };
+        let factor = if best < Magnitude::ONE && !best.is_zero() { best } else { Magnitude::ONE };
         let with = |factor: Magnitude| {
             let others = (0..n).filter(|j| *j != i).map(|j| {
                 let own = self.off[n * j + i] / factor;
                 self.disc(j, self.own[j] + self.row(j, i) + own)
             });
-            Cover {
-                disc: self.disc(i, self.own[i] + factor * self.row(i, i)),
-                others: others.collect(),
-            }
+            Cover { disc: self.disc(i, self.own[i] + factor * self.row(i, i)), others: others.collect() }
         };
         let mut cover = with(factor);
         let disc = &cover.disc;
-        let single = cover
-            .others
-            .iter()
-            .all(|other| disc.is_apart(other, self.precision));
+        let single = cover.others.iter().all(|other| disc.is_apart(other, self.precision));
         cover.disc.single = single;
         if single { cover } else { with(Magnitude::ONE) }
     }

@@ -158,32 +158,18 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     let rests = rests(model, &mut driven, &begin)?;
     let equations = if rests {
         let slopes = driven.linear(point)?;
-        let not_defined = |_| FloquetError::NotDefined {
-            span: driven.driven_at,
-        };
+        let not_defined = |_| FloquetError::NotDefined { span: driven.driven_at };
         Equations::linear(&driven.pool, driven.time, 2 * n, &[], &slopes).map_err(not_defined)?
     } else {
         driven.equations()?
     };
-    let task = Task {
-        driven: &driven,
-        equations: &equations,
-        period: &period,
-        point,
-        digits: options.digits,
-    };
-    let found = if rests {
-        task.about_rest()?
-    } else {
-        task.about_motion(&numbers)?
-    };
+    let task = Task { driven: &driven, equations: &equations, period: &period, point, digits: options.digits };
+    let found = if rests { task.about_rest()? } else { task.about_motion(&numbers)? };
     let mut multipliers = found.multipliers;
     sort(&mut multipliers);
     let state = if rests {
         let place = point.iter();
-        place
-            .map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO))
-            .collect()
+        place.map(|value| constant(&driven.pool, *value).unwrap_or(Ball::ZERO)).collect()
     } else {
         found.start
     };
@@ -193,9 +179,7 @@ fn over_a_period(model: &Model, options: &Options) -> Result<Floquet, FloquetErr
     Ok(Floquet {
         growth_rate: growth_rate(&multipliers, stable, &period),
         resonance: match stable {
-            Some(false) => {
-                resonance::resonance(&multipliers, &frequencies, period.mid_f64(), cycles)
-            }
+            Some(false) => resonance::resonance(&multipliers, &frequencies, period.mid_f64(), cycles),
             Some(true) | None => None,
         },
         velocities: match state.get(n..) {
@@ -221,12 +205,7 @@ fn away(model: &Model, guesses: &[f64], range: &[(f64, f64)]) -> Vec<Away> {
     let given = model.guesses.iter().chain(&model.guessed_velocities);
     let all = given.zip(guesses).zip(range).enumerate();
     all.filter(|(_, ((given, _), _))| given.is_some())
-        .map(|(at, ((_, guess), range))| Away {
-            coordinate: at % n,
-            velocity: at >= n,
-            guess: *guess,
-            range: *range,
-        })
+        .map(|(at, ((_, guess), range))| Away { coordinate: at % n, velocity: at >= n, guess: *guess, range: *range })
         .filter(|own| {
             let (low, high) = own.range;
             (low - own.guess).max(own.guess - high) > FAR * (high - low)
@@ -239,23 +218,15 @@ fn sort(multipliers: &mut [Multiplier]) {
     multipliers.sort_by(|a, b| {
         let angle = |m: &Multiplier| m.im.mid_f64().abs().atan2(m.re.mid_f64());
         let circle = |m: &Multiplier| m.place == Place::On;
-        let by_size = if circle(a) && circle(b) {
-            Ordering::Equal
-        } else {
-            b.log_size().total_cmp(&a.log_size())
-        };
-        by_size
-            .then(angle(a).total_cmp(&angle(b)))
-            .then(b.im.mid_f64().total_cmp(&a.im.mid_f64()))
+        let by_size = if circle(a) && circle(b) { Ordering::Equal } else { b.log_size().total_cmp(&a.log_size()) };
+        by_size.then(angle(a).total_cmp(&angle(b))).then(b.im.mid_f64().total_cmp(&a.im.mid_f64()))
     });
 }
 
 /// About the coordinates and velocities of a state.
 fn numbers(driven: &Driven, point: &[ExprId]) -> Vec<f64> {
     let values = point.iter();
-    values
-        .map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64()))
-        .collect()
+    values.map(|value| constant(&driven.pool, *value).map_or(0.0, |value| value.mid_f64())).collect()
 }
 
 /// Tries the period of a model at many states.
@@ -267,12 +238,7 @@ pub(crate) fn try_period(model: &Model) -> Result<(), FloquetError> {
 }
 
 /// A state that repeats after a period, as far as doubles tell, found from one near it in at most `budget` steps.
-pub(crate) fn repeating(
-    plain: &mut Plain,
-    period: f64,
-    start: &[f64],
-    budget: usize,
-) -> Option<Vec<f64>> {
+pub(crate) fn repeating(plain: &mut Plain, period: f64, start: &[f64], budget: usize) -> Option<Vec<f64>> {
     let found = orbit::search(plain, period, start, (budget, budget));
     Some(found.ok()?.start)
 }
@@ -310,11 +276,7 @@ pub(crate) fn begin(model: &Model, driven: &mut Driven) -> Vec<ExprId> {
 }
 
 /// Whether no motion begins at a state, as it has no velocity and no force acts there at any time.
-pub(crate) fn rests(
-    model: &Model,
-    driven: &mut Driven,
-    begin: &[ExprId],
-) -> Result<bool, FloquetError> {
+pub(crate) fn rests(model: &Model, driven: &mut Driven, begin: &[ExprId]) -> Result<bool, FloquetError> {
     let (point, velocities) = begin.split_at(driven.dimension());
     let moved = driven.moved(point);
     let energy = driven.driven_at;
@@ -327,9 +289,7 @@ pub(crate) fn rests(
         if let (Some(given), Some(true)) = (given, moved) {
             return Err(FloquetError::EquilibriumMoves {
                 coordinate: model.coordinates[at].name.clone(),
-                force: driven
-                    .force_text(at, point)
-                    .unwrap_or_else(|| "that is not 0".to_owned()),
+                force: driven.force_text(at, point).unwrap_or_else(|| "that is not 0".to_owned()),
                 span: given.span,
                 energy,
             });
@@ -372,9 +332,7 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
     let logarithm = if own().all(|own| own.modulus.is_finite()) {
         let least = own().map(|own| own.modulus.lower());
         let least = least.fold(0.0_f64, f64::max);
-        let largest = own()
-            .map(|own| own.modulus)
-            .filter(|modulus| modulus.upper() >= least);
+        let largest = own().map(|own| own.modulus).filter(|modulus| modulus.upper() >= least);
         largest.reduce(|all, one| all.hull(&one))?.ln()
     } else {
         let wide = || own().map(Multiplier::wide_modulus);
@@ -390,11 +348,7 @@ fn growth_rate(multipliers: &[Multiplier], stable: Option<bool>, period: &Ball) 
 /// The exponent of a multiplier, growth and angular frequency between -pi and pi over the period.
 #[must_use]
 pub fn exponent(multiplier: &Multiplier, period: &Ball) -> (Ball, Ball) {
-    let growth = if multiplier.place == Place::On {
-        Ball::ZERO
-    } else {
-        multiplier.log_modulus() / *period
-    };
+    let growth = if multiplier.place == Place::On { Ball::ZERO } else { multiplier.log_modulus() / *period };
     let angle = match &multiplier.precise {
         Some(precise) => precise[1].atan2(&precise[0]).to_ball(),
         None => Scalar::atan2(&multiplier.im, &multiplier.re),

@@ -52,25 +52,12 @@ struct Chain<S: Enclosure> {
 
 impl<S: Enclosure> Chain<S> {
     fn new(n: usize, precision: S::Precision) -> Self {
-        Self {
-            n,
-            precision,
-            links: Vec::new(),
-        }
+        Self { n, precision, links: Vec::new() }
     }
 
     fn push(&mut self, slopes: Vec<S>, drift: Vec<S>) {
-        let mut link = Link {
-            level: 0,
-            slopes,
-            exponent: 0,
-            drift,
-        };
-        while self
-            .links
-            .last()
-            .is_some_and(|last| last.level == link.level)
-        {
+        let mut link = Link { level: 0, slopes, exponent: 0, drift };
+        while self.links.last().is_some_and(|last| last.level == link.level) {
             let Some(last) = self.links.pop() else { break };
             link = self.joined(&last, &link);
         }
@@ -107,11 +94,7 @@ impl<S: Enclosure> Chain<S> {
             level: second.level.max(first.level) + 1,
             slopes,
             exponent,
-            drift: drift
-                .iter()
-                .zip(&second.drift)
-                .map(|(x, y)| x.add(y))
-                .collect(),
+            drift: drift.iter().zip(&second.drift).map(|(x, y)| x.add(y)).collect(),
         }
     }
 
@@ -121,11 +104,7 @@ impl<S: Enclosure> Chain<S> {
         let links = self.links.iter();
         links.fold(initial.to_vec(), |before, link| {
             let turned = times(self.n, &link.slopes, &before, &zero);
-            turned
-                .iter()
-                .zip(&link.drift)
-                .map(|(x, y)| x.add(y))
-                .collect()
+            turned.iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
         })
     }
 
@@ -176,16 +155,10 @@ pub(super) fn trip<S: Enclosure>(
         let state: Vec<S> = middle.iter().zip(&spread).map(|(m, d)| m.add(d)).collect();
         let left = period.sub(&time);
         let Some(step) = walk.step(&time, &state, &left) else {
-            return Err(Stop::Singular {
-                time: time.middle(),
-            });
+            return Err(Stop::Singular { time: time.middle() });
         };
         // From the midpoint m to the center of the state, and from its image to the next midpoint.
-        let shift: Vec<S> = middle
-            .iter()
-            .zip(&state)
-            .map(|(m, x)| m.sub(&x.center()))
-            .collect();
+        let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
         middle = step.image.iter().map(S::center).collect();
         let drift = times(n, &step.slopes, &shift, &zero)
             .iter()
@@ -197,12 +170,8 @@ pub(super) fn trip<S: Enclosure>(
             // The initial box aside: from its midpoint.
             let drift = chain.image(&vec![zero.clone(); start.len()]);
             let image: Vec<S> = middle.iter().zip(&drift).map(|(m, d)| m.add(d)).collect();
-            let whole = chain
-                .whole()
-                .filter(|whole| whole.slopes.iter().chain(&image).all(S::is_finite));
-            let singular = Stop::Singular {
-                time: period.middle(),
-            };
+            let whole = chain.whole().filter(|whole| whole.slopes.iter().chain(&image).all(S::is_finite));
+            let singular = Stop::Singular { time: period.middle() };
             return whole.ok_or(singular).map(|whole| Trip {
                 image,
                 monodromy: whole.slopes,

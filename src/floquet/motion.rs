@@ -50,10 +50,7 @@ impl Driven {
     pub(crate) fn new(model: &Model, open: &[usize]) -> Result<Self, FloquetError> {
         let driven_at = check(model)?;
         let Some(given) = model.period else {
-            return Err(FloquetError::NoPeriod {
-                suggestion: suggested_period(model),
-                span: driven_at,
-            });
+            return Err(FloquetError::NoPeriod { suggestion: suggested_period(model), span: driven_at });
         };
         let mut pool = model.pool.clone();
         let known = values(model, &mut pool, open);
@@ -146,10 +143,7 @@ impl Driven {
     /// The time, the coordinates, their velocities.
     pub(crate) fn symbols(&self) -> Vec<Symbol> {
         let time = std::iter::once(&self.time);
-        time.chain(&self.coordinates)
-            .chain(&self.velocities)
-            .copied()
-            .collect()
+        time.chain(&self.coordinates).chain(&self.velocities).copied().collect()
     }
 
     /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
@@ -197,11 +191,7 @@ impl Driven {
             let row = self.pool.gradient(load, &symbols);
             right.push(self.pool.substitute(&row, &map));
         }
-        let mass: Vec<Vec<ExprId>> = self
-            .mass
-            .iter()
-            .map(|row| self.pool.substitute(row, &map))
-            .collect::<Vec<_>>();
+        let mass: Vec<Vec<ExprId>> = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect::<Vec<_>>();
         let solved = self.solved(mass, right)?;
         let mut rows = vec![self.pool.zero(); 2 * n * n];
         for i in 0..n {
@@ -221,19 +211,12 @@ impl Driven {
         }
         rates.extend(accelerations.into_iter().flatten());
         let state: Vec<Symbol> = self.symbols()[1..].to_vec();
-        Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates).map_err(|_| {
-            FloquetError::NotDefined {
-                span: self.driven_at,
-            }
-        })
+        Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates)
+            .map_err(|_| FloquetError::NotDefined { span: self.driven_at })
     }
 
     /// -M⁻¹ times the right sides.
-    fn solved(
-        &mut self,
-        mass: Vec<Vec<ExprId>>,
-        right: Vec<Vec<ExprId>>,
-    ) -> Result<Vec<Vec<ExprId>>, FloquetError> {
+    fn solved(&mut self, mass: Vec<Vec<ExprId>>, right: Vec<Vec<ExprId>>) -> Result<Vec<Vec<ExprId>>, FloquetError> {
         let span = self.driven_at;
         let rows = solved(&mut self.pool, mass, right);
         let mut rows = rows.ok_or(FloquetError::NotDefined { span })?;
@@ -260,10 +243,7 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
     let families = signed_terms(model).map(|(_, family)| family);
     let terms: usize = families.chain(&model.friction).map(|own| own.count).sum();
     if terms > MOST_TERMS || model.coordinates.len() > MOST_COORDINATES {
-        return Err(FloquetError::TooLarge {
-            coordinates: model.coordinates.len(),
-            terms,
-        });
+        return Err(FloquetError::TooLarge { coordinates: model.coordinates.len(), terms });
     }
     Ok(span)
 }

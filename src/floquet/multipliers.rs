@@ -83,9 +83,7 @@ impl Multiplier {
     pub fn log_modulus(&self) -> Ball {
         match &self.precise {
             _ if self.place == Place::On => Ball::ZERO,
-            Some(precise) if !self.modulus.is_positive() => {
-                precise[2].apply(Function::Ln).to_ball()
-            }
+            Some(precise) if !self.modulus.is_positive() => precise[2].apply(Function::Ln).to_ball(),
             _ => self.modulus.ln(),
         }
     }
@@ -145,10 +143,7 @@ impl Multiplier {
     fn is_lacking(&self, digits: usize) -> bool {
         self.place == Place::Undecided
             || self.place == Place::On && !self.semisimple
-            || self
-                .parts(digits)
-                .iter()
-                .any(|(spread, allowed)| spread > allowed)
+            || self.parts(digits).iter().any(|(spread, allowed)| spread > allowed)
     }
 
     /// Of both parts, the bound of the error and what it may be: a tenth of a unit of the last place, of a part that is as
@@ -173,27 +168,15 @@ impl Multiplier {
 ///
 /// With half the trace h and the determinant d they are h ± sqrt(h² - d). For d = 1 both lie on the circle where |h| < 1, and
 /// one is outside where |h| > 1.
-pub(super) fn of_two<S: Enclosure>(
-    matrix: &[S],
-    symplectic: bool,
-    precision: S::Precision,
-) -> Vec<Multiplier> {
+pub(super) fn of_two<S: Enclosure>(matrix: &[S], symplectic: bool, precision: S::Precision) -> Vec<Multiplier> {
     let [a, b, c, d] = matrix else {
         return Vec::new();
     };
     let (one, half) = (S::exact(1.0, precision), S::exact(0.5, precision));
     let trace = a.add(d).mul(&half);
-    let determinant = if symplectic {
-        one.clone()
-    } else {
-        a.mul(d).sub(&b.mul(c))
-    };
+    let determinant = if symplectic { one.clone() } else { a.mul(d).sub(&b.mul(c)) };
     // (h - 1)(h + 1) loses nothing beside the border.
-    let below = if symplectic {
-        one.sub(&trace).mul(&one.add(&trace))
-    } else {
-        determinant.sub(&trace.mul(&trace))
-    };
+    let below = if symplectic { one.sub(&trace).mul(&one.add(&trace)) } else { determinant.sub(&trace.mul(&trace)) };
     if below.is_positive() {
         let (re, im) = (trace, below.sqrt());
         let place = if symplectic {
@@ -208,10 +191,7 @@ pub(super) fn of_two<S: Enclosure>(
                 Place::Undecided
             }
         };
-        return vec![
-            Multiplier::new(re.clone(), im.clone(), place, true),
-            Multiplier::new(re, im.neg(), place, true),
-        ];
+        return vec![Multiplier::new(re.clone(), im.clone(), place, true), Multiplier::new(re, im.neg(), place, true)];
     }
     let real = |value: S, place: Option<Place>| {
         let place = place.unwrap_or_else(|| side(&value.apply(Function::Abs), precision));
@@ -237,11 +217,8 @@ pub(super) fn of_two<S: Enclosure>(
     let reach = above.size().sqrt();
     let im = S::exact(0.0, precision).with_spread(reach);
     let own = Multiplier::new(trace.with_spread(reach), im, Place::Undecided, false);
-    let place = if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() {
-        Place::On
-    } else {
-        side(&own.modulus, ())
-    };
+    let place =
+        if symplectic && own.re.abs() == Ball::ONE && own.im.is_zero() { Place::On } else { side(&own.modulus, ()) };
     let own = Multiplier { place, ..own };
     vec![own.clone(), own]
 }
@@ -256,22 +233,14 @@ pub(super) fn of_many<S: Enclosure>(
     careful: bool,
     precision: S::Precision,
 ) -> Vec<Multiplier> {
-    let basis = if careful {
-        Basis::careful(matrix, n, precision)
-    } else {
-        Basis::quick(matrix, n, precision)
-    };
+    let basis = if careful { Basis::careful(matrix, n, precision) } else { Basis::quick(matrix, n, precision) };
     let Some(basis) = basis else {
         return Vec::new();
     };
     let Some(covers) = Covers::new(matrix, n, &basis, precision) else {
         return Vec::new();
     };
-    let partners = if symplectic.is_some() {
-        partners(&covers, precision)
-    } else {
-        vec![None; n]
-    };
+    let partners = if symplectic.is_some() { partners(&covers, precision) } else { vec![None; n] };
     let own = covers.of.iter().zip(partners);
     let own = own.map(|(cover, partner)| {
         let disc = &cover.disc;
@@ -283,11 +252,7 @@ pub(super) fn of_many<S: Enclosure>(
         let real = disc.single && is_own(&disc.conjugate());
         let part = |disc: &Disc<S>, real: bool| {
             let re = disc.center.re.with_spread(disc.radius);
-            let im = if real {
-                S::exact(0.0, precision)
-            } else {
-                disc.center.im.with_spread(disc.radius)
-            };
+            let im = if real { S::exact(0.0, precision) } else { disc.center.im.with_spread(disc.radius) };
             (re, im)
         };
         if let Some((image, real)) = partner {
@@ -295,10 +260,7 @@ pub(super) fn of_many<S: Enclosure>(
             return Multiplier::new(re, im, Place::Inside, image.single);
         }
         let (re, im) = part(disc, real);
-        let mirrored = || {
-            disc.mirrored(precision)
-                .is_some_and(|mirror| is_own(&mirror))
-        };
+        let mirrored = || disc.mirrored(precision).is_some_and(|mirror| is_own(&mirror));
         let place = if symplectic.is_some() && disc.single && mirrored() {
             Place::On
         } else {
@@ -334,9 +296,7 @@ fn together<S: Enclosure>(
         let members = connected(first, &covers.plain, precision);
         members.iter().for_each(|at| done[*at] = true);
         let mut open = members.iter().map(|at| multipliers[*at].place);
-        if open.all(|place| place == Place::Undecided)
-            && is_definite(&members, covers, basis, form, precision)
-        {
+        if open.all(|place| place == Place::Undecided) && is_definite(&members, covers, basis, form, precision) {
             for at in members {
                 let own = &mut multipliers[at];
                 own.place = Place::On;
@@ -356,10 +316,7 @@ fn together<S: Enclosure>(
 /// A single disc outside the circle holds an eigenvalue z, and its mirror image another one, 1/z̄. Discs that are connected hold as
 /// many eigenvalues as there are discs. If just as many images meet none of the other discs, they hold the same eigenvalues,
 /// since those of different z are different.
-fn partners<S: Enclosure>(
-    covers: &Covers<S>,
-    precision: S::Precision,
-) -> Vec<Option<(Disc<S>, bool)>> {
+fn partners<S: Enclosure>(covers: &Covers<S>, precision: S::Precision) -> Vec<Option<(Disc<S>, bool)>> {
     let n = covers.plain.len();
     let images: Vec<(Disc<S>, bool)> = covers
         .of
@@ -388,9 +345,7 @@ fn partners<S: Enclosure>(
         members.iter().for_each(|at| done[*at] = true);
         let others = (0..n).filter(|at| !members.contains(at));
         let others: Vec<&Disc<S>> = others.map(|at| &covers.plain[at]).collect();
-        let here = images
-            .iter()
-            .filter(|(image, _)| others.iter().all(|other| image.is_apart(other, precision)));
+        let here = images.iter().filter(|(image, _)| others.iter().all(|other| image.is_apart(other, precision)));
         let here: Vec<&(Disc<S>, bool)> = here.collect();
         if here.len() != members.len() {
             continue;
@@ -398,10 +353,7 @@ fn partners<S: Enclosure>(
         for (place, (at, (image, real))) in members.iter().zip(&here).enumerate() {
             let mut rest = here.iter().enumerate().filter(|(k, _)| *k != place);
             let single = rest.all(|(_, (other, _))| image.is_apart(other, precision));
-            let image = Disc {
-                single,
-                ..image.clone()
-            };
+            let image = Disc { single, ..image.clone() };
             partners[*at] = Some((image, *real));
         }
     }

@@ -67,16 +67,8 @@ pub(super) fn search(
 ) -> Result<Guess, Lost> {
     let n = start.len();
     let pieces = (MOST_UNKNOWNS / n.max(1)).clamp(1, PIECES);
-    let mut shooting = Shooting {
-        plain,
-        period,
-        n,
-        pieces,
-        steps: 0,
-        range: Vec::new(),
-    };
-    let resting =
-        DVector::from_iterator(n * pieces, start.iter().copied().cycle().take(n * pieces));
+    let mut shooting = Shooting { plain, period, n, pieces, steps: 0, range: Vec::new() };
+    let resting = DVector::from_iterator(n * pieces, start.iter().copied().cycle().take(n * pieces));
     let limit = most_steps.saturating_add(1);
     let mut begins: Vec<Place> = Vec::with_capacity(2);
     begins.extend(shooting.place(resting, limit));
@@ -138,12 +130,7 @@ impl Place {
         // Where periodic motions are not isolated none is asked for.
         let asked = slopes.solve(gaps);
         let asked = asked.unwrap_or_else(|| states.map(|_| f64::INFINITY));
-        Self {
-            states,
-            asked,
-            slopes,
-            exact: gaps.norm() == 0.0,
-        }
+        Self { states, asked, slopes, exact: gaps.norm() == 0.0 }
     }
 }
 
@@ -167,11 +154,7 @@ impl Shooting<'_> {
     }
 
     /// By how much each state misses the next one, and the derivative of that.
-    fn around(
-        &mut self,
-        states: &DVector<f64>,
-        most: usize,
-    ) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn around(&mut self, states: &DVector<f64>, most: usize) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let (n, pieces) = (self.n, self.pieces);
         let mut gaps = DVector::zeros(n * pieces);
         let mut slopes = DMatrix::zeros(n * pieces, n * pieces);
@@ -261,11 +244,7 @@ pub(super) fn orbit<S: Enclosure>(
     let largest = if largest > 1e-200 { largest } else { 1.0 };
     let mut center: Vec<S> = match nearer {
         Some(known) => known.iter().map(|x| from_ball(x, precision)).collect(),
-        None => guess
-            .start
-            .iter()
-            .map(|x| S::exact(*x, precision))
-            .collect(),
+        None => guess.start.iter().map(|x| S::exact(*x, precision)).collect(),
     };
     let mut asked: Vec<f64> = vec![0.0; n];
     let mut newton = None;
@@ -281,8 +260,7 @@ pub(super) fn orbit<S: Enclosure>(
         newton = Some(own);
         // What the next one will about be.
         let share = asked.iter().fold(0.0_f64, |most, a| most.max(*a)) / largest;
-        if share.is_nan() || 1e3 * share * share <= BOXES[0] * rounding || share <= 100.0 * rounding
-        {
+        if share.is_nan() || 1e3 * share * share <= BOXES[0] * rounding || share <= 100.0 * rounding {
             break;
         }
     }
@@ -301,17 +279,13 @@ pub(super) fn orbit<S: Enclosure>(
             return Ok(Orbit { start, trip: there });
         }
     }
-    Err(Lost::Search(
-        "a motion was found, but not proved to be periodic",
-    ))
+    Err(Lost::Search("a motion was found, but not proved to be periodic"))
 }
 
 /// The midpoint of a ball.
 fn from_ball<S: Enclosure>(value: &Ball, precision: S::Precision) -> S {
     let (high, low) = (value.mid.hi, value.mid.lo);
-    S::exact(high, precision)
-        .add(&S::exact(low, precision))
-        .center()
+    S::exact(high, precision).add(&S::exact(low, precision)).center()
 }
 
 /// C of Krawczyk's theorem, taken as exactly what it is.
@@ -326,20 +300,12 @@ impl<S: Enclosure> Correction<S> {
     fn new(monodromy: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         let one = S::exact(1.0, precision);
         let entries = monodromy.iter().enumerate().map(|(at, slope)| {
-            let own = if at / n == at % n {
-                slope.sub(&one)
-            } else {
-                slope.clone()
-            };
+            let own = if at / n == at % n { slope.sub(&one) } else { slope.clone() };
             Complex::new(own.center(), S::exact(0.0, precision))
         });
         let entries: Vec<Complex<S>> = entries.collect();
         let inverse = inverse(&entries, n, precision)?;
-        Some(Self {
-            n,
-            precision,
-            inverse: inverse.into_iter().map(|entry| entry.re).collect(),
-        })
+        Some(Self { n, precision, inverse: inverse.into_iter().map(|entry| entry.re).collect() })
     }
 
     /// C F(c).
@@ -366,11 +332,7 @@ impl<S: Enclosure> Correction<S> {
             for (j, reach) in reach.iter().enumerate() {
                 let product = (0..n).fold(zero.clone(), |sum, k| {
                     let slope = &there.monodromy[n * k + j];
-                    let own = if k == j {
-                        slope.sub(&one)
-                    } else {
-                        slope.clone()
-                    };
+                    let own = if k == j { slope.sub(&one) } else { slope.clone() };
                     sum.add(&self.inverse[n * i + k].mul(&own))
                 });
                 let rest = if i == j { one.sub(&product) } else { product };

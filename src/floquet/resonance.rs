@@ -27,11 +27,8 @@ pub struct Resonance {
 pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) -> Vec<f64> {
     let n = equations.dimension() / 2;
     let mut plain = Plain::new(equations);
-    let mut state: Vec<f64> = if equations.is_moving() {
-        state.iter().map(Ball::mid_f64).collect()
-    } else {
-        Vec::new()
-    };
+    let mut state: Vec<f64> =
+        if equations.is_moving() { state.iter().map(Ball::mid_f64).collect() } else { Vec::new() };
     let mut stiffness = DMatrix::<f64>::zeros(n, n);
     let mut size = 0.0_f64;
     for sample in 0..SAMPLES {

@@ -92,13 +92,8 @@ impl Task<'_> {
                 own.ok_or(failed)?
             }
         };
-        let found = self.climb(found, TRIPS, |bits, steps, found| {
-            wide(bits, steps, Some(&found.start))
-        });
-        Ok(Found {
-            range: guess.range,
-            ..found
-        })
+        let found = self.climb(found, TRIPS, |bits, steps, found| wide(bits, steps, Some(&found.start)));
+        Ok(Found { range: guess.range, ..found })
     }
 
     fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
@@ -136,35 +131,22 @@ impl Task<'_> {
         found
     }
 
-    fn found<S: Enclosure>(
-        &self,
-        start: Vec<S>,
-        there: &Trip<S>,
-        precision: S::Precision,
-    ) -> Found {
+    fn found<S: Enclosure>(&self, start: Vec<S>, there: &Trip<S>, precision: S::Precision) -> Found {
         let n = self.equations.dimension();
         let symplectic = !self.driven.damped;
         let sizes = there.monodromy.iter().map(Enclosure::size);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
             let entries = there.monodromy.iter();
-            entries
-                .map(|x| x.to_big(RANGE_BITS).scale(there.exponent))
-                .collect()
+            entries.map(|x| x.to_big(RANGE_BITS).scale(there.exponent)).collect()
         };
-        let blocks = Blocks {
-            n,
-            symplectic,
-            digits: self.digits,
-        };
+        let blocks = Blocks { n, symplectic, digits: self.digits };
         let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
             let wide = wide();
             let bits = wide.first().map_or(RANGE_BITS, Big::bits);
             blocks.multipliers(&wide, bits, &|| None)
         } else {
-            blocks.multipliers(&there.monodromy, precision, &|| {
-                self.form(&start, precision)
-            })
+            blocks.multipliers(&there.monodromy, precision, &|| self.form(&start, precision))
         };
         let monodromy = match there.exponent {
             0 => there.monodromy.iter().map(Enclosure::to_ball).collect(),
@@ -193,13 +175,9 @@ impl Task<'_> {
             inputs.extend(start.iter().cloned());
         }
         let tape = Tape::compile(pool, &self.driven.canonical(), &self.driven.symbols()).ok()?;
-        let values = tape
-            .prepare::<S>(precision)
-            .evaluate(&inputs, &mut Vec::new());
+        let values = tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
         let entry = |at: usize| {
-            let ((i, upper), (j, left)) = [at / (2 * half), at % (2 * half)]
-                .map(|k| (k % half, k < half))
-                .into();
+            let ((i, upper), (j, left)) = [at / (2 * half), at % (2 * half)].map(|k| (k % half, k < half)).into();
             let mass = || values.get(half * half + half * i + j);
             match (upper, left) {
                 (true, true) => Some(values.get(half * i + j)?.sub(values.get(half * j + i)?)),
@@ -221,12 +199,7 @@ impl Task<'_> {
     /// Products of a step of an order, about.
     fn work(&self, order: usize) -> f64 {
         #[allow(clippy::cast_precision_loss)] // far below 2^53
-        let [rows, n, order] = [
-            self.equations.couplings(),
-            self.equations.dimension(),
-            order,
-        ]
-        .map(|x| x as f64);
+        let [rows, n, order] = [self.equations.couplings(), self.equations.dimension(), order].map(|x| x as f64);
         rows * n * order.powi(2)
     }
 
@@ -250,10 +223,7 @@ impl Task<'_> {
     fn stopped(&self, stop: &Stop) -> FloquetError {
         let energy = self.driven.driven_at;
         match stop {
-            Stop::Singular { time } => FloquetError::Singular {
-                time: short(*time),
-                span: energy,
-            },
+            Stop::Singular { time } => FloquetError::Singular { time: short(*time), span: energy },
             Stop::TooLong { steps } => FloquetError::TooLong {
                 period: short(self.period.mid_f64()),
                 steps: *steps,
@@ -265,10 +235,9 @@ impl Task<'_> {
 
     fn lost(&self, lost: &Lost) -> FloquetError {
         match lost {
-            Lost::Search(reason) => FloquetError::NoPeriodicMotion {
-                reason: (*reason).to_owned(),
-                span: self.driven.driven_at,
-            },
+            Lost::Search(reason) => {
+                FloquetError::NoPeriodicMotion { reason: (*reason).to_owned(), span: self.driven.driven_at }
+            }
             Lost::Way(stop) => self.stopped(stop),
         }
     }
@@ -293,11 +262,9 @@ impl Blocks {
     ) -> Vec<Multiplier> {
         let half = self.n / 2;
         let coupled = |i: usize, j: usize| {
-            [i, i + half].iter().any(|row| {
-                [j, j + half]
-                    .iter()
-                    .any(|column| !monodromy[self.n * row + column].is_zero())
-            })
+            [i, i + half]
+                .iter()
+                .any(|row| [j, j + half].iter().any(|column| !monodromy[self.n * row + column].is_zero()))
         };
         let mut all = Vec::new();
         let mut done = vec![false; half];
@@ -362,9 +329,7 @@ impl Blocks {
 /// How many multipliers bounds do not place.
 fn undecided(multipliers: &[Multiplier]) -> usize {
     let undecided = multipliers.iter();
-    undecided
-        .filter(|own| own.place == Place::Undecided)
-        .count()
+    undecided.filter(|own| own.place == Place::Undecided).count()
 }
 
 /// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
@@ -372,7 +337,5 @@ fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> 
     let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.size());
     let rows = monodromy.chunks_exact(n).map(row);
     let reach = rows.fold(Magnitude::ZERO, Magnitude::max);
-    (0..n)
-        .map(|_| Multiplier::anywhere::<S>(reach, precision))
-        .collect()
+    (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()
 }

@@ -38,10 +38,7 @@ pub(super) fn is_definite<S: Enclosure>(
         let own = &basis.vectors[n * i + j];
         Complex::new(own.re.with_spread(spread), own.im.with_spread(spread))
     };
-    let vectors: Vec<Vec<Complex<S>>> = members
-        .iter()
-        .map(|j| (0..n).map(|i| vector(i, *j)).collect())
-        .collect();
+    let vectors: Vec<Vec<Complex<S>>> = members.iter().map(|j| (0..n).map(|i| vector(i, *j)).collect()).collect();
     let zero = Complex::exact(0.0, 0.0, precision);
     let turned: Vec<Vec<Complex<S>>> = vectors
         .iter()
@@ -108,15 +105,9 @@ fn reach<S: Enclosure>(
         }
     }
     let off = |i: usize, j: usize| covers.coupling(i, j);
-    let sum = |parts: &mut dyn Iterator<Item = Magnitude>| {
-        parts.fold(Magnitude::ZERO, |sum, part| sum + part)
-    };
-    let (mut back, mut beside, mut own, mut cross) = (
-        Magnitude::ZERO,
-        Magnitude::ZERO,
-        Magnitude::ZERO,
-        Magnitude::ZERO,
-    );
+    let sum = |parts: &mut dyn Iterator<Item = Magnitude>| parts.fold(Magnitude::ZERO, |sum, part| sum + part);
+    let (mut back, mut beside, mut own, mut cross) =
+        (Magnitude::ZERO, Magnitude::ZERO, Magnitude::ZERO, Magnitude::ZERO);
     for i in others {
         for j in members {
             back = back.max(off(*i, *j));

@@ -34,12 +34,7 @@ pub(crate) struct Repeated {
 ///
 /// Sines and cosines of what grows by a multiple of pi return, or change their sign; sums, products and functions of what
 /// returns return too. What is left over is compared with itself a period later ([`Pool::is_zero`]).
-pub(crate) fn repeats(
-    pool: &mut Pool,
-    time: Symbol,
-    period: ExprId,
-    roots: &[ExprId],
-) -> Option<Repeated> {
+pub(crate) fn repeats(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Option<Repeated> {
     let turns = shown(pool, time, period, roots)?;
     // A drive that goes through several cycles in the period has all its angles go through as many half turns, or twice as many.
     let common = turns.iter().fold(0, |a, b| gcd(a, *b));
@@ -84,17 +79,12 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
             Node::Symbol(symbol) if symbol == time => Later::More(period),
             Node::Symbol(_) => Later::Same,
             Node::Sum { constant, terms } => {
-                let parts: Vec<(Later, Number)> = terms
-                    .iter()
-                    .map(|(term, c)| (of(*term), c.clone()))
-                    .collect();
+                let parts: Vec<(Later, Number)> = terms.iter().map(|(term, c)| (of(*term), c.clone())).collect();
                 sum(pool, constant.is_zero(), &parts)
             }
             Node::Product(factors) => {
-                let parts: Vec<(Later, ExprId, Number)> = factors
-                    .iter()
-                    .map(|(base, exponent)| (of(*base), *base, exponent.clone()))
-                    .collect();
+                let parts: Vec<(Later, ExprId, Number)> =
+                    factors.iter().map(|(base, exponent)| (of(*base), *base, exponent.clone())).collect();
                 product(pool, time, &parts)
             }
             Node::Power { base, exponent } => both(of(base), of(exponent)),
@@ -118,11 +108,7 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
                     }
                     (Function::Sin | Function::Cos, Some(count)) => {
                         turns.push(count);
-                        if count % 2 == 0 {
-                            Later::Same
-                        } else {
-                            Later::Opposite
-                        }
+                        if count % 2 == 0 { Later::Same } else { Later::Opposite }
                     }
                     _ => Later::Other,
                 },
@@ -147,11 +133,7 @@ fn shown(pool: &mut Pool, time: Symbol, period: ExprId, roots: &[ExprId]) -> Opt
 }
 
 fn both(first: Later, second: Later) -> Later {
-    if first == Later::Same && second == Later::Same {
-        Later::Same
-    } else {
-        Later::Other
-    }
+    if first == Later::Same && second == Later::Same { Later::Same } else { Later::Other }
 }
 
 fn sum(pool: &mut Pool, without_constant: bool, parts: &[(Later, Number)]) -> Later {
@@ -174,11 +156,7 @@ fn sum(pool: &mut Pool, without_constant: bool, parts: &[(Later, Number)]) -> La
 
 fn more(pool: &mut Pool, terms: &[(ExprId, Number)]) -> Later {
     let by = pool.linear(terms);
-    if pool.is_zero(by) == ZeroVerdict::Zero {
-        Later::Same
-    } else {
-        Later::More(by)
-    }
+    if pool.is_zero(by) == ZeroVerdict::Zero { Later::Same } else { Later::More(by) }
 }
 
 /// Of (base, exponent) with what each base becomes.
@@ -197,11 +175,7 @@ fn product(pool: &mut Pool, time: Symbol, factors: &[(Later, ExprId, Number)]) -
         }
     }
     let Some(by) = grows else {
-        return if opposite {
-            Later::Opposite
-        } else {
-            Later::Same
-        };
+        return if opposite { Later::Opposite } else { Later::Same };
     };
     // (x + by) c is more by c times as much, for a c without the time.
     let mut others = vec![(by, Number::ONE)];
@@ -245,14 +219,8 @@ fn half_turns(pool: &mut Pool, angle: ExprId) -> Option<u64> {
 
 /// Compares the equations of motion at many states with those a period later; states are drawn around one. What
 /// is analytic and agrees at so many irregular places to 28 digits is likely to agree.
-pub(crate) fn try_period(
-    driven: &Driven,
-    period: &Ball,
-    state: &[f64],
-) -> Result<(), FloquetError> {
-    let undefined = FloquetError::NotDefined {
-        span: driven.driven_at,
-    };
+pub(crate) fn try_period(driven: &Driven, period: &Ball, state: &[f64]) -> Result<(), FloquetError> {
+    let undefined = FloquetError::NotDefined { span: driven.driven_at };
     let Ok(tape) = Tape::compile(&driven.pool, &driven.expressions(), &driven.symbols()) else {
         return Err(undefined);
     };

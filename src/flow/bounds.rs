@@ -23,13 +23,7 @@ pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
     let row = |i: usize| {
         let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
         // Weights are powers of two; each partial sum is rounded up.
-        parts.fold(0.0_f64, |sum, (x, w)| {
-            if x.is_zero() {
-                sum
-            } else {
-                up(sum + x.abs_upper() * (w / weights[i]))
-            }
-        })
+        parts.fold(0.0_f64, |sum, (x, w)| if x.is_zero() { sum } else { up(sum + x.abs_upper() * (w / weights[i])) })
     };
     (0..n).map(row).fold(0.0, f64::max)
 }

@@ -41,11 +41,7 @@ struct Expansion<S> {
 
 impl<S> Expansion<S> {
     fn empty() -> Self {
-        Self {
-            state: Vec::new(),
-            jacobian: Vec::new(),
-            slopes: Vec::new(),
-        }
+        Self { state: Vec::new(), jacobian: Vec::new(), slopes: Vec::new() }
     }
 }
 
@@ -90,9 +86,7 @@ impl<S: Enclosure> Enclosing<S> {
     #[must_use]
     pub fn unit(&self) -> Vec<S> {
         let n = self.dimension;
-        (0..n * n)
-            .map(|at| S::exact(f64::from(u8::from(at / n == at % n)), self.precision))
-            .collect()
+        (0..n * n).map(|at| S::exact(f64::from(u8::from(at / n == at % n)), self.precision)).collect()
     }
 
     /// A step from t, of the length asked for or a shorter one. `state` holds the initial points; it is empty where only
@@ -143,11 +137,7 @@ impl<S: Enclosure> Enclosing<S> {
             }
             // A remainder a little shorter than a step would be a step of its own.
             let whole = length >= 0.999 * asked;
-            let step = if whole {
-                longest.clone()
-            } else {
-                S::exact(length, self.precision)
-            };
+            let step = if whole { longest.clone() } else { S::exact(length, self.precision) };
             let Some(excess) = self.remainder(t, state, &step, here, weights, point) else {
                 length *= 0.5;
                 continue;
@@ -219,30 +209,13 @@ impl<S: Enclosure> Enclosing<S> {
     ///
     /// If |f_i| <= b_i on [t, t + h] x Π(x_i + [-r_i, r_i]) and h b_i <= r_i, then a solution that starts in x stays in
     /// that box until t + h (Picard and Lindelöf; f has bounded derivatives there).
-    fn tube(
-        &mut self,
-        time: &S,
-        state: &[S],
-        length: f64,
-        here: &[S],
-        weights: &[f64],
-    ) -> Option<(Vec<S>, Vec<S>)> {
+    fn tube(&mut self, time: &S, state: &[S], length: f64, here: &[S], weights: &[f64]) -> Option<(Vec<S>, Vec<S>)> {
         let n = if self.moving { self.dimension } else { 0 };
-        let fastest = here[..n]
-            .iter()
-            .zip(weights)
-            .fold(0.0_f64, |most, (f, w)| most.max(f.abs_upper() / w));
-        let mut reach: Vec<f64> = here[..n]
-            .iter()
-            .zip(weights)
-            .map(|(f, w)| length * (1.5 * f.abs_upper()).max(0.5 * fastest * w))
-            .collect();
+        let fastest = here[..n].iter().zip(weights).fold(0.0_f64, |most, (f, w)| most.max(f.abs_upper() / w));
+        let mut reach: Vec<f64> =
+            here[..n].iter().zip(weights).map(|(f, w)| length * (1.5 * f.abs_upper()).max(0.5 * fastest * w)).collect();
         for _ in 0..BOXES {
-            let tube: Vec<S> = state
-                .iter()
-                .zip(&reach)
-                .map(|(x, r)| x.widened(*r))
-                .collect();
+            let tube: Vec<S> = state.iter().zip(&reach).map(|(x, r)| x.widened(*r)).collect();
             let inputs: Vec<S> = std::iter::once(time).chain(&tube).cloned().collect();
             let values = self.values.evaluate(&inputs, &mut self.scratch);
             if values.iter().any(|x| !x.is_finite()) {
@@ -269,10 +242,8 @@ impl<S: Enclosure> Enclosing<S> {
         let states = if self.moving { n } else { 0 };
         self.whole.clear();
         into.state.resize(orders.max(into.state.len()), Vec::new());
-        into.jacobian
-            .resize(orders.max(into.jacobian.len()), Vec::new());
-        into.slopes
-            .resize(orders.max(into.slopes.len()), Vec::new());
+        into.jacobian.resize(orders.max(into.jacobian.len()), Vec::new());
+        into.slopes.resize(orders.max(into.slopes.len()), Vec::new());
         into.state[0] = state.to_vec();
         into.slopes[0] = unit.to_vec();
         let zero = S::from_number(&Number::ZERO, self.precision);
@@ -323,14 +294,7 @@ impl<S: Enclosure> Enclosing<S> {
     }
 
     /// The polynomial of degree p - 1 and the remainder.
-    fn sum(
-        &mut self,
-        t: &S,
-        state: &[S],
-        step: S,
-        whole: bool,
-        point: &Expansion<S>,
-    ) -> Option<Step<S>> {
+    fn sum(&mut self, t: &S, state: &[S], step: S, whole: bool, point: &Expansion<S>) -> Option<Step<S>> {
         let p = self.order;
         let horner = |orders: &[Vec<S>], last: &[S]| -> Vec<S> {
             let mut value = last.to_vec();
@@ -350,12 +314,7 @@ impl<S: Enclosure> Enclosing<S> {
             Vec::new()
         };
         let finite = slopes.iter().chain(&image).all(S::is_finite);
-        finite.then_some(Step {
-            length: step,
-            whole,
-            image,
-            slopes,
-        })
+        finite.then_some(Step { length: step, whole, image, slopes })
     }
 
     /// The coefficients of the solution through a point, up to order p - 1.

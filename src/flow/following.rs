@@ -74,13 +74,7 @@ impl<S: Enclosure> Following<S> {
     /// From a start at t = 0 on to some time of the size of `until`, by steps of Taylor's method of the given order. Equations with
     /// open parameters, and those of T alone, lead nowhere.
     #[must_use]
-    pub fn new(
-        equations: &Equations,
-        order: usize,
-        precision: S::Precision,
-        start: &[S],
-        until: f64,
-    ) -> Self {
+    pub fn new(equations: &Equations, order: usize, precision: S::Precision, start: &[S], until: f64) -> Self {
         let values = equations.tape.prepare::<Ball>(());
         let rates = equations.rates.prepare::<Ball>(());
         let order = order.max(4);
@@ -179,12 +173,7 @@ impl<S: Enclosure> Following<S> {
     }
 
     /// How much remainders exceed what is allowed, and the polynomials if they do not.
-    fn attempt(
-        &mut self,
-        start: &[Ball],
-        rates: &[Ball],
-        length: f64,
-    ) -> Option<(f64, Stretch<S>)> {
+    fn attempt(&mut self, start: &[Ball], rates: &[Ball], length: f64) -> Option<(f64, Stretch<S>)> {
         let n = self.dimension;
         let unit = nearest_power_of_two(length);
         let share = length / unit;
@@ -236,10 +225,7 @@ impl<S: Enclosure> Following<S> {
         }
         let time_here = Ball::exact(self.time);
         let remainder = self.expand_slopes(&time, &tube, &over, unit);
-        let last: Vec<Ball> = remainder
-            .iter()
-            .map(|row| row.last().copied())
-            .collect::<Option<_>>()?;
+        let last: Vec<Ball> = remainder.iter().map(|row| row.last().copied()).collect::<Option<_>>()?;
         let size = norm(&last, scales) * share.powf(count(self.slope_order));
         excess = excess.max((size / SLOPE).powf(count(self.order) / count(self.slope_order)));
         if excess.is_nan() || excess > 1.0 {
@@ -253,24 +239,11 @@ impl<S: Enclosure> Following<S> {
         }
         let now = S::exact(self.time, self.precision);
         let order = self.order - 1;
-        let mut path = expanded(
-            &mut self.point,
-            &now,
-            &self.center,
-            unit,
-            order,
-            self.precision,
-        );
+        let mut path = expanded(&mut self.point, &now, &self.center, unit, order, self.precision);
         for (row, last) in path.iter_mut().zip(&rest) {
             row.push(S::from_ball(last, self.precision));
         }
-        let stretch = Stretch {
-            unit,
-            length,
-            path,
-            slopes,
-            weights: scales.clone(),
-        };
+        let stretch = Stretch { unit, length, path, slopes, weights: scales.clone() };
         Some((excess, stretch))
     }
 
@@ -278,13 +251,7 @@ impl<S: Enclosure> Following<S> {
     ///
     /// If X + [0, h] f(B) lies in B for all times of the step, solutions from X stay there (Picard and Lindelöf; f has
     /// bounded derivatives on B), and in fact in X + [0, h] f(B), for which the same holds again.
-    fn tube(
-        &mut self,
-        time: &Ball,
-        start: &[Ball],
-        rates: &[Ball],
-        length: f64,
-    ) -> Option<Vec<Ball>> {
+    fn tube(&mut self, time: &Ball, start: &[Ball], rates: &[Ball], length: f64) -> Option<Vec<Ball>> {
         let half = Ball::exact((0.5 * up(length * BEYOND)).next_up());
         // x + [0, h] f = x + h/2 f ± h/2 |f|.
         let along = |x: &Ball, f: &Ball| {
@@ -330,13 +297,7 @@ impl<S: Enclosure> Following<S> {
     }
 
     /// Coefficients of the entries of T up to the order of T, from its values at first, along all solutions through a box.
-    fn expand_slopes(
-        &mut self,
-        time: &Ball,
-        state: &[Ball],
-        first: &[Ball],
-        unit: f64,
-    ) -> Vec<Vec<Ball>> {
+    fn expand_slopes(&mut self, time: &Ball, state: &[Ball], first: &[Ball], unit: f64) -> Vec<Vec<Ball>> {
         let (n, order) = (self.dimension, self.slope_order);
         let row = |x: &Ball| {
             let mut row = Vec::with_capacity(order + 1);
@@ -412,13 +373,7 @@ impl<S: Enclosure> Following<S> {
 
 impl<S> Stretch<S> {
     fn empty() -> Self {
-        Self {
-            unit: 1.0,
-            length: 0.0,
-            path: Vec::new(),
-            slopes: Vec::new(),
-            weights: Vec::new(),
-        }
+        Self { unit: 1.0, length: 0.0, path: Vec::new(), slopes: Vec::new(), weights: Vec::new() }
     }
 }
 

@@ -119,11 +119,7 @@ fn couplings(pool: &Pool, slopes: &[ExprId]) -> usize {
 /// The power of two nearest to a positive number, on a logarithmic scale, far within the range of doubles; 1 for what has none.
 pub(crate) fn nearest_power_of_two(value: f64) -> f64 {
     let power = value.log2().round();
-    if power.is_finite() {
-        power.clamp(-900.0, 900.0).exp2()
-    } else {
-        1.0
-    }
+    if power.is_finite() { power.clamp(-900.0, 900.0).exp2() } else { 1.0 }
 }
 
 /// A number of terms or steps, which is far below 2^53, as a double.

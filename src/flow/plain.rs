@@ -152,11 +152,7 @@ impl<N: Doubles> Plain<N> {
         // Several go each at its own pace, in step with the one that has the longest way.
         let way = end.sub(&begin);
         let whole = way.size();
-        let pace = if whole > 0.0 {
-            way.div(&N::each(|_| whole))
-        } else {
-            N::each(|_| 1.0)
-        };
+        let pace = if whole > 0.0 { way.div(&N::each(|_| whole)) } else { N::each(|_| 1.0) };
         let mut gone = 0.0;
         for _ in 0..self.most_steps {
             let t = begin.add(&pace.mul(&N::each(|_| gone)));
@@ -211,8 +207,7 @@ impl<N: Doubles> Plain<N> {
         self.inputs.push(t);
         self.inputs.extend_from_slice(state);
         self.inputs.extend(&self.parameters);
-        self.values
-            .evaluate_into(&self.inputs, &mut self.scratch, &mut self.right);
+        self.values.evaluate_into(&self.inputs, &mut self.scratch, &mut self.right);
         let rates = self.right[..states].iter().zip(state);
         let moved: Vec<N> = rates.map(|(rate, x)| x.add(&rate.mul(&moment))).collect();
         self.expand(t.add(&moment), &moved);
@@ -239,15 +234,9 @@ impl<N: Doubles> Plain<N> {
             });
             self.inputs.extend(self.state.iter().map(|row| row[k]));
             let parameters = self.parameters.iter();
-            self.inputs
-                .extend(parameters.map(|p| if k == 0 { *p } else { zero }));
+            self.inputs.extend(parameters.map(|p| if k == 0 { *p } else { zero }));
             let outputs = self.series.next(&self.inputs);
-            for ((row, live), value) in self
-                .jacobian
-                .iter_mut()
-                .zip(&mut self.live)
-                .zip(&outputs[states..])
-            {
+            for ((row, live), value) in self.jacobian.iter_mut().zip(&mut self.live).zip(&outputs[states..]) {
                 row[k] = *value;
                 if !value.is_exact_zero() {
                     *live = k + 1;
@@ -303,9 +292,7 @@ impl<N: Doubles> Plain<N> {
                 for place in 0..N::COUNT {
                     let of = |order: usize| {
                         let parts = self.state.iter().zip(weights);
-                        parts.fold(0.0_f64, |most, (row, w)| {
-                            most.max(row[order].one(place).abs() / w)
-                        })
+                        parts.fold(0.0_f64, |most, (row, w)| most.max(row[order].one(place).abs() / w))
                     };
                     let size = of(0) + of(1);
                     if size > 0.0 {
@@ -353,19 +340,14 @@ impl<N: Doubles> Plain<N> {
             let reach = self.inputs[1..].iter().zip(&self.weights);
             let reach = reach.fold(0.0_f64, |most, (x, w)| most.max(x.size() / w));
             self.inputs.extend(&self.parameters);
-            self.values
-                .evaluate_into(&self.inputs, &mut self.scratch, &mut self.right);
+            self.values.evaluate_into(&self.inputs, &mut self.scratch, &mut self.right);
             let (mut size, mut off) = (0.0_f64, 0.0_f64);
             let mut finite = true;
             let slopes = self.right[states..].iter().zip(&self.jacobian);
             for (at, (value, row)) in slopes.enumerate() {
                 let live = self.live[at];
                 let scale = self.weights[at % n] / self.weights[at / n];
-                let series = if live == 0 {
-                    N::each(|_| 0.0)
-                } else {
-                    horner(&row[..live], &after)
-                };
+                let series = if live == 0 { N::each(|_| 0.0) } else { horner(&row[..live], &after) };
                 finite &= value.is_finite();
                 size = size.max(value.size() * scale);
                 off = off.max(value.sub(&series).size() * scale);

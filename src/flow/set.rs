@@ -28,9 +28,7 @@ impl Set {
         let n = radii.len();
         Self {
             weights: vec![1.0; n],
-            axes: (0..n * n)
-                .map(|at| f64::from(u8::from(at / n == at % n)))
-                .collect(),
+            axes: (0..n * n).map(|at| f64::from(u8::from(at / n == at % n))).collect(),
             radii,
         }
     }
@@ -129,11 +127,7 @@ impl Set {
         let shared = up(largest / (1.0 - gap));
         let radii = sizes.iter().zip(&gaps);
         let radii = radii.map(|(size, gap)| plus(*size, gap * shared)).collect();
-        Some(Self {
-            weights: scales,
-            axes,
-            radii,
-        })
+        Some(Self { weights: scales, axes, radii })
     }
 
     /// Orthogonal columns along the longest edges of an image first. Components that neither the image nor an error moves

@@ -112,8 +112,7 @@ impl Integrals {
                 if i == j { trace.sub(&own) } else { own.neg() }
             })
         });
-        let closed: Entries =
-            [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.pool.scale(self.density, &entries[i][j])));
+        let closed: Entries = [0, 1, 2].map(|i| [0, 1, 2].map(|j| self.pool.scale(self.density, &entries[i][j])));
         let mass = self.pool.scale(self.density, &self.size);
         let mut wanted = vec![mass, self.density];
         wanted.extend(centre.iter().map(|x| self.pool.number(x.clone())));
@@ -125,23 +124,14 @@ impl Integrals {
             found.unwrap_or_else(|| Big::not_finite(bits))
         };
         let mut made = self.made;
-        if let Made::Solid {
-            volume, density, ..
-        } = &mut made
-        {
+        if let Made::Solid { volume, density, .. } = &mut made {
             **volume = Big::from_number(&self.size, bits);
             **density = value(1);
         }
-        let mut exact = Exact {
-            pool: &mut self.pool,
-            symbolic: closed,
-            closed,
-        };
+        let mut exact = Exact { pool: &mut self.pool, symbolic: closed, closed };
         let principal = exact.principal(digits).map_err(|failure| match failure {
             Failure::NotFinite(..) => InertiaError::OutOfRange {},
-            Failure::Modes(error) => InertiaError::NoMoments {
-                reason: error.to_string(),
-            },
+            Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
         })?;
         Ok(Body {
             made,

@@ -253,9 +253,9 @@ impl InertiaError {
     #[must_use]
     pub fn line(&self) -> Option<u64> {
         match self {
-            Self::BadTable { line, .. }
-            | Self::NotANumber { line, .. }
-            | Self::NegativeMass { line, .. } => Some(*line),
+            Self::BadTable { line, .. } | Self::NotANumber { line, .. } | Self::NegativeMass { line, .. } => {
+                Some(*line)
+            }
             _ => None,
         }
     }

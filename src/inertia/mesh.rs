@@ -66,9 +66,7 @@ impl Mesh {
     /// directions; or the volume is not positive.
     pub fn new(triangles: &[[[f32; 3]; 3]]) -> Result<Self, InertiaError> {
         if triangles.is_empty() {
-            return Err(InertiaError::NotAMesh {
-                reason: "there is no triangle in it".to_owned(),
-            });
+            return Err(InertiaError::NotAMesh { reason: "there is no triangle in it".to_owned() });
         }
         let indexed = Indexed::new(triangles)?;
         indexed.check_edges()?;
@@ -202,12 +200,7 @@ impl Indexed {
         let mut triangles: Vec<usize> = sides.iter().map(|side| self.numbers[side.3]).collect();
         triangles.sort_unstable();
         triangles.truncate(4);
-        Edge {
-            from: place(low),
-            to: place(high),
-            triangles,
-            count: sides.len(),
-        }
+        Edge { from: place(low), to: place(high), triangles, count: sides.len() }
     }
 
     /// For each triangle the surface that it belongs to, and how many there are.
@@ -259,8 +252,7 @@ impl Indexed {
             for i in 0..3 {
                 first[i] += &determinant * &sum[i];
                 for j in 0..=i {
-                    let products =
-                        &sum[i] * &sum[j] + &a[i] * &a[j] + &b[i] * &b[j] + &c[i] * &c[j];
+                    let products = &sum[i] * &sum[j] + &a[i] * &a[j] + &b[i] * &b[j] + &c[i] * &c[j];
                     second[i][j] += &determinant * products;
                 }
             }
@@ -272,10 +264,7 @@ impl Indexed {
             return Err(InertiaError::NoVolume {});
         }
         if volume.is_negative() {
-            return Err(InertiaError::InsideOut {
-                volume: volume.to_decimal(6),
-                vertex: None,
-            });
+            return Err(InertiaError::InsideOut { volume: volume.to_decimal(6), vertex: None });
         }
         let cavities = self.check_cavities(&surface, &volumes, scale)?;
         let second: [[Number; 3]; 3] = [0, 1, 2].map(|i| {
@@ -297,12 +286,7 @@ impl Indexed {
 
     /// How many surfaces are inside out, each of which has to lie within one that is not. That its box lies within the
     /// other's box is necessary for that, and what is looked at.
-    fn check_cavities(
-        &self,
-        surface: &[usize],
-        volumes: &[IBig],
-        scale: i64,
-    ) -> Result<usize, InertiaError> {
+    fn check_cavities(&self, surface: &[usize], volumes: &[IBig], scale: i64) -> Result<usize, InertiaError> {
         let negative = |volume: &IBig| *volume < IBig::ZERO;
         let cavities = volumes.iter().filter(|volume| negative(volume)).count();
         if cavities == 0 {
@@ -327,8 +311,7 @@ impl Indexed {
             }
             let [low, high] = boxes[own];
             let holds = |(other, around): (usize, &[Point; 2])| {
-                !negative(&volumes[other])
-                    && (0..3).all(|i| around[0][i] <= low[i] && high[i] <= around[1][i])
+                !negative(&volumes[other]) && (0..3).all(|i| around[0][i] <= low[i] && high[i] <= around[1][i])
             };
             if !boxes.iter().enumerate().any(holds) {
                 return Err(InertiaError::InsideOut {
@@ -344,11 +327,7 @@ impl Indexed {
 /// n 2^exponent / divisor.
 fn fraction(n: IBig, exponent: i64, divisor: u8) -> Number {
     let shift = exponent.unsigned_abs() as usize;
-    let (n, under) = if exponent < 0 {
-        (n, UBig::from(divisor) << shift)
-    } else {
-        (n << shift, UBig::from(divisor))
-    };
+    let (n, under) = if exponent < 0 { (n, UBig::from(divisor) << shift) } else { (n << shift, UBig::from(divisor)) };
     Number::from_parts(n, under).unwrap_or_default()
 }
 
@@ -359,11 +338,7 @@ fn whole(points: &[Point]) -> (Vec<[IBig; 3]>, i64) {
         let field = i64::from((bits >> 23) & 0xff);
         let fraction = i64::from(bits & 0x7f_ffff);
         // A normal number is 1.fraction 2^(field - 127), a subnormal one 0.fraction 2^-126.
-        let (mantissa, exponent) = if field == 0 {
-            (fraction, -149)
-        } else {
-            (fraction | (1 << 23), field - 150)
-        };
+        let (mantissa, exponent) = if field == 0 { (fraction, -149) } else { (fraction | (1 << 23), field - 150) };
         let zeros = mantissa.trailing_zeros() % 64;
         let mantissa = mantissa >> zeros;
         let sign = if x < 0.0 { -1 } else { 1 };
@@ -374,11 +349,7 @@ fn whole(points: &[Point]) -> (Vec<[IBig; 3]>, i64) {
     let places = points.iter().map(|point| {
         point.map(|x| {
             let (mantissa, exponent) = parts(x);
-            if mantissa == 0 {
-                IBig::ZERO
-            } else {
-                IBig::from(mantissa) << (exponent - scale).unsigned_abs() as usize
-            }
+            if mantissa == 0 { IBig::ZERO } else { IBig::from(mantissa) << (exponent - scale).unsigned_abs() as usize }
         })
     });
     (places.collect(), scale)

@@ -78,20 +78,14 @@ impl Constant {
     /// # Errors
     /// [`ModelError::BadSetting`] where it is none.
     pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = || ModelError::BadSetting {
-            text: text.to_owned(),
-            reason: "it is no constant".to_owned(),
-        };
+        let bad = || ModelError::BadSetting { text: text.to_owned(), reason: "it is no constant".to_owned() };
         let mut settings = Settings::new();
         settings.add(&format!("x = {text}"))?;
         let file = crate::syntax::parse("param x").map_err(|_| bad())?;
         let model = model::elaborate_tensors(&file, &TableTexts::new(), &settings);
         let model = model.map_err(|_| bad())?;
         match model.parameters.as_slice() {
-            [only] => Ok(Self {
-                value: only.value.ok_or_else(bad)?,
-                pool: model.pool,
-            }),
+            [only] => Ok(Self { value: only.value.ok_or_else(bad)?, pool: model.pool }),
             _ => Err(bad()),
         }
     }
@@ -128,12 +122,7 @@ fn positive(text: &str, what: &'static str) -> Result<Constant, InertiaError> {
         let value = constant.value();
         value.is_finite() && value.is_positive()
     };
-    constant
-        .filter(fits)
-        .ok_or_else(|| InertiaError::BadAmount {
-            what,
-            text: text.to_owned(),
-        })
+    constant.filter(fits).ok_or_else(|| InertiaError::BadAmount { what, text: text.to_owned() })
 }
 
 /// The body of a table of points: CSV text with a header that has the columns `m` (or `mass`), `x`, `y` and `z`, among
@@ -228,10 +217,7 @@ fn of_tensor(
         )));
     }
     let valueless = pool.symbols_of(closed.as_flattened());
-    if let Some(parameter) = valueless
-        .iter()
-        .find_map(|symbol| parameter(model, *symbol))
-    {
+    if let Some(parameter) = valueless.iter().find_map(|symbol| parameter(model, *symbol)) {
         return Err(Refused::Error(InertiaError::MissingValue {
             tensor: tensor.name.clone(),
             span: tensor.span,
@@ -241,11 +227,7 @@ fn of_tensor(
     }
     let bits = body::bits_for(digits);
     let entries = bigs(pool, closed.as_flattened(), bits).unwrap_or_default();
-    let mut exact = Exact {
-        pool,
-        symbolic,
-        closed,
-    };
+    let mut exact = Exact { pool, symbolic, closed };
     let principal = exact.principal(digits).map_err(|failure| {
         Refused::Error(match failure {
             Failure::NotFinite(row, column) => InertiaError::NotANumberEntry {
@@ -254,9 +236,7 @@ fn of_tensor(
                 row: row + 1,
                 column: column + 1,
             },
-            Failure::Modes(error) => InertiaError::NoMoments {
-                reason: error.to_string(),
-            },
+            Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
         })
     })?;
     let entry = |at: usize| {

@@ -15,21 +15,14 @@ const PLACE: [&str; 3] = ["x", "y", "z"];
 
 /// The columns of a table by the names looked for.
 fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> {
-    let mut fitting = (0..table.columns.len()).filter(|at| {
-        names
-            .iter()
-            .any(|name| table.columns[*at].eq_ignore_ascii_case(name))
-    });
+    let mut fitting =
+        (0..table.columns.len()).filter(|at| names.iter().any(|name| table.columns[*at].eq_ignore_ascii_case(name)));
     match (fitting.next(), fitting.next()) {
         (Some(one), None) => Ok(one),
-        (Some(one), Some(other)) => Err(InertiaError::ColumnTwice {
-            first: table.columns[one].clone(),
-            second: table.columns[other].clone(),
-        }),
-        (None, _) => Err(InertiaError::MissingColumn {
-            wanted: names.to_vec(),
-            found: table.some_columns(),
-        }),
+        (Some(one), Some(other)) => {
+            Err(InertiaError::ColumnTwice { first: table.columns[one].clone(), second: table.columns[other].clone() })
+        }
+        (None, _) => Err(InertiaError::MissingColumn { wanted: names.to_vec(), found: table.some_columns() }),
     }
 }
 
@@ -40,17 +33,10 @@ pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
     let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
     let table = table.map_err(|error| match error {
         ModelError::BadTable { line, reason, .. } => InertiaError::BadTable { line, reason },
-        other => InertiaError::BadTable {
-            line: 1,
-            reason: other.to_string(),
-        },
+        other => InertiaError::BadTable { line: 1, reason: other.to_string() },
     })?;
     let mass = column(&table, &MASS)?;
-    let place = [
-        column(&table, &PLACE[..1])?,
-        column(&table, &PLACE[1..2])?,
-        column(&table, &PLACE[2..])?,
-    ];
+    let place = [column(&table, &PLACE[..1])?, column(&table, &PLACE[1..2])?, column(&table, &PLACE[2..])?];
     let mut sums = Sums::default();
     for row in 1..=table.rows() {
         let number = |column: usize| match table.field(row as i64, column) {
@@ -64,10 +50,7 @@ pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
         };
         let m = number(mass)?;
         if m.is_negative() {
-            return Err(InertiaError::NegativeMass {
-                line: table.line(row),
-                mass: m.to_decimal(6),
-            });
+            return Err(InertiaError::NegativeMass { line: table.line(row), mass: m.to_decimal(6) });
         }
         let r = [number(place[0])?, number(place[1])?, number(place[2])?];
         sums.add(m, r);
@@ -83,9 +66,7 @@ pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
         second: sums.second,
         pool,
         density,
-        made: Made::Points {
-            count: table.rows(),
-        },
+        made: Made::Points { count: table.rows() },
     })
 }
 

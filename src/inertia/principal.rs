@@ -110,15 +110,8 @@ struct Precisely<'a> {
 
 impl Source for Precisely<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
-        let mass = [0, 1, 2].map(|column| {
-            [0, 1, 2].map(|row| {
-                if row == column {
-                    Big::one(bits)
-                } else {
-                    Big::zero(bits)
-                }
-            })
-        });
+        let mass =
+            [0, 1, 2].map(|column| [0, 1, 2].map(|row| if row == column { Big::one(bits) } else { Big::zero(bits) }));
         let vectors = self.kernel.iter().map(|v| bigs(self.pool, v, bits));
         Some(PreciseProblem {
             dimension: 3,
@@ -142,12 +135,8 @@ impl Exact<'_> {
             return Err(Failure::NotFinite(at / 3, at % 3));
         }
         let unit = |at| if at % 4 == 0 { Ball::ONE } else { Ball::ZERO };
-        let mut problem = Problem {
-            dimension: 3,
-            mass: (0..9).map(unit).collect(),
-            stiffness,
-            zero_vectors: Vec::new(),
-        };
+        let mut problem =
+            Problem { dimension: 3, mass: (0..9).map(unit).collect(), stiffness, zero_vectors: Vec::new() };
         let mut spectrum = self.solve(&problem, Vec::new(), digits)?;
         let undecided = |mode: &modes::Mode| mode.kind == Kind::Undecided;
         if spectrum.modes.iter().any(undecided) {
@@ -164,17 +153,8 @@ impl Exact<'_> {
     }
 
     /// The modes with M = 1, to as many digits as it takes to round omega², not omega.
-    fn solve(
-        &self,
-        problem: &Problem,
-        kernel: Vec<[ExprId; 3]>,
-        digits: usize,
-    ) -> Result<Spectrum, Failure> {
-        let source = Precisely {
-            pool: self.pool,
-            entries: self.closed,
-            kernel,
-        };
+    fn solve(&self, problem: &Problem, kernel: Vec<[ExprId; 3]>, digits: usize) -> Result<Spectrum, Failure> {
+        let source = Precisely { pool: self.pool, entries: self.closed, kernel };
         let mut last = None;
         for more in MORE_DIGITS {
             let options = Options::default().digits((digits + more).min(MOST_DIGITS));
@@ -206,10 +186,7 @@ impl Exact<'_> {
             .iter()
             .map(|mode| Moment {
                 value: mode.omega_squared,
-                precise: mode
-                    .precise
-                    .as_ref()
-                    .map(|precise| precise.omega_squared.clone()),
+                precise: mode.precise.as_ref().map(|precise| precise.omega_squared.clone()),
                 axis: [0, 1, 2].map(|at| mode.vector.get(at).copied().unwrap_or(0.0)),
                 axis_error_bound: mode.vector_error_bound,
             })
@@ -230,11 +207,7 @@ impl Exact<'_> {
             }
             from += count;
         }
-        Principal {
-            impossible: impossible(&moments),
-            moments,
-            equal,
-        }
+        Principal { impossible: impossible(&moments), moments, equal }
     }
 
     /// Whether an expression is 0, proved.
@@ -290,9 +263,7 @@ impl Exact<'_> {
         if !vanishes(self, |pool, form| vec![determinant(pool, form)]) {
             return Vec::new();
         }
-        if vanishes(self, |pool, form| {
-            adjugate(pool, form).as_flattened().to_vec()
-        }) {
+        if vanishes(self, |pool, form| adjugate(pool, form).as_flattened().to_vec()) {
             let size = |row: &[ExprId; 3]| -> Option<usize> {
                 let values = balls(self.pool, row)?;
                 let certain = |at: &usize| !values[*at].contains_zero();
@@ -317,13 +288,7 @@ impl Exact<'_> {
         let Some(sizes) = balls(self.pool, &diagonal) else {
             return Vec::new();
         };
-        let largest = (0..3).reduce(|a, b| {
-            if sizes[b].abs_lower() > sizes[a].abs_lower() {
-                b
-            } else {
-                a
-            }
-        });
+        let largest = (0..3).reduce(|a, b| if sizes[b].abs_lower() > sizes[a].abs_lower() { b } else { a });
         match largest {
             Some(at) if !sizes[at].contains_zero() => {
                 vec![[0, 1, 2].map(|row| adjugate[row][at])]
@@ -388,11 +353,8 @@ fn discriminant(pool: &mut Pool, e: &Entries) -> ExprId {
             };
         }
     }
-    let squares: Vec<(ExprId, Number)> = deviator
-        .as_flattened()
-        .iter()
-        .map(|entry| (pool.powi(*entry, 2), Number::half()))
-        .collect();
+    let squares: Vec<(ExprId, Number)> =
+        deviator.as_flattened().iter().map(|entry| (pool.powi(*entry, 2), Number::half())).collect();
     let j2 = pool.linear(&squares);
     let j3 = determinant(pool, &deviator);
     let (cube, square) = (pool.powi(j2, 3), pool.powi(j3, 2));

@@ -23,39 +23,26 @@ pub(super) fn read(bytes: &[u8]) -> Result<Vec<Corners>, InertiaError> {
         return read_ascii(&String::from_utf8_lossy(bytes));
     }
     let Some(declared) = declared else {
-        return Err(InertiaError::NotAMesh {
-            reason: format!("{} bytes are too few", bytes.len()),
-        });
+        return Err(InertiaError::NotAMesh { reason: format!("{} bytes are too few", bytes.len()) });
     };
     if !fits(declared) {
-        return Err(InertiaError::WrongLength {
-            declared,
-            room: (bytes.len() - HEAD) / TRIANGLE,
-        });
+        return Err(InertiaError::WrongLength { declared, room: (bytes.len() - HEAD) / TRIANGLE });
     }
     // The reader takes a head that begins with `solid` for ASCII.
     let mut plain = bytes.to_vec();
     plain[..80].fill(0);
-    collect(plain, &|triangle, error| InertiaError::BadTriangle {
-        triangle,
-        line: None,
-        reason: error,
-    })
+    collect(plain, &|triangle, error| InertiaError::BadTriangle { triangle, line: None, reason: error })
 }
 
 /// Whether this begins as an ASCII file does.
 fn is_text(bytes: &[u8]) -> bool {
     let start = bytes.trim_ascii_start();
     let word = start.get(..5);
-    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid"))
-        && start.get(5).is_none_or(u8::is_ascii_whitespace)
+    word.is_some_and(|word| word.eq_ignore_ascii_case(b"solid")) && start.get(5).is_none_or(u8::is_ascii_whitespace)
 }
 
 /// The triangles of a file that the reader knows the form of.
-fn collect(
-    file: Vec<u8>,
-    bad: &dyn Fn(usize, String) -> InertiaError,
-) -> Result<Vec<Corners>, InertiaError> {
+fn collect(file: Vec<u8>, bad: &dyn Fn(usize, String) -> InertiaError) -> Result<Vec<Corners>, InertiaError> {
     let mut cursor = Cursor::new(file);
     let mut found: Vec<Corners> = Vec::new();
     let triangles = match stl_io::create_stl_reader(&mut cursor) {
@@ -66,9 +53,7 @@ fn collect(
         match triangle {
             Ok(triangle) => found.push(triangle.vertices.map(|vertex| vertex.0)),
             Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
-                return Err(InertiaError::CutOff {
-                    triangles: found.len(),
-                });
+                return Err(InertiaError::CutOff { triangles: found.len() });
             }
             Err(error) => return Err(bad(found.len() + 1, error.to_string())),
         }
@@ -106,10 +91,6 @@ fn read_ascii(text: &str) -> Result<Vec<Corners>, InertiaError> {
         if first.is_some() && numbers.any(infinite) {
             return InertiaError::NotFinite { triangle };
         }
-        InertiaError::BadTriangle {
-            triangle,
-            line: first.map(|line| line + 1),
-            reason,
-        }
+        InertiaError::BadTriangle { triangle, line: first.map(|line| line + 1), reason }
     })
 }

@@ -30,11 +30,7 @@ Warning Warning {
 }
 
 fn described(name: &str) -> String {
-    if name.is_empty() {
-        "this tensor of inertia".to_owned()
-    } else {
-        format!("the tensor of inertia `{name}`")
-    }
+    if name.is_empty() { "this tensor of inertia".to_owned() } else { format!("the tensor of inertia `{name}`") }
 }
 
 impl Warning {
@@ -44,20 +40,14 @@ impl Warning {
             return None;
         };
         // A matrix that the file says to be something else may have any eigenvalues.
-        if tensor
-            .unit
-            .as_deref()
-            .is_some_and(|unit| unit != super::UNIT)
-        {
+        if tensor.unit.as_deref().is_some_and(|unit| unit != super::UNIT) {
             return None;
         }
         let [a, b, c] = [a, b, c].map(|moment| decimal(&moment.value, 6).text);
         let why = match tensor.principal.impossible? {
             Impossible::Negative => format!("its smallest principal moment is {a}"),
             Impossible::Triangle => {
-                format!(
-                    "its largest principal moment, {c}, is more than the sum of the others, {a} and {b}"
-                )
+                format!("its largest principal moment, {c}, is more than the sum of the others, {a} and {b}")
             }
         };
         Some(Self::ImpossibleTensor {

@@ -21,10 +21,7 @@ fn fraction(x: f64) -> Option<Number> {
             return None;
         }
         let part = whole as i64;
-        let next = (
-            part.checked_mul(now.0)?.checked_add(before.0)?,
-            part.checked_mul(now.1)?.checked_add(before.1)?,
-        );
+        let next = (part.checked_mul(now.0)?.checked_add(before.0)?, part.checked_mul(now.1)?.checked_add(before.1)?);
         (before, now) = (now, next);
         if now.1 > LARGEST_DENOMINATOR {
             return None;
@@ -42,9 +39,7 @@ fn reduced(mut columns: DMatrix<f64>) -> DMatrix<f64> {
     let mut used = vec![false; columns.nrows()];
     for k in 0..columns.ncols() {
         let column = columns.column(k);
-        let pivot = (0..used.len())
-            .filter(|i| !used[*i])
-            .max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs()));
+        let pivot = (0..used.len()).filter(|i| !used[*i]).max_by(|a, b| column[*a].abs().total_cmp(&column[*b].abs()));
         let Some(pivot) = pivot else { break };
         used[pivot] = true;
         let own = columns.column(k) / columns[(pivot, k)];
@@ -80,9 +75,9 @@ impl Search<'_> {
         }
         if forces.is_empty() {
             for motion in self.unheld(metric, spectrum?) {
-                let total = motion.iter().fold(Ball::ZERO, |sum, (i, factor)| {
-                    sum.sub(&gradient[*i].mul(&Ball::from_number(factor, ())))
-                });
+                let total = motion
+                    .iter()
+                    .fold(Ball::ZERO, |sum, (i, factor)| sum.sub(&gradient[*i].mul(&Ball::from_number(factor, ()))));
                 let acts = total.is_finite() && !total.contains_zero();
                 let Some(((first, _), true)) = motion.first().zip(Some(acts)) else {
                     continue;
@@ -108,9 +103,7 @@ impl Search<'_> {
     fn unheld(&self, metric: &DMatrix<f64>, spectrum: &Spectrum) -> Vec<Vec<(usize, Number)>> {
         let values = &spectrum.eigen.eigenvalues;
         let floor = 1e-12 * values.amax();
-        let soft: Vec<usize> = (0..values.len())
-            .filter(|mode| values[*mode].abs() <= floor)
-            .collect();
+        let soft: Vec<usize> = (0..values.len()).filter(|mode| values[*mode].abs() <= floor).collect();
         let axes = spectrum.eigen.eigenvectors.select_columns(&soft);
         let Some(motions) = metric.transpose().solve_upper_triangular(&axes) else {
             return Vec::new();
@@ -118,10 +111,7 @@ impl Search<'_> {
         let motions = reduced(motions);
         let rational = |column: nalgebra::DVectorView<'_, f64>| {
             let entries = self.free.iter().zip(column.iter());
-            entries
-                .filter(|(_, x)| x.abs() > 1e-9)
-                .map(|(i, x)| Some((*i, fraction(*x)?)))
-                .collect::<Option<Vec<_>>>()
+            entries.filter(|(_, x)| x.abs() > 1e-9).map(|(i, x)| Some((*i, fraction(*x)?))).collect::<Option<Vec<_>>>()
         };
         motions.column_iter().filter_map(rational).collect()
     }

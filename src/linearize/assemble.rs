@@ -93,10 +93,7 @@ pub(crate) struct VelocityLinear {
 /// with a number they are. Only numeric work needs that: derivations keep the symbol.
 pub(crate) fn put_exponents_in(model: &mut Model) {
     let energies = signed_terms(model).map(|(_, family)| family);
-    let bodies: Vec<ExprId> = energies
-        .chain(&model.friction)
-        .map(|family| family.body)
-        .collect();
+    let bodies: Vec<ExprId> = energies.chain(&model.friction).map(|family| family.body).collect();
     let exponents: Vec<ExprId> = model
         .pool
         .reachable(&bodies)
@@ -145,9 +142,8 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
             next
         })
     };
-    let terms: Vec<(bool, TermFamily)> = signed_terms(model)
-        .map(|(negative, family)| (negative, family.clone()))
-        .collect();
+    let terms: Vec<(bool, TermFamily)> =
+        signed_terms(model).map(|(negative, family)| (negative, family.clone())).collect();
     let mut splitter = Splitter::default();
     for local in terms.iter().flat_map(|(_, family)| &family.locals) {
         let facts = &mut splitter.facts;
@@ -158,13 +154,9 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
         if family.count == 0 {
             continue;
         }
-        let (effective, parts, coefficients) =
-            split(&mut model.pool, &mut splitter, &family, negative);
+        let (effective, parts, coefficients) = split(&mut model.pool, &mut splitter, &family, negative);
         if !coefficients.is_empty() {
-            linear.push(VelocityLinear {
-                family: family.clone(),
-                coefficients,
-            });
+            linear.push(VelocityLinear { family: family.clone(), coefficients });
         }
         let (inertia, potential) = parts;
         if inertia.is_empty() && potential.is_empty() {
@@ -181,22 +173,14 @@ pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
     let friction = model.friction.clone();
     let origins = linear.iter().map(Origin::Linear);
     let origins = origins.chain(friction.iter().map(Origin::Friction));
-    let velocity: Vec<VelocityFamily> = origins
-        .filter_map(|origin| VelocityFamily::new(model, &origin, &mut number))
-        .collect();
+    let velocity: Vec<VelocityFamily> =
+        origins.filter_map(|origin| VelocityFamily::new(model, &origin, &mut number)).collect();
     let constants_parameters = parameters_of(model, &constants);
-    let inputs: Vec<Symbol> = constants_parameters
-        .iter()
-        .map(|parameter| model.parameters[*parameter].symbol)
-        .collect();
+    let inputs: Vec<Symbol> =
+        constants_parameters.iter().map(|parameter| model.parameters[*parameter].symbol).collect();
     let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
-    let assembly = Assembly {
-        families,
-        constants_tape,
-        constants_parameters,
-        dimension: model.coordinates.len(),
-        velocity,
-    };
+    let assembly =
+        Assembly { families, constants_tape, constants_parameters, dimension: model.coordinates.len(), velocity };
     (assembly, linear)
 }
 
@@ -217,11 +201,7 @@ fn split(
         at_rest.insert(*velocity, zero);
     }
     // L = T - V: the body's share of L, and of the effective potential V - T0.
-    let share = if negative {
-        pool.neg(family.body)
-    } else {
-        family.body
-    };
+    let share = if negative { pool.neg(family.body) } else { family.body };
     let moving = splitter.facts.varies(pool, share, Variable::Velocity);
     let static_share = if splitter.facts.rests(pool, share) {
         zero
@@ -231,13 +211,7 @@ fn split(
         share
     };
     let effective = pool.neg(static_share);
-    let potential = elements(
-        pool,
-        splitter,
-        effective,
-        &coordinates,
-        Variable::Coordinate,
-    );
+    let potential = elements(pool, splitter, effective, &coordinates, Variable::Coordinate);
     if !moving {
         return (effective, (Vec::new(), potential), Vec::new());
     }
@@ -249,9 +223,7 @@ fn split(
             let coefficient = pool.mul(element.first, *slope);
             coefficients[*place].push(coefficient);
         }
-        if !(is_zero(pool, element.second) || element.slope.is_empty())
-            || !element.curvature.is_empty()
-        {
+        if !(is_zero(pool, element.second) || element.slope.is_empty()) || !element.curvature.is_empty() {
             inertia.push(element);
         }
     }
@@ -321,20 +293,11 @@ fn compile(
     }
     force_roots.extend(&logarithms);
     let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
-    let all: Vec<ExprId> = stiffness_roots
-        .iter()
-        .chain(&inertia_roots)
-        .chain(&logarithms)
-        .copied()
-        .collect();
+    let all: Vec<ExprId> = stiffness_roots.iter().chain(&inertia_roots).chain(&logarithms).copied().collect();
     let parameters = parameters_of(model, &all);
     let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
     inputs.extend(&terms.values);
-    inputs.extend(
-        parameters
-            .iter()
-            .map(|parameter| model.parameters[*parameter].symbol),
-    );
+    inputs.extend(parameters.iter().map(|parameter| model.parameters[*parameter].symbol));
     // Every symbol of a body is one of these; explicit time is refused before.
     let tape = |roots: &[ExprId]| Tape::compile(&model.pool, roots, &inputs).ok();
     Some(ElementFamily {
@@ -382,11 +345,7 @@ impl<S: Scalar> Values<S> {
 
 impl Assembly {
     /// The values of parameters and constants.
-    pub(crate) fn values<S: Scalar>(
-        &self,
-        model: &Model,
-        precision: S::Precision,
-    ) -> Result<Values<S>, NoValue> {
+    pub(crate) fn values<S: Scalar>(&self, model: &Model, precision: S::Precision) -> Result<Values<S>, NoValue> {
         self.values_where(model, precision, |_, value| value)
     }
 
@@ -408,20 +367,13 @@ impl Assembly {
             let own = evaluate_closed(&model.pool, value, precision);
             parameters[number] = own.map(|own| replaced(number, own));
         }
-        let inputs: Vec<S> = self
-            .constants_parameters
-            .iter()
-            .filter_map(|number| parameters[*number].clone())
-            .collect();
-        let constants = self.constants_tape.as_ref().map_or_else(Vec::new, |tape| {
-            tape.prepare(precision).evaluate(&inputs, &mut Vec::new())
-        });
-        Ok(Values {
-            parameters,
-            constants,
-            precision,
-            wide: None,
-        })
+        let inputs: Vec<S> =
+            self.constants_parameters.iter().filter_map(|number| parameters[*number].clone()).collect();
+        let constants = self
+            .constants_tape
+            .as_ref()
+            .map_or_else(Vec::new, |tape| tape.prepare(precision).evaluate(&inputs, &mut Vec::new()));
+        Ok(Values { parameters, constants, precision, wide: None })
     }
 
     /// The values, for expressions whose parts may be anywhere beyond the range of balls.
@@ -459,22 +411,12 @@ impl Assembly {
             for instance in 0..family.terms.count {
                 let coordinates = family.terms.coordinates_of(instance);
                 inputs.clear();
+                inputs.extend(coordinates.iter().map(|number| at.get(*number as usize).unwrap_or(&zero).clone()));
                 inputs.extend(
-                    coordinates
-                        .iter()
-                        .map(|number| at.get(*number as usize).unwrap_or(&zero).clone()),
+                    family.constants_of(instance).iter().map(|number| values.constants[*number as usize].clone()),
                 );
                 inputs.extend(
-                    family
-                        .constants_of(instance)
-                        .iter()
-                        .map(|number| values.constants[*number as usize].clone()),
-                );
-                inputs.extend(
-                    family
-                        .parameters
-                        .iter()
-                        .map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
+                    family.parameters.iter().map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
                 );
                 prepared.evaluate_into(&inputs, &mut scratch, &mut out);
                 scatter(family, instance, &out);
@@ -516,9 +458,7 @@ impl Assembly {
         if let Some((at, wide)) = values.wide(at) {
             let rows = self.slopes(&at, wide).into_iter();
             let narrowed = |(place, slope)| Some((place, S::from_wide(&slope)?));
-            return rows
-                .map(|row| row.into_iter().filter_map(narrowed).collect())
-                .collect();
+            return rows.map(|row| row.into_iter().filter_map(narrowed).collect()).collect();
         }
         let mut rows = Vec::new();
         let zero = S::from_number(&Number::ZERO, values.precision);
@@ -591,11 +531,7 @@ impl Assembly {
         }
         self.run(part, at, values, |family, instance, numbers| {
             let coordinates = family.terms.coordinates_of(instance);
-            let elements = if part == Part::Inertia {
-                &family.inertia
-            } else {
-                &family.potential
-            };
+            let elements = if part == Part::Inertia { &family.inertia } else { &family.potential };
             // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
             let mut add = |i: u32, j: u32, value: &S, both: bool| {
                 share(i.max(j), i.min(j), value);
@@ -643,11 +579,7 @@ pub(super) fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&
 }
 
 /// The number that an expression without symbols comes to.
-pub(crate) fn evaluate_closed<S: Scalar>(
-    pool: &Pool,
-    value: ExprId,
-    precision: S::Precision,
-) -> Option<S> {
+pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId, precision: S::Precision) -> Option<S> {
     if let Node::Number(number) = pool.node(value) {
         return Some(S::from_number(number, precision));
     }

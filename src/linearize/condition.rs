@@ -60,41 +60,40 @@ impl Linearized {
         size: impl Fn(&S) -> f64,
     ) -> Vec<f64> {
         let mut sums = vec![0.0; shapes.len()];
-        self.assembly
-            .run(Part::Stiffness, at, values, |family, instance, numbers| {
-                let numbers: Vec<f64> = numbers.iter().map(&size).collect();
-                let numbers = numbers.as_slice();
-                let coordinates = family.terms.coordinates_of(instance);
-                let mut rest = numbers;
-                for element in &family.potential {
-                    let (outer, slopes) = head(&mut rest, 2, element.slope.len());
-                    let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
-                    for (shape, sum) in shapes.iter().zip(&mut sums) {
-                        let x = |place: usize| {
-                            let at = coordinates.get(place).map_or(usize::MAX, |at| *at as usize);
-                            shape.vector.get(at).copied().unwrap_or(0.0)
-                        };
-                        let (mut stretch, mut slack) = (0.0, 0.0);
-                        for ((place, _), slope) in element.slope.iter().zip(slopes) {
-                            stretch += slope * x(*place);
-                            slack += (slope * shape.error).abs();
-                        }
-                        let stretch = (stretch.abs() - slack).max(0.0);
-                        let (mut bend, mut slack) = (0.0, 0.0);
-                        for ((a, b, _), second) in element.curvature.iter().zip(curvature) {
-                            let twice = if a == b { *second } else { 2.0 * second };
-                            bend += twice * x(*a) * x(*b);
-                            slack += (twice * shape.error).abs() * (x(*a).abs() + x(*b).abs());
-                        }
-                        let bend = (bend.abs() - slack).max(0.0);
-                        let parts = outer[1].abs() * stretch * stretch + outer[0].abs() * bend;
-                        // What is not defined in doubles is not judged.
-                        if parts.is_finite() {
-                            *sum += parts;
-                        }
+        self.assembly.run(Part::Stiffness, at, values, |family, instance, numbers| {
+            let numbers: Vec<f64> = numbers.iter().map(&size).collect();
+            let numbers = numbers.as_slice();
+            let coordinates = family.terms.coordinates_of(instance);
+            let mut rest = numbers;
+            for element in &family.potential {
+                let (outer, slopes) = head(&mut rest, 2, element.slope.len());
+                let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
+                for (shape, sum) in shapes.iter().zip(&mut sums) {
+                    let x = |place: usize| {
+                        let at = coordinates.get(place).map_or(usize::MAX, |at| *at as usize);
+                        shape.vector.get(at).copied().unwrap_or(0.0)
+                    };
+                    let (mut stretch, mut slack) = (0.0, 0.0);
+                    for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                        stretch += slope * x(*place);
+                        slack += (slope * shape.error).abs();
+                    }
+                    let stretch = (stretch.abs() - slack).max(0.0);
+                    let (mut bend, mut slack) = (0.0, 0.0);
+                    for ((a, b, _), second) in element.curvature.iter().zip(curvature) {
+                        let twice = if a == b { *second } else { 2.0 * second };
+                        bend += twice * x(*a) * x(*b);
+                        slack += (twice * shape.error).abs() * (x(*a).abs() + x(*b).abs());
+                    }
+                    let bend = (bend.abs() - slack).max(0.0);
+                    let parts = outer[1].abs() * stretch * stretch + outer[0].abs() * bend;
+                    // What is not defined in doubles is not judged.
+                    if parts.is_finite() {
+                        *sum += parts;
                     }
                 }
-            });
+            }
+        });
         let ratio = |(sum, shape): (f64, &Shape<'_>)| sum / shape.square.abs();
         sums.into_iter().zip(shapes).map(ratio).collect()
     }
@@ -108,11 +107,7 @@ impl Linearized {
             let inertia = family.inertia.iter().flat_map(|element| element.entries());
             inertia.chain(family.terms.constants.iter().copied())
         }));
-        let given = model
-            .equilibria
-            .iter()
-            .flatten()
-            .map(|given| given.symbolic);
+        let given = model.equilibria.iter().flatten().map(|given| given.symbolic);
         roots.extend(given);
         let parameters = parameters_of(model, &roots);
         let size = shape.len() * shape.len() + self.assembly.families.len();
@@ -140,19 +135,9 @@ impl Linearized {
     }
 
     /// xᵀKx/xᵀMx at the equilibrium, with a parameter made a little larger.
-    fn quotient(
-        &self,
-        changed: Option<usize>,
-        vector: &[Big],
-        proof: Option<&Proof>,
-        bits: usize,
-    ) -> Option<Big> {
+    fn quotient(&self, changed: Option<usize>, vector: &[Big], proof: Option<&Proof>, bits: usize) -> Option<Big> {
         let larger = |number: usize, value: Big| {
-            if changed == Some(number) {
-                &value + &value.scale(-SHIFT)
-            } else {
-                value
-            }
+            if changed == Some(number) { &value + &value.scale(-SHIFT) } else { value }
         };
         let model = &self.model;
         let values = self.assembly.values_where(model, bits, larger).ok()?;

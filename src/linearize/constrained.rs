@@ -11,9 +11,7 @@ use super::assemble::known_values;
 use crate::precision::Enclosure;
 use std::collections::BTreeMap;
 
-use crate::expr::{
-    ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod,
-};
+use crate::expr::{ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod};
 use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
 use crate::precision::{Ball, Big, Scalar};
 
@@ -62,30 +60,14 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
         locals.push(Local::new(symbol, velocity));
         model.symbols.insert(symbol, SymbolKind::Coordinate(at));
         model.symbols.insert(velocity, SymbolKind::Velocity(at));
-        model.coordinates.push(Coordinate {
-            name,
-            span: constraint.span,
-            symbol,
-            velocity,
-            unit: None,
-            factor: None,
-        });
+        model.coordinates.push(Coordinate { name, span: constraint.span, symbol, velocity, unit: None, factor: None });
         model.guesses.push(None);
         model.guessed_velocities.push(None);
         model.equilibria.push(None);
         model.rates.push(None);
-        model.potential.push(TermFamily::single(
-            constraint.span,
-            body,
-            locals,
-            coordinates,
-        ));
+        model.potential.push(TermFamily::single(constraint.span, body, locals, coordinates));
     }
-    Multiplied {
-        model,
-        kept,
-        dependent,
-    }
+    Multiplied { model, kept, dependent }
 }
 
 /// Which constraints have gradients that are independent of those before them, at a random point.
@@ -100,16 +82,10 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     let mut gradients: Vec<Vec<(Symbol, ExprId)>> = Vec::with_capacity(count);
     for body in &bodies {
         let symbols = &model.symbols;
-        let slopes = model.pool.slopes(*body, |symbol| {
-            matches!(symbols.get(&symbol), Some(SymbolKind::Coordinate(_)))
-        });
+        let slopes = model.pool.slopes(*body, |symbol| matches!(symbols.get(&symbol), Some(SymbolKind::Coordinate(_))));
         gradients.push(slopes);
     }
-    let all: Vec<ExprId> = gradients
-        .iter()
-        .flatten()
-        .map(|(_, slope)| *slope)
-        .collect();
+    let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
     let Some(values) = at_random(&model.pool, &all) else {
         return all_kept;
@@ -135,9 +111,7 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
             }
         }
         let found = row.iter().find(|(_, value)| **value != 0);
-        let Some((pivot, inverse)) =
-            found.and_then(|(symbol, value)| Some((*symbol, inverse_mod(*value)?)))
-        else {
+        let Some((pivot, inverse)) = found.and_then(|(symbol, value)| Some((*symbol, inverse_mod(*value)?))) else {
             dependent.push(number);
             continue;
         };
@@ -171,10 +145,7 @@ pub(crate) struct Tangent<S: Scalar> {
 }
 
 /// Which coordinates follow the others: one for each constraint.
-pub(crate) fn choose_bound<S: Enclosure>(
-    gradients: &[Vec<S>],
-    precision: S::Precision,
-) -> Option<Vec<usize>> {
+pub(crate) fn choose_bound<S: Enclosure>(gradients: &[Vec<S>], precision: S::Precision) -> Option<Vec<usize>> {
     eliminate(gradients.to_vec(), None, precision).map(|(pivots, _)| pivots)
 }
 
@@ -226,10 +197,7 @@ fn eliminate<S: Enclosure>(
 
 /// The solution of linear equations, each with its right side for a last entry; `None` where they
 /// are not shown to have just one.
-pub(crate) fn solve<S: Enclosure>(
-    equations: Vec<Vec<S>>,
-    precision: S::Precision,
-) -> Option<Vec<S>> {
+pub(crate) fn solve<S: Enclosure>(equations: Vec<Vec<S>>, precision: S::Precision) -> Option<Vec<S>> {
     let unknowns: Vec<usize> = (0..equations.len()).collect();
     let (pivots, rows) = eliminate(equations, Some(&unknowns), precision)?;
     let mut solution: Vec<Option<S>> = vec![None; unknowns.len()];
@@ -242,12 +210,7 @@ pub(crate) fn solve<S: Enclosure>(
 impl Tangent<Ball> {
     /// All directions.
     pub(crate) fn all(coordinates: usize) -> Self {
-        Self {
-            free: (0..coordinates).collect(),
-            bound: Vec::new(),
-            slopes: Vec::new(),
-            precision: (),
-        }
+        Self { free: (0..coordinates).collect(), bound: Vec::new(), slopes: Vec::new(), precision: () }
     }
 }
 
@@ -267,24 +230,12 @@ impl Tangent<Big> {
 impl<S: Enclosure> Tangent<S> {
     /// From the gradients of the constraints, one row each, and the coordinates that are to follow;
     /// `None` where these can't be shown to.
-    pub(crate) fn new(
-        gradients: &[Vec<S>],
-        bound: &[usize],
-        precision: S::Precision,
-    ) -> Option<Self> {
+    pub(crate) fn new(gradients: &[Vec<S>], bound: &[usize], precision: S::Precision) -> Option<Self> {
         let n = gradients.first().map_or(0, Vec::len);
         let (pivots, rows) = eliminate(gradients.to_vec(), Some(bound), precision)?;
         let free: Vec<usize> = (0..n).filter(|at| !pivots.contains(at)).collect();
-        let slopes = rows
-            .iter()
-            .map(|row| free.iter().map(|at| row[*at].neg()).collect())
-            .collect();
-        Some(Self {
-            free,
-            bound: pivots,
-            slopes,
-            precision,
-        })
+        let slopes = rows.iter().map(|row| free.iter().map(|at| row[*at].neg()).collect()).collect();
+        Some(Self { free, bound: pivots, slopes, precision })
     }
 
     /// ZᵀAZ for a matrix (column by column) whose first rows and columns are those of the coordinates.
@@ -367,13 +318,7 @@ impl<S: Enclosure> Tangent<S> {
 
 /// The rows -∂c/∂q of second derivatives of U, from all of them (column by column).
 pub(crate) fn gradients<S: Scalar>(second: &[S], visible: usize, order: usize) -> Vec<Vec<S>> {
-    (visible..order)
-        .map(|row| {
-            (0..visible)
-                .map(|column| second[row + order * column].clone())
-                .collect()
-        })
-        .collect()
+    (visible..order).map(|row| (0..visible).map(|column| second[row + order * column].clone()).collect()).collect()
 }
 
 /// What the sides of a constraint differ by at a point; `None` where parameters have no values.

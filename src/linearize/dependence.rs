@@ -55,10 +55,8 @@ impl Surface {
     /// Some constraints, by number; `None` where a parameter has no value.
     fn new(model: &Model, numbers: &[usize]) -> Option<Self> {
         let mut pool = model.pool.clone();
-        let expressions: Vec<ExprId> = numbers
-            .iter()
-            .map(|number| Some(model.constraints.get(*number)?.expression))
-            .collect::<Option<_>>()?;
+        let expressions: Vec<ExprId> =
+            numbers.iter().map(|number| Some(model.constraints.get(*number)?.expression)).collect::<Option<_>>()?;
         let place = |symbol: Symbol| match model.symbols.get(&symbol) {
             Some(SymbolKind::Coordinate(place)) => Some(*place),
             Some(_) | None => None,
@@ -76,9 +74,7 @@ impl Surface {
             .iter()
             .map(|symbol| match model.symbols.get(symbol)? {
                 SymbolKind::Coordinate(place) => Some(Input::Coordinate(*place)),
-                SymbolKind::Parameter(number) => {
-                    Some(Input::Parameter(model.parameters.get(*number)?.value?))
-                }
+                SymbolKind::Parameter(number) => Some(Input::Parameter(model.parameters.get(*number)?.value?)),
                 _ => None,
             })
             .collect::<Option<_>>()?;
@@ -116,21 +112,14 @@ impl Surface {
         let mut last: Option<Magnitude> = None;
         for _ in 0..MOST_STEPS {
             let (gaps, rows) = self.at(model, &point, bits)?;
-            let rows: Vec<Vec<Big>> = rows
-                .iter()
-                .map(|row| row.iter().map(Big::center).collect())
-                .collect();
+            let rows: Vec<Vec<Big>> = rows.iter().map(|row| row.iter().map(Big::center).collect()).collect();
             let bound = choose_bound(&rows, bits)?;
             let equations = rows.iter().zip(&gaps).map(|(row, gap)| {
                 let own = bound.iter().map(|place| row[*place].clone());
-                own.chain(std::iter::once(gap.center().neg()))
-                    .collect::<Vec<Big>>()
+                own.chain(std::iter::once(gap.center().neg())).collect::<Vec<Big>>()
             });
             let step = solve(equations.collect(), bits)?;
-            let length = step
-                .iter()
-                .map(Big::abs_upper)
-                .fold(Magnitude::ZERO, Magnitude::max);
+            let length = step.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
             for (place, step) in bound.iter().zip(&step) {
                 point[*place] = point[*place].add(step).center();
             }
@@ -173,27 +162,16 @@ pub(super) enum Verdict {
 }
 
 /// Whether some constraints hold where the others, by number, hold beside a point; `None` where that can't be told.
-pub(super) fn follow(
-    model: &Model,
-    kept: &[usize],
-    others: &[usize],
-    start: &[Big],
-) -> Option<Verdict> {
+pub(super) fn follow(model: &Model, kept: &[usize], others: &[usize], start: &[Big]) -> Option<Verdict> {
     let bits = bits(model)?;
     let point = Surface::new(model, kept)?.near(model, start, bits)?;
     let (gaps, rows) = Surface::new(model, others)?.at(model, &point, bits)?;
     let size = size(&point);
     for ((number, gap), row) in others.iter().zip(&gaps).zip(&rows) {
-        let slope = row
-            .iter()
-            .map(Big::abs_upper)
-            .fold(Magnitude::ZERO, Magnitude::max);
+        let slope = row.iter().map(Big::abs_upper).fold(Magnitude::ZERO, Magnitude::max);
         let half = i64::try_from(bits / 2).unwrap_or(i64::MAX);
         if gap.abs_upper() > (slope * size).scale(-half) {
-            return Some(Verdict::Differs {
-                number: *number,
-                by: gap.mid_f64(),
-            });
+            return Some(Verdict::Differs { number: *number, by: gap.mid_f64() });
         }
     }
     Some(Verdict::Follow)
@@ -202,10 +180,5 @@ pub(super) fn follow(
 /// A point in doubles or balls, exactly.
 pub(super) fn exactly(model: &Model, point: &[Ball]) -> Option<Vec<Big>> {
     let bits = bits(model)?;
-    Some(
-        point
-            .iter()
-            .map(|x| Big::from_ball(x, bits).center())
-            .collect(),
-    )
+    Some(point.iter().map(|x| Big::from_ball(x, bits).center()).collect())
 }

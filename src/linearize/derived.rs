@@ -7,8 +7,8 @@ use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, missing_value,
-    steady, surface, unbalanced, units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, missing_value, steady, surface,
+    unbalanced, units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -29,10 +29,7 @@ pub(super) fn leaving_out_dependent<T>(
         LinearizeError::ConstraintsSingular { .. }
             | LinearizeError::EquilibriumNotFound { .. }
             | LinearizeError::ConstraintFlat { .. }
-            | LinearizeError::ConstraintsContradict {
-                difference: None,
-                ..
-            }
+            | LinearizeError::ConstraintsContradict { difference: None, .. }
     );
     if model.constraints.len() < 2 || !may_depend {
         return Err(error);
@@ -68,12 +65,7 @@ pub(crate) struct Tied {
 impl Tied {
     /// A model without constraints.
     fn free(model: Model) -> Self {
-        Self {
-            visible: model.coordinates.len(),
-            model,
-            kept: Vec::new(),
-            dependent: Vec::new(),
-        }
+        Self { visible: model.coordinates.len(), model, kept: Vec::new(), dependent: Vec::new() }
     }
 
     /// A model with some of its constraints left out.
@@ -95,10 +87,7 @@ impl Tied {
 
     /// What the constraints with a multiplier set to zero.
     pub(crate) fn expressions(&self) -> Vec<ExprId> {
-        let constraints = self
-            .kept
-            .iter()
-            .filter_map(|at| self.model.constraints.get(*at));
+        let constraints = self.kept.iter().filter_map(|at| self.model.constraints.get(*at));
         constraints.map(|own| own.expression).collect()
     }
 
@@ -109,9 +98,7 @@ impl Tied {
 }
 
 /// [`derive`], and under constraints the model with its multipliers, on whose expressions the matrices build.
-pub(crate) fn derive_with_multipliers(
-    model: &Model,
-) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
+pub(crate) fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
     if model.constraints.is_empty() {
         return (None, derive_tied(Tied::free(model.clone())));
     }
@@ -130,11 +117,7 @@ pub(crate) fn derive_with_multipliers(
 }
 
 /// Refuses constraints without a multiplier that do not hold at a point of expressions where the others do.
-fn check_dependent(
-    model: &Model,
-    point: &[ExprId],
-    dependent: &[usize],
-) -> Result<(), LinearizeError> {
+fn check_dependent(model: &Model, point: &[ExprId], dependent: &[usize]) -> Result<(), LinearizeError> {
     let mut pool = model.pool.clone();
     let coordinates = model.coordinates.iter().map(|own| own.symbol);
     let map: Substitution = coordinates.zip(point.iter().copied()).collect();
@@ -148,10 +131,7 @@ fn check_dependent(
             Some(value) => short(value.mid_f64()),
             None => pool.display(difference),
         };
-        return Err(LinearizeError::ConstraintsContradict {
-            difference: Some(text),
-            span: constraint.span,
-        });
+        return Err(LinearizeError::ConstraintsContradict { difference: Some(text), span: constraint.span });
     }
     Ok(())
 }
@@ -187,9 +167,7 @@ fn search(
             equilibrium.values = units.positions(&equilibrium.values);
             Ok(equilibrium)
         }
-        Err(error) => Err(in_own_numbers(error, || {
-            found(model, assembly, &wide(assembly, model)?).map(|_| ())
-        })),
+        Err(error) => Err(in_own_numbers(error, || found(model, assembly, &wide(assembly, model)?).map(|_| ()))),
     }
 }
 
@@ -198,20 +176,12 @@ const ENTRY: usize = 16;
 
 fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     let (names, expressions) = (tied.names(), tied.expressions());
-    let Tied {
-        mut model,
-        visible,
-        dependent,
-        ..
-    } = tied;
+    let Tied { mut model, visible, dependent, .. } = tied;
     if let Some(span) = model.time_dependent {
         return Err(LinearizeError::TimeDependent { span });
     }
     let order = model.coordinates.len();
-    model
-        .pool
-        .budget()
-        .room(order.saturating_mul(order), ENTRY)?;
+    model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
     velocity::check_smooth(&model)?;
     steady::put_rates_in(&mut model)?;
     let (mut assembly, linear) = assemble::assemble(&mut model);
@@ -222,8 +192,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     model.pool = pool;
     let settled = !guessed
         && determined.is_some()
-        && symbolic::forces_vanish(&model, &assembly, &point, &Substitution::default())
-            == Some(true);
+        && symbolic::forces_vanish(&model, &assembly, &point, &Substitution::default()) == Some(true);
     if settled {
         check_dependent(&model, &point[..visible], &dependent)?;
     }
@@ -231,10 +200,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
             let undefined = assembly.undefined_in_symbols(&model, &point);
             let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
-            undefined
-                .or_else(doubtful)
-                .filter(|_| !guessed)
-                .unwrap_or_else(|| missing_value(&model, missing.0))
+            undefined.or_else(doubtful).filter(|_| !guessed).unwrap_or_else(|| missing_value(&model, missing.0))
         })?;
         let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);
@@ -260,8 +226,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
     }
     if !expressions.is_empty() {
         matrices.first(visible);
-        let gradients =
-            multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
+        let gradients = multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
         matrices.constraints = Some(SymbolicConstraints {
             names,
             expressions,

@@ -31,11 +31,7 @@ pub(super) struct Energy<'a> {
 }
 
 impl<'a> Energy<'a> {
-    pub(super) fn new(
-        model: &Model,
-        assembly: &'a Assembly,
-        values: &'a Values<Ball>,
-    ) -> Option<Self> {
+    pub(super) fn new(model: &Model, assembly: &'a Assembly, values: &'a Values<Ball>) -> Option<Self> {
         let term = |family: &super::ElementFamily| {
             let parameters = parameters_of(model, &[family.effective]);
             let locals = family.terms.locals.iter().map(|local| local.coordinate);
@@ -49,11 +45,7 @@ impl<'a> Energy<'a> {
             let tape = Tape::compile(&model.pool, &[family.effective], &inputs).ok()?;
             Some((tape, numbers))
         };
-        Some(Self {
-            assembly,
-            values,
-            terms: assembly.families.iter().map(term).collect::<Option<_>>()?,
-        })
+        Some(Self { assembly, values, terms: assembly.families.iter().map(term).collect::<Option<_>>()? })
     }
 
     fn at(&self, point: &[Ball]) -> Ball {
@@ -82,12 +74,7 @@ impl<'a> Energy<'a> {
 
 impl Search<'_> {
     /// Leads down to a minimum, near enough for Newton steps to take over; whether it got there.
-    pub(super) fn descend(
-        &self,
-        at: &mut Vec<Ball>,
-        metric: &DMatrix<f64>,
-        energy: &Energy<'_>,
-    ) -> bool {
+    pub(super) fn descend(&self, at: &mut Vec<Ball>, metric: &DMatrix<f64>, energy: &Energy<'_>) -> bool {
         let size = self.free.len() as f64;
         // A number between 50 and 10000: the cast can't go wrong.
         let mut budget = (MOST_WORK / (10.0 * size.powi(3))).clamp(50.0, 10_000.0) as usize;
@@ -98,8 +85,7 @@ impl Search<'_> {
         };
         for _ in 0..MOST_STEPS {
             let force = self.weighted(&self.gradient(at), metric);
-            if !force.finite || !height.is_finite() || at.iter().any(|x| x.mid_f64().abs() > 1e150)
-            {
+            if !force.finite || !height.is_finite() || at.iter().any(|x| x.mid_f64().abs() > 1e150) {
                 return false;
             }
             let (step, whole, falls) = spectrum.downhill(&force, radius);

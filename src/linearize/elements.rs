@@ -79,10 +79,8 @@ pub(crate) fn elements(
                 }
             }
             Node::Product(factors) => {
-                let inner: Vec<&(ExprId, Number)> = factors
-                    .iter()
-                    .filter(|(base, _)| splitter.facts.varies(pool, *base, kind))
-                    .collect();
+                let inner: Vec<&(ExprId, Number)> =
+                    factors.iter().filter(|(base, _)| splitter.facts.varies(pool, *base, kind)).collect();
                 if let [(base, exponent)] = inner.as_slice() {
                     let mut outside = vec![weight];
                     for (other, power) in factors.iter().filter(|(other, _)| other != base) {
@@ -114,14 +112,7 @@ pub(crate) fn elements(
                     let weight = pool.product(&constant);
                     let parts: Vec<(ExprId, Number)> = inner.into_iter().cloned().collect();
                     let s = pool.product_of_powers(&parts);
-                    result.push(element(
-                        pool,
-                        splitter,
-                        weight,
-                        &Outer::Identity,
-                        s,
-                        &variables,
-                    ));
+                    result.push(element(pool, splitter, weight, &Outer::Identity, s, &variables));
                 }
             }
             Node::Function(function, inner) => {
@@ -129,14 +120,7 @@ pub(crate) fn elements(
                 result.push(element(pool, splitter, weight, &outer, inner, &variables));
             }
             Node::Symbol(_) | Node::Power { .. } | Node::Atan2 { .. } => {
-                result.push(element(
-                    pool,
-                    splitter,
-                    weight,
-                    &Outer::Identity,
-                    node,
-                    &variables,
-                ));
+                result.push(element(pool, splitter, weight, &Outer::Identity, node, &variables));
             }
             Node::Number(_) | Node::Pi | Node::Undefined => {}
         }
@@ -155,19 +139,14 @@ struct Variables {
 impl Variables {
     fn new(variables: &[Symbol], kind: Variable) -> Self {
         let places = variables.iter().enumerate();
-        let mut places: Vec<(Symbol, usize)> =
-            places.map(|(place, symbol)| (*symbol, place)).collect();
+        let mut places: Vec<(Symbol, usize)> = places.map(|(place, symbol)| (*symbol, place)).collect();
         places.sort_unstable();
         Self { places, kind }
     }
 
     fn place(&self, symbol: Symbol) -> Option<usize> {
-        let at = self
-            .places
-            .binary_search_by_key(&symbol, |(symbol, _)| *symbol);
-        at.ok()
-            .and_then(|at| self.places.get(at))
-            .map(|(_, place)| *place)
+        let at = self.places.binary_search_by_key(&symbol, |(symbol, _)| *symbol);
+        at.ok().and_then(|at| self.places.get(at)).map(|(_, place)| *place)
     }
 }
 
@@ -187,20 +166,14 @@ fn element(
             let twice = once.sub(&one);
             let slope = pool.powr(s, &once);
             let bend = pool.powr(s, &twice);
-            (
-                pool.scale(slope, exponent),
-                pool.scale(bend, &exponent.mul(&once)),
-            )
+            (pool.scale(slope, exponent), pool.scale(bend, &exponent.mul(&once)))
         }
         Outer::PowerOfModulus(exponent) => {
             let once = exponent.sub(&Number::ONE);
             let modulus = pool.abs(s);
             let power = pool.powr(modulus, &once.sub(&Number::ONE));
             let slope = pool.mul(power, s);
-            (
-                pool.scale(slope, exponent),
-                pool.scale(power, &exponent.mul(&once)),
-            )
+            (pool.scale(slope, exponent), pool.scale(power, &exponent.mul(&once)))
         }
         Outer::Function(function) => {
             let z = pool.symbol("z of phi(z)");
@@ -225,22 +198,12 @@ fn element(
             }
         }
     }
-    Element {
-        first,
-        second,
-        slope,
-        curvature,
-    }
+    Element { first, second, slope, curvature }
 }
 
 impl Splitter {
     /// The derivatives by the variables, by place, without those that vanish identically.
-    fn slopes(
-        &mut self,
-        pool: &mut Pool,
-        s: ExprId,
-        variables: &Variables,
-    ) -> Vec<(usize, ExprId)> {
+    fn slopes(&mut self, pool: &mut Pool, s: ExprId, variables: &Variables) -> Vec<(usize, ExprId)> {
         let kind = variables.kind;
         if !self.facts.varies(pool, s, kind) {
             return Vec::new();
@@ -249,22 +212,15 @@ impl Splitter {
             Some(terms) => self.slopes_of_terms(pool, &terms, kind),
             None => pool.slopes(s, |symbol| self.facts.is(symbol, kind)),
         };
-        let mut entries: Vec<(usize, ExprId)> = slopes
-            .into_iter()
-            .filter_map(|(symbol, slope)| Some((variables.place(symbol)?, slope)))
-            .collect();
+        let mut entries: Vec<(usize, ExprId)> =
+            slopes.into_iter().filter_map(|(symbol, slope)| Some((variables.place(symbol)?, slope))).collect();
         entries.sort_unstable();
         entries
     }
 
     /// The terms of a sum that vary, if they are all simple: then nothing is lost by deriving
     /// them one by one. (A reverse sweep over the sum would share what deeper terms share.)
-    fn simple_terms(
-        &mut self,
-        pool: &Pool,
-        s: ExprId,
-        kind: Variable,
-    ) -> Option<Vec<(ExprId, Number)>> {
+    fn simple_terms(&mut self, pool: &Pool, s: ExprId, kind: Variable) -> Option<Vec<(ExprId, Number)>> {
         let Node::Sum { terms, .. } = pool.node(s) else {
             return None;
         };
@@ -293,10 +249,9 @@ impl Splitter {
         };
         let mut parts: Vec<(Symbol, ExprId, &Number)> = Vec::with_capacity(terms.len());
         for (term, coefficient) in terms {
-            let slopes = known.entry(*term).or_insert_with(|| {
-                pool.slopes(*term, |symbol| facts.is(symbol, kind))
-                    .into_boxed_slice()
-            });
+            let slopes = known
+                .entry(*term)
+                .or_insert_with(|| pool.slopes(*term, |symbol| facts.is(symbol, kind)).into_boxed_slice());
             let weighted = slopes.iter().map(|(symbol, e)| (*symbol, *e, coefficient));
             parts.extend(weighted);
         }
@@ -306,8 +261,7 @@ impl Splitter {
             let slope = match group {
                 [(_, single, coefficient)] => pool.scale(*single, coefficient),
                 _ => {
-                    let group: Vec<(ExprId, Number)> =
-                        group.iter().map(|(_, e, c)| (*e, (*c).clone())).collect();
+                    let group: Vec<(ExprId, Number)> = group.iter().map(|(_, e, c)| (*e, (*c).clone())).collect();
                     pool.linear(&group)
                 }
             };
@@ -323,12 +277,7 @@ impl Splitter {
 
 impl Element {
     /// The same element at velocity zero, which `values` puts in.
-    pub(crate) fn at_rest(
-        &self,
-        pool: &mut Pool,
-        facts: &mut Facts,
-        values: &Substitution,
-    ) -> Self {
+    pub(crate) fn at_rest(&self, pool: &mut Pool, facts: &mut Facts, values: &Substitution) -> Self {
         let mut entries = self.entries();
         let mut open = Vec::new();
         for (at, entry) in entries.iter_mut().enumerate() {
@@ -374,28 +323,15 @@ impl Element {
     fn with_entries(&self, pool: &Pool, new: &[ExprId]) -> Self {
         let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
         let split = 2 + self.slope.len();
-        let mut slope: Vec<(usize, ExprId)> = self
-            .slope
-            .iter()
-            .zip(&new[2..split])
-            .map(|((i, _), entry)| (*i, *entry))
-            .collect();
-        let mut curvature: Vec<(usize, usize, ExprId)> = self
-            .curvature
-            .iter()
-            .zip(&new[split..])
-            .map(|((i, j, _), entry)| (*i, *j, *entry))
-            .collect();
+        let mut slope: Vec<(usize, ExprId)> =
+            self.slope.iter().zip(&new[2..split]).map(|((i, _), entry)| (*i, *entry)).collect();
+        let mut curvature: Vec<(usize, usize, ExprId)> =
+            self.curvature.iter().zip(&new[split..]).map(|((i, j, _), entry)| (*i, *j, *entry)).collect();
         slope.retain(|(_, entry)| !is_zero(pool, *entry));
         curvature.retain(|(_, _, entry)| !is_zero(pool, *entry));
         if is_zero(pool, new[0]) {
             curvature.clear();
         }
-        Self {
-            first: new[0],
-            second: new[1],
-            slope,
-            curvature,
-        }
+        Self { first: new[0], second: new[1], slope, curvature }
     }
 }

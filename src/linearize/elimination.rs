@@ -88,12 +88,7 @@ impl Elimination {
                 let rest = rest.iter().map(|(j, x)| (*j, mul_mod(*x, inverse)));
                 let rest = rest.collect();
                 self.order.push(column);
-                let own = Eliminated {
-                    rest,
-                    source,
-                    steps,
-                    inverse,
-                };
+                let own = Eliminated { rest, source, steps, inverse };
                 self.rows.insert(column, own);
                 return Some(());
             };
@@ -109,8 +104,7 @@ impl Elimination {
 
     fn free(&self, columns: usize) -> Vec<u32> {
         let all = 0..u32::try_from(columns).unwrap_or(0);
-        all.filter(|column| !self.rows.contains_key(column))
-            .collect()
+        all.filter(|column| !self.rows.contains_key(column)).collect()
     }
 
     /// A basis of the vectors that all rows annihilate; one per column without a pivot.
@@ -127,9 +121,7 @@ impl Elimination {
     /// From the last pivot upwards: what the columns behind a pivot leave for it.
     fn substitute_back(&self, x: &mut [u64]) {
         for (column, own) in self.rows.iter().rev() {
-            let taken = own.rest.iter().fold(0, |sum, (j, factor)| {
-                add_mod(sum, mul_mod(*factor, x[*j as usize]))
-            });
+            let taken = own.rest.iter().fold(0, |sum, (j, factor)| add_mod(sum, mul_mod(*factor, x[*j as usize])));
             x[*column as usize] = sub_mod(x[*column as usize], taken);
         }
     }
@@ -140,9 +132,8 @@ impl Elimination {
         let mut x = vec![0; columns];
         for column in &self.order {
             let own = &self.rows[column];
-            let taken = own.steps.iter().fold(0, |sum, (pivot, factor)| {
-                add_mod(sum, mul_mod(*factor, x[*pivot as usize]))
-            });
+            let taken =
+                own.steps.iter().fold(0, |sum, (pivot, factor)| add_mod(sum, mul_mod(*factor, x[*pivot as usize])));
             x[*column as usize] = mul_mod(sub_mod(right[own.source], taken), own.inverse);
         }
         self.substitute_back(&mut x);
@@ -197,9 +188,7 @@ pub(super) fn kernel(matrix: &Rows, known: usize) -> Option<Vec<Vec<Number>>> {
         return Some(Vec::new());
     }
     let mut left = MOST_WORK;
-    let vectors = free
-        .into_iter()
-        .filter_map(|column| lifted(&elimination, &whole, column, &mut left));
+    let vectors = free.into_iter().filter_map(|column| lifted(&elimination, &whole, column, &mut left));
     let in_old_places = |vector: Vec<Number>| {
         let places = place.iter();
         places.map(|new| vector[*new as usize].clone()).collect()
@@ -261,21 +250,13 @@ fn lifted(
 
 /// Whether a row takes a vector to exactly 0.
 fn annihilates(row: &[(u32, IBig)], vector: &[Number]) -> bool {
-    let terms = row
-        .iter()
-        .map(|(j, entry)| Number::from_integer(entry.clone()).mul(&vector[*j as usize]));
-    terms
-        .fold(Number::ZERO, |sum, term| sum.add(&term))
-        .is_zero()
+    let terms = row.iter().map(|(j, entry)| Number::from_integer(entry.clone()).mul(&vector[*j as usize]));
+    terms.fold(Number::ZERO, |sum, term| sum.add(&term)).is_zero()
 }
 
 fn residue(value: &IBig) -> u64 {
     let magnitude = value.unsigned_abs() % PRIME;
-    if *value < IBig::ZERO {
-        neg_mod(magnitude)
-    } else {
-        magnitude
-    }
+    if *value < IBig::ZERO { neg_mod(magnitude) } else { magnitude }
 }
 
 /// The fraction n/d with 2 n² and 2 d² below the modulus that is this residue; there is one at most. Wang's
@@ -289,11 +270,7 @@ fn fraction(residue: &IBig, modulus: &UBig) -> Option<Number> {
         (r0, r1) = (r1.clone(), r0 - &quotient * r1);
         (t0, t1) = (t1.clone(), t0 - quotient * t1);
     }
-    let (numerator, denominator) = if t1 < IBig::ZERO {
-        (-r1, (-t1).unsigned_abs())
-    } else {
-        (r1, t1.unsigned_abs())
-    };
+    let (numerator, denominator) = if t1 < IBig::ZERO { (-r1, (-t1).unsigned_abs()) } else { (r1, t1.unsigned_abs()) };
     if IBig::from(denominator.clone()) > bound {
         return None;
     }

@@ -48,9 +48,6 @@ impl Linearized {
             });
             entries.values().all(Big::is_finite).then_some(entries)
         };
-        Some(Entries {
-            mass: added(Part::Inertia)?,
-            stiffness: added(Part::Stiffness)?,
-        })
+        Some(Entries { mass: added(Part::Inertia)?, stiffness: added(Part::Stiffness)? })
     }
 }

@@ -149,13 +149,7 @@ pub(crate) fn find(
         }
     }
     let guessed = model.guesses.iter().any(Option::is_some);
-    let mut search = Search {
-        model,
-        assembly,
-        values,
-        free,
-        visible,
-    };
+    let mut search = Search { model, assembly, values, free, visible };
     if visible < count {
         return search.constrained(point, origins, &closed);
     }
@@ -194,14 +188,7 @@ pub(crate) fn find(
     if !proved && let Some(simple) = search.simple_place(&point) {
         (point, proved) = (simple, true);
     }
-    Ok(Equilibrium {
-        values: point,
-        steps,
-        proved,
-        proof: proof.map(Arc::new),
-        at_guess: false,
-        ..start
-    })
+    Ok(Equilibrium { values: point, steps, proved, proof: proof.map(Arc::new), at_guess: false, ..start })
 }
 
 impl Search<'_> {
@@ -220,30 +207,19 @@ impl Search<'_> {
             what: what.to_owned(),
             point: self.describe(at),
             cause: None,
-            span: self
-                .model
-                .kinetic
-                .first()
-                .map(|family| family.span)
-                .unwrap_or_default(),
+            span: self.model.kinetic.first().map(|family| family.span).unwrap_or_default(),
         })
     }
 
     /// Checks that no force acts where the equilibrium is given. What double-double leaves open is
     /// asked again with more bits.
-    pub(super) fn verify_given(
-        &self,
-        at: &[Ball],
-        proof: Option<&Proof>,
-    ) -> Result<(), LinearizeError> {
+    pub(super) fn verify_given(&self, at: &[Ball], proof: Option<&Proof>) -> Result<(), LinearizeError> {
         let mut force = self.gradient(at);
         if !force.iter().all(Ball::is_finite) {
             return Err(self.not_finite(at, "the force"));
         }
         let held = |i: &usize| !self.free.contains(i);
-        let open = (0..at.len())
-            .filter(held)
-            .any(|i| !force[i].is_zero() && force[i].contains_zero());
+        let open = (0..at.len()).filter(held).any(|i| !force[i].is_zero() && force[i].contains_zero());
         if open && let Some(closer) = self.closer_force(at, proof) {
             force = closer;
         }
@@ -271,13 +247,11 @@ impl Search<'_> {
         let gradient = |at: &[Big]| self.assembly.gradient(at, &values);
         let mut point = Vec::with_capacity(at.len());
         for (i, value) in at.iter().enumerate() {
-            point.push(
-                match self.model.equilibria[i].and_then(|given| given.value) {
-                    Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
-                    None if value.is_exact() || proof.is_some() => Big::from_ball(value, bits),
-                    None => return None,
-                },
-            );
+            point.push(match self.model.equilibria[i].and_then(|given| given.value) {
+                Some(given) => evaluate_closed(&self.model.pool, given, bits)?,
+                None if value.is_exact() || proof.is_some() => Big::from_ball(value, bits),
+                None => return None,
+            });
         }
         if let Some(proof) = proof {
             point = proof.refine(point, bits, gradient)?;
@@ -289,10 +263,7 @@ impl Search<'_> {
     ///
     /// First along the path of Newton steps, with forces compared by the masses, then by the
     /// stiffness; where both paths end, down the potential from the same start.
-    pub(super) fn search(
-        &self,
-        at: &mut Vec<Ball>,
-    ) -> Result<(usize, Option<Proof>), LinearizeError> {
+    pub(super) fn search(&self, at: &mut Vec<Ball>) -> Result<(usize, Option<Proof>), LinearizeError> {
         let start = at.clone();
         let masses = self.metric(&start);
         let spectrum = match self.run(at, &masses)? {
@@ -315,9 +286,7 @@ impl Search<'_> {
             return Ok((steps, proof));
         }
         // With multipliers the potential has no bottom.
-        let energy = (self.visible == at.len())
-            .then(|| Energy::new(self.model, self.assembly, self.values))
-            .flatten();
+        let energy = (self.visible == at.len()).then(|| Energy::new(self.model, self.assembly, self.values)).flatten();
         if let Some(energy) = energy {
             for metric in &metrics {
                 let mut low = start.clone();
@@ -342,9 +311,7 @@ impl Search<'_> {
                 }
             }
         }
-        Err(self
-            .flat_constraint(at, &start)
-            .unwrap_or_else(|| self.not_found(at)))
+        Err(self.flat_constraint(at, &start).unwrap_or_else(|| self.not_found(at)))
     }
 
     /// Newton's way from `at`.
@@ -371,13 +338,10 @@ impl Search<'_> {
                 let direction = &newton * damping;
                 let trial = self.moved(at, metric, &direction);
                 let there = self.weighted(&self.gradient(&trial), metric);
-                let better =
-                    there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
+                let better = there.finite && (there.norm < force.norm * (1.0 - 1e-4) || there.rounding);
                 if better && spectrum.foresaw(&force, &there, damping, direction.norm()) {
                     let changed = self.spectrum(&trial, metric);
-                    let alike = changed
-                        .as_ref()
-                        .is_some_and(|changed| changed.resembles(&spectrum, &direction));
+                    let alike = changed.as_ref().is_some_and(|changed| changed.resembles(&spectrum, &direction));
                     if alike || there.rounding {
                         at.clone_from_slice(&trial);
                         force = there;
@@ -390,9 +354,7 @@ impl Search<'_> {
                 }
                 // Near rounding level the force can't fall any more: a last tiny step is taken.
                 let scale = way + self.weighted_size(at, metric);
-                let tiny = direction.norm() <= 1e-14 * scale
-                    && there.finite
-                    && !spectrum.pushes_neutral(&force);
+                let tiny = direction.norm() <= 1e-14 * scale && there.finite && !spectrum.pushes_neutral(&force);
                 if tiny && there.norm <= force.norm * 2.0 && attempt == 0 {
                     at.clone_from_slice(&trial);
                     return Ok(Outcome::Rests(step + 1, self.settle(at, metric)));
@@ -454,52 +416,32 @@ impl Search<'_> {
             if i == j { entry } else { -entry }
         });
         let noise = comparison.solve_lower_triangular(&noise).unwrap_or(noise);
-        Force {
-            norm: vector.norm(),
-            noise,
-            vector,
-            finite,
-            rounding,
-        }
+        Force { norm: vector.norm(), noise, vector, finite, rounding }
     }
 
     /// How far the free coordinates are from 0, in mass-weighted coordinates.
     pub(super) fn weighted_size(&self, at: &[Ball], metric: &DMatrix<f64>) -> f64 {
         let own = self.free.iter().map(|i| at[*i].mid_f64());
-        metric
-            .tr_mul(&DVector::from_iterator(self.free.len(), own))
-            .norm()
+        metric.tr_mul(&DVector::from_iterator(self.free.len(), own)).norm()
     }
 
     pub(super) fn spectrum(&self, at: &[Ball], metric: &DMatrix<f64>) -> Option<Spectrum> {
         let n = self.model.coordinates.len();
         let m = self.free.len();
         let stiffness = self.assembly.stiffness(at, self.values);
-        let own = DMatrix::from_fn(m, m, |i, j| {
-            stiffness[self.free[i] + n * self.free[j]].mid_f64()
-        });
+        let own = DMatrix::from_fn(m, m, |i, j| stiffness[self.free[i] + n * self.free[j]].mid_f64());
         if !own.iter().all(|x| x.is_finite()) {
             return None;
         }
         let half = metric.solve_lower_triangular(&own)?;
         let both = metric.solve_lower_triangular(&half.transpose())?;
         let symmetric = (&both + both.transpose()) * 0.5;
-        Some(Spectrum {
-            eigen: SymmetricEigen::new(symmetric),
-        })
+        Some(Spectrum { eigen: SymmetricEigen::new(symmetric) })
     }
 
     /// The point moved by a step in mass-weighted coordinates.
-    pub(super) fn moved(
-        &self,
-        at: &[Ball],
-        metric: &DMatrix<f64>,
-        step: &DVector<f64>,
-    ) -> Vec<Ball> {
-        let step = metric
-            .transpose()
-            .solve_upper_triangular(step)
-            .unwrap_or_else(|| step.clone());
+    pub(super) fn moved(&self, at: &[Ball], metric: &DMatrix<f64>, step: &DVector<f64>) -> Vec<Ball> {
+        let step = metric.transpose().solve_upper_triangular(step).unwrap_or_else(|| step.clone());
         let mut moved = at.to_vec();
         for (k, i) in self.free.iter().enumerate() {
             // The new point is an exact number: what it is off by is asked of the force.
@@ -556,15 +498,10 @@ impl Search<'_> {
         }
         let force = self.weighted(&self.gradient(at), metric);
         let left = spectrum.reach(&force);
-        let back = metric
-            .transpose()
-            .try_inverse()
-            .unwrap_or_else(|| DMatrix::identity(left.len(), left.len()));
+        let back = metric.transpose().try_inverse().unwrap_or_else(|| DMatrix::identity(left.len(), left.len()));
         let vectors = back * &spectrum.eigen.eigenvectors;
         for (k, i) in self.free.iter().enumerate() {
-            let radius: f64 = (0..left.len())
-                .map(|mode| vectors[(k, mode)].abs() * left[mode])
-                .sum();
+            let radius: f64 = (0..left.len()).map(|mode| vectors[(k, mode)].abs() * left[mode]).sum();
             at[*i] = at[*i].with_added_radius(2.0 * radius);
         }
         None
@@ -573,16 +510,9 @@ impl Search<'_> {
     /// Tries to prove an equilibrium beside `at`, and says where its free coordinates are. Symmetries are
     /// looked for only where the stiffness may be singular, and more bits than doubles have are taken
     /// only where these do not do.
-    fn proof(
-        &self,
-        at: &[Ball],
-        metric: &DMatrix<f64>,
-        spectrum: &Spectrum,
-    ) -> Option<(Proof, Vec<Ball>)> {
+    fn proof(&self, at: &[Ball], metric: &DMatrix<f64>, spectrum: &Spectrum) -> Option<(Proof, Vec<Ball>)> {
         let eigen = &spectrum.eigen;
-        let axes = metric
-            .transpose()
-            .solve_upper_triangular(&eigen.eigenvectors)?;
+        let axes = metric.transpose().solve_upper_triangular(&eigen.eigenvectors)?;
         let symmetries = if spectrum.is_nearly_singular() {
             let mut allowed = vec![false; at.len()];
             for i in &self.free {
@@ -621,11 +551,7 @@ pub(crate) fn short(value: f64) -> String {
     if value == 0.0 || (1e-3..1e6).contains(&size) {
         let text = format!("{value:.6}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
-        if text.is_empty() || text == "-0" {
-            "0".to_owned()
-        } else {
-            text.to_owned()
-        }
+        if text.is_empty() || text == "-0" { "0".to_owned() } else { text.to_owned() }
     } else {
         format!("{value:.5e}")
     }

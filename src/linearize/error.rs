@@ -287,10 +287,8 @@ Error LinearizeError {
 }
 
 fn describe_forces(forces: &[(String, String)]) -> String {
-    let parts: Vec<String> = forces
-        .iter()
-        .map(|(coordinate, force)| format!("the force on {coordinate} is {force} everywhere"))
-        .collect();
+    let parts: Vec<String> =
+        forces.iter().map(|(coordinate, force)| format!("the force on {coordinate} is {force} everywhere")).collect();
     parts.join(", ")
 }
 
@@ -303,11 +301,7 @@ pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
     for (name, amplitude) in combination.iter().take(6) {
         let sign = if *amplitude < 0.0 { "-" } else { "+" };
         let size = amplitude.abs();
-        let factor = if (size - 1.0).abs() < 1e-9 {
-            String::new()
-        } else {
-            format!("{size:.4}*")
-        };
+        let factor = if (size - 1.0).abs() < 1e-9 { String::new() } else { format!("{size:.4}*") };
         if text.is_empty() {
             text = format!("{}{factor}{name}", if sign == "-" { "-" } else { "" });
         } else {
@@ -334,12 +328,8 @@ fn unsupported_words(feature: Feature) -> &'static str {
         Feature::Gyroscopic => {
             "the energies have terms linear in the velocities, which is beyond a mass and a stiffness matrix"
         }
-        Feature::Dissipation => {
-            "the model has a dissipation function, which is beyond a mass and a stiffness matrix"
-        }
+        Feature::Dissipation => "the model has a dissipation function, which is beyond a mass and a stiffness matrix",
         Feature::Constraint => "the model has constraints, which derivations don't cover yet",
-        Feature::SteadyMotion => {
-            "the model asks for a steady motion, which is beyond a mass and a stiffness matrix"
-        }
+        Feature::SteadyMotion => "the model asks for a steady motion, which is beyond a mass and a stiffness matrix",
     }
 }

@@ -35,14 +35,12 @@ pub(super) fn kernel(
     let at = point(model, equilibrium, |_| Exact::none())?;
     let mut lower: Vec<BTreeMap<u32, Exact>> = vec![BTreeMap::new(); n];
     let mut count = 0;
-    assembly.entries(Part::Stiffness, &at, &values, |i, j, share| {
-        match lower[i as usize].get_mut(&j) {
-            Some(entry) => *entry = entry.add(share),
-            None if count > MOST_ENTRIES => {}
-            None => {
-                count += 1;
-                lower[i as usize].insert(j, share.clone());
-            }
+    assembly.entries(Part::Stiffness, &at, &values, |i, j, share| match lower[i as usize].get_mut(&j) {
+        Some(entry) => *entry = entry.add(share),
+        None if count > MOST_ENTRIES => {}
+        None => {
+            count += 1;
+            lower[i as usize].insert(j, share.clone());
         }
     });
     if count > MOST_ENTRIES {
@@ -69,9 +67,7 @@ pub(super) fn kernel(
     let vectors = elimination::kernel(&rows, known)?;
     let in_units = |vector: Vec<Number>| -> Option<Vec<Surd>> {
         let components = vector.into_iter().zip(&units);
-        components
-            .map(|(x, unit)| Exact::rational(Some(x)).mul(unit).single().cloned())
-            .collect()
+        components.map(|(x, unit)| Exact::rational(Some(x)).mul(unit).single().cloned()).collect()
     };
     vectors.into_iter().map(in_units).collect()
 }
@@ -120,16 +116,9 @@ fn units(lower: &[BTreeMap<u32, Exact>]) -> Option<Vec<Exact>> {
 }
 
 /// Whether all forces on some coordinates are exactly 0 at an equilibrium.
-pub(super) fn forces_vanish(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-    on: &[usize],
-) -> bool {
-    let (Ok(values), Some(at)) = (
-        assembly.values::<Exact>(model, ()),
-        point(model, equilibrium, |_| Exact::none()),
-    ) else {
+pub(super) fn forces_vanish(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium, on: &[usize]) -> bool {
+    let (Ok(values), Some(at)) = (assembly.values::<Exact>(model, ()), point(model, equilibrium, |_| Exact::none()))
+    else {
         return false;
     };
     let force = assembly.gradient(&at, &values);
@@ -138,11 +127,7 @@ pub(super) fn forces_vanish(
 
 /// The equilibrium in exact numbers, if it is known in such; `other` is asked for coordinates that are neither given nor
 /// exact.
-fn point(
-    model: &Model,
-    equilibrium: &Equilibrium,
-    other: impl Fn(&Ball) -> Exact,
-) -> Option<Vec<Exact>> {
+fn point(model: &Model, equilibrium: &Equilibrium, other: impl Fn(&Ball) -> Exact) -> Option<Vec<Exact>> {
     let place = |(i, value): (usize, &Ball)| {
         let exact = match equilibrium.expression(model, i) {
             Some(given) => super::assemble::evaluate_closed::<Exact>(&model.pool, given, ())?,
@@ -172,12 +157,7 @@ fn settled(
 }
 
 /// Simple numbers beside a place that was searched for, where all forces on the coordinates `free` vanish exactly.
-pub(super) fn beside(
-    model: &Model,
-    assembly: &Assembly,
-    at: &[Ball],
-    free: &[usize],
-) -> Option<Vec<Ball>> {
+pub(super) fn beside(model: &Model, assembly: &Assembly, at: &[Ball], free: &[usize]) -> Option<Vec<Ball>> {
     if at.len() > MOST {
         return None;
     }
@@ -205,10 +185,7 @@ const NEAR: f64 = 1e-13;
 /// The simplest fraction within the radius, the square root of the simplest whose root is, or a solution of a quadratic equation with
 /// small coefficients: a guess.
 pub(super) fn recognised(value: &Ball) -> Option<Exact> {
-    let (mid, radius) = (
-        exact_number(value.mid)?,
-        Number::from_f64_exact(value.radius)?,
-    );
+    let (mid, radius) = (exact_number(value.mid)?, Number::from_f64_exact(value.radius)?);
     let most = most_bits(value);
     let within = |mid: &Number, radius: &Number| {
         let fraction = simplest(mid, radius)?;
@@ -251,11 +228,7 @@ fn quadratic(value: &Ball, most: usize) -> impl Iterator<Item = Exact> {
         let root = Exact::new(part, square);
         let half = Exact::rational(Some(half));
         let above = value.mid_f64() > -(b as f64) / (2 * a) as f64;
-        Some(if above {
-            half.add(&root)
-        } else {
-            half.sub(&root)
-        })
+        Some(if above { half.add(&root) } else { half.sub(&root) })
     })
 }
 
@@ -269,11 +242,7 @@ const BITS_TO_COMPARE: usize = 320;
 fn most_bits(value: &Ball) -> usize {
     let narrow = (value.mid_f64().abs() / value.radius).log2() / 2.0 - 5.0;
     // Without a radius, or 0 within one.
-    if narrow.is_nan() || narrow <= 1.0 {
-        1
-    } else {
-        (narrow as usize).min(MOST_GUESSED)
-    }
+    if narrow.is_nan() || narrow <= 1.0 { 1 } else { (narrow as usize).min(MOST_GUESSED) }
 }
 
 /// Numbers with more bits are no guesses.
@@ -285,10 +254,7 @@ fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
     let mut rest = mid.clone();
     loop {
         let whole = rest.floor();
-        let next = (
-            whole.mul(&last.0).add(&before.0),
-            whole.mul(&last.1).add(&before.1),
-        );
+        let next = (whole.mul(&last.0).add(&before.0), whole.mul(&last.1).add(&before.1));
         let fraction = next.0.div(&next.1)?;
         if fraction.sub(mid).abs() <= *radius {
             return Some(fraction);
@@ -302,11 +268,7 @@ fn simplest(mid: &Number, radius: &Number) -> Option<Number> {
 }
 
 /// The exact matrices, in units in which their entries are fractions or combinations of a few square roots.
-pub(crate) fn integers(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-) -> Option<Integers> {
+pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> Option<Integers> {
     let n = model.coordinates.len();
     if n > MOST {
         return None;

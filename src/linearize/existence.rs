@@ -119,17 +119,10 @@ fn bound_transposed(a: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
 /// |Aᵀx| for an enclosed vector of midpoints and errors: γ|A|ᵀ|x| + |A|ᵀerror on top of the product.
 fn product(a: &DMatrix<f64>, x: &[f64], error: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let gamma = gamma(a.nrows());
-    let slack: Vec<f64> = x
-        .iter()
-        .zip(error)
-        .map(|(x, error)| above(x.abs() * gamma + error, 2))
-        .collect();
+    let slack: Vec<f64> = x.iter().zip(error).map(|(x, error)| above(x.abs() * gamma + error, 2)).collect();
     let middle = a.tr_mul(&DVector::from_column_slice(x));
-    let size = middle
-        .iter()
-        .zip(bound_transposed(a, &slack))
-        .map(|(middle, slack)| above(middle.abs() + slack, 2))
-        .collect();
+    let size =
+        middle.iter().zip(bound_transposed(a, &slack)).map(|(middle, slack)| above(middle.abs() + slack, 2)).collect();
     (middle.iter().copied().collect(), size)
 }
 
@@ -157,10 +150,7 @@ impl Defect {
     fn times(&self, directions: &DMatrix<f64>, d: &[f64]) -> Vec<f64> {
         let moved = bound(directions, d);
         let total = above(d.iter().sum(), d.len());
-        let spread: Vec<f64> = bound(&self.spread, &moved)
-            .into_iter()
-            .map(|x| x + UNDERFLOW * total)
-            .collect();
+        let spread: Vec<f64> = bound(&self.spread, &moved).into_iter().map(|x| x + UNDERFLOW * total).collect();
         bound(&self.middle, d)
             .into_iter()
             .zip(bound_transposed(directions, &spread))
@@ -173,28 +163,22 @@ impl Axes {
     /// From axes along which WᵀKW is nearly the diagonal matrix `stiffness`; as many of the softest
     /// as `fewer` are left out.
     pub(crate) fn new(axes: &DMatrix<f64>, stiffness: &[f64], fewer: usize) -> Option<Self> {
-        let kept = stiffness
-            .len()
-            .checked_sub(fewer)
-            .filter(|kept| *kept > 0)?;
+        let kept = stiffness.len().checked_sub(fewer).filter(|kept| *kept > 0)?;
         let mut order: Vec<usize> = (0..stiffness.len()).collect();
         order.sort_by(|a, b| stiffness[*b].abs().total_cmp(&stiffness[*a].abs()));
         order.truncate(kept);
-        let directions = DMatrix::from_fn(axes.nrows(), kept, |i, j| {
-            axes[(i, order[j])] / stiffness[order[j]].abs().sqrt()
-        });
-        directions.iter().all(|x| x.is_finite()).then(|| Self {
-            directions,
-            signs: order.iter().map(|i| stiffness[*i].signum()).collect(),
-        })
+        let directions =
+            DMatrix::from_fn(axes.nrows(), kept, |i, j| axes[(i, order[j])] / stiffness[order[j]].abs().sqrt());
+        directions
+            .iter()
+            .all(|x| x.is_finite())
+            .then(|| Self { directions, signs: order.iter().map(|i| stiffness[*i].signum()).collect() })
     }
 
     /// ‖WᵀF‖ for forces on the free coordinates, and Newton's step -WSWᵀF. The step is worked
     /// out in doubles times a power of 2.
     pub(crate) fn step(&self, force: &[&Big], reach: &[f64]) -> Option<(Magnitude, Vec<Big>)> {
-        let size = force
-            .iter()
-            .fold(Magnitude::ZERO, |size, force| size.max(force.abs_upper()));
+        let size = force.iter().fold(Magnitude::ZERO, |size, force| size.max(force.abs_upper()));
         if !size.is_finite() {
             return None;
         }
@@ -211,31 +195,18 @@ impl Axes {
             .unzip();
         let (middle, image) = product(&self.directions, &middles, &errors);
         let norm = Magnitude::from_f64(ratio_of(&image, reach)).scale(exponent);
-        let back = DVector::from_iterator(
-            middle.len(),
-            middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign),
-        );
+        let back = DVector::from_iterator(middle.len(), middle.iter().zip(&self.signs).map(|(x, sign)| -x * sign));
         let bits = force.first().map_or(64, |force| force.bits());
-        let step = (&self.directions * back)
-            .iter()
-            .map(|x| Big::from_f64(*x, bits).scale(exponent))
-            .collect();
+        let step = (&self.directions * back).iter().map(|x| Big::from_f64(*x, bits).scale(exponent)).collect();
         Some((norm, step))
     }
 }
 
 /// WᵀKW for a symmetric K (column by column), multiplied out in its own numbers.
-pub(crate) fn congruent<S: Enclosure>(
-    stiffness: &[S],
-    directions: &DMatrix<f64>,
-    precision: S::Precision,
-) -> Vec<S> {
+pub(crate) fn congruent<S: Enclosure>(stiffness: &[S], directions: &DMatrix<f64>, precision: S::Precision) -> Vec<S> {
     let (m, kept) = (directions.nrows(), directions.ncols());
     let zero = S::from_number(&crate::number::Number::ZERO, precision);
-    let exact: Vec<Option<S>> = directions
-        .iter()
-        .map(|x| (*x != 0.0).then(|| S::exact(*x, precision)))
-        .collect();
+    let exact: Vec<Option<S>> = directions.iter().map(|x| (*x != 0.0).then(|| S::exact(*x, precision))).collect();
     let mut image = vec![zero.clone(); kept * kept];
     for j in 0..kept {
         let mut column = vec![zero.clone(); m];
@@ -248,13 +219,10 @@ pub(crate) fn congruent<S: Enclosure>(
             }
         }
         for i in 0..=j {
-            let entry = exact[m * i..m * (i + 1)].iter().zip(&column).fold(
-                zero.clone(),
-                |sum, (x, entry)| match x {
-                    Some(x) => sum.add(&entry.mul(x)),
-                    None => sum,
-                },
-            );
+            let entry = exact[m * i..m * (i + 1)].iter().zip(&column).fold(zero.clone(), |sum, (x, entry)| match x {
+                Some(x) => sum.add(&entry.mul(x)),
+                None => sum,
+            });
             image[j + kept * i] = entry.clone();
             image[i + kept * j] = entry;
         }
@@ -332,12 +300,7 @@ impl<S: Enclosure> Setting<'_, S> {
 
     /// Tries to prove an equilibrium beside `at`, whose free coordinates are exact. As many `axes` are
     /// left out as there are `symmetries`. Gives the proof and how far off each free coordinate may be.
-    pub(crate) fn prove(
-        &self,
-        at: &[S],
-        axes: Axes,
-        symmetries: &[Symmetry],
-    ) -> Option<(Proof, Vec<f64>)> {
+    pub(crate) fn prove(&self, at: &[S], axes: Axes, symmetries: &[Symmetry]) -> Option<(Proof, Vec<f64>)> {
         let directions = &axes.directions;
         let (m, kept) = (directions.nrows(), directions.ncols());
         let gradient = self.assembly.gradient(at, self.values);
@@ -362,10 +325,7 @@ impl<S: Enclosure> Setting<'_, S> {
             let size = bound(directions, &reach);
             let wide = self.widened(at, &size);
             let over = self.stiffness(&wide);
-            let defect = Defect {
-                middle: middle_defect.clone(),
-                spread: self.spread(&matrix, &middle, &over),
-            };
+            let defect = Defect { middle: middle_defect.clone(), spread: self.spread(&matrix, &middle, &over) };
             let image = defect.times(directions, &reach);
             let holds = (0..kept).all(|i| above(start[i] + image[i], 2) < reach[i]);
             if !holds {
@@ -380,11 +340,7 @@ impl<S: Enclosure> Setting<'_, S> {
             let proof = Proof {
                 free: self.free.to_vec(),
                 contraction,
-                centre: self
-                    .free
-                    .iter()
-                    .map(|i| at[*i].to_big(self.bits).with_bits(self.bits))
-                    .collect(),
+                centre: self.free.iter().map(|i| at[*i].to_big(self.bits).with_bits(self.bits)).collect(),
                 size,
                 reach,
                 bits: self.bits,
@@ -426,10 +382,8 @@ impl<S: Enclosure> Setting<'_, S> {
         }
         let (m, p) = (self.free.len(), symmetries.len());
         let generators = self.generators(wide, symmetries);
-        let vectors: Vec<(Vec<f64>, Vec<f64>)> = generators
-            .iter()
-            .map(|vector| split(vector.iter().cloned()))
-            .collect();
+        let vectors: Vec<(Vec<f64>, Vec<f64>)> =
+            generators.iter().map(|vector| split(vector.iter().cloned())).collect();
         let middle = DMatrix::from_fn(m, p, |i, k| vectors[k].0[i]);
         let Some(inverse) = middle.tr_mul(&middle).try_inverse() else {
             return false;
@@ -458,11 +412,7 @@ impl<S: Enclosure> Setting<'_, S> {
         let zero = S::exact(0.0, self.values.precision());
         let mut height = vec![0.0; reach.len()];
         for vector in &generators {
-            let image = (0..m).map(|i| {
-                (0..m).fold(zero.clone(), |sum, j| {
-                    sum.add(&over[i + m * j].mul(&vector[j]))
-                })
-            });
+            let image = (0..m).map(|i| (0..m).fold(zero.clone(), |sum, j| sum.add(&over[i + m * j].mul(&vector[j]))));
             let (force, error) = split(image);
             let (_, size) = product(directions, &force, &error);
             for (slot, size) in height.iter_mut().zip(size) {

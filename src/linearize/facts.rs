@@ -107,13 +107,10 @@ impl Facts {
                 fact.rests = constant.is_zero() && terms.iter().all(|(term, _)| known(term).rests);
             }
             Node::Product(factors) => {
-                let vanishes =
-                    |base: &ExprId, exponent: &Number| known(base).rests && !exponent.is_negative();
+                let vanishes = |base: &ExprId, exponent: &Number| known(base).rests && !exponent.is_negative();
                 // A factor that may have no value at rest leaves it open.
                 fact.rests = factors.iter().any(|(base, power)| vanishes(base, power))
-                    && factors
-                        .iter()
-                        .all(|(base, power)| !known(base).velocity || vanishes(base, power));
+                    && factors.iter().all(|(base, power)| !known(base).velocity || vanishes(base, power));
                 fact.simple = factors.iter().all(|(base, _)| known(base).atom);
             }
             Node::Function(function, x) => {

@@ -51,19 +51,12 @@ impl Search<'_> {
             return None;
         }
         let tried = if size > MANY { 1 } else { BITS.len() };
-        BITS.iter()
-            .take(tried)
-            .find_map(|bits| self.finish_with(*bits, at, axes, symmetries))
+        BITS.iter().take(tried).find_map(|bits| self.finish_with(*bits, at, axes, symmetries))
     }
 
     /// The free coordinates as many bits tell them, where double-double leaves the place more open
     /// than it should, as forces that cancel do.
-    pub(super) fn closer_place(
-        &self,
-        at: &[Ball],
-        proof: &Proof,
-        radii: &[f64],
-    ) -> Option<Vec<Ball>> {
+    pub(super) fn closer_place(&self, at: &[Ball], proof: &Proof, radii: &[f64]) -> Option<Vec<Ball>> {
         let sizes = self.free.iter().map(|i| at[*i].mid_f64().abs());
         let largest = sizes.fold(0.0, f64::max);
         if radii.iter().all(|radius| *radius <= FAR * largest) {
@@ -78,11 +71,10 @@ impl Search<'_> {
 
     /// A point in numbers of so many bits: what is given exactly, of the rest the middle.
     fn in_bits(&self, at: &[Ball], bits: usize) -> Option<Vec<Big>> {
-        let number =
-            |(given, value): (&Option<Given>, &Ball)| match given.and_then(|given| given.value) {
-                Some(given) => evaluate_closed(&self.model.pool, given, bits),
-                None => Some(Big::from_ball(value, bits).center()),
-            };
+        let number = |(given, value): (&Option<Given>, &Ball)| match given.and_then(|given| given.value) {
+            Some(given) => evaluate_closed(&self.model.pool, given, bits),
+            None => Some(Big::from_ball(value, bits).center()),
+        };
         self.model.equilibria.iter().zip(at).map(number).collect()
     }
 
@@ -144,12 +136,7 @@ impl Search<'_> {
 
 /// Principal axes of a stiffness (column by column), from approximate ones; as many of the softest as
 /// `fewer` are left out.
-fn principal(
-    stiffness: &[Big],
-    guess: &DMatrix<f64>,
-    mut fewer: usize,
-    bits: usize,
-) -> Option<Axes> {
+fn principal(stiffness: &[Big], guess: &DMatrix<f64>, mut fewer: usize, bits: usize) -> Option<Axes> {
     let mut directions = guess.clone();
     let mut found = None;
     for _ in 0..ROUNDS {
@@ -162,23 +149,15 @@ fn principal(
         fewer = 0;
         // In these units the diagonal is 1 and -1.
         let units: Vec<f64> = order.iter().map(|i| entry(*i, *i).abs().sqrt()).collect();
-        let scaled = DMatrix::from_fn(order.len(), order.len(), |i, j| {
-            entry(order[i], order[j]) / units[i] / units[j]
-        });
+        let scaled = DMatrix::from_fn(order.len(), order.len(), |i, j| entry(order[i], order[j]) / units[i] / units[j]);
         if !scaled.iter().all(|x| x.is_finite()) {
             return None;
         }
         let beside = (0..order.len()).flat_map(|i| (0..i).map(move |j| (i, j)));
         let worst = beside.fold(0.0_f64, |worst, at| worst.max(scaled[at].abs()));
         let eigen = SymmetricEigen::new(scaled);
-        let axes = DMatrix::from_fn(directions.nrows(), order.len(), |i, j| {
-            directions[(i, order[j])] / units[j]
-        });
-        let axes = Axes::new(
-            &(axes * &eigen.eigenvectors),
-            eigen.eigenvalues.as_slice(),
-            0,
-        )?;
+        let axes = DMatrix::from_fn(directions.nrows(), order.len(), |i, j| directions[(i, order[j])] / units[j]);
+        let axes = Axes::new(&(axes * &eigen.eigenvectors), eigen.eigenvalues.as_slice(), 0)?;
         directions.clone_from(&axes.directions);
         found = Some(axes);
         // What is left is of second order.

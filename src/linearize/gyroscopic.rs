@@ -28,11 +28,8 @@ pub(crate) fn vanishes(model: &mut Model, linear: &[VelocityLinear], point: &[Ex
                     let slope = pool.diff(*coefficient, local.coordinate);
                     let slope = pool.substitute(&[slope], &map)[0];
                     let (row, column) = (coordinates[*i], coordinates[j]);
-                    let (key, value) = if row < column {
-                        ((row, column), slope)
-                    } else {
-                        ((column, row), pool.neg(slope))
-                    };
+                    let (key, value) =
+                        if row < column { ((row, column), slope) } else { ((column, row), pool.neg(slope)) };
                     if row != column {
                         entries.entry(key).or_default().push(value);
                     }

@@ -35,10 +35,7 @@ impl Integers {
             let found = units(matrices, &rate).and_then(|units| whole(matrices, &rate, &units));
             let Some(found) = found else { continue };
             let done = found.roots.is_empty();
-            if best
-                .as_ref()
-                .is_none_or(|best| found.roots.len() < best.roots.len())
-            {
+            if best.as_ref().is_none_or(|best| found.roots.len() < best.roots.len()) {
                 best = Some(found);
             }
             if done {
@@ -124,8 +121,7 @@ fn whole(matrices: &[Vec<Exact>; 3], rate: &Root, units: &[Root]) -> Option<Inte
     let own: Vec<Exact> = own.into_iter().map(Exact::of).collect();
     let turned = matrices.iter().zip(&powers).map(|(matrix, power)| {
         let entries = matrix.iter().enumerate();
-        let entries =
-            entries.map(|(at, entry)| entry.mul(power).mul(&own[at % n]).mul(&own[at / n]));
+        let entries = entries.map(|(at, entry)| entry.mul(power).mul(&own[at % n]).mul(&own[at / n]));
         entries.collect::<Vec<Exact>>()
     });
     let turned: Vec<Vec<Exact>> = turned.collect();

@@ -64,11 +64,7 @@ impl Linearized {
 
 impl Invariance {
     /// The energies of a model, whose pool has these expressions too, at an equilibrium in symbols.
-    pub(crate) fn new(
-        mut model: Model,
-        known: Substitution,
-        equilibrium: Vec<ExprId>,
-    ) -> Option<Self> {
+    pub(crate) fn new(mut model: Model, known: Substitution, equilibrium: Vec<ExprId>) -> Option<Self> {
         let variables: Vec<_> = model.coordinates.iter().map(|own| own.symbol).collect();
         let symbols = model.pool.symbols_of(&equilibrium);
         if symbols.iter().any(|symbol| variables.contains(symbol)) {
@@ -82,12 +78,7 @@ impl Invariance {
         let terms = |families: &[TermFamily]| families.iter().map(|own| own.count).sum::<usize>();
         let count = terms(&model.kinetic) + terms(&model.potential) + terms(&model.friction);
         let whole = model.constraints.is_empty() && model.time_dependent.is_none();
-        (whole && count <= MOST_TERMS).then_some(Self {
-            model,
-            known,
-            equilibrium,
-            energies: None,
-        })
+        (whole && count <= MOST_TERMS).then_some(Self { model, known, equilibrium, energies: None })
     }
 
     /// Expressions for an equilibrium in numbers.
@@ -139,9 +130,7 @@ impl Invariance {
             }
         }
         let size = value.abs();
-        let met = known
-            .iter()
-            .find(|(other, _)| other.sub(&size).contains_zero());
+        let met = known.iter().find(|(other, _)| other.sub(&size).contains_zero());
         let own = match met {
             Some((_, own)) => *own,
             None => {
@@ -151,11 +140,7 @@ impl Invariance {
                 own
             }
         };
-        if value.is_negative() {
-            pool.neg(own)
-        } else {
-            own
-        }
+        if value.is_negative() { pool.neg(own) } else { own }
     }
 
     fn energies(&mut self) -> [ExprId; 2] {
@@ -174,8 +159,7 @@ impl Invariance {
             })
             .collect();
         let friction = model.friction.iter().map(|family| (false, family));
-        let lists: [Vec<(bool, &TermFamily)>; 2] =
-            [signed_terms(model).collect(), friction.collect()];
+        let lists: [Vec<(bool, &TermFamily)>; 2] = [signed_terms(model).collect(), friction.collect()];
         let energies = lists.map(|families| {
             let mut terms = Vec::new();
             for (negative, family) in families {
@@ -215,8 +199,7 @@ impl Invariance {
             // A first point tells most of what is no symmetry.
             let value = |symbol| ModularPoint::random_value(7, symbol);
             let point = pool.evaluate_mod(&[difference], value, 7);
-            point.is_none_or(|point| point.first() == Some(&0))
-                && pool.is_zero(difference) == ZeroVerdict::Zero
+            point.is_none_or(|point| point.first() == Some(&0)) && pool.is_zero(difference) == ZeroVerdict::Zero
         })
     }
 
@@ -239,9 +222,7 @@ impl Invariance {
         let angle = pool.symbol_expr(angle);
         let (cosine, sine, one) = (pool.cos(angle), pool.sin(angle), pool.one());
         let opposite = pool.neg(sine);
-        let mut images: Images = (0..self.model.coordinates.len())
-            .map(|i| vec![(i, one)])
-            .collect();
+        let mut images: Images = (0..self.model.coordinates.len()).map(|i| vec![(i, one)]).collect();
         for (i, j) in a.iter().zip(b) {
             images[*i] = vec![(*i, cosine), (*j, opposite)];
             images[*j] = vec![(*j, cosine), (*i, sine)];
@@ -270,9 +251,8 @@ impl Invariance {
         }
         let value = |symbol| ModularPoint::random_value(11, symbol);
         let residues = pool.evaluate_mod(&about, value, 11)?;
-        let places: Vec<Vec<u64>> = (0..bodies)
-            .map(|a| residues.iter().skip(a).step_by(bodies).copied().collect())
-            .collect();
+        let places: Vec<Vec<u64>> =
+            (0..bodies).map(|a| residues.iter().skip(a).step_by(bodies).copied().collect()).collect();
         let mut sorted = places.clone();
         sorted.sort_unstable();
         sorted.dedup();

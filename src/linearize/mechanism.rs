@@ -70,10 +70,7 @@ pub(crate) fn kernel<S: Enclosure>(
             for (column, entry) in own.iter().enumerate() {
                 let size = entry.certain_size();
                 let wanted = wanted.is_none_or(|wanted| wanted.contains(&loose[column]));
-                if size > best.map_or(0.0, |(_, _, size)| size)
-                    && wanted
-                    && !pivots.contains(&column)
-                {
+                if size > best.map_or(0.0, |(_, _, size)| size) && wanted && !pivots.contains(&column) {
                     best = Some((row, column, size));
                 }
             }
@@ -106,10 +103,7 @@ pub(crate) fn kernel<S: Enclosure>(
         }
         (loose[column], vector)
     };
-    Some(Kernel {
-        vectors: free.map(vector).collect(),
-        pivots: pivots.iter().map(|pivot| loose[*pivot]).collect(),
-    })
+    Some(Kernel { vectors: free.map(vector).collect(), pivots: pivots.iter().map(|pivot| loose[*pivot]).collect() })
 }
 
 /// The coordinates that a largest matching with elements leaves over or that can be reached from
@@ -163,8 +157,7 @@ fn loose<S>(n: usize, slopes: &[Vec<(usize, S)>]) -> (Vec<usize>, Vec<usize>) {
     let mut inside = vec![false; n];
     let mut touched = vec![false; slopes.len()];
     let mut queue: VecDeque<usize> = left.iter().copied().collect();
-    left.iter()
-        .for_each(|&coordinate| inside[coordinate] = true);
+    left.iter().for_each(|&coordinate| inside[coordinate] = true);
     while let Some(coordinate) = queue.pop_front() {
         for &element in &elements[coordinate] {
             let partner = matched[element];
@@ -195,10 +188,7 @@ mod tests {
     #[test]
     fn what_is_held_by_too_little_is_found() {
         // A chain without walls: everything; with one: nothing.
-        assert_eq!(
-            loose(3, &rows(&[&[0, 1], &[1, 2]])),
-            (vec![0, 1, 2], vec![0, 1])
-        );
+        assert_eq!(loose(3, &rows(&[&[0, 1], &[1, 2]])), (vec![0, 1, 2], vec![0, 1]));
         assert_eq!(loose(3, &rows(&[&[0, 1], &[1, 2], &[2]])), (vec![], vec![]));
         // 3 and 4 hang on 2 by one element, while the rest has more than it needs.
         let held = rows(&[&[0], &[0, 1], &[1], &[1, 2], &[2], &[2, 3, 4]]);

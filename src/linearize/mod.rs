@@ -105,10 +105,7 @@ pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
     if coordinates <= MOST_COORDINATES {
         return Ok(());
     }
-    Err(LinearizeError::TooLarge {
-        coordinates,
-        most: MOST_COORDINATES,
-    })
+    Err(LinearizeError::TooLarge { coordinates, most: MOST_COORDINATES })
 }
 
 /// A model about its equilibrium.
@@ -184,10 +181,7 @@ fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, Li
 
 /// An error that was found in other units: in the numbers of the file, where these tell the same, and wherever it has numbers
 /// to tell, which would be false ones.
-fn in_own_numbers(
-    error: LinearizeError,
-    again: impl FnOnce() -> Result<(), LinearizeError>,
-) -> LinearizeError {
+fn in_own_numbers(error: LinearizeError, again: impl FnOnce() -> Result<(), LinearizeError>) -> LinearizeError {
     let kind = std::mem::discriminant(&error);
     let told = again().err();
     let measured = matches!(
@@ -200,8 +194,7 @@ fn in_own_numbers(
             | LinearizeError::ConstraintBroken { .. }
             | LinearizeError::NotFinite { .. }
     );
-    told.filter(|own| measured || std::mem::discriminant(own) == kind)
-        .unwrap_or(error)
+    told.filter(|own| measured || std::mem::discriminant(own) == kind).unwrap_or(error)
 }
 
 /// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.
@@ -304,33 +297,19 @@ fn at_equilibrium(
     let second = assembly.stiffness(at, values);
     let rows = constrained::gradients(&second, visible, order);
     if rows.is_empty() {
-        return Ok(Constrained {
-            tangent: Tangent::all(visible),
-            bound: Vec::new(),
-            given: false,
-            dependent,
-        });
+        return Ok(Constrained { tangent: Tangent::all(visible), bound: Vec::new(), given: false, dependent });
     }
     let singular = || LinearizeError::ConstraintsSingular {
         point: undefined::point_text(model, &at[..visible]),
-        span: model
-            .constraints
-            .first()
-            .map(|own| own.span)
-            .unwrap_or_default(),
+        span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
     };
-    let in_balls = constrained::choose_bound(&rows, ())
-        .and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+    let in_balls =
+        constrained::choose_bound(&rows, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
     let (tangent, bound) = match in_balls {
         Some(found) => found,
         None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
     };
-    Ok(Constrained {
-        tangent,
-        bound,
-        given: equilibrium.multipliers_given,
-        dependent,
-    })
+    Ok(Constrained { tangent, bound, given: equilibrium.multipliers_given, dependent })
 }
 
 /// The directions that constraints allow where balls do not tell their gradients apart.
@@ -362,9 +341,7 @@ fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usi
     if dependent.is_empty() {
         return None;
     }
-    let kept: Vec<usize> = (0..model.constraints.len())
-        .filter(|number| !dependent.contains(number))
-        .collect();
+    let kept: Vec<usize> = (0..model.constraints.len()).filter(|number| !dependent.contains(number)).collect();
     let start = dependence::exactly(model, at)?;
     match dependence::follow(model, &kept, dependent, &start)? {
         dependence::Verdict::Follow => None,
@@ -386,11 +363,8 @@ fn check_plain(model: &Model) -> Result<(), LinearizeError> {
     }
     let rate = model.rates.iter().flatten().map(|given| given.span).next();
     let constraint = model.constraints.first().map(|own| own.span);
-    let features = [
-        (Feature::Dissipation, model.dissipation),
-        (Feature::Constraint, constraint),
-        (Feature::SteadyMotion, rate),
-    ];
+    let features =
+        [(Feature::Dissipation, model.dissipation), (Feature::Constraint, constraint), (Feature::SteadyMotion, rate)];
     for (feature, span) in features {
         if let Some(span) = span {
             return Err(LinearizeError::Unsupported { feature, span });
@@ -429,17 +403,13 @@ impl Linearized {
         let names = self.model.coordinates.iter().map(|own| own.name.as_str());
         let values = self.equilibrium.values.iter().enumerate();
         let length = |at| self.units.as_ref().map_or(0, |units| units.length(at));
-        names
-            .zip(values.map(move |(at, value)| value.scale_far(length(at))))
-            .skip(visible)
+        names.zip(values.map(move |(at, value)| value.scale_far(length(at)))).skip(visible)
     }
 
     /// The equilibrium.
     #[must_use]
     pub fn equilibrium(&self) -> &Equilibrium {
-        self.shown
-            .as_ref()
-            .map_or(&self.equilibrium, |shown| &shown.1)
+        self.shown.as_ref().map_or(&self.equilibrium, |shown| &shown.1)
     }
 
     /// The number of coordinates.
@@ -498,9 +468,7 @@ impl Linearized {
     }
 
     fn find_structure(&self) -> Structure {
-        let acts = |matrix: Option<Vec<Ball>>| {
-            matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()))
-        };
+        let acts = |matrix: Option<Vec<Ball>>| matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()));
         if self.assembly.velocity.is_empty() {
             Structure::Conservative
         } else if acts(self.damping()) {
@@ -539,9 +507,7 @@ impl Linearized {
 
     fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
         match &self.constrained {
-            Some(own) => own
-                .tangent
-                .reduce_symmetric(&matrix, self.model.coordinates.len()),
+            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
             None => matrix,
         }
     }
@@ -580,16 +546,10 @@ impl Linearized {
         let mut stiffness = self.stiffness();
         let mut velocity = vec![Ball::ZERO; stiffness.len()];
         for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
-            velocity
-                .iter_mut()
-                .zip(part)
-                .for_each(|(x, y)| *x = x.add(&y));
+            velocity.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
         }
         if let Some(part) = self.circulatory() {
-            stiffness
-                .iter_mut()
-                .zip(part)
-                .for_each(|(x, y)| *x = x.add(&y));
+            stiffness.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
         }
         (velocity, stiffness)
     }
@@ -603,26 +563,22 @@ impl Linearized {
             assemble::evaluate_closed::<Ball>(&model.pool, value, ())
         };
         let rates = model.rates.iter();
-        rates
-            .map(|given| rate(given).unwrap_or(Ball::ZERO))
-            .collect()
+        rates.map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
     }
 
     /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.
     pub(crate) fn is_free_of_friction_at_rest(&self, motion: &[Ball]) -> bool {
         let n = motion.len();
-        self.circulatory().is_none_or(|matrix| {
-            (0..n).all(|j| motion[j].is_zero() || (0..n).all(|i| matrix[i + n * j].is_zero()))
-        })
+        self.circulatory()
+            .is_none_or(|matrix| (0..n).all(|j| motion[j].is_zero() || (0..n).all(|i| matrix[i + n * j].is_zero())))
     }
 
     /// M, G + C and K + N exactly, dense, in units of roots in which they are rational or combinations of a few square roots;
     /// `None` where there are no such units for an entry, or there are too many.
     #[must_use]
     pub fn integers(&self) -> Option<Integers> {
-        let direct = (!self.is_constrained())
-            .then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium))
-            .flatten();
+        let direct =
+            (!self.is_constrained()).then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium)).flatten();
         match direct {
             Some(found) if found.roots.is_empty() => Some(found),
             found => rational::integers(self).or(found),
@@ -661,10 +617,7 @@ impl Linearized {
         let at = &self.equilibrium;
         let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
         match &self.constrained {
-            Some(own) => modes
-                .into_iter()
-                .map(|mode| mode.mapped(|vector| own.tangent.restrict(vector)))
-                .collect(),
+            Some(own) => modes.into_iter().map(|mode| mode.mapped(|vector| own.tangent.restrict(vector))).collect(),
             None => modes,
         }
     }
@@ -676,13 +629,7 @@ impl Linearized {
             let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
             *value + Ball::from(step * value.mid_f64().abs().max(1.0))
         };
-        let at: Vec<Ball> = self
-            .equilibrium
-            .values
-            .iter()
-            .enumerate()
-            .map(shift)
-            .collect();
+        let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
         // Multipliers, which have no inertia, stand behind the coordinates.
         let (n, all) = (self.coordinates(), self.model.coordinates.len());
         let mut mass = self.assembly.mass(&at, &self.values);

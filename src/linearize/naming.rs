@@ -8,9 +8,7 @@ const MOST_NAMED: usize = 4;
 
 /// A motion the same everywhere: `translation of r along x`, `phi is free`.
 pub(super) fn constant(model: &Model, vector: &[Number]) -> String {
-    let moved: Vec<usize> = (0..vector.len())
-        .filter(|i| !vector[*i].is_zero())
-        .collect();
+    let moved: Vec<usize> = (0..vector.len()).filter(|i| !vector[*i].is_zero()).collect();
     if let [only] = moved.as_slice() {
         return format!("{} is free", model.coordinates[*only].name);
     }
@@ -18,11 +16,7 @@ pub(super) fn constant(model: &Model, vector: &[Number]) -> String {
         return ratio(model, vector, &moved).unwrap_or_else(|| "combined translation".to_owned());
     }
     let angle = |i: &usize| model.coordinates[*i].unit.as_deref() == Some("rad");
-    let word = if moved.iter().all(angle) {
-        "common rotation"
-    } else {
-        "translation"
-    };
+    let word = if moved.iter().all(angle) { "common rotation" } else { "translation" };
     let families: Vec<&CoordinateFamily> = families(model, &moved).collect();
     let axis = common_axis(&families, &moved);
     if axis.is_none() && moved.len() == vector.len() && families.len() > 1 {
@@ -56,10 +50,7 @@ pub(super) fn axis_name(axis: usize) -> String {
 }
 
 /// The families of these coordinates, which ascend.
-fn families<'a>(
-    model: &'a Model,
-    moved: &'a [usize],
-) -> impl Iterator<Item = &'a CoordinateFamily> {
+fn families<'a>(model: &'a Model, moved: &'a [usize]) -> impl Iterator<Item = &'a CoordinateFamily> {
     model.families.iter().filter(|family| {
         let inside = family.first..family.first + family.len();
         moved.iter().any(|i| inside.contains(i))
@@ -69,8 +60,7 @@ fn families<'a>(
 /// The axis, from 0, that all coordinates stand for, where all are components of vectors.
 fn common_axis(families: &[&CoordinateFamily], moved: &[usize]) -> Option<usize> {
     let mut axes = moved.iter().map(|i| {
-        let inside =
-            |family: &&&CoordinateFamily| (family.first..family.first + family.len()).contains(i);
+        let inside = |family: &&&CoordinateFamily| (family.first..family.first + family.len()).contains(i);
         let family = families.iter().find(inside)?;
         let width = family.extents.last().filter(|_| family.extents.len() > 1)?;
         Some((i - family.first) % width)
@@ -84,10 +74,7 @@ fn ratio(model: &Model, vector: &[Number], moved: &[usize]) -> Option<String> {
     if moved.len() > MOST_NAMED {
         return None;
     }
-    let names: Vec<&str> = moved
-        .iter()
-        .map(|i| model.coordinates[*i].name.as_str())
-        .collect();
+    let names: Vec<&str> = moved.iter().map(|i| model.coordinates[*i].name.as_str()).collect();
     let numbers: Vec<String> = moved.iter().map(|i| vector[*i].to_string()).collect();
     let text = format!("{} = {}", names.join(" : "), numbers.join(" : "));
     (text.chars().count() <= 60).then_some(text)

@@ -35,10 +35,7 @@ impl Spectrum {
         let axes = &self.eigen.eigenvectors;
         let slack = &force.noise + force.vector.abs() * share;
         let noise = axes.column_iter().map(|axis| axis.abs().dot(&slack));
-        (
-            axes.tr_mul(&force.vector),
-            DVector::from_iterator(slack.len(), noise),
-        )
+        (axes.tr_mul(&force.vector), DVector::from_iterator(slack.len(), noise))
     }
 
     /// The step of least size that lowers the quadratic model with |K| in place of K, no longer than
@@ -51,11 +48,7 @@ impl Spectrum {
             DVector::from_fn(components.len(), |mode, _| {
                 let f = components[mode];
                 let k = self.eigen.eigenvalues[mode].abs().max(1e-16 * largest) + shift;
-                if f.abs() <= noise[mode] || k == 0.0 {
-                    0.0
-                } else {
-                    -f / k
-                }
+                if f.abs() <= noise[mode] || k == 0.0 { 0.0 } else { -f / k }
             })
         };
         let mut steps = at(0.0);
@@ -65,11 +58,7 @@ impl Spectrum {
             let (mut low, mut high) = (0.0, components.norm() / radius);
             for _ in 0..60 {
                 // The shift may be of any size.
-                let middle = if low > 0.0 {
-                    f64::sqrt(low * high)
-                } else {
-                    high * 1e-12
-                };
+                let middle = if low > 0.0 { f64::sqrt(low * high) } else { high * 1e-12 };
                 if at(middle).norm() > radius {
                     low = middle;
                 } else {
@@ -111,13 +100,7 @@ impl Spectrum {
             .iter()
             .zip(noise.iter())
             .zip(self.eigen.eigenvalues.iter())
-            .map(|((f, noise), k)| {
-                if k.abs() <= 1e-12 * largest {
-                    0.0
-                } else {
-                    (f.abs() + noise) / k.abs()
-                }
-            })
+            .map(|((f, noise), k)| if k.abs() <= 1e-12 * largest { 0.0 } else { (f.abs() + noise) / k.abs() })
             .collect()
     }
 

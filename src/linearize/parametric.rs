@@ -43,10 +43,7 @@ pub(crate) struct Parametric {
 ///
 /// # Errors
 /// As [`super::derive`], and where another parameter that matters has no value.
-pub(crate) fn parametric(
-    mut model: Model,
-    varying: &[usize],
-) -> Result<Parametric, LinearizeError> {
+pub(crate) fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, LinearizeError> {
     check_plain(&model)?;
     let whole = model.clone();
     // An exponent that varies stays a symbol; any other gets its value before differentiation.
@@ -98,10 +95,7 @@ pub(crate) fn parametric(
     if let Some(term) = linear.first()
         && !gyroscopic::vanishes(&mut model, &linear, &matrices.equilibrium)
     {
-        return Err(LinearizeError::Unsupported {
-            feature: Feature::Gyroscopic,
-            span: term.family.span,
-        });
+        return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span: term.family.span });
     }
     let gradient = match gradient {
         Some(none) => none,
@@ -117,11 +111,8 @@ pub(crate) fn parametric(
         })
     };
     let zero = model.pool.zero();
-    let start: Vec<ExprId> = model
-        .guesses
-        .iter()
-        .map(|guess| guess.as_ref().map_or(zero, |guess| guess.symbolic))
-        .collect();
+    let start: Vec<ExprId> =
+        model.guesses.iter().map(|guess| guess.as_ref().map_or(zero, |guess| guess.symbolic)).collect();
 
     let mut all = matrices.equilibrium;
     all.extend(&start);
@@ -133,14 +124,9 @@ pub(crate) fn parametric(
     let (start, rest) = rest.split_at(count);
     let (gradient, rest) = rest.split_at(gradient.len());
     let (mass, stiffness) = rest.split_at(count * count);
-    let rows = |entries: &[ExprId]| -> Vec<Vec<ExprId>> {
-        entries.chunks(count.max(1)).map(<[_]>::to_vec).collect()
-    };
+    let rows = |entries: &[ExprId]| -> Vec<Vec<ExprId>> { entries.chunks(count.max(1)).map(<[_]>::to_vec).collect() };
     Ok(Parametric {
-        parameters: varying
-            .iter()
-            .map(|number| model.parameters[*number].symbol)
-            .collect(),
+        parameters: varying.iter().map(|number| model.parameters[*number].symbol).collect(),
         searched,
         equilibrium: equilibrium.to_vec(),
         start: start.to_vec(),
@@ -154,20 +140,14 @@ pub(crate) fn parametric(
 }
 
 /// Expressions with every parameter at its value but those that vary.
-fn fixed(
-    model: &mut Model,
-    varying: &[usize],
-    roots: &[ExprId],
-) -> Result<Vec<ExprId>, LinearizeError> {
+fn fixed(model: &mut Model, varying: &[usize], roots: &[ExprId]) -> Result<Vec<ExprId>, LinearizeError> {
     let mut values = Substitution::default();
     for number in parameters_of(model, roots) {
         if varying.contains(&number) {
             continue;
         }
         let parameter = &model.parameters[number];
-        let value = parameter
-            .value
-            .ok_or_else(|| missing_value(model, number))?;
+        let value = parameter.value.ok_or_else(|| missing_value(model, number))?;
         values.insert(parameter.symbol, value);
     }
     Ok(model.pool.substitute(roots, &values))

@@ -91,11 +91,7 @@ impl Linearized {
         let mut velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
         let mut circulatory = part(Matrix::Circulatory);
         let mut tangent = None;
-        if let Some(own) = self
-            .constrained
-            .as_ref()
-            .filter(|own| !own.bound.is_empty())
-        {
+        if let Some(own) = self.constrained.as_ref().filter(|own| !own.bound.is_empty()) {
             let rows = gradients(&stiffness, visible, order);
             let own = Tangent::new(&rows, &own.bound, bits)?;
             mass = own.reduce_symmetric(&mass, order);
@@ -126,17 +122,10 @@ impl Linearized {
     /// Modes of [`Linearized::zero_modes`] in numbers of any precision: the same vectors, known better.
     /// `None` where the numbers do not do.
     #[must_use]
-    pub fn precise_zero_modes(
-        &self,
-        precise: &Precise,
-        modes: &[ZeroMode],
-    ) -> Option<Vec<ZeroMode<Big>>> {
+    pub fn precise_zero_modes(&self, precise: &Precise, modes: &[ZeroMode]) -> Option<Vec<ZeroMode<Big>>> {
         let modes = zero::in_numbers(modes, &self.assembly, &precise.point, &precise.values)?;
         Some(match &precise.tangent {
-            Some(tangent) => modes
-                .into_iter()
-                .map(|mode| mode.mapped(|vector| tangent.restrict(vector)))
-                .collect(),
+            Some(tangent) => modes.into_iter().map(|mode| mode.mapped(|vector| tangent.restrict(vector))).collect(),
             None => modes,
         })
     }

@@ -35,11 +35,7 @@ pub(super) struct Surd {
 
 impl Surd {
     fn rational(factor: Number) -> Self {
-        Self {
-            factor,
-            radicand: Number::ONE,
-            index: 1,
-        }
+        Self { factor, radicand: Number::ONE, index: 1 }
     }
 
     /// For a radicand that is positive.
@@ -63,18 +59,11 @@ impl Surd {
             return (!factor.is_oversized()).then(|| Self::rational(factor));
         }
         let fits = index <= HIGHEST && !factor.is_oversized() && !radicand.is_oversized();
-        fits.then_some(Self {
-            factor,
-            radicand,
-            index,
-        })
+        fits.then_some(Self { factor, radicand, index })
     }
 
     fn with_factor(&self, factor: Number) -> Self {
-        Self {
-            factor,
-            ..self.clone()
-        }
+        Self { factor, ..self.clone() }
     }
 
     fn is_rational(&self) -> bool {
@@ -87,9 +76,7 @@ impl Surd {
         if p == q {
             return Some((self.radicand.clone(), other.radicand.clone(), p));
         }
-        let gcd = (1..=p)
-            .rev()
-            .find(|d| p.is_multiple_of(*d) && q.is_multiple_of(*d))?;
+        let gcd = (1..=p).rev().find(|d| p.is_multiple_of(*d) && q.is_multiple_of(*d))?;
         let index = p / gcd * q;
         let power = |x: &Self| x.radicand.powi(i32::try_from(index / x.index).ok()?);
         (index <= HIGHEST).then_some((power(self)?, power(other)?, index))
@@ -134,10 +121,7 @@ impl Surd {
         }
         // (f ρ^(1/q))^(1/d) = (f^q ρ)^(1/(q d))
         let inside = self.factor.powi(i32::try_from(self.index).ok()?)?;
-        let index = self
-            .index
-            .checked_mul(denominator)
-            .filter(|i| *i <= HIGHEST)?;
+        let index = self.index.checked_mul(denominator).filter(|i| *i <= HIGHEST)?;
         let root = Self::new(Number::ONE, inside.mul(&self.radicand), index)?;
         root.power(numerator, 1)
     }
@@ -163,10 +147,7 @@ impl Surd {
         // (n/d)^(1/q) = (n d^(q-1))^(1/q) / d
         let power = usize::try_from(self.index).ok()?.checked_sub(1)?;
         let below = IBig::from(self.radicand.denominator()).pow(power);
-        Some(Root {
-            radicand: self.radicand.numerator() * below,
-            index: self.index,
-        })
+        Some(Root { radicand: self.radicand.numerator() * below, index: self.index })
     }
 
     pub(super) fn in_numbers<S: Scalar>(&self, precision: S::Precision) -> S {
@@ -186,10 +167,7 @@ impl Surd {
 
 impl Sum {
     fn single(surd: Surd) -> Self {
-        Self {
-            first: surd,
-            others: Vec::new(),
-        }
+        Self { first: surd, others: Vec::new() }
     }
 
     fn terms(&self) -> impl Iterator<Item = &Surd> {
@@ -203,9 +181,7 @@ impl Sum {
                 continue;
             }
             let same = sum.iter().enumerate();
-            let same = same
-                .filter_map(|(at, own)| Some((at, own.ratio(&term)?)))
-                .next();
+            let same = same.filter_map(|(at, own)| Some((at, own.ratio(&term)?))).next();
             match same {
                 Some((at, ratio)) => {
                     let factor = sum[at].factor.add(&term.factor.mul(&ratio));
@@ -224,28 +200,20 @@ impl Sum {
         }
         let mut terms = sum.into_iter();
         let first = terms.next().unwrap_or_else(|| Surd::rational(Number::ZERO));
-        Some(Self {
-            first,
-            others: terms.collect(),
-        })
+        Some(Self { first, others: terms.collect() })
     }
 
     fn mul(&self, other: &Self) -> Option<Self> {
         if self.others.is_empty() && other.others.is_empty() {
             return self.first.mul(&other.first).map(Self::single);
         }
-        let pairs = self
-            .terms()
-            .flat_map(|a| other.terms().map(move |b| a.mul(b)));
+        let pairs = self.terms().flat_map(|a| other.terms().map(move |b| a.mul(b)));
         Self::of(pairs.collect::<Option<Vec<Surd>>>()?)
     }
 
     fn neg(&self) -> Self {
         let turned = |term: &Surd| term.with_factor(term.factor.neg());
-        Self {
-            first: turned(&self.first),
-            others: self.others.iter().map(turned).collect(),
-        }
+        Self { first: turned(&self.first), others: self.others.iter().map(turned).collect() }
     }
 
     /// By conjugates: y·ȳ, with one square root turned into its negative, has that root no more.
@@ -420,11 +388,7 @@ impl Scalar for Exact {
                 power = power.mul(self);
             }
         }
-        if exponent < 0 {
-            Self::rational(Some(Number::ONE)).div(&power)
-        } else {
-            power
-        }
+        if exponent < 0 { Self::rational(Some(Number::ONE)).div(&power) } else { power }
     }
 
     fn sqrt(&self) -> Self {
@@ -444,9 +408,7 @@ impl Scalar for Exact {
             if denominator == 1 {
                 return self.powi(numerator).0;
             }
-            self.single()?
-                .power(numerator, denominator)
-                .map(Sum::single)
+            self.single()?.power(numerator, denominator).map(Sum::single)
         };
         Self(power())
     }
@@ -466,12 +428,9 @@ impl Scalar for Exact {
         };
         let (zero, one) = (a.is_zero(), a.is_one());
         Self::rational(match function {
-            Function::Sin
-            | Function::Tan
-            | Function::Asin
-            | Function::Atan
-            | Function::Sinh
-            | Function::Tanh => zero.then(|| Number::from(0)),
+            Function::Sin | Function::Tan | Function::Asin | Function::Atan | Function::Sinh | Function::Tanh => {
+                zero.then(|| Number::from(0))
+            }
             Function::Cos | Function::Cosh | Function::Exp => zero.then_some(Number::ONE),
             Function::Acos | Function::Ln => one.then(|| Number::from(0)),
             Function::Abs => None,
@@ -488,9 +447,7 @@ impl Scalar for Exact {
     }
 
     fn is_exact_zero(&self) -> bool {
-        self.0
-            .as_ref()
-            .is_some_and(|sum| sum.first.factor.is_zero())
+        self.0.as_ref().is_some_and(|sum| sum.first.factor.is_zero())
     }
 }
 

@@ -52,26 +52,13 @@ pub(super) fn integers(linearized: &Linearized) -> Option<Integers> {
     };
     let mass = entries(&matrices.mass)?;
     let mut stiffness = entries(&matrices.stiffness)?;
-    let gradients: Vec<Vec<Exact>> = (visible..order)
-        .map(|row| {
-            (0..visible)
-                .map(|i| stiffness[row + order * i].clone())
-                .collect()
-        })
-        .collect();
+    let gradients: Vec<Vec<Exact>> =
+        (visible..order).map(|row| (0..visible).map(|i| stiffness[row + order * i].clone()).collect()).collect();
     let mut velocity = zeros();
-    let others = [
-        (&matrices.gyroscopic, false),
-        (&matrices.damping, false),
-        (&matrices.circulatory, true),
-    ];
+    let others = [(&matrices.gyroscopic, false), (&matrices.damping, false), (&matrices.circulatory, true)];
     for (rows, is_circulatory) in others {
         let Some(rows) = rows else { continue };
-        let into = if is_circulatory {
-            &mut stiffness
-        } else {
-            &mut velocity
-        };
+        let into = if is_circulatory { &mut stiffness } else { &mut velocity };
         for (entry, part) in into.iter_mut().zip(entries(rows)?) {
             *entry = entry.add(&part);
         }
@@ -105,10 +92,8 @@ fn point(linearized: &Linearized, pool: &mut Pool) -> Option<Vec<ExprId>> {
     if equilibrium.multipliers_given {
         let dependent = linearized.dependent_constraints();
         let constraints = model.constraints.iter().enumerate();
-        let expressions: Vec<ExprId> = constraints
-            .filter(|(number, _)| !dependent.contains(number))
-            .map(|(_, own)| own.expression)
-            .collect();
+        let expressions: Vec<ExprId> =
+            constraints.filter(|(number, _)| !dependent.contains(number)).map(|(_, own)| own.expression).collect();
         multipliers::put_in(model, &linearized.assembly, pool, &mut point, &expressions)?;
     }
     if !guessed {
@@ -117,8 +102,7 @@ fn point(linearized: &Linearized, pool: &mut Pool) -> Option<Vec<ExprId>> {
     let known = known_values(model);
     let mut valued = model.clone();
     valued.pool = pool.clone();
-    let vanish = equilibrium.proved
-        && forces_vanish(&valued, &linearized.assembly, &point, &known) == Some(true);
+    let vanish = equilibrium.proved && forces_vanish(&valued, &linearized.assembly, &point, &known) == Some(true);
     vanish.then_some(point)
 }
 
@@ -164,20 +148,14 @@ fn exact(pool: &Pool, e: ExprId) -> Option<Exact> {
     if let Some(number) = pool.as_number(e) {
         return (!number.is_oversized()).then(|| Exact::from_number(number, ()));
     }
-    evaluate_closed::<Exact>(pool, e, ())
-        .filter(Exact::is_finite)
-        .or_else(|| {
-            let zero = pool.is_zero(e) == ZeroVerdict::Zero;
-            zero.then(|| Exact::from_number(&Number::ZERO, ()))
-        })
+    evaluate_closed::<Exact>(pool, e, ()).filter(Exact::is_finite).or_else(|| {
+        let zero = pool.is_zero(e) == ZeroVerdict::Zero;
+        zero.then(|| Exact::from_number(&Number::ZERO, ()))
+    })
 }
 
 /// Directions that constraints allow: row by row, one column a free coordinate.
-fn directions(
-    mut rows: Vec<Vec<Exact>>,
-    bound: &[usize],
-    visible: usize,
-) -> Option<Vec<Vec<Exact>>> {
+fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Option<Vec<Vec<Exact>>> {
     for (at, column) in bound.iter().enumerate() {
         let found = (at..rows.len()).find(|row| !rows[*row][*column].is_exact_zero())?;
         rows.swap(at, found);

@@ -22,10 +22,7 @@ impl Search<'_> {
     pub(super) fn is_equilibrium(&self, start: &Equilibrium) -> bool {
         let force = self.gradient(&start.values);
         let mut own = self.free.iter().map(|i| &force[*i]);
-        if !own
-            .clone()
-            .all(|force| force.is_finite() && force.contains_zero())
-        {
+        if !own.clone().all(|force| force.is_finite() && force.contains_zero()) {
             return false;
         }
         // A force that is zero within its bounds may still be one.
@@ -56,14 +53,9 @@ impl Search<'_> {
         }
         let mut pool = model.pool.clone();
         let mut point = self.stated(&mut pool, true);
-        let balanced =
-            multipliers::put_in(model, self.assembly, &mut pool, &mut point, &expressions);
-        let valued = Model {
-            pool,
-            ..model.clone()
-        };
-        balanced.is_some()
-            && forces_vanish(&valued, self.assembly, &point, &known_values(&valued)) == Some(true)
+        let balanced = multipliers::put_in(model, self.assembly, &mut pool, &mut point, &expressions);
+        let valued = Model { pool, ..model.clone() };
+        balanced.is_some() && forces_vanish(&valued, self.assembly, &point, &known_values(&valued)) == Some(true)
     }
 
     /// Where the model says, or where it guesses, or 0.
@@ -83,9 +75,7 @@ impl Search<'_> {
     /// Whether the point is an equilibrium as it stands: exact numbers, and forces that are exactly 0.
     pub(super) fn vanishes_exactly(&self, at: &[Ball]) -> bool {
         let force = self.gradient(at);
-        self.free
-            .iter()
-            .all(|i| at[*i].is_exact() && force[*i].is_zero())
+        self.free.iter().all(|i| at[*i].is_exact() && force[*i].is_zero())
     }
 
     /// A point of simple numbers beside an estimate, where it is an equilibrium.

@@ -76,33 +76,15 @@ impl Linearized {
             return None;
         }
         let varied = |number: usize, value: Dual<Ball>| Dual {
-            slope: if number == parameter {
-                Ball::ONE
-            } else {
-                Ball::ZERO
-            },
+            slope: if number == parameter { Ball::ONE } else { Ball::ZERO },
             ..value
         };
         let values = self.assembly.values_where(&self.model, (), varied).ok()?;
         let moving = self.equilibrium_slope(parameter, &values)?;
-        let at: Vec<Dual<Ball>> = self
-            .equilibrium
-            .values
-            .iter()
-            .zip(moving)
-            .map(|(value, slope)| Dual {
-                value: *value,
-                slope,
-            })
-            .collect();
-        let slopes = |matrix: Vec<Dual<Ball>>| -> Vec<Ball> {
-            matrix.into_iter().map(|entry| entry.slope).collect()
-        };
-        let part = |matrix| {
-            self.assembly
-                .velocity_matrix(matrix, &at, &values)
-                .map(slopes)
-        };
+        let at: Vec<Dual<Ball>> =
+            self.equilibrium.values.iter().zip(moving).map(|(value, slope)| Dual { value: *value, slope }).collect();
+        let slopes = |matrix: Vec<Dual<Ball>>| -> Vec<Ball> { matrix.into_iter().map(|entry| entry.slope).collect() };
+        let part = |matrix| self.assembly.velocity_matrix(matrix, &at, &values).map(slopes);
         let stiffness = slopes(self.assembly.stiffness(&at, &values));
         let (damping, circulatory) = (part(Matrix::Damping), part(Matrix::Circulatory));
         let acts = |matrix: &Option<Vec<Ball>>| {
@@ -122,11 +104,7 @@ impl Linearized {
     }
 
     /// dq/dp at the equilibrium, enclosed; what is given moves as it is written.
-    fn equilibrium_slope(
-        &self,
-        parameter: usize,
-        values: &Values<Dual<Ball>>,
-    ) -> Option<Vec<Ball>> {
+    fn equilibrium_slope(&self, parameter: usize, values: &Values<Dual<Ball>>) -> Option<Vec<Ball>> {
         let mut slope = vec![Ball::ZERO; self.model.coordinates.len()];
         let mut free = Vec::new();
         for (i, slot) in slope.iter_mut().enumerate() {
@@ -139,11 +117,7 @@ impl Linearized {
         }
         // Multipliers alone, beside coordinates that are given: all forces together tell them.
         let all: Vec<usize> = (0..slope.len()).collect();
-        let rows = if self.equilibrium.multipliers_given {
-            &all
-        } else {
-            &free
-        };
+        let rows = if self.equilibrium.multipliers_given { &all } else { &free };
         let mut force = self.force_slope(&slope, values)?;
         let moved = self.balanced(rows, &free, &force)?;
         for (i, moved) in free.iter().zip(&moved) {
@@ -171,10 +145,7 @@ impl Linearized {
             .values
             .iter()
             .zip(moving)
-            .map(|(value, slope)| Dual {
-                value: *value,
-                slope: *slope,
-            })
+            .map(|(value, slope)| Dual { value: *value, slope: *slope })
             .collect();
         let force = self.assembly.gradient(&at, values).into_iter();
         let force: Vec<Ball> = force.map(|force| force.slope).collect();
@@ -204,10 +175,7 @@ impl Linearized {
             let pairs = (0..n * n).map(|at| (free[at / n], free[at % n]));
             let entries = pairs.map(|(j, k)| dot(&|i| entry(i, j), &|i| entry(i, k)));
             let system = System::new(n, entries.collect())?;
-            let right = free
-                .iter()
-                .map(|j| dot(&|i| entry(i, *j), &|i| -force[i]))
-                .collect::<Vec<Ball>>();
+            let right = free.iter().map(|j| dot(&|i| entry(i, *j), &|i| -force[i])).collect::<Vec<Ball>>();
             return system.solve(&right);
         }
         let entries = (0..n * n).map(|at| entry(free[at / n], free[at % n]));

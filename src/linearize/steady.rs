@@ -24,11 +24,7 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
             check_cyclic(model, coordinate, rate.span)?;
         }
     }
-    let rates: Vec<Option<ExprId>> = model
-        .rates
-        .iter()
-        .map(|rate| rate.map(|rate| rate.symbolic))
-        .collect();
+    let rates: Vec<Option<ExprId>> = model.rates.iter().map(|rate| rate.map(|rate| rate.symbolic)).collect();
     let mut kinetic = std::mem::take(&mut model.kinetic);
     let mut potential = std::mem::take(&mut model.potential);
     let mut friction = std::mem::take(&mut model.friction);
@@ -122,11 +118,7 @@ fn put_in(model: &mut Model, family: &mut TermFamily, rates: &[Option<ExprId>]) 
     for at in 0..family.count {
         constants.extend(family.constants_of(at));
         let numbers = family.coordinates_of(at);
-        constants.extend(
-            turning
-                .iter()
-                .map(|slot| rate_of(&numbers[*slot]).unwrap_or(zero)),
-        );
+        constants.extend(turning.iter().map(|slot| rate_of(&numbers[*slot]).unwrap_or(zero)));
     }
     family.values.extend(slots);
     family.constants = constants;

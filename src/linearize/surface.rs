@@ -33,9 +33,8 @@ const MOST: usize = 200;
 pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
     let visible = model.coordinates.len();
     let multiplied = with_multipliers(model, &[]);
-    let left: Vec<usize> = (0..model.constraints.len())
-        .filter(|number| !multiplied.dependent.contains(number))
-        .collect();
+    let left: Vec<usize> =
+        (0..model.constraints.len()).filter(|number| !multiplied.dependent.contains(number)).collect();
     if left.len() > MOST {
         return None;
     }
@@ -89,8 +88,7 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
         }
         let here = follow(&rows)?;
         // What doubles can't tell from a combination of the others may be none.
-        let numbers =
-            |places: &[usize]| -> Vec<usize> { places.iter().map(|place| left[*place]).collect() };
+        let numbers = |places: &[usize]| -> Vec<usize> { places.iter().map(|place| left[*place]).collect() };
         let kept: Vec<usize> = (0..left.len()).filter(|at| !here.contains(at)).collect();
         let point: Vec<Ball> = q.iter().map(|x| Ball::exact(*x)).collect();
         let point = dependence::exactly(model, &point)?;

@@ -53,11 +53,7 @@ impl SymbolicMatrices {
 
     /// Keeps what belongs to the first coordinates: those before multipliers.
     pub(super) fn first(&mut self, visible: usize) {
-        let others = [
-            &mut self.gyroscopic,
-            &mut self.damping,
-            &mut self.circulatory,
-        ];
+        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         let all = [&mut self.mass, &mut self.stiffness].into_iter();
         for rows in all.chain(others.into_iter().flatten()) {
             rows.truncate(visible);
@@ -130,10 +126,7 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
     let mut parts = Vec::new();
     for (negative, terms) in signed_terms(model) {
         for at in 0..terms.count {
-            if !terms
-                .coordinates_of(at)
-                .contains(&u32::try_from(coordinate).ok()?)
-            {
+            if !terms.coordinates_of(at).contains(&u32::try_from(coordinate).ok()?) {
                 continue;
             }
             let map = instance(model, pool, terms, at, None);
@@ -149,9 +142,8 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
 /// A force in a message: the expression where it is short, and the number.
 pub(crate) fn force_text(model: &Model, coordinate: usize, value: f64) -> String {
     let mut pool = model.pool.clone();
-    let expression = force(model, &mut pool, coordinate)
-        .map(|force| pool.display(force))
-        .filter(|text| text.chars().count() <= 80);
+    let expression =
+        force(model, &mut pool, coordinate).map(|force| pool.display(force)).filter(|text| text.chars().count() <= 80);
     match expression {
         Some(text) if text == short(value) => text,
         Some(text) => format!("{text} = {}", short(value)),
@@ -163,12 +155,10 @@ pub(crate) fn force_text(model: &Model, coordinate: usize, value: f64) -> String
 pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Option<String> {
     let mut pool = model.pool.clone();
     let force = force(model, &mut pool, coordinate)?;
-    let constant = pool.symbols_of(&[force]).iter().all(|symbol| {
-        matches!(
-            model.symbols.get(symbol),
-            Some(SymbolKind::Parameter(_)) | None
-        )
-    });
+    let constant = pool
+        .symbols_of(&[force])
+        .iter()
+        .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None));
     (constant && value != 0.0).then(|| force_text(model, coordinate, value))
 }
 
@@ -236,19 +226,13 @@ pub(crate) fn forces_vanish(
 }
 
 /// The first force at a point that is given in full which is not 0 whatever the parameters are.
-pub(crate) fn doubtful_force(
-    model: &Model,
-    assembly: &Assembly,
-    point: &[ExprId],
-) -> Option<LinearizeError> {
+pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<LinearizeError> {
     let given = model.equilibria.iter().flatten().next()?.span;
     if !model.equilibria.iter().all(Option::is_some) {
         return None;
     }
     let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
-    let (number, force) = forces
-        .into_iter()
-        .find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
+    let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
     let force = pool.neg(force);
     Some(LinearizeError::ForceOfParameters {
         coordinate: model.coordinates.get(number as usize)?.name.clone(),
@@ -271,10 +255,7 @@ fn forces(
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
             let coordinates = family.terms.coordinates_of(at);
             let logarithms = pool.substitute(&family.logarithms, &map);
-            if logarithms
-                .iter()
-                .any(|e| matches!(pool.node(*e), Node::Undefined))
-            {
+            if logarithms.iter().any(|e| matches!(pool.node(*e), Node::Undefined)) {
                 return None;
             }
             for element in &family.potential {
@@ -306,23 +287,14 @@ fn forces(
 }
 
 /// Writes M and K out at an equilibrium.
-pub(crate) fn matrices(
-    model: &Model,
-    assembly: &Assembly,
-    equilibrium: &Equilibrium,
-) -> SymbolicMatrices {
+pub(crate) fn matrices(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> SymbolicMatrices {
     let mut pool = model.pool.clone();
     let point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
     matrices_at(model, pool, assembly, &point)
 }
 
 /// Writes M and K out at a point of expressions of a pool that builds on the model's.
-pub(super) fn matrices_at(
-    model: &Model,
-    mut pool: Pool,
-    assembly: &Assembly,
-    point: &[ExprId],
-) -> SymbolicMatrices {
+pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, point: &[ExprId]) -> SymbolicMatrices {
     let n = model.coordinates.len();
     let mut mass = BTreeMap::new();
     let mut stiffness = BTreeMap::new();
@@ -351,18 +323,13 @@ pub(super) fn matrices_at(
     };
     let mass = dense(mass);
     let stiffness = dense(stiffness);
-    let [gyroscopic, damping, circulatory] =
-        [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
-            .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, point));
+    let [gyroscopic, damping, circulatory] = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
+        .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, point));
     SymbolicMatrices {
         gyroscopic,
         damping,
         circulatory,
-        coordinates: model
-            .coordinates
-            .iter()
-            .map(|coordinate| coordinate.name.clone())
-            .collect(),
+        coordinates: model.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
         equilibrium: point.to_vec(),
         constraints: None,
         mass,
@@ -410,21 +377,12 @@ fn of_velocities(
 }
 
 /// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.
-fn scatter(
-    pool: &mut Pool,
-    element: &Element,
-    coordinates: &[u32],
-    into: &mut BTreeMap<(u32, u32), Vec<ExprId>>,
-) {
+fn scatter(pool: &mut Pool, element: &Element, coordinates: &[u32], into: &mut BTreeMap<(u32, u32), Vec<ExprId>>) {
     let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
     let two = Number::from(2);
     let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
         // Two slots that hold the same coordinate meet on the diagonal from both sides.
-        let value = if twice && a == b {
-            pool.scale(value, &two)
-        } else {
-            value
-        };
+        let value = if twice && a == b { pool.scale(value, &two) } else { value };
         into.entry((a.min(b), a.max(b))).or_default().push(value);
     };
     if !is_zero(pool, element.second) {

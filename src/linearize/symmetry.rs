@@ -14,10 +14,7 @@ use super::elimination::{Elimination, Row};
 use super::naming;
 use super::symbolic::instance;
 use super::verify::hold_in_true_numbers;
-use crate::expr::{
-    ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod,
-    rational_reconstruct,
-};
+use crate::expr::{ExprId, ModularPoint, Pool, Symbol, add_mod, mul_mod, neg_mod, nullspace_mod, rational_reconstruct};
 use crate::model::{CoordinateFamily, Model};
 use crate::number::Number;
 use crate::precision::{Ball, Scalar};
@@ -55,10 +52,7 @@ impl Symmetry {
     /// The generator at a point.
     pub(crate) fn vector<S: Scalar>(&self, at: &[S], precision: S::Precision) -> Vec<S> {
         match &self.generator {
-            Generator::Constant(vector) => vector
-                .iter()
-                .map(|number| S::from_number(number, precision))
-                .collect(),
+            Generator::Constant(vector) => vector.iter().map(|number| S::from_number(number, precision)).collect(),
             Generator::Rotation(parts) => {
                 let mut vector = vec![S::from_number(&Number::ZERO, precision); at.len()];
                 for (i, partner, minus) in parts {
@@ -81,9 +75,7 @@ impl Symmetry {
     /// Whether it never moves any but these coordinates.
     fn moves_only(&self, allowed: &[bool]) -> bool {
         match &self.generator {
-            Generator::Constant(vector) => {
-                vector.iter().zip(allowed).all(|(x, ok)| *ok || x.is_zero())
-            }
+            Generator::Constant(vector) => vector.iter().zip(allowed).all(|(x, ok)| *ok || x.is_zero()),
             Generator::Rotation(parts) => parts.iter().all(|(i, _, _)| allowed[*i as usize]),
         }
     }
@@ -91,12 +83,7 @@ impl Symmetry {
 
 /// The symmetries that never move any but the coordinates allowed to. Those read off modulo a prime
 /// are tried in true numbers near `at`.
-pub(crate) fn symmetries(
-    model: &Model,
-    assembly: &Assembly,
-    at: &[Ball],
-    allowed: &[bool],
-) -> Vec<Symmetry> {
+pub(crate) fn symmetries(model: &Model, assembly: &Assembly, at: &[Ball], allowed: &[bool]) -> Vec<Symmetry> {
     let mut pool = model.pool.clone();
     let families = || assembly.families.iter();
     let instances: usize = families().map(|family| family.terms.count).sum();
@@ -176,21 +163,12 @@ fn sample(pool: &Pool, roots: &[ExprId], seed: u64) -> Option<Vec<u64>> {
     // A point where a denominator vanishes is replaced by another.
     (0..4).find_map(|attempt| {
         let seed = seed.wrapping_mul(4).wrapping_add(attempt);
-        pool.evaluate_mod(
-            roots,
-            |symbol| ModularPoint::random_value(seed, symbol),
-            seed,
-        )
+        pool.evaluate_mod(roots, |symbol| ModularPoint::random_value(seed, symbol), seed)
     })
 }
 
 /// Constant vectors along which no term changes, and which move only what is allowed to.
-fn constant_generators(
-    model: &Model,
-    pool: &Pool,
-    bodies: &[Body<'_>],
-    allowed: &[bool],
-) -> Vec<Symmetry> {
+fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed: &[bool]) -> Vec<Symmetry> {
     let n = model.coordinates.len();
     let mut eliminated = Elimination::default();
     for (i, _) in allowed.iter().enumerate().filter(|(_, ok)| !**ok) {
@@ -235,10 +213,7 @@ fn constant_generators(
                 })
                 .collect();
             let exact = exact?;
-            Some(Symmetry {
-                meaning: naming::constant(model, &exact),
-                generator: Generator::Constant(exact),
-            })
+            Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
         })
         .collect()
 }
@@ -269,9 +244,8 @@ impl Rotation {
     /// The coordinates in ascending order, with the one that is the velocity of each, and whether with a minus.
     pub(crate) fn parts(&self) -> Vec<(usize, usize, bool)> {
         let parts = self.partner.iter();
-        let mut parts: Vec<(usize, usize, bool)> = parts
-            .map(|(i, (j, minus))| (*i as usize, *j as usize, *minus))
-            .collect();
+        let mut parts: Vec<(usize, usize, bool)> =
+            parts.map(|(i, (j, minus))| (*i as usize, *j as usize, *minus)).collect();
         parts.sort_unstable();
         parts
     }
@@ -280,8 +254,7 @@ impl Rotation {
     fn turns_all(&self, model: &Model) -> bool {
         let turns = |family: &CoordinateFamily| {
             let own = family.first..family.first + family.len();
-            own.into_iter()
-                .any(|i| self.partner.contains_key(&(i as u32)))
+            own.into_iter().any(|i| self.partner.contains_key(&(i as u32)))
         };
         model.families.iter().all(turns)
     }
@@ -318,9 +291,7 @@ fn vectors(model: &Model) -> Vec<Vec<Vec<usize>>> {
             .map(|axis| {
                 vectors
                     .iter()
-                    .flat_map(|family| {
-                        (family.first + axis..family.first + family.len()).step_by(width)
-                    })
+                    .flat_map(|family| (family.first + axis..family.first + family.len()).step_by(width))
                     .collect()
             })
             .collect();
@@ -346,9 +317,7 @@ fn plain_spaces(model: &Model) -> impl Iterator<Item = Vec<Vec<usize>>> {
 pub(super) fn spaces(model: &Model) -> Vec<Vec<Vec<usize>>> {
     let mut named: BTreeMap<&str, Vec<usize>> = BTreeMap::new();
     for (i, coordinate) in model.coordinates.iter().enumerate() {
-        let axis = coordinate
-            .name
-            .trim_end_matches(|c: char| c.is_numeric() || c == '_');
+        let axis = coordinate.name.trim_end_matches(|c: char| c.is_numeric() || c == '_');
         named.entry(axis).or_default().push(i);
     }
     let named: Vec<Vec<usize>> = named.into_values().collect();
@@ -365,9 +334,9 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     // More than a few axes are no space that turns.
     let named = |axes: &[Vec<usize>]| {
         let first = |axis: &Vec<usize>| axis.first().map(|i| model.coordinates[*i].name.clone());
-        axes.iter().zip(0..).all(|(axis, number)| {
-            first(axis).is_some_and(|name| name.starts_with(naming::axis_name(number).as_str()))
-        })
+        axes.iter()
+            .zip(0..)
+            .all(|(axis, number)| first(axis).is_some_and(|name| name.starts_with(naming::axis_name(number).as_str())))
     };
     let vectors = spaces.len();
     spaces.extend(plain_spaces(model).filter(|axes| (2..=6).contains(&axes.len())));
@@ -391,13 +360,7 @@ pub(crate) fn candidate_rotations(model: &Model) -> Vec<Rotation> {
     rotations
 }
 
-fn rotations(
-    model: &Model,
-    assembly: &Assembly,
-    pool: &Pool,
-    bodies: &[Body<'_>],
-    together: bool,
-) -> Vec<Symmetry> {
+fn rotations(model: &Model, assembly: &Assembly, pool: &Pool, bodies: &[Body<'_>], together: bool) -> Vec<Symmetry> {
     let mut found = Vec::new();
     let holds = |rotation: &Rotation| bodies.iter().all(|body| is_invariant(pool, body, rotation));
     for rotation in candidate_rotations(model) {
@@ -409,20 +372,14 @@ fn rotations(
         for component in &components {
             let parts = component.iter();
             let parts = parts.filter_map(|i| rotation.partner.get(i).map(|own| (*i, *own)));
-            let own = Rotation {
-                partner: parts.clone().collect(),
-                about: rotation.about,
-            };
+            let own = Rotation { partner: parts.clone().collect(), about: rotation.about };
             // What one part gains may be what another loses.
             if together && components.len() > 1 && !holds(&own) {
                 continue;
             }
             let parts = parts.map(|(i, (j, minus))| (i, j, minus)).collect();
             let meaning = naming::rotation(model, component, rotation.about, whole);
-            found.push(Symmetry {
-                generator: Generator::Rotation(parts),
-                meaning,
-            });
+            found.push(Symmetry { generator: Generator::Rotation(parts), meaning });
         }
     }
     found

@@ -62,9 +62,7 @@ impl Search<'_> {
         closed: &impl Fn(&Option<Given>) -> Result<Option<Ball>, LinearizeError>,
     ) -> Result<Equilibrium, LinearizeError> {
         let visible = self.visible;
-        let all_given = origins[..visible]
-            .iter()
-            .all(|origin| *origin == Origin::Given);
+        let all_given = origins[..visible].iter().all(|origin| *origin == Origin::Given);
         let guessed = self.model.guesses.iter().any(Option::is_some);
         if all_given || !guessed {
             match self.settled(&mut point, &origins)? {
@@ -107,8 +105,7 @@ impl Search<'_> {
                 return Err(LinearizeError::NotAnEquilibrium {
                     coordinate: self.model.coordinates[i].name.clone(),
                     force: short(-start[i].mid_f64()),
-                    span: self.model.equilibria[i]
-                        .map_or(self.model.coordinates[i].span, |given| given.span),
+                    span: self.model.equilibria[i].map_or(self.model.coordinates[i].span, |given| given.span),
                 });
             }
         }
@@ -160,17 +157,9 @@ impl Search<'_> {
     }
 
     /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.
-    fn settled(
-        &self,
-        point: &mut [Ball],
-        origins: &[Origin],
-    ) -> Result<Option<LinearizeError>, LinearizeError> {
+    fn settled(&self, point: &mut [Ball], origins: &[Origin]) -> Result<Option<LinearizeError>, LinearizeError> {
         let visible = self.visible;
-        let rows = gradients(
-            &self.assembly.stiffness(point, self.values),
-            visible,
-            point.len(),
-        );
+        let rows = gradients(&self.assembly.stiffness(point, self.values), visible, point.len());
         let singular = LinearizeError::ConstraintsSingular {
             point: self.describe(&point[..visible]),
             span: self.model.coordinates[visible].span,
@@ -227,12 +216,7 @@ impl Search<'_> {
     }
 
     /// The coordinates, and the values of parameters, with so many bits.
-    fn coordinates_in_bits(
-        &self,
-        point: &[Ball],
-        origins: &[Origin],
-        bits: usize,
-    ) -> Option<(Vec<Big>, Values<Big>)> {
+    fn coordinates_in_bits(&self, point: &[Ball], origins: &[Origin], bits: usize) -> Option<(Vec<Big>, Values<Big>)> {
         let values = self.assembly.values::<Big>(self.model, bits).ok()?;
         let mut at = Vec::with_capacity(point.len());
         for (i, value) in point.iter().enumerate() {

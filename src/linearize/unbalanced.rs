@@ -28,28 +28,21 @@ pub(crate) fn find(
     values: &Values<Ball>,
     visible: usize,
 ) -> Result<(Equilibrium, Option<Unbalanced>), LinearizeError> {
-    let searched = model.guesses.iter().any(Option::is_some)
-        || model.equilibria.iter().take(visible).any(Option::is_none);
+    let searched =
+        model.guesses.iter().any(Option::is_some) || model.equilibria.iter().take(visible).any(Option::is_none);
     if !(searched && assembly.acts_at_rest()) {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }
     let zero = vec![Ball::ZERO; model.coordinates.len()];
     let force = assembly.gradient(&zero, values);
-    let rests = force.iter().all(Ball::is_zero)
-        && model
-            .guesses
-            .iter()
-            .chain(&model.equilibria)
-            .all(Option::is_none);
+    let rests = force.iter().all(Ball::is_zero) && model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
     if rests {
         return Ok((equilibrium::find(model, assembly, values, visible)?, None));
     }
     let mut doubled = doubled(model, assembly);
     let count = model.coordinates.len();
     let (own, _) = assemble::assemble(&mut doubled);
-    let known = own
-        .values::<Ball>(&doubled, ())
-        .map_err(|missing| super::missing_value(&doubled, missing.0))?;
+    let known = own.values::<Ball>(&doubled, ()).map_err(|missing| super::missing_value(&doubled, missing.0))?;
     let found = equilibrium::find(&doubled, &own, &known, 2 * count)?;
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
@@ -65,11 +58,7 @@ pub(crate) fn find(
             });
         }
     }
-    let unbalanced = Unbalanced {
-        model: doubled,
-        assembly: own,
-        equilibrium: found,
-    };
+    let unbalanced = Unbalanced { model: doubled, assembly: own, equilibrium: found };
     Ok((equilibrium, Some(unbalanced)))
 }
 
@@ -77,8 +66,7 @@ impl Unbalanced {
     /// The equilibrium with so many bits: the first `count` coordinates.
     pub(super) fn precisely(&self, bits: usize, count: usize) -> Option<Vec<Big>> {
         let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
-        let mut found =
-            precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
+        let mut found = precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
         found.truncate(count);
         Some(found)
     }
@@ -101,26 +89,13 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
         let text = format!("the multiplier of the force on {name}");
         let symbol = pool.symbol(&text);
         let velocity = pool.symbol(&format!("{text}'"));
-        own.symbols
-            .insert(symbol, crate::model::SymbolKind::Coordinate(count + i));
-        own.symbols
-            .insert(velocity, crate::model::SymbolKind::Velocity(count + i));
-        own.coordinates.push(Coordinate {
-            name,
-            span,
-            symbol,
-            velocity,
-            unit: None,
-            factor: None,
-        });
+        own.symbols.insert(symbol, crate::model::SymbolKind::Coordinate(count + i));
+        own.symbols.insert(velocity, crate::model::SymbolKind::Velocity(count + i));
+        own.coordinates.push(Coordinate { name, span, symbol, velocity, unit: None, factor: None });
         own.guesses.push(None);
         own.guessed_velocities.push(None);
         // A force on what is held need not vanish here.
-        own.equilibria.push(own.equilibria[i].map(|given| Given {
-            symbolic: zero,
-            value: Some(zero),
-            ..given
-        }));
+        own.equilibria.push(own.equilibria[i].map(|given| Given { symbolic: zero, value: Some(zero), ..given }));
         own.rates.push(None);
     }
     let mut potential = Vec::new();
@@ -163,12 +138,7 @@ fn at_rest(pool: &mut Pool, family: &TermFamily) -> Substitution {
 }
 
 /// The sum of mu·force of a family, as a family with one more slot for each force.
-fn multiplied(
-    pool: &mut Pool,
-    family: &TermFamily,
-    forces: &[(usize, ExprId)],
-    count: usize,
-) -> Option<TermFamily> {
+fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], count: usize) -> Option<TermFamily> {
     let mut parts = Vec::new();
     let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
     for (place, force) in forces {
@@ -192,14 +162,10 @@ fn multiplied(
     for at in 0..family.count {
         let numbers = &family.coordinates[at * width..(at + 1) * width];
         own.coordinates.extend(numbers);
-        let mirrored = slots
-            .iter()
-            .map(|(place, ..)| numbers[*place] + u32::try_from(count).unwrap_or(u32::MAX));
+        let mirrored = slots.iter().map(|(place, ..)| numbers[*place] + u32::try_from(count).unwrap_or(u32::MAX));
         own.coordinates.extend(mirrored);
     }
-    let locals = slots
-        .iter()
-        .map(|(_, symbol, velocity)| Local::new(*symbol, *velocity));
+    let locals = slots.iter().map(|(_, symbol, velocity)| Local::new(*symbol, *velocity));
     own.locals.extend(locals);
     Some(own)
 }

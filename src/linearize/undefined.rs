@@ -62,12 +62,7 @@ impl Assembly {
         undefined?.error(model, model.pool.clone(), &Point::Numbers(at))
     }
 
-    fn first_undefined<'a, S: Scalar>(
-        &'a self,
-        at: &[S],
-        values: &Values<S>,
-        what: &'a str,
-    ) -> Option<Undefined<'a>> {
+    fn first_undefined<'a, S: Scalar>(&'a self, at: &[S], values: &Values<S>, what: &'a str) -> Option<Undefined<'a>> {
         let mut place: Option<(&ElementFamily, usize)> = None;
         for part in [Part::Force, Part::Inertia, Part::Stiffness] {
             self.run(part, at, values, |family, instance, numbers| {
@@ -86,11 +81,7 @@ impl Assembly {
     }
 
     /// The first term that has no value at a point of expressions, as an error.
-    pub(super) fn undefined_in_symbols(
-        &self,
-        model: &Model,
-        point: &[ExprId],
-    ) -> Option<LinearizeError> {
+    pub(super) fn undefined_in_symbols(&self, model: &Model, point: &[ExprId]) -> Option<LinearizeError> {
         let mut pool = model.pool.clone();
         let is_undefined = |pool: &Pool, e: ExprId| matches!(pool.node(e), Node::Undefined);
         let mut place = None;
@@ -133,21 +124,11 @@ impl Assembly {
 impl<'a> Undefined<'a> {
     fn of_energy(family: &'a ElementFamily, instance: usize, what: &'a str) -> Self {
         let elements = family.inertia.iter().chain(&family.potential);
-        Self {
-            what,
-            terms: &family.terms,
-            instance,
-            derivatives: elements.flat_map(Element::entries).collect(),
-        }
+        Self { what, terms: &family.terms, instance, derivatives: elements.flat_map(Element::entries).collect() }
     }
 
     fn of_velocities(family: &'a VelocityFamily, instance: usize) -> Self {
-        Self {
-            what: FRICTION,
-            terms: &family.terms,
-            instance,
-            derivatives: family.derivatives(),
-        }
+        Self { what: FRICTION, terms: &family.terms, instance, derivatives: family.derivatives() }
     }
 
     fn error(&self, model: &Model, pool: Pool, at: &Point<'_>) -> Option<LinearizeError> {
@@ -163,12 +144,7 @@ impl<'a> Undefined<'a> {
             let cause = scene.cause(&self.derivatives)?;
             Some(format!("in a derivative, {cause}"))
         });
-        Some(LinearizeError::NotFinite {
-            what: self.what.to_owned(),
-            point,
-            cause,
-            span: self.terms.span,
-        })
+        Some(LinearizeError::NotFinite { what: self.what.to_owned(), point, cause, span: self.terms.span })
     }
 }
 
@@ -218,13 +194,7 @@ struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    fn new(
-        model: &'a Model,
-        mut pool: Pool,
-        terms: &TermFamily,
-        at: usize,
-        point: &Point<'_>,
-    ) -> Option<Self> {
+    fn new(model: &'a Model, mut pool: Pool, terms: &TermFamily, at: usize, point: &Point<'_>) -> Option<Self> {
         let (mut numbers, mut names) = (HashMap::new(), Substitution::default());
         let mut images = Substitution::default();
         for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
@@ -251,13 +221,7 @@ impl<'a> Scene<'a> {
             let value = evaluate_closed(&pool, value, BITS);
             numbers.extend(value.map(|value| (*symbol, value)));
         }
-        Some(Self {
-            model,
-            pool,
-            numbers,
-            names,
-            images: matches!(point, Point::Expressions(_)).then_some(images),
-        })
+        Some(Self { model, pool, numbers, names, images: matches!(point, Point::Expressions(_)).then_some(images) })
     }
 }
 
@@ -275,11 +239,7 @@ impl Scene<'_> {
             let at = undefined.or_else(too_large)?;
             let Node::Symbol(symbol) = *self.pool.node(parts[at]) else {
                 let (said, blamed) = self.describe(parts[at], &value)?;
-                let advice = if self.moves(blamed) {
-                    "; another point is given with `guess`"
-                } else {
-                    ""
-                };
+                let advice = if self.moves(blamed) { "; another point is given with `guess`" } else { "" };
                 return Some(format!("{through}{said}{advice}"));
             };
             // A parameter defined through others: one of those, or its definition, is to blame.
@@ -292,10 +252,7 @@ impl Scene<'_> {
             };
             let parameter = self.model.parameters.get(*number)?;
             if self.pool.as_symbol(parameter.symbolic) == Some(symbol) {
-                return Some(format!(
-                    "{through}the value of `{}` is no number",
-                    parameter.name
-                ));
+                return Some(format!("{through}the value of `{}` is no number", parameter.name));
             }
             through = format!("`{}` has no value: ", parameter.name);
             roots = vec![parameter.symbolic];
@@ -327,21 +284,15 @@ impl Scene<'_> {
             return Some(number.clone());
         }
         match self.model.symbols.get(&symbol)? {
-            SymbolKind::Parameter(number) => evaluate_closed(
-                &self.model.pool,
-                self.model.parameters.get(*number)?.value?,
-                BITS,
-            ),
+            SymbolKind::Parameter(number) => {
+                evaluate_closed(&self.model.pool, self.model.parameters.get(*number)?.value?, BITS)
+            }
             _ => None,
         }
     }
 
     /// What is wrong with a part whose own parts are all numbers, and the expression to blame.
-    fn describe(
-        &mut self,
-        part: ExprId,
-        value: &dyn Fn(ExprId) -> Option<Big>,
-    ) -> Option<(String, ExprId)> {
+    fn describe(&mut self, part: ExprId, value: &dyn Fn(ExprId) -> Option<Big>) -> Option<(String, ExprId)> {
         match self.pool.node(part).clone() {
             Node::Product(factors) => {
                 for (base, exponent) in &factors {
@@ -363,8 +314,9 @@ impl Scene<'_> {
                 }
                 Some((self.too_large(part), part))
             }
-            Node::Function(Function::Exp | Function::Sinh | Function::Cosh, _)
-            | Node::Sum { .. } => Some((self.too_large(part), part)),
+            Node::Function(Function::Exp | Function::Sinh | Function::Cosh, _) | Node::Sum { .. } => {
+                Some((self.too_large(part), part))
+            }
             Node::Function(function, x) => {
                 let values = self.with_values(x, value(x)?);
                 let name = function_name(function);
@@ -465,10 +417,7 @@ impl Scene<'_> {
 
     /// The value of a coordinate or parameter under its own name.
     fn value_of_name(&self, symbol: Symbol) -> Option<Big> {
-        let slot = self
-            .names
-            .iter()
-            .find(|(_, name)| self.pool.as_symbol(**name) == Some(symbol));
+        let slot = self.names.iter().find(|(_, name)| self.pool.as_symbol(**name) == Some(symbol));
         match slot {
             Some((slot, _)) => self.number(*slot),
             None => self.number(symbol),

@@ -119,12 +119,7 @@ fn start(model: &Model) -> Option<Vec<Big>> {
 
 /// Units for a model whose numbers are far from usual; `None` for any other, and where there are no numbers at all. The coordinates from
 /// `visible` on are multipliers.
-pub(super) fn choose(
-    model: &Model,
-    assembly: &Assembly,
-    values: &Values<Ball>,
-    visible: usize,
-) -> Option<Units> {
+pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, visible: usize) -> Option<Units> {
     let mut at = start(model)?;
     if !is_far(model, assembly, values, &at) {
         return None;
@@ -183,11 +178,7 @@ pub(super) fn choose(
         let slopes = (0..visible).filter_map(|i| Some(of(&stiffness, k, i)? + lengths[i]));
         lengths.push(slopes.max().map_or(0, |most| energy - most));
     }
-    Some(Units {
-        energy,
-        rate,
-        lengths,
-    })
+    Some(Units { energy, rate, lengths })
 }
 
 /// 2^exponent.
@@ -254,10 +245,7 @@ impl Units {
             map.insert(local.coordinate, pool.mul(unit, place));
             let velocity = pool.symbol_expr(local.velocity);
             let velocity = pool.mul(unit, velocity);
-            map.insert(
-                local.velocity,
-                pool.scale(velocity, &power_of_two(self.rate)),
-            );
+            map.insert(local.velocity, pool.scale(velocity, &power_of_two(self.rate)));
         }
         let body = pool.substitute_one(family.body, &map);
         family.body = pool.scale(body, &power_of_two(factor));
@@ -284,9 +272,7 @@ impl Units {
     pub(crate) fn shape(&self, vector: &mut [f64], back: bool) {
         for (at, x) in vector.iter_mut().enumerate() {
             let by = clamped(self.of_shapes(at));
-            *x = DoubleDouble::exact(*x)
-                .scale(if back { -by } else { by })
-                .hi;
+            *x = DoubleDouble::exact(*x).scale(if back { -by } else { by }).hi;
         }
     }
 
@@ -297,9 +283,7 @@ impl Units {
         let bound = Magnitude::from_f64(bound).scale(if back { -most } else { most });
         // What is smaller than doubles are, was rounded.
         let lost = powers().min().filter(|_| back);
-        let lost = lost.map_or(Magnitude::ZERO, |least| {
-            Magnitude::power_of_two(-1074 - least)
-        });
+        let lost = lost.map_or(Magnitude::ZERO, |least| Magnitude::power_of_two(-1074 - least));
         up(bound.max(lost).to_f64())
     }
 
@@ -335,8 +319,7 @@ impl Units {
     /// Coordinates that were measured in these units, in SI.
     pub(super) fn positions(&self, values: &[Ball]) -> Vec<Ball> {
         let both = values.iter().zip(&self.lengths);
-        both.map(|(value, length)| value.scale_far(*length))
-            .collect()
+        both.map(|(value, length)| value.scale_far(*length)).collect()
     }
 }
 

@@ -57,11 +57,7 @@ pub(super) enum Origin<'a> {
 
 impl VelocityFamily {
     /// Differentiates; `number` gives each constant of an instance its number.
-    pub(super) fn new(
-        model: &mut Model,
-        origin: &Origin<'_>,
-        number: &mut impl FnMut(ExprId) -> u32,
-    ) -> Option<Self> {
+    pub(super) fn new(model: &mut Model, origin: &Origin<'_>, number: &mut impl FnMut(ExprId) -> u32) -> Option<Self> {
         let (terms, derivatives) = match origin {
             Origin::Linear(linear) => (&linear.family, gyroscopic(&mut model.pool, linear)),
             Origin::Friction(family) => (*family, friction(&mut model.pool, family)),
@@ -72,11 +68,7 @@ impl VelocityFamily {
         }
         let expressions: Vec<ExprId> = entries.iter().map(|(.., e)| *e).collect();
         let rest_expressions: Vec<ExprId> = rest.iter().map(|(_, e)| *e).collect();
-        let all: Vec<ExprId> = expressions
-            .iter()
-            .chain(&rest_expressions)
-            .copied()
-            .collect();
+        let all: Vec<ExprId> = expressions.iter().chain(&rest_expressions).copied().collect();
         let parameters = parameters_of(model, &all);
         let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
         inputs.extend(&terms.values);
@@ -86,15 +78,8 @@ impl VelocityFamily {
             rest_tape: Tape::compile(&model.pool, &rest_expressions, &inputs).ok()?,
             terms: terms.clone(),
             parameters,
-            constants: terms
-                .constants
-                .iter()
-                .map(|constant| number(*constant))
-                .collect(),
-            entries: entries
-                .iter()
-                .map(|(matrix, i, j, _)| (*matrix, *i, *j))
-                .collect(),
+            constants: terms.constants.iter().map(|constant| number(*constant)).collect(),
+            entries: entries.iter().map(|(matrix, i, j, _)| (*matrix, *i, *j)).collect(),
             expressions,
             rest: rest.iter().map(|(i, _)| *i).collect(),
             rest_expressions,
@@ -130,11 +115,7 @@ impl VelocityFamily {
         coordinates
             .map(|number| point.get(*number as usize).unwrap_or(zero).clone())
             .chain(constants.map(|number| values.constants[*number as usize].clone()))
-            .chain(
-                self.parameters
-                    .iter()
-                    .map(|number| values.parameter(*number, zero)),
-            )
+            .chain(self.parameters.iter().map(|number| values.parameter(*number, zero)))
             .collect()
     }
 }
@@ -159,10 +140,7 @@ pub(super) fn check_smooth(model: &Model) -> Result<(), LinearizeError> {
                 _ => false,
             };
             if sharp && !has_derivatives(pool, family) {
-                return Err(LinearizeError::FrictionNotSmooth {
-                    part: pool.display(id),
-                    span: family.span,
-                });
+                return Err(LinearizeError::FrictionNotSmooth { part: pool.display(id), span: family.span });
             }
         }
     }
@@ -208,10 +186,7 @@ fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
             }
         }
     }
-    Derivatives {
-        entries,
-        rest: Vec::new(),
-    }
+    Derivatives { entries, rest: Vec::new() }
 }
 
 fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
@@ -245,17 +220,11 @@ impl Assembly {
     /// Leaves G out, which is known to vanish.
     pub(super) fn forget_gyroscopic(&mut self) {
         let gyroscopic = |entry: &(Matrix, usize, usize)| entry.0 == Matrix::Gyroscopic;
-        self.velocity
-            .retain(|family| !family.entries.iter().any(gyroscopic));
+        self.velocity.retain(|family| !family.entries.iter().any(gyroscopic));
     }
 
     /// ∂F/∂q' at rest is added to a gradient.
-    pub(super) fn add_friction_at_rest<S: Scalar>(
-        &self,
-        at: &[S],
-        values: &Values<S>,
-        gradient: &mut [S],
-    ) {
+    pub(super) fn add_friction_at_rest<S: Scalar>(&self, at: &[S], values: &Values<S>, gradient: &mut [S]) {
         let zero = S::from_number(&Number::ZERO, values.precision());
         for family in self.velocity.iter().filter(|family| family.acts_at_rest()) {
             let prepared = family.rest_tape.prepare::<S>(values.precision());
@@ -272,12 +241,7 @@ impl Assembly {
     }
 
     /// G, C or N, dense, column by column; `None` where no term contributes.
-    pub(crate) fn velocity_matrix<S: Scalar>(
-        &self,
-        matrix: Matrix,
-        at: &[S],
-        values: &Values<S>,
-    ) -> Option<Vec<S>> {
+    pub(crate) fn velocity_matrix<S: Scalar>(&self, matrix: Matrix, at: &[S], values: &Values<S>) -> Option<Vec<S>> {
         if let Some((at, wide)) = values.wide(at) {
             let found = self.velocity_matrix(matrix, &at, wide)?;
             return Some(S::all_from_wide(&found));

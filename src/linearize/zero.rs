@@ -36,10 +36,7 @@ impl<N> ZeroMode<N> {
 
     /// The same mode with its vector in other coordinates.
     pub(super) fn mapped(self, map: impl FnOnce(&[N]) -> Vec<N>) -> Self {
-        Self {
-            vector: map(&self.vector),
-            ..self
-        }
+        Self { vector: map(&self.vector), ..self }
     }
 }
 
@@ -69,11 +66,7 @@ pub(crate) fn zero_modes(
     let mut kept = Vec::new();
     let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
         if sieve.accepts(&vector) {
-            kept.push(ZeroMode {
-                vector,
-                meaning: meaning.to_owned(),
-                ground,
-            });
+            kept.push(ZeroMode { vector, meaning: meaning.to_owned(), ground });
         }
         kept.len()
     };
@@ -123,11 +116,7 @@ pub(crate) fn in_numbers<S: Enclosure>(
                 vector.map(|(_, vector)| vector.clone())?
             }
         };
-        found.push(ZeroMode {
-            vector,
-            meaning: mode.meaning.clone(),
-            ground: mode.ground.clone(),
-        });
+        found.push(ZeroMode { vector, meaning: mode.meaning.clone(), ground: mode.ground.clone() });
     }
     Some(found)
 }
@@ -135,10 +124,7 @@ pub(crate) fn in_numbers<S: Enclosure>(
 /// Those of the symmetries that are independent at a point.
 pub(crate) fn independent_symmetries(symmetries: Vec<Symmetry>, at: &[Ball]) -> Vec<Symmetry> {
     let mut sieve = Sieve::default();
-    symmetries
-        .into_iter()
-        .filter(|symmetry| sieve.accepts(&symmetry.vector(at, ())))
-        .collect()
+    symmetries.into_iter().filter(|symmetry| sieve.accepts(&symmetry.vector(at, ()))).collect()
 }
 
 /// Vectors that are not shown to be independent of earlier ones are held back: Gaussian elimination in

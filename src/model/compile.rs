@@ -75,12 +75,7 @@ impl Compiler<'_> {
             nearest(name, known).map(str::to_owned)
         });
         let nearest = nearest.flatten();
-        self.errors.push(ModelError::UndeclaredName {
-            name: name.to_owned(),
-            span,
-            nearest,
-            later,
-        });
+        self.errors.push(ModelError::UndeclaredName { name: name.to_owned(), span, nearest, later });
     }
 
     pub(super) fn entity(&self, name: &str) -> Option<Entity> {
@@ -89,10 +84,7 @@ impl Compiler<'_> {
 
     /// Compiles an expression that yields a value.
     pub(super) fn value(&mut self, root: ExprRef, scope: &mut Scope) -> Program {
-        let mut program = Program {
-            ops: Vec::new(),
-            span: self.file.expr(root).span,
-        };
+        let mut program = Program { ops: Vec::new(), span: self.file.expr(root).span };
         let mut tasks = vec![Task::Visit(root)];
         while let Some(task) = tasks.pop() {
             match task {
@@ -124,10 +116,7 @@ impl Compiler<'_> {
             }
             ExprKind::Index { .. } => {
                 let (base, indices) = self.flatten_index(at);
-                let compiled: Vec<IndexProgram> = indices
-                    .iter()
-                    .map(|index| self.index(*index, scope))
-                    .collect();
+                let compiled: Vec<IndexProgram> = indices.iter().map(|index| self.index(*index, scope)).collect();
                 if let ExprKind::Name(name) = &file.expr(base).kind
                     && scope.find(name).is_none()
                 {
@@ -163,10 +152,7 @@ impl Compiler<'_> {
                 let children: Vec<ExprRef> = terms.iter().map(|term| term.value()).collect();
                 then(tasks, Op::Sum(subtracted), &children);
             }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => match function.text.as_str() {
+            ExprKind::Call { function, arguments } => match function.text.as_str() {
                 "mod" | "floor" | "rows" => {
                     let number = self.index(at, scope);
                     tasks.push(Task::Emit(Op::Number(number), span));
@@ -177,10 +163,8 @@ impl Compiler<'_> {
                             self.fail(error);
                             tasks.push(Task::Emit(Op::Broken, span));
                         }
-                        self.world.rigid |= matches!(
-                            builtin,
-                            Builtin::AngularVelocity | Builtin::Steiner | Builtin::About
-                        );
+                        self.world.rigid |=
+                            matches!(builtin, Builtin::AngularVelocity | Builtin::Steiner | Builtin::About);
                         then(tasks, Op::Call(builtin, arguments.len()), arguments);
                     } else {
                         self.unknown_function(function, scope);
@@ -195,11 +179,7 @@ impl Compiler<'_> {
                 let (binders, filter) = self.binders(indices, scope);
                 let body = self.value(*body, scope);
                 scope.variables.truncate(outer);
-                let sum = SumProgram {
-                    binders,
-                    filter,
-                    body,
-                };
+                let sum = SumProgram { binders, filter, body };
                 tasks.push(Task::Emit(Op::SumOver(Box::new(sum)), span));
             }
             ExprKind::Vector(parts) => then(tasks, Op::Vector(parts.len()), parts),
@@ -217,11 +197,7 @@ impl Compiler<'_> {
     pub(super) fn flatten_index(&self, at: ExprRef) -> (ExprRef, Vec<ExprRef>) {
         let mut base = at;
         let mut groups = Vec::new();
-        while let ExprKind::Index {
-            base: inner,
-            indices,
-        } = &self.file.expr(base).kind
-        {
+        while let ExprKind::Index { base: inner, indices } = &self.file.expr(base).kind {
             groups.push(*indices);
             base = *inner;
         }
@@ -230,10 +206,7 @@ impl Compiler<'_> {
 
     pub(super) fn literal(&mut self, text: &str, span: Span) -> Number {
         Number::parse(text).unwrap_or_else(|| {
-            self.fail(ModelError::NumberTooLong {
-                what: text.to_owned(),
-                span,
-            });
+            self.fail(ModelError::NumberTooLong { what: text.to_owned(), span });
             Number::from(0)
         })
     }
@@ -242,17 +215,11 @@ impl Compiler<'_> {
         if indices.is_empty()
             && let Some((slot, _)) = scope.find(name)
         {
-            return Op::Number(IndexProgram {
-                form: IndexForm::Shifted { slot, shift: 0 },
-                span,
-            });
+            return Op::Number(IndexProgram { form: IndexForm::Shifted { slot, shift: 0 }, span });
         }
         match self.entity(name) {
             Some(Entity::Table(_)) => {
-                self.fail(ModelError::TableAsValue {
-                    name: name.to_owned(),
-                    span,
-                });
+                self.fail(ModelError::TableAsValue { name: name.to_owned(), span });
                 Op::Broken
             }
             Some(entity) => {
@@ -266,10 +233,7 @@ impl Compiler<'_> {
                         self.cost = self.cost.saturating_add(family.cost);
                     }
                 }
-                Op::Read {
-                    entity,
-                    indices: indices.into(),
-                }
+                Op::Read { entity, indices: indices.into() }
             }
             None if indices.is_empty() && name == "pi" => Op::Literal(self.world.pool.pi()),
             None if indices.is_empty() && name == "t" => Op::Time,
@@ -290,11 +254,7 @@ impl Compiler<'_> {
         let (head, indices) = self.flatten_index(base);
         let span = file.expr(base).span;
         let ExprKind::Name(name) = &file.expr(head).kind else {
-            self.fail(ModelError::Shape {
-                what: "only the rows of a table have fields".to_owned(),
-                span,
-                help: None,
-            });
+            self.fail(ModelError::Shape { what: "only the rows of a table have fields".to_owned(), span, help: None });
             return None;
         };
         let (table, row) = match (scope.find(name), self.entity(name), indices.as_slice()) {
@@ -307,10 +267,7 @@ impl Compiler<'_> {
                 self.fail(ModelError::Shape {
                     what: format!("`{name}` is a whole table; a field belongs to one row"),
                     span,
-                    help: Some(format!(
-                        "write `{name}[3].{}`, or sum over its rows",
-                        field.text
-                    )),
+                    help: Some(format!("write `{name}[3].{}`, or sum over its rows", field.text)),
                 });
                 return None;
             }
@@ -337,8 +294,7 @@ impl Compiler<'_> {
                 table: known.name.clone(),
                 column: field.text.to_string(),
                 available: known.some_columns().join(", "),
-                nearest: nearest(&field.text, known.columns.iter().map(String::as_str))
-                    .map(str::to_owned),
+                nearest: nearest(&field.text, known.columns.iter().map(String::as_str)).map(str::to_owned),
                 span: field.span,
             };
             self.fail(error);
@@ -347,60 +303,37 @@ impl Compiler<'_> {
     }
 
     pub(super) fn unknown_function(&mut self, function: &Name, scope: &Scope) {
-        let quantity =
-            self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
+        let quantity = self.entity(&function.text).is_some() || scope.find(&function.text).is_some();
         self.fail(ModelError::UnknownFunction {
             name: function.text.to_string(),
             span: function.span,
-            nearest: nearest(
-                &function.text,
-                syntax::FUNCTIONS.into_iter().chain(["sum", "rows"]),
-            )
-            .map(str::to_owned),
+            nearest: nearest(&function.text, syntax::FUNCTIONS.into_iter().chain(["sum", "rows"])).map(str::to_owned),
             quantity,
         });
     }
 
     /// Compiles indices of a sum or a binding and brings their variables into scope.
-    pub(super) fn binders(
-        &mut self,
-        indices: &Indices,
-        scope: &mut Scope,
-    ) -> (Vec<Binder>, Option<IndexProgram>) {
+    pub(super) fn binders(&mut self, indices: &Indices, scope: &mut Scope) -> (Vec<Binder>, Option<IndexProgram>) {
         let mut binders = Vec::new();
         for entry in &indices.entries {
             let (name, variable, kind) = match &entry.kind {
                 IndexKind::Member(value) => {
                     let at = self.index(*value, scope);
-                    let kind = BinderKind::Range {
-                        from: at.clone(),
-                        to: at,
-                    };
+                    let kind = BinderKind::Range { from: at.clone(), to: at };
                     (None, Variable::Index, kind)
                 }
                 IndexKind::Range { variable, from, to } => {
                     let from = self.index(*from, scope);
                     let to = self.index(*to, scope);
-                    (
-                        variable.as_ref(),
-                        Variable::Index,
-                        BinderKind::Range { from, to },
-                    )
+                    (variable.as_ref(), Variable::Index, BinderKind::Range { from, to })
                 }
                 IndexKind::Rows { variable, table } => match self.entity(&table.text) {
-                    Some(Entity::Table(number)) => (
-                        Some(variable),
-                        Variable::Row(number),
-                        BinderKind::Rows(number),
-                    ),
+                    Some(Entity::Table(number)) => (Some(variable), Variable::Row(number), BinderKind::Rows(number)),
                     Some(_) => {
                         self.fail(ModelError::Shape {
                             what: format!("`{}` is no table", table.text),
                             span: table.span,
-                            help: Some(format!(
-                                "to run over numbers, write `{} in 1..{}`",
-                                variable.text, table.text
-                            )),
+                            help: Some(format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text)),
                         });
                         (Some(variable), Variable::Index, self.empty(entry.span))
                     }
@@ -411,41 +344,21 @@ impl Compiler<'_> {
                 },
             };
             if let Some(name) = name {
-                let declared = self
-                    .world
-                    .names
-                    .get(name.text.as_str())
-                    .map(|(_, span)| *span);
+                let declared = self.world.names.get(name.text.as_str()).map(|(_, span)| *span);
                 if declared.is_some() || scope.find(&name.text).is_some() {
-                    self.fail(ModelError::IndexReusesName {
-                        name: name.text.to_string(),
-                        span: name.span,
-                        declared,
-                    });
+                    self.fail(ModelError::IndexReusesName { name: name.text.to_string(), span: name.span, declared });
                 }
             }
             // Every index has a slot, so that slots and indices count alike.
-            scope.variables.push((
-                name.map_or_else(String::new, |name| name.text.to_string()),
-                variable,
-            ));
-            binders.push(Binder {
-                kind,
-                span: entry.span,
-            });
+            scope.variables.push((name.map_or_else(String::new, |name| name.text.to_string()), variable));
+            binders.push(Binder { kind, span: entry.span });
         }
         let filter = indices.filter.map(|filter| self.condition(filter, scope));
         (binders, filter)
     }
 
     fn empty(&self, span: Span) -> BinderKind {
-        let bound = |value| IndexProgram {
-            form: IndexForm::Constant(value),
-            span,
-        };
-        BinderKind::Range {
-            from: bound(1),
-            to: bound(0),
-        }
+        let bound = |value| IndexProgram { form: IndexForm::Constant(value), span };
+        BinderKind::Range { from: bound(1), to: bound(0) }
     }
 }

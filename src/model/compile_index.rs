@@ -23,9 +23,7 @@ impl Compiler<'_> {
 
     fn is_condition(&self, at: ExprRef) -> bool {
         match &self.file.expr(at).kind {
-            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
-                true
-            }
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => true,
             ExprKind::Number(_)
             | ExprKind::Name(_)
             | ExprKind::Index { .. }
@@ -74,14 +72,10 @@ impl Compiler<'_> {
                 ExprKind::Number(text) => (IndexOp::Number(self.literal(text, span)), vec![]),
                 ExprKind::Name(name) => match (scope.find(name), self.entity(name)) {
                     (Some((slot, _)), _) => (IndexOp::Variable(slot), vec![]),
-                    (None, Some(Entity::Parameter(family))) => {
-                        (IndexOp::Parameter { family, indices: 0 }, vec![])
-                    }
+                    (None, Some(Entity::Parameter(family))) => (IndexOp::Parameter { family, indices: 0 }, vec![]),
                     (None, Some(_)) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
                     (None, None) if *name == "pi" => (IndexOp::Pi, vec![]),
-                    (None, None) if *name == "t" => {
-                        (self.not_for_indices("the time".to_owned(), span), vec![])
-                    }
+                    (None, None) if *name == "t" => (self.not_for_indices("the time".to_owned(), span), vec![]),
                     (None, None) => {
                         self.undeclared(name, span, scope);
                         (IndexOp::Broken, vec![])
@@ -93,13 +87,7 @@ impl Compiler<'_> {
                         match self.entity(name) {
                             Some(Entity::Parameter(family)) => {
                                 let count = indices.len();
-                                (
-                                    IndexOp::Parameter {
-                                        family,
-                                        indices: count,
-                                    },
-                                    indices,
-                                )
+                                (IndexOp::Parameter { family, indices: count }, indices)
                             }
                             Some(_) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
                             None => {
@@ -130,15 +118,8 @@ impl Compiler<'_> {
                     IndexOp::Sum(terms.iter().map(|term| term.subtracted()).collect()),
                     terms.iter().map(|term| term.value()).collect(),
                 ),
-                ExprKind::Call {
-                    function,
-                    arguments,
-                } => self.index_call(function, arguments, span, scope),
-                ExprKind::Compare {
-                    operator,
-                    left,
-                    right,
-                } => {
+                ExprKind::Call { function, arguments } => self.index_call(function, arguments, span, scope),
+                ExprKind::Compare { operator, left, right } => {
                     conditions_under = Some(false);
                     (IndexOp::Compare(*operator), vec![*left, *right])
                 }
@@ -154,13 +135,8 @@ impl Compiler<'_> {
                     conditions_under = Some(true);
                     (IndexOp::Or(parts.len()), parts.to_vec())
                 }
-                ExprKind::Prime(_) => (
-                    self.not_for_indices("a time derivative".to_owned(), span),
-                    vec![],
-                ),
-                ExprKind::SumOver { .. } => {
-                    (self.not_for_indices("a sum".to_owned(), span), vec![])
-                }
+                ExprKind::Prime(_) => (self.not_for_indices("a time derivative".to_owned(), span), vec![]),
+                ExprKind::SumOver { .. } => (self.not_for_indices("a sum".to_owned(), span), vec![]),
                 ExprKind::Vector(_) => (self.not_for_indices("a vector".to_owned(), span), vec![]),
             };
             let expected = conditions_under.unwrap_or(false);
@@ -206,10 +182,7 @@ impl Compiler<'_> {
                 {
                     return (IndexOp::Norm(parts.len()), parts.to_vec());
                 }
-                return (
-                    self.not_for_indices("`norm` of this".to_owned(), span),
-                    Vec::new(),
-                );
+                return (self.not_for_indices("`norm` of this".to_owned(), span), Vec::new());
             }
             "rows" => {
                 if let [only] = arguments
@@ -262,35 +235,17 @@ impl IndexProgram {
     fn from_ops(ops: Vec<(IndexOp, Span)>, span: Span) -> Self {
         let form = match ops.as_slice() {
             [(IndexOp::Number(n), _)] => n.to_i64().map(IndexForm::Constant),
-            [(IndexOp::Variable(slot), _)] => Some(IndexForm::Shifted {
-                slot: *slot,
-                shift: 0,
-            }),
-            [
-                (IndexOp::Variable(slot), _),
-                (IndexOp::Number(n), _),
-                (IndexOp::Sum(signs), _),
-            ] => n
+            [(IndexOp::Variable(slot), _)] => Some(IndexForm::Shifted { slot: *slot, shift: 0 }),
+            [(IndexOp::Variable(slot), _), (IndexOp::Number(n), _), (IndexOp::Sum(signs), _)] => n
                 .to_i64()
                 .filter(|n| n.abs() < i64::MAX / 4)
-                .map(|n| IndexForm::Shifted {
-                    slot: *slot,
-                    shift: if signs[1] { -n } else { n },
-                }),
-            [
-                (IndexOp::Variable(slot), _),
-                (IndexOp::Field { table, column }, _),
-            ] => Some(IndexForm::RowField {
-                table: *table,
-                slot: *slot,
-                column: *column,
-            }),
+                .map(|n| IndexForm::Shifted { slot: *slot, shift: if signs[1] { -n } else { n } }),
+            [(IndexOp::Variable(slot), _), (IndexOp::Field { table, column }, _)] => {
+                Some(IndexForm::RowField { table: *table, slot: *slot, column: *column })
+            }
             _ => None,
         };
-        Self {
-            form: form.unwrap_or(IndexForm::General(ops)),
-            span,
-        }
+        Self { form: form.unwrap_or(IndexForm::General(ops)), span }
     }
 
     fn into_ops(self) -> Vec<(IndexOp, Span)> {
@@ -299,19 +254,12 @@ impl IndexProgram {
         match self.form {
             IndexForm::Constant(n) => vec![number(n)],
             IndexForm::Shifted { slot, shift: 0 } => vec![(IndexOp::Variable(slot), span)],
-            IndexForm::Shifted { slot, shift } => vec![
-                (IndexOp::Variable(slot), span),
-                number(shift),
-                (IndexOp::Sum([false, false].into()), span),
-            ],
-            IndexForm::RowField {
-                table,
-                slot,
-                column,
-            } => vec![
-                (IndexOp::Variable(slot), span),
-                (IndexOp::Field { table, column }, span),
-            ],
+            IndexForm::Shifted { slot, shift } => {
+                vec![(IndexOp::Variable(slot), span), number(shift), (IndexOp::Sum([false, false].into()), span)]
+            }
+            IndexForm::RowField { table, slot, column } => {
+                vec![(IndexOp::Variable(slot), span), (IndexOp::Field { table, column }, span)]
+            }
             IndexForm::General(ops) => ops,
         }
     }

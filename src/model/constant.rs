@@ -30,17 +30,12 @@ impl Constant {
     /// # Ok::<(), librate::model::ModelError>(())
     /// ```
     pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = |reason: String| ModelError::BadSetting {
-            text: text.to_owned(),
-            reason,
-        };
+        let bad = |reason: String| ModelError::BadSetting { text: text.to_owned(), reason };
         // By itself first, so that it is one expression and no further statements.
-        Settings::new()
-            .add(&format!("x = {text}"))
-            .map_err(|error| match error {
-                ModelError::BadSetting { reason, .. } => bad(reason),
-                other => other,
-            })?;
+        Settings::new().add(&format!("x = {text}")).map_err(|error| match error {
+            ModelError::BadSetting { reason, .. } => bad(reason),
+            other => other,
+        })?;
         let file = crate::syntax::parse(&format!("param x = {text}\ncoord q\nT = q'^2"))
             .map_err(|errors| bad(errors.first().map_or_else(String::new, ToString::to_string)))?;
         let settings = Settings::new().within(Budget::new(BYTES));
@@ -54,11 +49,7 @@ impl Constant {
             _ => None,
         };
         match value {
-            Some(value) => Ok(Self {
-                text: text.trim().to_owned(),
-                pool: Box::new(model.pool),
-                value,
-            }),
+            Some(value) => Ok(Self { text: text.trim().to_owned(), pool: Box::new(model.pool), value }),
             None => Err(bad("it is no constant".to_owned())),
         }
     }

@@ -116,10 +116,7 @@ impl<'a> Elaborator<'a> {
         let budget = settings.budget.clone().unwrap_or_default();
         Self {
             file,
-            world: World {
-                pool: Pool::within(budget),
-                ..World::default()
-            },
+            world: World { pool: Pool::within(budget), ..World::default() },
             errors: Vec::new(),
             later: declared_names(file),
             structural: structural_names(file),
@@ -170,12 +167,7 @@ impl<'a> Elaborator<'a> {
     fn declare(&mut self, kind: &StatementKind, span: Span, tables: &TableTexts) {
         match kind {
             StatementKind::Model { name } => {
-                self.once(
-                    &mut |e| &mut e.model_name,
-                    name.text.to_string(),
-                    span,
-                    "model",
-                );
+                self.once(&mut |e| &mut e.model_name, name.text.to_string(), span, "model");
             }
             StatementKind::Param(binding) => self.parameter(binding),
             StatementKind::Coord { declarations } => {
@@ -194,21 +186,12 @@ impl<'a> Elaborator<'a> {
                 self.once(&mut |e| &mut e.energies.lagrangian, *at, span, "lagrangian");
             }
             StatementKind::Dissipation(at) => {
-                self.once(
-                    &mut |e| &mut e.energies.dissipation,
-                    *at,
-                    span,
-                    "dissipation",
-                );
+                self.once(&mut |e| &mut e.energies.dissipation, *at, span, "dissipation");
             }
             StatementKind::Period(at) => {
                 self.once(&mut |e| &mut e.energies.period, *at, span, "period");
             }
-            StatementKind::Table {
-                name,
-                path,
-                path_span,
-            } => {
+            StatementKind::Table { name, path, path_span } => {
                 let table = Table::read(&name.text, path, name.span, *path_span, tables);
                 // A table that can't be read is declared all the same, lest every use of it err.
                 let table = match table {
@@ -224,9 +207,7 @@ impl<'a> Elaborator<'a> {
                 }
             }
             // These need all coordinates and are read at the end.
-            StatementKind::Constraint { .. }
-            | StatementKind::Guess { .. }
-            | StatementKind::Equilibrium { .. } => {}
+            StatementKind::Constraint { .. } | StatementKind::Guess { .. } | StatementKind::Equilibrium { .. } => {}
         }
     }
 
@@ -250,8 +231,7 @@ impl<'a> Elaborator<'a> {
         let slot = field(self);
         if let Some((_, first)) = slot {
             let first = *first;
-            self.errors
-                .push(ModelError::SecondStatement { what, span, first });
+            self.errors.push(ModelError::SecondStatement { what, span, first });
         } else {
             *slot = Some((value, span));
         }
@@ -261,24 +241,14 @@ impl<'a> Elaborator<'a> {
     pub(super) fn introduce(&mut self, name: &Name, entity: Entity) -> bool {
         if let Some((_, first)) = self.world.names.get(name.text.as_str()) {
             let first = *first;
-            self.errors.push(ModelError::GivenTwice {
-                name: name.text.to_string(),
-                span: name.span,
-                first,
-            });
+            self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
             return false;
         }
-        self.world
-            .names
-            .insert(name.text.to_string(), (entity, name.span));
+        self.world.names.insert(name.text.to_string(), (entity, name.span));
         true
     }
 
-    fn energy(
-        &mut self,
-        statement: Option<(ExprRef, Span)>,
-        name: &'static str,
-    ) -> Vec<TermFamily> {
+    fn energy(&mut self, statement: Option<(ExprRef, Span)>, name: &'static str) -> Vec<TermFamily> {
         let Some((root, _)) = statement else {
             return Vec::new();
         };
@@ -289,21 +259,15 @@ impl<'a> Elaborator<'a> {
             return Vec::new();
         };
         for family in &families {
-            let accelerated = self
-                .world
-                .pool
-                .symbols_of(&[family.body])
-                .iter()
-                .any(|symbol| {
-                    matches!(
-                        self.world.kinds.get(symbol),
-                        Some(SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_))
-                    )
-                });
+            let accelerated = self.world.pool.symbols_of(&[family.body]).iter().any(|symbol| {
+                matches!(
+                    self.world.kinds.get(symbol),
+                    Some(SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_))
+                )
+            });
             if accelerated {
                 let span = self.acceleration_place(root);
-                self.errors
-                    .push(ModelError::Acceleration { energy: name, span });
+                self.errors.push(ModelError::Acceleration { energy: name, span });
                 break;
             }
         }
@@ -326,16 +290,8 @@ impl<'a> Elaborator<'a> {
 
     /// What a `constraint` sets to zero, left less right, a member at a time and of vectors a component at a time. Members
     /// are written out.
-    fn constraint(
-        &mut self,
-        sides: [ExprRef; 2],
-        indices: Option<&Indices>,
-        span: Span,
-    ) -> Option<Vec<Constraint>> {
-        let name = Name {
-            text: "constraint".into(),
-            span,
-        };
+    fn constraint(&mut self, sides: [ExprRef; 2], indices: Option<&Indices>, span: Span) -> Option<Vec<Constraint>> {
+        let name = Name { text: "constraint".into(), span };
         let members = self.members(indices, &name)?;
         let before = self.errors.len();
         let programs = sides.map(|side| {
@@ -360,10 +316,7 @@ impl<'a> Elaborator<'a> {
             let [Some(left), Some(right)] = values else {
                 return None;
             };
-            let Ok(difference) = sum(
-                &mut self.world.pool,
-                &[(false, left.clone()), (true, right.clone())],
-            ) else {
+            let Ok(difference) = sum(&mut self.world.pool, &[(false, left.clone()), (true, right.clone())]) else {
                 self.errors.push(ModelError::Shape {
                     what: format!(
                         "the sides of a constraint must have the same shape, but are {} and {}",
@@ -383,8 +336,7 @@ impl<'a> Elaborator<'a> {
             }
             for expression in components {
                 if let Some(on) = self.moving_symbol(expression) {
-                    self.errors
-                        .push(ModelError::ConstraintOnVelocities { on, span });
+                    self.errors.push(ModelError::ConstraintOnVelocities { on, span });
                     return None;
                 }
                 found.push(Constraint { expression, span });
@@ -408,40 +360,24 @@ impl<'a> Elaborator<'a> {
 
     fn finish(mut self, purpose: Purpose) -> Result<Model, Vec<ModelError>> {
         let count = self.world.coordinates.len();
-        let [
-            mut guesses,
-            mut guessed_velocities,
-            mut equilibria,
-            mut rates,
-        ] = [const { Vec::new() }; 4].map(|mut all| {
-            all.resize(count, None);
-            all
-        });
+        let [mut guesses, mut guessed_velocities, mut equilibria, mut rates] =
+            [const { Vec::new() }; 4].map(|mut all| {
+                all.resize(count, None);
+                all
+            });
         let mut constraints = Vec::new();
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
             match &statement.kind {
-                StatementKind::Guess {
-                    binding,
-                    rate: false,
-                } => self.given(binding, "the guess", &mut guesses),
-                StatementKind::Guess {
-                    binding,
-                    rate: true,
-                } => self.given(binding, "the guessed velocity", &mut guessed_velocities),
-                StatementKind::Equilibrium {
-                    binding,
-                    rate: false,
-                } => self.given(binding, "the equilibrium", &mut equilibria),
-                StatementKind::Equilibrium {
-                    binding,
-                    rate: true,
-                } => self.given(binding, "the rate", &mut rates),
-                StatementKind::Constraint {
-                    indices,
-                    left,
-                    right,
-                } => {
+                StatementKind::Guess { binding, rate: false } => self.given(binding, "the guess", &mut guesses),
+                StatementKind::Guess { binding, rate: true } => {
+                    self.given(binding, "the guessed velocity", &mut guessed_velocities)
+                }
+                StatementKind::Equilibrium { binding, rate: false } => {
+                    self.given(binding, "the equilibrium", &mut equilibria)
+                }
+                StatementKind::Equilibrium { binding, rate: true } => self.given(binding, "the rate", &mut rates),
+                StatementKind::Constraint { indices, left, right } => {
                     let sides = [*left, *right];
                     let found = self.constraint(sides, indices.as_deref(), statement.span);
                     constraints.extend(found.unwrap_or_default());
@@ -459,15 +395,9 @@ impl<'a> Elaborator<'a> {
             }
         }
         let energies = std::mem::take(&mut self.energies);
-        if let (Some((_, span)), Some((_, energy))) =
-            (energies.lagrangian, energies.kinetic.or(energies.potential))
-        {
-            self.errors
-                .push(ModelError::LagrangianBesideEnergies { span, energy });
-        } else if purpose == Purpose::Motion
-            && energies.kinetic.is_none()
-            && energies.lagrangian.is_none()
-        {
+        if let (Some((_, span)), Some((_, energy))) = (energies.lagrangian, energies.kinetic.or(energies.potential)) {
+            self.errors.push(ModelError::LagrangianBesideEnergies { span, energy });
+        } else if purpose == Purpose::Motion && energies.kinetic.is_none() && energies.lagrangian.is_none() {
             self.errors.push(ModelError::MissingKinetic {});
         }
         if purpose == Purpose::Motion && count == 0 && self.world.coordinate_families.is_empty() {
@@ -477,12 +407,9 @@ impl<'a> Elaborator<'a> {
         let potential = self.energy(energies.potential, "V");
         let lagrangian = self.energy(energies.lagrangian, "lagrangian");
         let friction = self.energy(energies.dissipation, "dissipation");
-        let period = energies
-            .period
-            .and_then(|(root, span)| self.period(root, span));
+        let period = energies.period.and_then(|(root, span)| self.period(root, span));
         let dimensions = dimension::infer(self.file);
-        self.errors
-            .extend(dimensions.errors.iter().cloned().map(ModelError::from));
+        self.errors.extend(dimensions.errors.iter().cloned().map(ModelError::from));
         // Whatever else there is to say may only follow from it.
         if let Err(exceeded) = self.world.pool.budget().check() {
             return Err(vec![exceeded.into()]);
@@ -496,21 +423,13 @@ impl<'a> Elaborator<'a> {
                 self.world.coordinates[number].unit = dimensions.unit(&family.name, member);
             }
         }
-        let time_dependent = self.time_dependence(
-            &[&kinetic, &potential, &lagrangian, &friction],
-            &constraints,
-        );
+        let time_dependent = self.time_dependence(&[&kinetic, &potential, &lagrangian, &friction], &constraints);
         let tensors = self.tensors(purpose == Purpose::Tensors, &dimensions);
         let unnamed_tensors = self.unnamed_tensors();
         let is_lagrangian = energies.lagrangian.is_some();
         Ok(Model {
             name: self.model_name.map(|(name, _)| name),
-            families: self
-                .world
-                .coordinate_families
-                .iter()
-                .flat_map(coordinate_families)
-                .collect(),
+            families: self.world.coordinate_families.iter().flat_map(coordinate_families).collect(),
             coordinates: self.world.coordinates,
             parameters: self.world.parameters,
             symbols: self.world.kinds,
@@ -539,31 +458,17 @@ impl<'a> Elaborator<'a> {
         let value = self.note(value)?;
         let symbolic = self.one_scalar(&value, "the period", program.span)?;
         if let Some(on) = self.varying_symbol(symbolic) {
-            self.errors.push(ModelError::NotConstant {
-                what: "the period".to_owned(),
-                on,
-                span: program.span,
-            });
+            self.errors.push(ModelError::NotConstant { what: "the period".to_owned(), on, span: program.span });
         }
         let value = self.closed(symbolic);
-        Some(Given {
-            symbolic,
-            value,
-            span,
-        })
+        Some(Given { symbolic, value, span })
     }
 
-    fn time_dependence(
-        &self,
-        energies: &[&Vec<TermFamily>],
-        constraints: &[Constraint],
-    ) -> Option<Span> {
+    fn time_dependence(&self, energies: &[&Vec<TermFamily>], constraints: &[Constraint]) -> Option<Span> {
         let time = self.world.time?;
         let terms = energies.iter().flat_map(|families| families.iter());
         let terms = terms.map(|family| (family.body, family.span));
-        let conditions = constraints
-            .iter()
-            .map(|constraint| (constraint.expression, constraint.span));
+        let conditions = constraints.iter().map(|constraint| (constraint.expression, constraint.span));
         terms.chain(conditions).find_map(|(e, span)| {
             let symbols = self.world.pool.symbols_of(&[e]);
             symbols.contains(&time).then_some(span)
@@ -574,9 +479,7 @@ impl<'a> Elaborator<'a> {
 /// In the order of the file, each once.
 fn tidy(mut errors: Vec<ModelError>) -> Vec<ModelError> {
     let place = |error: &ModelError| {
-        crate::diagnostic::Diagnostic::from(error)
-            .primary
-            .map_or(Span::new(u32::MAX, u32::MAX), |label| label.span)
+        crate::diagnostic::Diagnostic::from(error).primary.map_or(Span::new(u32::MAX, u32::MAX), |label| label.span)
     };
     errors.sort_by_key(place);
     let mut seen: Vec<ModelError> = Vec::new();

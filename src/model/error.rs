@@ -435,11 +435,7 @@ impl From<DimensionError> for ModelError {
 
 /// A name in the quotes of code; a description in words as it is.
 fn quoted(name: &str) -> String {
-    if name.contains(' ') {
-        name.to_owned()
-    } else {
-        format!("`{name}`")
-    }
+    if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
 }
 
 /// `one index`, `3 indices`
@@ -506,9 +502,7 @@ fn unit_elsewhere(name: &str) -> &'static str {
         "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
         "ang" | "å" => "the angstrom is `angstrom`",
         "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
-        _ => {
-            "SI base and derived units with prefixes are known, and deg, min, h, d, u, eV and angstrom"
-        }
+        _ => "SI base and derived units with prefixes are known, and deg, min, h, d, u, eV and angstrom",
     }
 }
 

@@ -28,7 +28,6 @@ impl Model {
             (Feature::Constraint, constraint),
             (Feature::SteadyMotion, rate),
         ];
-        all.into_iter()
-            .filter_map(|(feature, span)| Some((feature, span?)))
+        all.into_iter().filter_map(|(feature, span)| Some((feature, span?)))
     }
 }

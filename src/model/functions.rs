@@ -83,25 +83,17 @@ impl Builtin {
 
     /// The same, for arguments in words.
     pub(super) fn undefined_for(self, arguments: &str, span: Span) -> ModelError {
-        ModelError::Undefined {
-            what: format!("`{}({arguments})`", self.name()),
-            span,
-            help: self.domain(),
-        }
+        ModelError::Undefined { what: format!("`{}({arguments})`", self.name()), span, help: self.domain() }
     }
 
     /// Where it is defined, if not everywhere.
     fn domain(self) -> Option<&'static str> {
         match self {
-            Self::Elementary(Function::Asin | Function::Acos) => {
-                Some("the argument has to lie between -1 and 1")
-            }
+            Self::Elementary(Function::Asin | Function::Acos) => Some("the argument has to lie between -1 and 1"),
             Self::Elementary(Function::Ln) => Some("the argument has to be positive"),
             Self::Elementary(Function::Tan) => Some("there is no tangent of a right angle"),
             Self::Sqrt => Some("the argument can't be negative"),
-            Self::Atan2 => {
-                Some("the origin has no angle: one of the arguments has to differ from 0")
-            }
+            Self::Atan2 => Some("the origin has no angle: one of the arguments has to differ from 0"),
             Self::Elementary(
                 Function::Sin
                 | Function::Cos
@@ -163,13 +155,9 @@ impl Builtin {
             Some(value) => value.scalar(if arguments.len() == 1 {
                 "the argument"
             } else {
-                [
-                    "the first argument",
-                    "the second argument",
-                    "the third argument",
-                ]
-                .get(at)
-                .unwrap_or(&"the last argument")
+                ["the first argument", "the second argument", "the third argument"]
+                    .get(at)
+                    .unwrap_or(&"the last argument")
             }),
             None => Err(("an argument is missing".to_owned(), None)),
         };
@@ -210,18 +198,12 @@ impl Builtin {
                 let r = value(0);
                 let rows = r.matrix("the argument of `angular_velocity`")?;
                 if rows.len() != 3 || rows[0].len() != 3 {
-                    return Err((
-                        format!("a rotation matrix is 3 x 3, this is {}", r.describe()),
-                        None,
-                    ));
+                    return Err((format!("a rotation matrix is 3 x 3, this is {}", r.describe()), None));
                 }
-                let rates: Vec<Vec<ExprId>> = rows
-                    .iter()
-                    .map(|row| row.iter().map(|e| rate(pool, *e)).collect())
-                    .collect();
+                let rates: Vec<Vec<ExprId>> =
+                    rows.iter().map(|row| row.iter().map(|e| rate(pool, *e)).collect()).collect();
                 let mut element = |i: usize, j: usize| {
-                    let terms: Vec<ExprId> =
-                        (0..3).map(|k| pool.mul(rows[k][i], rates[k][j])).collect();
+                    let terms: Vec<ExprId> = (0..3).map(|k| pool.mul(rows[k][i], rates[k][j])).collect();
                     pool.sum(&terms)
                 };
                 let parts = vec![element(2, 1), element(0, 2), element(1, 0)];

@@ -12,27 +12,13 @@ use crate::syntax::Binding;
 
 impl Elaborator<'_> {
     /// `guess`, `equilibrium` and rates: one list of values per coordinate.
-    pub(super) fn given(
-        &mut self,
-        binding: &Binding,
-        what: &'static str,
-        into: &mut [Option<Given>],
-    ) {
+    pub(super) fn given(&mut self, binding: &Binding, what: &'static str, into: &mut [Option<Given>]) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
         let Some(&(entity, _)) = self.world.names.get(name.text.as_str()) else {
-            let known: Vec<&str> = self
-                .world
-                .coordinate_families
-                .iter()
-                .map(|family| family.name.as_str())
-                .collect();
+            let known: Vec<&str> = self.world.coordinate_families.iter().map(|family| family.name.as_str()).collect();
             let nearest = nearest(&name.text, known).map(str::to_owned);
-            self.errors.push(ModelError::NotACoordinate {
-                name: name.text.to_string(),
-                span: name.span,
-                nearest,
-            });
+            self.errors.push(ModelError::NotACoordinate { name: name.text.to_string(), span: name.span, nearest });
             return;
         };
         let Entity::Coordinate(family) = entity else {
@@ -76,33 +62,20 @@ impl Elaborator<'_> {
             return;
         }
         for (position, at) in keys.iter().enumerate() {
-            let value = self
-                .world
-                .run_written_out(&program, &mut at[..members.rank].to_vec());
+            let value = self.world.run_written_out(&program, &mut at[..members.rank].to_vec());
             let Some(value) = self.note(value) else {
                 return;
             };
             let value = match (&value, members.named) {
                 // A list without an index gives the members one by one.
                 (Value::Vector(parts), false)
-                    if members.rank == 1
-                        && members.block.is_some()
-                        && parts.len() == keys.len() =>
+                    if members.rank == 1 && members.block.is_some() && parts.len() == keys.len() =>
                 {
                     parts[position].clone()
                 }
                 (Value::Vector(_) | Value::Scalar(_), _) => value,
             };
-            if !self.assign(
-                family,
-                &at[..members.rank],
-                &value,
-                factor,
-                what,
-                members.span,
-                program.span,
-                into,
-            ) {
+            if !self.assign(family, &at[..members.rank], &value, factor, what, members.span, program.span, into) {
                 return;
             }
         }
@@ -163,8 +136,7 @@ impl Elaborator<'_> {
             });
             return false;
         };
-        let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span)
-        else {
+        let Some(symbolic) = self.one_scalar(value, &format!("{what} of a coordinate"), value_span) else {
             return false;
         };
         if let Some(on) = self.varying_symbol(symbolic) {
@@ -187,11 +159,7 @@ impl Elaborator<'_> {
             return false;
         }
         let value = self.closed(symbolic);
-        into[number] = Some(Given {
-            symbolic,
-            value,
-            span: span.to(value_span),
-        });
+        into[number] = Some(Given { symbolic, value, span: span.to(value_span) });
         true
     }
 }

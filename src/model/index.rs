@@ -36,22 +36,14 @@ impl Quantity {
 
 impl World {
     /// The number that an index program comes to.
-    pub(super) fn quantity(
-        &self,
-        program: &IndexProgram,
-        slots: &[i64],
-    ) -> Result<Quantity, ModelError> {
+    pub(super) fn quantity(&self, program: &IndexProgram, slots: &[i64]) -> Result<Quantity, ModelError> {
         match &program.form {
             IndexForm::Constant(value) => Ok(Quantity::Exact(Number::from(*value))),
             IndexForm::Shifted { slot, shift } => {
                 let variable = Number::from(slots.get(*slot).copied().unwrap_or(0));
                 Ok(Quantity::Exact(variable.add(&Number::from(*shift))))
             }
-            IndexForm::RowField {
-                table,
-                slot,
-                column,
-            } => {
+            IndexForm::RowField { table, slot, column } => {
                 let row = slots.get(*slot).copied().unwrap_or(0);
                 let field = self.field(*table, row, *column, program.span)?;
                 Ok(Quantity::Exact(field.clone()))
@@ -65,31 +57,19 @@ impl World {
         // Far from the ends, so that no sum or difference of indices overflows.
         let within = |n: &i64| n.unsigned_abs() < i64::MAX.unsigned_abs() / 4;
         let span = program.span;
-        let far = |value: String| ModelError::TooLarge {
-            count: format!("indices like {value}"),
-            span,
-        };
+        let far = |value: String| ModelError::TooLarge { count: format!("indices like {value}"), span };
         match &program.form {
-            IndexForm::Constant(value) => Some(*value)
-                .filter(within)
-                .ok_or_else(|| far(value.to_string())),
+            IndexForm::Constant(value) => Some(*value).filter(within).ok_or_else(|| far(value.to_string())),
             IndexForm::Shifted { slot, shift } => {
-                let value = slots
-                    .get(*slot)
-                    .copied()
-                    .unwrap_or(0)
-                    .saturating_add(*shift);
-                Some(value)
-                    .filter(within)
-                    .ok_or_else(|| far(value.to_string()))
+                let value = slots.get(*slot).copied().unwrap_or(0).saturating_add(*shift);
+                Some(value).filter(within).ok_or_else(|| far(value.to_string()))
             }
             IndexForm::RowField { .. } | IndexForm::General(_) => {
                 let not = |value: String| ModelError::NotAnInteger { value, span };
                 match self.quantity(program, slots)? {
-                    Quantity::Exact(number) if number.is_integer() => number
-                        .to_i64()
-                        .filter(within)
-                        .ok_or_else(|| far(short(&number))),
+                    Quantity::Exact(number) if number.is_integer() => {
+                        number.to_i64().filter(within).ok_or_else(|| far(short(&number)))
+                    }
                     Quantity::Exact(number) => Err(not(short(&number))),
                     Quantity::Enclosed(ball) => Err(not(format!("{}", ball.mid_f64()))),
                     Quantity::Truth(_) => Err(not("a condition".to_owned())),
@@ -103,23 +83,14 @@ impl World {
         Ok(self.quantity(filter, slots)?.is_true())
     }
 
-    pub(super) fn field(
-        &self,
-        table: usize,
-        row: i64,
-        column: usize,
-        span: Span,
-    ) -> Result<&Number, ModelError> {
+    pub(super) fn field(&self, table: usize, row: i64, column: usize, span: Span) -> Result<&Number, ModelError> {
         let table = &self.tables[table];
         match table.field(row, column) {
             Some(Cell::Number(number)) => Ok(number),
             Some(Cell::Text(text)) => Err(ModelError::BadTable {
                 path: table.path.clone(),
                 line: table.line(usize::try_from(row).unwrap_or(0)),
-                reason: format!(
-                    "`{text}` in column `{}` is not a number",
-                    table.columns[column]
-                ),
+                reason: format!("`{text}` in column `{}` is not a number", table.columns[column]),
                 span,
             }),
             None => Err(ModelError::IndexOutOfRange {
@@ -132,12 +103,7 @@ impl World {
     }
 
     /// The exact value of a parameter, or an enclosure of one that is not rational.
-    fn parameter_quantity(
-        &self,
-        family: usize,
-        indices: &[i64],
-        span: Span,
-    ) -> Result<Quantity, ModelError> {
+    fn parameter_quantity(&self, family: usize, indices: &[i64], span: Span) -> Result<Quantity, ModelError> {
         if self.broken.contains(&Entity::Parameter(family)) {
             return Err(ModelError::FollowOn {});
         }
@@ -146,11 +112,7 @@ impl World {
         let rank = family.grid.rank;
         if indices.len() != rank {
             return Err(ModelError::Shape {
-                what: format!(
-                    "`{}` has {rank} indices, not {}",
-                    family.name,
-                    indices.len()
-                ),
+                what: format!("`{}` has {rank} indices, not {}", family.name, indices.len()),
                 span,
                 help: None,
             });
@@ -165,23 +127,16 @@ impl World {
         };
         // A member of the family that is being worked out, or of one that could not be.
         let Some(parameter) = self.parameters.get(number) else {
-            return Err(ModelError::RecursiveLet {
-                name: member_name(&family.name, rank, &at),
-                span,
-            });
+            return Err(ModelError::RecursiveLet { name: member_name(&family.name, rank, &at), span });
         };
         let Some(value) = parameter.value else {
-            return Err(ModelError::MissingValue {
-                name: parameter.name.clone(),
-                span,
-            });
+            return Err(ModelError::MissingValue { name: parameter.name.clone(), span });
         };
-        self.closed_quantity(value)
-            .ok_or_else(|| ModelError::Undefined {
-                what: format!("the value of `{}`", parameter.name),
-                span,
-                help: None,
-            })
+        self.closed_quantity(value).ok_or_else(|| ModelError::Undefined {
+            what: format!("the value of `{}`", parameter.name),
+            span,
+            help: None,
+        })
     }
 
     /// The number that an expression without symbols comes to.
@@ -190,52 +145,32 @@ impl World {
             return Some(Quantity::Exact(number.clone()));
         }
         let tape = crate::expr::Tape::compile(&self.pool, &[value], &[]).ok()?;
-        let ball = tape
-            .evaluate::<Ball>(&[], &mut Vec::new())
-            .into_iter()
-            .next()?;
+        let ball = tape.evaluate::<Ball>(&[], &mut Vec::new()).into_iter().next()?;
         ball.is_finite().then_some(Quantity::Enclosed(ball))
     }
 
-    fn run_index(
-        &self,
-        ops: &[(IndexOp, Span)],
-        slots: &[i64],
-        whole: Span,
-    ) -> Result<Quantity, ModelError> {
+    fn run_index(&self, ops: &[(IndexOp, Span)], slots: &[i64], whole: Span) -> Result<Quantity, ModelError> {
         let mut stack: Vec<Quantity> = Vec::new();
         for (op, span) in ops {
             let span = *span;
-            let undefined = |what: &str| ModelError::Undefined {
-                what: what.to_owned(),
-                span,
-                help: None,
-            };
+            let undefined = |what: &str| ModelError::Undefined { what: what.to_owned(), span, help: None };
             let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
             let result = match op {
                 IndexOp::Number(number) => Quantity::Exact(number.clone()),
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
-                IndexOp::Variable(slot) => {
-                    Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0)))
-                }
+                IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
                 IndexOp::Parameter { family, indices } => {
                     let mut at = Vec::new();
                     for _ in 0..*indices {
                         match pop() {
-                            Quantity::Exact(number) => {
-                                at.push(number.to_i64().ok_or_else(|| {
-                                    ModelError::NotAnInteger {
-                                        value: number.to_string(),
-                                        span,
-                                    }
-                                })?)
-                            }
+                            Quantity::Exact(number) => at.push(
+                                number
+                                    .to_i64()
+                                    .ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })?,
+                            ),
                             Quantity::Enclosed(_) | Quantity::Truth(_) => {
-                                return Err(ModelError::NotAnInteger {
-                                    value: "the index".to_owned(),
-                                    span,
-                                });
+                                return Err(ModelError::NotAnInteger { value: "the index".to_owned(), span });
                             }
                         }
                     }
@@ -254,10 +189,7 @@ impl World {
                         Quantity::Exact(number) => number.to_i64(),
                         Quantity::Enclosed(_) | Quantity::Truth(_) => None,
                     };
-                    let row = row.ok_or_else(|| ModelError::NotAnInteger {
-                        value: "the row".to_owned(),
-                        span,
-                    })?;
+                    let row = row.ok_or_else(|| ModelError::NotAnInteger { value: "the row".to_owned(), span })?;
                     Quantity::Exact(self.field(*table, row, *column, span)?.clone())
                 }
                 IndexOp::Negate => match pop() {
@@ -271,8 +203,7 @@ impl World {
                 IndexOp::Product(divided) => {
                     let mut factors: Vec<Quantity> = divided.iter().map(|_| pop()).collect();
                     factors.reverse();
-                    product(&factors, divided)
-                        .ok_or_else(|| undefined("a quotient with divisor 0"))?
+                    product(&factors, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
                 }
                 IndexOp::Sum(subtracted) => {
                     let mut terms: Vec<Quantity> = subtracted.iter().map(|_| pop()).collect();
@@ -282,9 +213,9 @@ impl World {
                 IndexOp::Mod => {
                     let (b, a) = (pop(), pop());
                     match (&a, &b) {
-                        (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(
-                            a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?,
-                        ),
+                        (Quantity::Exact(a), Quantity::Exact(b)) => {
+                            Quantity::Exact(a.rem_floor(b).ok_or_else(|| undefined("`mod` by zero"))?)
+                        }
                         _ => return Err(undefined("`mod` of numbers that are not rational")),
                     }
                 }
@@ -307,8 +238,7 @@ impl World {
                 IndexOp::Norm(count) => {
                     let parts: Vec<Quantity> = (0..*count).map(|_| pop()).collect();
                     let two = Quantity::Exact(Number::from(2));
-                    let squares: Option<Vec<Quantity>> =
-                        parts.iter().map(|part| power(part, &two)).collect();
+                    let squares: Option<Vec<Quantity>> = parts.iter().map(|part| power(part, &two)).collect();
                     let squares = squares.ok_or_else(|| undefined("this `norm`"))?;
                     let square = total(&squares, &vec![false; squares.len()]);
                     root(&square).ok_or_else(|| undefined("this `norm`"))?
@@ -346,11 +276,7 @@ impl World {
             };
             stack.push(result);
         }
-        stack.pop().ok_or(ModelError::Undefined {
-            what: "this".to_owned(),
-            span: whole,
-            help: None,
-        })
+        stack.pop().ok_or(ModelError::Undefined { what: "this".to_owned(), span: whole, help: None })
     }
 }
 
@@ -392,15 +318,9 @@ fn product(factors: &[Quantity], divided: &[bool]) -> Option<Quantity> {
     let mut result = Quantity::Exact(Number::from(1));
     for (factor, divided) in factors.iter().zip(divided) {
         result = match (&result, factor) {
-            (Quantity::Exact(a), Quantity::Exact(b)) => {
-                Quantity::Exact(if *divided { a.div(b)? } else { a.mul(b) })
-            }
+            (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(if *divided { a.div(b)? } else { a.mul(b) }),
             (a, b) => {
-                let ball = if *divided {
-                    a.ball().div(&b.ball())
-                } else {
-                    a.ball().mul(&b.ball())
-                };
+                let ball = if *divided { a.ball().div(&b.ball()) } else { a.ball().mul(&b.ball()) };
                 if !ball.is_finite() {
                     return None;
                 }
@@ -415,9 +335,7 @@ fn total(terms: &[Quantity], subtracted: &[bool]) -> Quantity {
     let mut result = Quantity::Exact(Number::from(0));
     for (term, subtracted) in terms.iter().zip(subtracted) {
         result = match (&result, term) {
-            (Quantity::Exact(a), Quantity::Exact(b)) => {
-                Quantity::Exact(if *subtracted { a.sub(b) } else { a.add(b) })
-            }
+            (Quantity::Exact(a), Quantity::Exact(b)) => Quantity::Exact(if *subtracted { a.sub(b) } else { a.add(b) }),
             (a, b) if *subtracted => Quantity::Enclosed(a.ball().sub(&b.ball())),
             (a, b) => Quantity::Enclosed(a.ball().add(&b.ball())),
         };

@@ -27,31 +27,21 @@ impl Elaborator<'_> {
                 Some(family)
             }
             Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice {
-                    name: name.text.to_string(),
-                    span: name.span,
-                    first,
-                });
+                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
                 return;
             }
             None => None,
         };
         let before = self.errors.len();
         let members = self.members(binding.indices.as_deref(), name);
-        let rank = binding
-            .indices
-            .as_ref()
-            .map_or(0, |i| i.entries.len().min(3));
+        let rank = binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
         let number = family.unwrap_or(self.world.lets.len());
         if family.is_none() {
             self.world.lets.push(LetFamily {
                 family: Family {
                     name: name.text.to_string(),
                     span: name.span,
-                    grid: Grid {
-                        rank,
-                        ..Default::default()
-                    },
+                    grid: Grid { rank, ..Default::default() },
                 },
                 pieces: Vec::new(),
                 members: HashMap::new(),
@@ -65,17 +55,14 @@ impl Elaborator<'_> {
                 self.introduce(name, Entity::Let(number));
             }
         }
-        let mut scope = members
-            .as_ref()
-            .map_or_else(Scope::default, |members| members.scope.clone());
+        let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
         let additive = is_additive(self.file, &self.world, root);
         let mut compiler = self.compiler();
         compiler.current_let = Some(number);
         if rank == 0 && mentions(compiler.file, root, &name.text) {
-            compiler.errors.push(ModelError::RecursiveLet {
-                name: name.text.to_string(),
-                span: compiler.file.expr(root).span,
-            });
+            compiler
+                .errors
+                .push(ModelError::RecursiveLet { name: name.text.to_string(), span: compiler.file.expr(root).span });
         }
         let program = if compiler.errors.len() > before && rank == 0 {
             Program::default()
@@ -90,9 +77,7 @@ impl Elaborator<'_> {
         if let Some(factor) = self.unit_factor(binding.unit, &program) {
             let span = program.span;
             program.ops.insert(0, (Op::Literal(factor), span));
-            program
-                .ops
-                .push((Op::Product(Box::new([false, false])), span));
+            program.ops.push((Op::Product(Box::new([false, false])), span));
         }
         let span = program.span;
         let own = &mut self.world.lets[number];
@@ -105,9 +90,7 @@ impl Elaborator<'_> {
         let too_deep = own.depth > DEEPEST_LET;
         let piece = own.pieces.len();
         let named = members.as_ref().is_some_and(|members| members.named);
-        let single = members
-            .as_ref()
-            .is_some_and(|members| members.block.is_none());
+        let single = members.as_ref().is_some_and(|members| members.block.is_none());
         own.pieces.push(LetPiece {
             program: Arc::new(program),
             filter: members.as_ref().and_then(|members| members.filter.clone()),
@@ -136,13 +119,7 @@ impl Elaborator<'_> {
         }
     }
 
-    pub(super) fn add_let_members(
-        &mut self,
-        number: usize,
-        piece: usize,
-        members: &Members,
-        name: &Name,
-    ) -> bool {
+    pub(super) fn add_let_members(&mut self, number: usize, piece: usize, members: &Members, name: &Name) -> bool {
         let own = &mut self.world.lets[number];
         // Members written out before this piece came may be followed by lower ones now.
         own.progress = None;
@@ -152,10 +129,7 @@ impl Elaborator<'_> {
                 name.text,
                 super::error::counted_indices(own.family.grid.rank)
             );
-            self.errors.push(ModelError::BadIndices {
-                what,
-                span: members.span,
-            });
+            self.errors.push(ModelError::BadIndices { what, span: members.span });
             return false;
         }
         let twice = |at: &Key, first: Span| ModelError::GivenTwice {
@@ -176,10 +150,7 @@ impl Elaborator<'_> {
         }
         for at in &members.keys {
             if grid.find_block(at).is_some() {
-                let first = grid
-                    .singles
-                    .get(at)
-                    .map_or(own.family.span, |(_, span)| *span);
+                let first = grid.singles.get(at).map_or(own.family.span, |(_, span)| *span);
                 self.errors.push(twice(at, first));
                 return false;
             }

@@ -54,9 +54,7 @@ pub(super) fn reads_names(program: &Program) -> bool {
                 Op::SumOver(sum) => todo.push(&sum.body),
                 Op::Number(number) => {
                     if let IndexForm::General(ops) = &number.form
-                        && ops
-                            .iter()
-                            .any(|(op, _)| matches!(op, IndexOp::Parameter { .. }))
+                        && ops.iter().any(|(op, _)| matches!(op, IndexOp::Parameter { .. }))
                     {
                         return true;
                     }
@@ -110,19 +108,9 @@ impl Elaborator<'_> {
             return None;
         }
         let named = scope.variables.iter().any(|(name, _)| !name.is_empty());
-        let mut members = Members {
-            rank,
-            block: None,
-            keys: Vec::new(),
-            filter,
-            scope,
-            named,
-            span: name.span.to(indices.span),
-        };
-        let single = indices
-            .entries
-            .iter()
-            .all(|entry| matches!(entry.kind, IndexKind::Member(_)));
+        let mut members =
+            Members { rank, block: None, keys: Vec::new(), filter, scope, named, span: name.span.to(indices.span) };
+        let single = indices.entries.iter().all(|entry| matches!(entry.kind, IndexKind::Member(_)));
         let rectangular = binders.iter().all(|binder| match &binder.kind {
             BinderKind::Range { from, to } => !from.varies() && !to.varies(),
             BinderKind::Rows(_) => true,
@@ -134,55 +122,36 @@ impl Elaborator<'_> {
                 return Some(members);
             }
         }
-        let filters: Vec<(usize, &IndexProgram)> =
-            members.filter.iter().map(|filter| (rank, filter)).collect();
+        let filters: Vec<(usize, &IndexProgram)> = members.filter.iter().map(|filter| (rank, filter)).collect();
         let mut keys = Vec::new();
-        let found = self.world.instances::<ModelError>(
-            &binders,
-            &filters,
-            &mut Vec::new(),
-            members.span,
-            |_, slots| {
+        let found =
+            self.world.instances::<ModelError>(&binders, &filters, &mut Vec::new(), members.span, |_, slots| {
                 keys.push(key(slots));
                 Ok(())
-            },
-        );
+            });
         self.note(found)?;
         members.keys = keys;
         Some(members)
     }
 
     pub(super) fn block(&mut self, binders: &[Binder], span: Span) -> Option<Block> {
-        let mut block = Block {
-            lower: [0; 3],
-            upper: [0; 3],
-            base: 0,
-            span,
-        };
+        let mut block = Block { lower: [0; 3], upper: [0; 3], base: 0, span };
         for (axis, binder) in binders.iter().enumerate() {
             let range = self.world.binder_range(binder, &[]);
             let (from, to) = self.note(range)?;
             block.lower[axis] = from;
             block.upper[axis] = to.max(from - 1);
         }
-        let count = (0..binders.len())
-            .try_fold(1_usize, |count, axis| count.checked_mul(block.extent(axis)));
+        let count = (0..binders.len()).try_fold(1_usize, |count, axis| count.checked_mul(block.extent(axis)));
         if count.is_none_or(|count| count > MOST_MEMBERS) {
-            self.errors.push(ModelError::TooLarge {
-                count: format!("more than {MOST_MEMBERS} members"),
-                span,
-            });
+            self.errors.push(ModelError::TooLarge { count: format!("more than {MOST_MEMBERS} members"), span });
             return None;
         }
         Some(block)
     }
 
     /// The factor of a unit where the right side is in that unit: where it names no quantity.
-    pub(super) fn unit_factor(
-        &mut self,
-        unit: Option<UnitRef>,
-        program: &Program,
-    ) -> Option<ExprId> {
+    pub(super) fn unit_factor(&mut self, unit: Option<UnitRef>, program: &Program) -> Option<ExprId> {
         let unit = unit?;
         self.has_units = true;
         let factor = units::factor(&mut self.world.pool, self.file, unit, &mut self.errors);

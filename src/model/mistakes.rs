@@ -11,12 +11,7 @@ use crate::span::Span;
 impl World {
     /// Runs a program that has mistakes to its end, to tell all of them: what could not be worked out
     /// is left out of what uses it.
-    pub(super) fn find_mistakes(
-        &mut self,
-        program: &Program,
-        slots: &mut Vec<i64>,
-        mistakes: &mut Vec<ModelError>,
-    ) {
+    pub(super) fn find_mistakes(&mut self, program: &Program, slots: &mut Vec<i64>, mistakes: &mut Vec<ModelError>) {
         let mut stack: Vec<Option<Value>> = Vec::new();
         for (op, span) in &program.ops {
             let operands = stack.split_off(stack.len().saturating_sub(operand_count(op)));
@@ -57,14 +52,13 @@ impl World {
         let outer = slots.len();
         let before = mistakes.len();
         let filters = filters(sum);
-        let ranges =
-            self.instances::<ModelError>(&sum.binders, &filters, slots, span, |world, slots| {
-                world.find_mistakes(&sum.body, slots, mistakes);
-                if mistakes.len() > before {
-                    return Err(ModelError::FollowOn {});
-                }
-                Ok(())
-            });
+        let ranges = self.instances::<ModelError>(&sum.binders, &filters, slots, span, |world, slots| {
+            world.find_mistakes(&sum.body, slots, mistakes);
+            if mistakes.len() > before {
+                return Err(ModelError::FollowOn {});
+            }
+            Ok(())
+        });
         slots.truncate(outer);
         if let Err(error) = ranges
             && error != (ModelError::FollowOn {})

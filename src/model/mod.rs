@@ -151,11 +151,7 @@ pub struct Model {
 ///
 /// # Errors
 /// All mistakes that could be told apart, each with its place.
-pub fn elaborate(
-    file: &File,
-    tables: &TableTexts,
-    settings: &Settings,
-) -> Result<Model, Vec<ModelError>> {
+pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
     elaborate::elaborate(file, tables, settings, Purpose::Motion)
 }
 
@@ -164,11 +160,7 @@ pub fn elaborate(
 ///
 /// # Errors
 /// As [`elaborate`].
-pub fn elaborate_tensors(
-    file: &File,
-    tables: &TableTexts,
-    settings: &Settings,
-) -> Result<Model, Vec<ModelError>> {
+pub fn elaborate_tensors(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
     elaborate::elaborate(file, tables, settings, Purpose::Tensors)
 }
 

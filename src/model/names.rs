@@ -54,9 +54,7 @@ impl Block {
     }
 
     fn offset(&self, at: &Key) -> usize {
-        (0..3).fold(0, |sum, axis| {
-            sum * self.extent(axis) + usize::try_from(at[axis] - self.lower[axis]).unwrap_or(0)
-        })
+        (0..3).fold(0, |sum, axis| sum * self.extent(axis) + usize::try_from(at[axis] - self.lower[axis]).unwrap_or(0))
     }
 
     /// All indices of the box, the last fastest.
@@ -64,8 +62,7 @@ impl Block {
         let [a, b, c] = [0, 1, 2].map(|axis| self.lower[axis]..=self.upper[axis]);
         a.flat_map(move |i| {
             let c = c.clone();
-            b.clone()
-                .flat_map(move |j| c.clone().map(move |k| [i, j, k]))
+            b.clone().flat_map(move |j| c.clone().map(move |k| [i, j, k]))
         })
     }
 }
@@ -91,10 +88,7 @@ impl Grid {
 
     /// The numbers of all members.
     pub(super) fn numbers(&self) -> impl Iterator<Item = usize> + '_ {
-        let boxes = self
-            .blocks
-            .iter()
-            .flat_map(|block| block.base..block.base + block.len());
+        let boxes = self.blocks.iter().flat_map(|block| block.base..block.base + block.len());
         boxes.chain(self.singles.values().map(|(number, _)| *number))
     }
 
@@ -120,40 +114,26 @@ impl Grid {
             }
         }
         if self.singles.len() < block.len() {
-            let mut inside: Vec<_> = self
-                .singles
-                .iter()
-                .filter(|(at, _)| block.contains(at))
-                .map(|(at, (_, span))| (*at, *span))
-                .collect();
+            let mut inside: Vec<_> =
+                self.singles.iter().filter(|(at, _)| block.contains(at)).map(|(at, (_, span))| (*at, *span)).collect();
             inside.sort_unstable();
             inside.first().copied()
         } else {
-            block
-                .keys()
-                .find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
+            block.keys().find_map(|at| self.singles.get(&at).map(|(_, span)| (at, *span)))
         }
     }
 
     /// Smallest and largest value of the index behind `prefix`, over all members.
     pub(super) fn bounds(&self, prefix: &[i64]) -> Option<(i64, i64)> {
         let axis = prefix.len();
-        let fits = |lower: &Key, upper: &Key| {
-            (0..axis).all(|i| (lower[i]..=upper[i]).contains(&prefix[i]))
-        };
+        let fits = |lower: &Key, upper: &Key| (0..axis).all(|i| (lower[i]..=upper[i]).contains(&prefix[i]));
         let boxes = self
             .blocks
             .iter()
             .filter(|block| fits(&block.lower, &block.upper))
             .map(|block| (block.lower[axis], block.upper[axis]));
-        let singles = self
-            .singles
-            .keys()
-            .filter(|at| fits(at, at))
-            .map(|at| (at[axis], at[axis]));
-        boxes
-            .chain(singles)
-            .reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
+        let singles = self.singles.keys().filter(|at| fits(at, at)).map(|at| (at[axis], at[axis]));
+        boxes.chain(singles).reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)))
     }
 
     /// The ranges in words, for messages.
@@ -162,20 +142,14 @@ impl Grid {
             .blocks
             .iter()
             .map(|block| {
-                let ranges: Vec<String> = (0..self.rank)
-                    .map(|axis| format!("{}..{}", block.lower[axis], block.upper[axis]))
-                    .collect();
+                let ranges: Vec<String> =
+                    (0..self.rank).map(|axis| format!("{}..{}", block.lower[axis], block.upper[axis])).collect();
                 format!("{name}[{}]", ranges.join(", "))
             })
             .collect();
         let mut singles: Vec<&Key> = self.singles.keys().collect();
         singles.sort_unstable();
-        parts.extend(
-            singles
-                .iter()
-                .take(4)
-                .map(|at| member_name(name, self.rank, at)),
-        );
+        parts.extend(singles.iter().take(4).map(|at| member_name(name, self.rank, at)));
         if singles.len() > 4 {
             parts.push("…".to_owned());
         }
@@ -356,8 +330,7 @@ impl World {
             ];
             self.kinds.insert(symbols[0], SymbolKind::CoordinateSlot(k));
             self.kinds.insert(symbols[1], SymbolKind::VelocitySlot(k));
-            self.kinds
-                .insert(symbols[2], SymbolKind::AccelerationSlot(k));
+            self.kinds.insert(symbols[2], SymbolKind::AccelerationSlot(k));
             self.coordinate_slots.push(symbols);
         }
         self.coordinate_slots[k]
@@ -379,8 +352,7 @@ impl World {
         }
         let name = format!("{}''", self.coordinates[coordinate].name);
         let symbol = self.pool.fresh_symbol(&name);
-        self.kinds
-            .insert(symbol, SymbolKind::Acceleration(coordinate));
+        self.kinds.insert(symbol, SymbolKind::Acceleration(coordinate));
         self.accelerations.insert(coordinate, symbol);
         symbol
     }
@@ -432,15 +404,10 @@ impl Model {
     pub fn unused_name(&self, names: &[&str]) -> String {
         let parameters = self.parameters.iter().map(|p| p.name.as_str());
         let coordinates = self.coordinates.iter().map(|c| c.name.as_str());
-        let taken: BTreeSet<&str> = parameters
-            .chain(coordinates)
-            .map(|name| name.split('[').next().unwrap_or(name))
-            .collect();
+        let taken: BTreeSet<&str> =
+            parameters.chain(coordinates).map(|name| name.split('[').next().unwrap_or(name)).collect();
         let free = names.iter().find(|name| !taken.contains(**name));
         // All of them taken: a name that is too long for anybody to have chosen.
-        free.map_or_else(
-            || format!("{}_of_the_derivation", names.first().unwrap_or(&"")),
-            ToString::to_string,
-        )
+        free.map_or_else(|| format!("{}_of_the_derivation", names.first().unwrap_or(&"")), ToString::to_string)
     }
 }

@@ -66,44 +66,22 @@ impl Elaborator<'_> {
                 }
                 (None, None, Ok(_)) => "there is no value".to_owned(),
             };
-            self.errors.push(ModelError::BadSetting {
-                text: setting.text.clone(),
-                reason,
-            });
+            self.errors.push(ModelError::BadSetting { text: setting.text.clone(), reason });
         }
     }
 
     pub(super) fn check_settings(&mut self, settings: &Settings) {
         for setting in &settings.entries {
             let name = &setting.binding.name.text;
-            let unused = self
-                .set
-                .iter()
-                .any(|((own, _), value)| own == name && !value.used);
+            let unused = self.set.iter().any(|((own, _), value)| own == name && !value.used);
             if !unused {
                 continue;
             }
-            let mut known: Vec<&str> = self
-                .world
-                .parameters
-                .iter()
-                .map(|parameter| parameter.name.as_str())
-                .collect();
-            known.extend(
-                self.world
-                    .parameter_families
-                    .iter()
-                    .map(|f| f.name.as_str()),
-            );
-            let shown = setting
-                .text
-                .split_once('=')
-                .map_or(name.as_str(), |(left, _)| left.trim());
+            let mut known: Vec<&str> = self.world.parameters.iter().map(|parameter| parameter.name.as_str()).collect();
+            known.extend(self.world.parameter_families.iter().map(|f| f.name.as_str()));
+            let shown = setting.text.split_once('=').map_or(name.as_str(), |(left, _)| left.trim());
             let nearest = nearest(shown, known).map(str::to_owned);
-            self.errors.push(ModelError::UnknownSetting {
-                name: shown.to_owned(),
-                nearest,
-            });
+            self.errors.push(ModelError::UnknownSetting { name: shown.to_owned(), nearest });
         }
     }
 
@@ -112,17 +90,12 @@ impl Elaborator<'_> {
         let known = self.world.names.get(name.text.as_str()).copied();
         let family = match known {
             Some((Entity::Parameter(family), _))
-                if binding.indices.is_some()
-                    && self.world.parameter_families[family].grid.rank > 0 =>
+                if binding.indices.is_some() && self.world.parameter_families[family].grid.rank > 0 =>
             {
                 family
             }
             Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice {
-                    name: name.text.to_string(),
-                    span: name.span,
-                    first,
-                });
+                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
                 return;
             }
             None => {
@@ -131,10 +104,7 @@ impl Elaborator<'_> {
                     name: name.text.to_string(),
                     span: name.span,
                     grid: Grid {
-                        rank: binding
-                            .indices
-                            .as_ref()
-                            .map_or(0, |i| i.entries.len().min(3)),
+                        rank: binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3)),
                         ..Default::default()
                     },
                 });
@@ -142,15 +112,9 @@ impl Elaborator<'_> {
             }
         };
         let members = self.members(binding.indices.as_deref(), name);
-        let mut scope = members
-            .as_ref()
-            .map_or_else(Scope::default, |members| members.scope.clone());
-        let program = binding
-            .value
-            .map(|value| self.compiler().value(value, &mut scope));
-        let uncertainty = binding
-            .uncertainty
-            .map(|value| self.compiler().value(value, &mut scope));
+        let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
+        let program = binding.value.map(|value| self.compiler().value(value, &mut scope));
+        let uncertainty = binding.uncertainty.map(|value| self.compiler().value(value, &mut scope));
         self.introduce_family(name, Entity::Parameter(family), known.is_some());
         let factor = match &program {
             Some(program) => self.unit_factor(binding.unit, program),
@@ -168,9 +132,7 @@ impl Elaborator<'_> {
         if let Some(program) = &program
             && !members.named
         {
-            let mut slots = keys
-                .first()
-                .map_or_else(Vec::new, |at| at[..members.rank].to_vec());
+            let mut slots = keys.first().map_or_else(Vec::new, |at| at[..members.rank].to_vec());
             let value = self.world.run_written_out(program, &mut slots);
             let Some(value) = self.note(value) else {
                 self.stand_in(name, members.rank, &keys);
@@ -195,16 +157,9 @@ impl Elaborator<'_> {
                     let span = program.as_ref().map_or(name.span, |program| program.span);
                     if members.rank == 0 {
                         self.errors.push(ModelError::Shape {
-                            what: format!(
-                                "`{}` is one number, but {} is given",
-                                name.text,
-                                value.describe()
-                            ),
+                            what: format!("`{}` is one number, but {} is given", name.text, value.describe()),
                             span,
-                            help: Some(format!(
-                                "declare a family: `param {}[1..{found}] = …`",
-                                name.text
-                            )),
+                            help: Some(format!("declare a family: `param {}[1..{found}] = …`", name.text)),
                         });
                     } else {
                         self.errors.push(ModelError::ListLength {
@@ -227,12 +182,9 @@ impl Elaborator<'_> {
                 (Some(_), Some(list), _) => list.get(position).copied(),
                 (Some(_), None, Some(value)) => value.scalar("").ok(),
                 (Some(program), None, None) => {
-                    let value = self
-                        .world
-                        .run_written_out(program, &mut at[..members.rank].to_vec());
+                    let value = self.world.run_written_out(program, &mut at[..members.rank].to_vec());
                     let value = self.note(value);
-                    let value = value
-                        .and_then(|value| self.one_scalar(&value, "a parameter", program.span));
+                    let value = value.and_then(|value| self.one_scalar(&value, "a parameter", program.span));
                     if value.is_none() {
                         self.stand_in(name, members.rank, &keys[position..]);
                         return;
@@ -242,16 +194,7 @@ impl Elaborator<'_> {
             };
             let own = own.and_then(|own| self.scaled(own, factor));
             let span = program.as_ref().map_or(name.span, |program| program.span);
-            self.add_parameter(
-                &name.text,
-                name.span,
-                members.rank,
-                *at,
-                own,
-                sigma,
-                factor,
-                span,
-            );
+            self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, factor, span);
         }
     }
 
@@ -260,16 +203,7 @@ impl Elaborator<'_> {
     fn stand_in(&mut self, name: &Name, rank: usize, keys: &[Key]) {
         let one = self.world.pool.one();
         for at in keys {
-            self.add_parameter(
-                &name.text,
-                name.span,
-                rank,
-                *at,
-                Some(one),
-                None,
-                None,
-                name.span,
-            );
+            self.add_parameter(&name.text, name.span, rank, *at, Some(one), None, None, name.span);
         }
     }
 
@@ -301,24 +235,13 @@ impl Elaborator<'_> {
     }
 
     /// Adds members to a parameter family; gives their indices in the order of numbering.
-    pub(super) fn add_members(
-        &mut self,
-        family: usize,
-        members: &Members,
-        name: &Name,
-    ) -> Option<Vec<Key>> {
+    pub(super) fn add_members(&mut self, family: usize, members: &Members, name: &Name) -> Option<Vec<Key>> {
         let base = self.world.parameters.len();
         let own = &mut self.world.parameter_families[family];
         if own.grid.rank != members.rank {
-            let what = format!(
-                "`{}` was given with {} before",
-                name.text,
-                super::error::counted_indices(own.grid.rank)
-            );
-            self.errors.push(ModelError::BadIndices {
-                what,
-                span: members.span,
-            });
+            let what =
+                format!("`{}` was given with {} before", name.text, super::error::counted_indices(own.grid.rank));
+            self.errors.push(ModelError::BadIndices { what, span: members.span });
             return None;
         }
         let twice = |at: &Key, first: Span| ModelError::GivenTwice {
@@ -347,9 +270,7 @@ impl Elaborator<'_> {
                 self.errors.push(twice(at, first));
                 return None;
             }
-            own.grid
-                .singles
-                .insert(*at, (base + position, members.span));
+            own.grid.singles.insert(*at, (base + position, members.span));
         }
         Some(members.keys.clone())
     }
@@ -369,9 +290,7 @@ impl Elaborator<'_> {
         let name = member_name(family, rank, &at);
         let number = self.world.parameters.len();
         let symbol = self.world.pool.fresh_symbol(&name);
-        self.world
-            .kinds
-            .insert(symbol, SymbolKind::Parameter(number));
+        self.world.kinds.insert(symbol, SymbolKind::Parameter(number));
         let plain = self.world.pool.symbol_expr(symbol);
         let (set, set_sigma) = self.setting(family, rank, &at, factor);
         let own = set.or(own);
@@ -385,21 +304,13 @@ impl Elaborator<'_> {
                     on,
                     span: value_span,
                 });
-            } else if set.is_none()
-                && sigma.is_none()
-                && !self.world.pool.symbols_of(&[own]).is_empty()
-            {
+            } else if set.is_none() && sigma.is_none() && !self.world.pool.symbols_of(&[own]).is_empty() {
                 // What has an uncertainty of its own is a quantity of its own.
                 symbolic = own;
             }
             value = self.closed(own);
-            if value.is_some_and(|value| self.world.pool.is_undefined(value))
-                && self.world.pool.take_outgrown()
-            {
-                self.errors.push(ModelError::NumberTooLong {
-                    what: format!("`{name}`"),
-                    span: value_span,
-                });
+            if value.is_some_and(|value| self.world.pool.is_undefined(value)) && self.world.pool.take_outgrown() {
+                self.errors.push(ModelError::NumberTooLong { what: format!("`{name}`"), span: value_span });
                 // What uses it is no mistake of its own.
                 symbolic = self.world.pool.one();
                 value = Some(symbolic);
@@ -412,14 +323,7 @@ impl Elaborator<'_> {
             }
         }
         let uncertainty = sigma.and_then(|sigma| self.closed(sigma));
-        self.world.parameters.push(Parameter {
-            name,
-            span,
-            symbol,
-            symbolic,
-            value,
-            uncertainty,
-        });
+        self.world.parameters.push(Parameter { name, span, symbol, symbolic, value, uncertainty });
     }
 
     /// The value that was set from outside for a member, and its uncertainty.
@@ -449,12 +353,9 @@ impl Elaborator<'_> {
     /// A coordinate or the time, where an expression depends on one.
     pub(super) fn varying_symbol(&self, e: ExprId) -> Option<String> {
         let symbols = self.world.pool.symbols_of(&[e]);
-        let varying = symbols.into_iter().find(|symbol| {
-            !matches!(
-                self.world.kinds.get(symbol),
-                Some(SymbolKind::Parameter(_)) | None
-            )
-        })?;
+        let varying = symbols
+            .into_iter()
+            .find(|symbol| !matches!(self.world.kinds.get(symbol), Some(SymbolKind::Parameter(_)) | None))?;
         Some(self.world.pool.symbol_name(varying).to_owned())
     }
 

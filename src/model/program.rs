@@ -70,10 +70,7 @@ pub(super) struct Binder {
 
 #[derive(Clone, Debug)]
 pub(super) enum BinderKind {
-    Range {
-        from: IndexProgram,
-        to: IndexProgram,
-    },
+    Range { from: IndexProgram, to: IndexProgram },
     Rows(usize),
 }
 

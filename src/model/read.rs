@@ -27,11 +27,7 @@ impl World {
         let Some(family) = self.family(entity) else {
             return Stop::WriteOut;
         };
-        Stop::from(ModelError::TooManyIndices {
-            what: format!("`{}`", family.name),
-            available: family.grid.rank,
-            span,
-        })
+        Stop::from(ModelError::TooManyIndices { what: format!("`{}`", family.name), available: family.grid.rank, span })
     }
 
     /// The value of a member, a slice or a family.
@@ -47,9 +43,7 @@ impl World {
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
-            let bounds = self
-                .family(entity)
-                .and_then(|family| family.grid.bounds(at));
+            let bounds = self.family(entity).and_then(|family| family.grid.bounds(at));
             let Some((from, to)) = bounds else {
                 return Err(self.out_of_range(entity, at, span));
             };
@@ -67,9 +61,7 @@ impl World {
         let (own, rest) = at.split_at(rank);
         let own = key(own);
         match entity {
-            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
-                Err(self.too_many(entity, span))
-            }
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => Err(self.too_many(entity, span)),
             Entity::Parameter(family) => {
                 let Some(number) = self.parameter_families[family].grid.find(&own) else {
                     return Err(self.out_of_range(entity, &own[..rank], span));
@@ -124,9 +116,7 @@ impl World {
         }
         let rank = self.family(entity).map_or(0, |family| family.grid.rank);
         if at.len() < rank {
-            let bounds = self
-                .family(entity)
-                .and_then(|family| family.grid.bounds(at));
+            let bounds = self.family(entity).and_then(|family| family.grid.bounds(at));
             let Some((from, to)) = bounds else {
                 return Err(self.out_of_range(entity, at, span));
             };
@@ -142,9 +132,7 @@ impl World {
         let (own, rest) = at.split_at(rank);
         let own = key(own);
         match entity {
-            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => {
-                Err(self.too_many(entity, span))
-            }
+            Entity::Parameter(_) | Entity::Coordinate(_) if !rest.is_empty() => Err(self.too_many(entity, span)),
             Entity::Parameter(family) => {
                 let Some(number) = self.parameter_families[family].grid.find(&own) else {
                     return Err(self.out_of_range(entity, &own[..rank], span));
@@ -197,10 +185,7 @@ impl World {
         {
             return Err(missing());
         }
-        Ok((
-            Arc::clone(&found.program),
-            i64::try_from(piece).unwrap_or(i64::MAX),
-        ))
+        Ok((Arc::clone(&found.program), i64::try_from(piece).unwrap_or(i64::MAX)))
     }
 
     pub(super) fn let_member(
@@ -245,22 +230,15 @@ impl World {
         {
             return Err(missing());
         }
-        let first = own
-            .family
-            .grid
-            .blocks
-            .iter()
-            .find(|block| block.base == piece)
-            .map(|block| (block.lower, block.extent(0)));
+        let first =
+            own.family.grid.blocks.iter().find(|block| block.base == piece).map(|block| (block.lower, block.extent(0)));
         let mut slots = at[..rank].to_vec();
         let mut value = self.run(&program, &mut slots, None)?;
         if list
             && let Some((lower, extent)) = first
             && let Value::Vector(parts) = &value
             && parts.len() == extent
-            && let Some(part) = usize::try_from(at[0] - lower[0])
-                .ok()
-                .and_then(|i| parts.get(i))
+            && let Some(part) = usize::try_from(at[0] - lower[0]).ok().and_then(|i| parts.get(i))
         {
             value = part.clone();
         }
@@ -275,12 +253,7 @@ impl World {
             let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
             order.extend(grid.singles.keys());
             order.sort_unstable();
-            self.lets[family].progress = Some(Progress {
-                order,
-                done: 0,
-                current: None,
-                failed: false,
-            });
+            self.lets[family].progress = Some(Progress { order, done: 0, current: None, failed: false });
         }
         loop {
             let name = self.lets[family].family.name.clone();
@@ -330,14 +303,10 @@ impl World {
         order.extend(grid.singles.keys());
         order.sort_unstable();
         for at in order {
-            self.let_member(family, at, span, None)
-                .map_err(|stop| match stop {
-                    Stop::Error(error) => *error,
-                    Stop::WriteOut => ModelError::RecursiveLet {
-                        name: self.lets[family].family.name.clone(),
-                        span,
-                    },
-                })?;
+            self.let_member(family, at, span, None).map_err(|stop| match stop {
+                Stop::Error(error) => *error,
+                Stop::WriteOut => ModelError::RecursiveLet { name: self.lets[family].family.name.clone(), span },
+            })?;
         }
         Ok(())
     }
@@ -356,11 +325,7 @@ pub(super) fn component(
         }
         value = match value {
             Value::Scalar(_) => {
-                return Err(Stop::from(ModelError::TooManyIndices {
-                    what: "a number".to_owned(),
-                    available: 0,
-                    span,
-                }));
+                return Err(Stop::from(ModelError::TooManyIndices { what: "a number".to_owned(), available: 0, span }));
             }
             Value::Vector(mut parts) => {
                 let count = parts.len();

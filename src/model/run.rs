@@ -34,11 +34,7 @@ pub(super) const COSTLIEST_LET: u64 = 4096;
 pub(super) enum Leaf {
     Coordinate(usize),
     Parameter(usize),
-    Field {
-        table: usize,
-        row: i64,
-        column: usize,
-    },
+    Field { table: usize, row: i64, column: usize },
     Number(Number),
 }
 
@@ -94,11 +90,7 @@ impl From<ModelError> for Stop {
 }
 
 fn shape(misfit: values::Misfit, span: Span) -> Stop {
-    Stop::from(ModelError::Shape {
-        what: misfit.0,
-        span,
-        help: misfit.1,
-    })
+    Stop::from(ModelError::Shape { what: misfit.0, span, help: misfit.1 })
 }
 
 impl World {
@@ -143,11 +135,7 @@ impl World {
                 let number = self.field(*table, row, *column, span)?.clone();
                 let e = match instance.as_deref_mut() {
                     Some(instance) if instance.in_exponent == 0 => {
-                        let slot = instance.slot(Leaf::Field {
-                            table: *table,
-                            row,
-                            column: *column,
-                        });
+                        let slot = instance.slot(Leaf::Field { table: *table, row, column: *column });
                         let symbol = self.value_slot(slot);
                         self.pool.symbol_expr(symbol)
                     }
@@ -212,11 +200,7 @@ impl World {
                 Op::Power => "this power",
                 _ => "this value",
             };
-            return Err(Stop::from(ModelError::Undefined {
-                what: what.to_owned(),
-                span,
-                help: None,
-            }));
+            return Err(Stop::from(ModelError::Undefined { what: what.to_owned(), span, help: None }));
         }
         Ok(Some(value))
     }
@@ -226,19 +210,11 @@ impl World {
     }
 
     /// Runs a program without slots; everything is written out.
-    pub(super) fn run_written_out(
-        &mut self,
-        program: &Program,
-        slots: &mut Vec<i64>,
-    ) -> Result<Value, ModelError> {
+    pub(super) fn run_written_out(&mut self, program: &Program, slots: &mut Vec<i64>) -> Result<Value, ModelError> {
         self.run(program, slots, None).map_err(|stop| match stop {
             Stop::Error(error) => *error,
             // Only runs with slots ask for it.
-            Stop::WriteOut => ModelError::Undefined {
-                what: "this".to_owned(),
-                span: program.span,
-                help: None,
-            },
+            Stop::WriteOut => ModelError::Undefined { what: "this".to_owned(), span: program.span, help: None },
         })
     }
 
@@ -259,11 +235,7 @@ impl World {
                     let row = self.integer(row, slots)?;
                     let number = self.field(*table, row, *column, *span)?;
                     if instance.in_exponent == 0 {
-                        instance.slot(Leaf::Field {
-                            table: *table,
-                            row,
-                            column: *column,
-                        });
+                        instance.slot(Leaf::Field { table: *table, row, column: *column });
                     } else {
                         note_number(number.clone(), instance);
                     }
@@ -319,20 +291,15 @@ impl World {
     }
 
     fn integers(&self, indices: &[IndexProgram], slots: &[i64]) -> Result<Vec<i64>, ModelError> {
-        indices
-            .iter()
-            .map(|index| self.integer(index, slots))
-            .collect()
+        indices.iter().map(|index| self.integer(index, slots)).collect()
     }
 
     fn exact(&self, number: &IndexProgram, slots: &[i64]) -> Result<Number, ModelError> {
         match self.quantity(number, slots)? {
             Quantity::Exact(number) => Ok(number),
-            Quantity::Enclosed(_) | Quantity::Truth(_) => Err(ModelError::Undefined {
-                what: "a rational number; this".to_owned(),
-                span: number.span,
-                help: None,
-            }),
+            Quantity::Enclosed(_) | Quantity::Truth(_) => {
+                Err(ModelError::Undefined { what: "a rational number; this".to_owned(), span: number.span, help: None })
+            }
         }
     }
 
@@ -410,12 +377,7 @@ impl World {
 
     /// Refuses a sum with too many terms before the first is worked out: the ranges of all indices
     /// but the last are walked through, those of the last added up.
-    fn check_count(
-        &self,
-        binders: &[Binder],
-        slots: &mut Vec<i64>,
-        span: Span,
-    ) -> Result<(), ModelError> {
+    fn check_count(&self, binders: &[Binder], slots: &mut Vec<i64>, span: Span) -> Result<(), ModelError> {
         let [first, .., last] = binders else {
             // A single range is checked where it is read.
             return Ok(());
@@ -450,15 +412,9 @@ impl World {
         Ok(())
     }
 
-    pub(super) fn binder_range(
-        &self,
-        binder: &Binder,
-        slots: &[i64],
-    ) -> Result<(i64, i64), ModelError> {
+    pub(super) fn binder_range(&self, binder: &Binder, slots: &[i64]) -> Result<(i64, i64), ModelError> {
         let range = match &binder.kind {
-            BinderKind::Range { from, to } => {
-                (self.integer(from, slots)?, self.integer(to, slots)?)
-            }
+            BinderKind::Range { from, to } => (self.integer(from, slots)?, self.integer(to, slots)?),
             BinderKind::Rows(table) => {
                 let rows = self.tables[*table].rows();
                 (1, i64::try_from(rows).unwrap_or(i64::MAX))
@@ -466,10 +422,7 @@ impl World {
         };
         let count = range.1.saturating_sub(range.0).saturating_add(1);
         if u64::try_from(count).is_ok_and(|count| count > MOST_INSTANCES) {
-            return Err(ModelError::TooLarge {
-                count: format!("the {count} values of this range"),
-                span: binder.span,
-            });
+            return Err(ModelError::TooLarge { count: format!("the {count} values of this range"), span: binder.span });
         }
         Ok(range)
     }
@@ -502,17 +455,12 @@ impl World {
         };
         if matches!(base, Value::Vector(_)) {
             return Err(shape(
-                (
-                    format!("{} has no power", base.describe()),
-                    Some("the square of a vector is `dot(v, v)`".to_owned()),
-                ),
+                (format!("{} has no power", base.describe()), Some("the square of a vector is `dot(v, v)`".to_owned())),
                 span,
             ));
         }
         let base = base.scalar("the base").map_err(|e| shape(e, span))?;
-        let exponent = exponent
-            .scalar("the exponent")
-            .map_err(|e| shape(e, span))?;
+        let exponent = exponent.scalar("the exponent").map_err(|e| shape(e, span))?;
         Ok(Value::Scalar(self.pool.power(base, exponent)))
     }
 
@@ -536,9 +484,7 @@ impl World {
             rates.extend(scalars.into_iter().zip(derivatives));
         }
         builtin
-            .apply(&mut self.pool, operands, &mut |pool, e| {
-                rates.get(&e).copied().unwrap_or_else(|| pool.zero())
-            })
+            .apply(&mut self.pool, operands, &mut |pool, e| rates.get(&e).copied().unwrap_or_else(|| pool.zero()))
             .map_err(|e| shape(e, span))
     }
 }
@@ -563,10 +509,7 @@ pub(super) fn operand_count(op: &Op) -> usize {
 }
 
 fn too_many_terms(span: Span) -> ModelError {
-    ModelError::TooLarge {
-        count: format!("more than {MOST_INSTANCES} terms"),
-        span,
-    }
+    ModelError::TooLarge { count: format!("more than {MOST_INSTANCES} terms"), span }
 }
 
 pub(super) fn filters(sum: &SumProgram) -> Vec<(usize, &IndexProgram)> {

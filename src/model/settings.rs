@@ -4,8 +4,7 @@ use super::ModelError;
 use crate::budget::Budget;
 use crate::syntax::{self, Binding, File, StatementKind, SyntaxError};
 
-const WITHOUT_UNIT: &str =
-    "a value comes without a unit: it is in the one that the file declares, or else in SI";
+const WITHOUT_UNIT: &str = "a value comes without a unit: it is in the one that the file declares, or else in SI";
 
 /// The first of the errors, or what is to be said of a unit.
 pub(super) fn reason(errors: &[SyntaxError], of_units: &str) -> String {
@@ -51,26 +50,16 @@ impl Settings {
     /// # Errors
     /// [`ModelError::BadSetting`] where the text can't be read.
     pub fn add(&mut self, text: &str) -> Result<(), ModelError> {
-        let bad = |reason: &str| ModelError::BadSetting {
-            text: text.to_owned(),
-            reason: reason.to_owned(),
-        };
+        let bad = |reason: &str| ModelError::BadSetting { text: text.to_owned(), reason: reason.to_owned() };
         if !text.contains('=') {
             return Err(bad("there is no `=`"));
         }
-        let mut file = syntax::parse(&format!("param {text}"))
-            .map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
+        let mut file = syntax::parse(&format!("param {text}")).map_err(|errors| bad(&reason(&errors, WITHOUT_UNIT)))?;
         let mut statements = std::mem::take(&mut file.statements).into_iter();
         match (statements.next().map(|first| first.kind), statements.next()) {
-            (Some(StatementKind::Param(binding)), None) if binding.unit.is_some() => {
-                Err(bad(WITHOUT_UNIT))
-            }
+            (Some(StatementKind::Param(binding)), None) if binding.unit.is_some() => Err(bad(WITHOUT_UNIT)),
             (Some(StatementKind::Param(binding)), None) if binding.value.is_some() => {
-                self.entries.push(Setting {
-                    text: text.to_owned(),
-                    file,
-                    binding,
-                });
+                self.entries.push(Setting { text: text.to_owned(), file, binding });
                 Ok(())
             }
             _ => Err(bad("it must be one name and one value")),

@@ -21,10 +21,7 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
         if let ExprKind::Index { indices, .. } = expr.kind {
             todo.extend(indices);
         }
-        if let ExprKind::Call {
-            function,
-            arguments,
-        } = expr.kind
+        if let ExprKind::Call { function, arguments } = expr.kind
             && matches!(function.text.as_str(), "mod" | "floor")
         {
             todo.extend(arguments);
@@ -54,10 +51,7 @@ pub(super) fn structural_names(file: &File) -> HashSet<String> {
 pub(super) fn tables_of_coordinates(file: &File) -> impl Iterator<Item = String> {
     let statements = file.statements.iter().map(|statement| &statement.kind);
     let coordinates = statements.filter(|kind| matches!(kind, StatementKind::Coord { .. }));
-    coordinates
-        .flat_map(|kind| kind.indices())
-        .flat_map(Indices::tables)
-        .map(|table| table.text.to_string())
+    coordinates.flat_map(|kind| kind.indices()).flat_map(Indices::tables).map(|table| table.text.to_string())
 }
 
 /// Whether an expression names something.

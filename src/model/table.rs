@@ -118,32 +118,22 @@ impl Table {
         path_span: Span,
         texts: &TableTexts,
     ) -> Result<Self, ModelError> {
-        let missing = |reason: String| ModelError::MissingTable {
-            path: path.to_owned(),
-            reason,
-            span: path_span,
-        };
+        let missing = |reason: String| ModelError::MissingTable { path: path.to_owned(), reason, span: path_span };
         let text = match texts.get(path) {
             None => return Err(missing(String::new())),
             Some(Err(reason)) => return Err(missing(format!(": {reason}"))),
             Some(Ok(text)) => text.trim_start_matches('\u{feff}'),
         };
-        let bad = |line: u64, reason: String| ModelError::BadTable {
-            path: path.to_owned(),
-            line,
-            reason,
-            span: path_span,
-        };
-        let mut reader = csv::ReaderBuilder::new()
-            .trim(csv::Trim::All)
-            .comment(Some(b'#'))
-            .from_reader(text.as_bytes());
+        let bad =
+            |line: u64, reason: String| ModelError::BadTable { path: path.to_owned(), line, reason, span: path_span };
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
         let describe = |error: &csv::Error| {
             let line = error.position().map_or(1, csv::Position::line);
             let reason = match error.kind() {
-                csv::ErrorKind::UnequalLengths {
-                    expected_len, len, ..
-                } => format!("{len} fields where the header has {expected_len}"),
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    format!("{len} fields where the header has {expected_len}")
+                }
                 csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
                 _ => error.to_string(),
             };
@@ -177,14 +167,7 @@ impl Table {
             }
             lines.push(record.position().map_or(0, csv::Position::line));
         }
-        Ok(Self {
-            name: name.to_owned(),
-            span,
-            columns,
-            path: path.to_owned(),
-            cells,
-            lines,
-        })
+        Ok(Self { name: name.to_owned(), span, columns, path: path.to_owned(), cells, lines })
     }
 }
 

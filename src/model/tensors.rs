@@ -36,10 +36,7 @@ const MOST_MEMBERS: usize = 10_000;
 
 fn three_by_three(value: &Value) -> Option<[[ExprId; 3]; 3]> {
     let rows = value.matrix("").ok()?;
-    let rows: Option<Vec<[ExprId; 3]>> = rows
-        .into_iter()
-        .map(|row| <[ExprId; 3]>::try_from(row).ok())
-        .collect();
+    let rows: Option<Vec<[ExprId; 3]>> = rows.into_iter().map(|row| <[ExprId; 3]>::try_from(row).ok()).collect();
     <[[ExprId; 3]; 3]>::try_from(rows?).ok()
 }
 
@@ -128,9 +125,7 @@ impl Elaborator<'_> {
 
     fn varying_entry(&self, entries: &[[ExprId; 3]; 3]) -> Option<String> {
         let entries = entries.as_flattened().iter();
-        entries
-            .copied()
-            .find_map(|entry| self.varying_symbol(entry))
+        entries.copied().find_map(|entry| self.varying_symbol(entry))
     }
 }
 
@@ -157,11 +152,7 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
         None => written.push((tensor, used)),
     };
     for expr in file.expressions.iter() {
-        let ExprKind::Call {
-            function,
-            arguments,
-        } = expr.kind
-        else {
+        let ExprKind::Call { function, arguments } = expr.kind else {
             continue;
         };
         match (&*function.text, arguments) {
@@ -200,16 +191,7 @@ fn named(file: &File, at: ExprRef) -> Option<&str> {
 fn same(file: &File, a: ExprRef, b: ExprRef) -> bool {
     match (file.expr(a).kind, file.expr(b).kind) {
         (ExprKind::Name(a), ExprKind::Name(b)) => a == b,
-        (
-            ExprKind::Index {
-                base: a,
-                indices: i,
-            },
-            ExprKind::Index {
-                base: b,
-                indices: j,
-            },
-        ) => {
+        (ExprKind::Index { base: a, indices: i }, ExprKind::Index { base: b, indices: j }) => {
             let bare = |at: &ExprRef| match file.expr(*at).kind {
                 ExprKind::Name(text) | ExprKind::Number(text) => Some(text),
                 _ => None,

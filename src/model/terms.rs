@@ -51,48 +51,28 @@ pub struct TermFamily {
 impl Local {
     /// The symbols of a coordinate and of its velocity.
     pub(crate) fn new(coordinate: Symbol, velocity: Symbol) -> Self {
-        Self {
-            coordinate,
-            velocity,
-        }
+        Self { coordinate, velocity }
     }
 }
 
 impl TermFamily {
     /// A term with a single instance.
-    pub(crate) fn single(
-        span: Span,
-        body: ExprId,
-        locals: Vec<Local>,
-        coordinates: Vec<u32>,
-    ) -> Self {
-        Self {
-            span,
-            body,
-            locals,
-            values: Vec::new(),
-            count: 1,
-            coordinates,
-            constants: Vec::new(),
-        }
+    pub(crate) fn single(span: Span, body: ExprId, locals: Vec<Local>, coordinates: Vec<u32>) -> Self {
+        Self { span, body, locals, values: Vec::new(), count: 1, coordinates, constants: Vec::new() }
     }
 
     /// The coordinates of an instance, one number a local.
     #[must_use]
     pub fn coordinates_of(&self, instance: usize) -> &[u32] {
         let width = self.locals.len();
-        self.coordinates
-            .get(instance * width..(instance + 1) * width)
-            .unwrap_or(&[])
+        self.coordinates.get(instance * width..(instance + 1) * width).unwrap_or(&[])
     }
 
     /// The values of an instance, one expression a value slot.
     #[must_use]
     pub fn constants_of(&self, instance: usize) -> &[ExprId] {
         let width = self.values.len();
-        self.constants
-            .get(instance * width..(instance + 1) * width)
-            .unwrap_or(&[])
+        self.constants.get(instance * width..(instance + 1) * width).unwrap_or(&[])
     }
 }
 
@@ -104,12 +84,9 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
             ExprKind::SumOver { .. } => return true,
             ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value())),
             ExprKind::Negate(inner) => todo.push(*inner),
-            ExprKind::Product(factors) => todo.extend(
-                factors
-                    .iter()
-                    .filter(|factor| !factor.divided())
-                    .map(|factor| factor.value()),
-            ),
+            ExprKind::Product(factors) => {
+                todo.extend(factors.iter().filter(|factor| !factor.divided()).map(|factor| factor.value()))
+            }
             ExprKind::Name(name) => {
                 if let Some((Entity::Let(number), _)) = world.names.get(*name)
                     && let family = &world.lets[*number]
@@ -149,10 +126,7 @@ struct Part {
 }
 
 /// The terms of an energy. Every part is worked on, whatever is wrong with those before it.
-pub(super) fn families(
-    compiler: &mut Compiler<'_>,
-    root: ExprRef,
-) -> Result<Vec<TermFamily>, ModelError> {
+pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec<TermFamily>, ModelError> {
     let span = compiler.file.expr(root).span;
     let mut mistakes = Vec::new();
     let mut result = Vec::new();
@@ -179,14 +153,7 @@ pub(super) fn families(
         if !broken && compiler.errors.len() == before {
             let world = &mut *compiler.world;
             let before = mistakes.len();
-            let worked_out = instantiate(
-                world,
-                &part,
-                &program,
-                &mut result,
-                &mut written_out,
-                &mut mistakes,
-            );
+            let worked_out = instantiate(world, &part, &program, &mut result, &mut written_out, &mut mistakes);
             if let Err(error) = worked_out
                 && mistakes.len() == before
             {
@@ -273,10 +240,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         }
         ExprKind::Name(name) => {
             let root = match compiler.world.names.get(*name) {
-                Some((Entity::Let(number), _)) => compiler.world.lets[*number]
-                    .pieces
-                    .first()
-                    .map(|piece| piece.root),
+                Some((Entity::Let(number), _)) => compiler.world.lets[*number].pieces.first().map(|piece| piece.root),
                 Some(_) | None => None,
             };
             let Some(root) = root else {
@@ -328,13 +292,11 @@ fn assemble(compiler: &mut Compiler<'_>, part: &Part) -> Program {
 }
 
 fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
-    value
-        .scalar("an energy")
-        .map_err(|(what, _)| ModelError::Shape {
-            what,
-            span,
-            help: Some("the square of a vector is `dot(v, v)`".to_owned()),
-        })
+    value.scalar("an energy").map_err(|(what, _)| ModelError::Shape {
+        what,
+        span,
+        help: Some("the square of a vector is `dot(v, v)`".to_owned()),
+    })
 }
 
 /// Runs a part for all its instances; where one has mistakes, all of these are told.
@@ -361,21 +323,30 @@ fn instantiate(
     let mut forms: HashMap<Vec<u32>, usize> = HashMap::new();
     let mut finishers: Vec<Finisher> = Vec::new();
     let mut instance = Instance::default();
-    let filters: Vec<(usize, &IndexProgram)> = part
-        .filters
-        .iter()
-        .map(|(after, filter)| (*after, filter))
-        .collect();
+    let filters: Vec<(usize, &IndexProgram)> = part.filters.iter().map(|(after, filter)| (*after, filter)).collect();
     let mut slots = Vec::new();
-    world.instances::<ModelError>(
-        &part.binders,
-        &filters,
-        &mut slots,
-        program.span,
-        |world, slots| {
+    world.instances::<ModelError>(&part.binders, &filters, &mut slots, program.span, |world, slots| {
+        instance.clear();
+        match world.run_light(program, slots, &mut instance) {
+            Ok(()) => {}
+            Err(Stop::Error(error)) => {
+                mistakes.push((*error).clone());
+                world.find_mistakes(program, slots, mistakes);
+                return Err(*error);
+            }
+            Err(Stop::WriteOut) => {
+                let value = world.run_written_out(program, slots)?;
+                written_out.push(scalar(&value, program.span)?);
+                return Ok(());
+            }
+        }
+        let form = if let Some(form) = forms.get(&instance.signature) {
+            *form
+        } else {
+            let signature = instance.signature.clone();
             instance.clear();
-            match world.run_light(program, slots, &mut instance) {
-                Ok(()) => {}
+            let value = match world.run(program, slots, Some(&mut instance)) {
+                Ok(value) => value,
                 Err(Stop::Error(error)) => {
                     mistakes.push((*error).clone());
                     world.find_mistakes(program, slots, mistakes);
@@ -386,36 +357,17 @@ fn instantiate(
                     written_out.push(scalar(&value, program.span)?);
                     return Ok(());
                 }
-            }
-            let form = if let Some(form) = forms.get(&instance.signature) {
-                *form
-            } else {
-                let signature = instance.signature.clone();
-                instance.clear();
-                let value = match world.run(program, slots, Some(&mut instance)) {
-                    Ok(value) => value,
-                    Err(Stop::Error(error)) => {
-                        mistakes.push((*error).clone());
-                        world.find_mistakes(program, slots, mistakes);
-                        return Err(*error);
-                    }
-                    Err(Stop::WriteOut) => {
-                        let value = world.run_written_out(program, slots)?;
-                        written_out.push(scalar(&value, program.span)?);
-                        return Ok(());
-                    }
-                };
-                let body = scalar(&value, program.span)?;
-                finishers.push(Finisher::new(world, body, program.span));
-                forms.insert(signature, finishers.len() - 1);
-                finishers.len() - 1
             };
-            if let Some(finisher) = finishers.get_mut(form) {
-                finisher.push(world, &instance.leaves);
-            }
-            Ok(())
-        },
-    )?;
+            let body = scalar(&value, program.span)?;
+            finishers.push(Finisher::new(world, body, program.span));
+            forms.insert(signature, finishers.len() - 1);
+            finishers.len() - 1
+        };
+        if let Some(finisher) = finishers.get_mut(form) {
+            finisher.push(world, &instance.leaves);
+        }
+        Ok(())
+    })?;
     for finisher in finishers {
         result.push(finisher.finish());
     }
@@ -453,18 +405,10 @@ impl Finisher {
         let mut shared_seen = std::collections::BTreeSet::new();
         for symbol in world.pool.symbols_of(&[body]) {
             match world.kinds.get(&symbol) {
-                Some(
-                    SymbolKind::CoordinateSlot(k)
-                    | SymbolKind::VelocitySlot(k)
-                    | SymbolKind::AccelerationSlot(k),
-                ) => {
+                Some(SymbolKind::CoordinateSlot(k) | SymbolKind::VelocitySlot(k) | SymbolKind::AccelerationSlot(k)) => {
                     slots_seen.insert(*k);
                 }
-                Some(
-                    SymbolKind::Coordinate(i)
-                    | SymbolKind::Velocity(i)
-                    | SymbolKind::Acceleration(i),
-                ) => {
+                Some(SymbolKind::Coordinate(i) | SymbolKind::Velocity(i) | SymbolKind::Acceleration(i)) => {
                     shared_seen.insert(*i);
                 }
                 Some(SymbolKind::ValueSlot(k)) => {
@@ -476,25 +420,15 @@ impl Finisher {
         }
         for k in slots_seen {
             let [coordinate, velocity, _] = world.coordinate_slots[k];
-            family.locals.push(Local {
-                coordinate,
-                velocity,
-            });
+            family.locals.push(Local { coordinate, velocity });
             local_sources.push(Source::Leaf(k));
         }
         for i in shared_seen {
             let own = &world.coordinates[i];
-            family.locals.push(Local {
-                coordinate: own.symbol,
-                velocity: own.velocity,
-            });
+            family.locals.push(Local { coordinate: own.symbol, velocity: own.velocity });
             local_sources.push(Source::Shared(i));
         }
-        Self {
-            family,
-            local_sources,
-            value_sources,
-        }
+        Self { family, local_sources, value_sources }
     }
 
     fn push(&mut self, world: &mut World, leaves: &[Leaf]) {
@@ -506,9 +440,7 @@ impl Finisher {
                     Some(Leaf::Parameter(_) | Leaf::Field { .. } | Leaf::Number(_)) | None => 0,
                 },
             };
-            self.family
-                .coordinates
-                .push(u32::try_from(number).unwrap_or(u32::MAX));
+            self.family.coordinates.push(u32::try_from(number).unwrap_or(u32::MAX));
         }
         for k in &self.value_sources {
             let constant = match leaves.get(*k) {
@@ -517,12 +449,10 @@ impl Finisher {
                     None => world.pool.zero(),
                 },
                 // A text was refused when the term was read.
-                Some(Leaf::Field { table, row, column }) => {
-                    match world.tables[*table].field(*row, *column) {
-                        Some(Cell::Number(number)) => world.pool.number(number.clone()),
-                        Some(Cell::Text(_)) | None => world.pool.zero(),
-                    }
-                }
+                Some(Leaf::Field { table, row, column }) => match world.tables[*table].field(*row, *column) {
+                    Some(Cell::Number(number)) => world.pool.number(number.clone()),
+                    Some(Cell::Text(_)) | None => world.pool.zero(),
+                },
                 Some(Leaf::Number(number)) => world.pool.number(number.clone()),
                 Some(Leaf::Coordinate(_)) | None => world.pool.zero(),
             };

@@ -20,19 +20,8 @@ struct Known {
     exponents: [i8; 7],
 }
 
-const fn unit(
-    name: &'static str,
-    factor: &'static str,
-    prefixes: bool,
-    exponents: [i8; 7],
-) -> Known {
-    Known {
-        name,
-        factor,
-        pi: false,
-        prefixes,
-        exponents,
-    }
+const fn unit(name: &'static str, factor: &'static str, prefixes: bool, exponents: [i8; 7]) -> Known {
+    Known { name, factor, pi: false, prefixes, exponents }
 }
 
 /// SI base and derived units (the SI Brochure, 9th edition), those accepted beside them, and
@@ -69,13 +58,7 @@ const UNITS: &[Known] = &[
     unit("angstrom", "1e-10", false, [0, 1, 0, 0, 0, 0, 0]),
     unit("u", "1.66053906892e-27", false, [1, 0, 0, 0, 0, 0, 0]),
     unit("eV", "1.602176634e-19", true, [1, 2, -2, 0, 0, 0, 0]),
-    Known {
-        name: "deg",
-        factor: "1",
-        pi: true,
-        prefixes: false,
-        exponents: [0; 7],
-    },
+    Known { name: "deg", factor: "1", pi: true, prefixes: false, exponents: [0; 7] },
 ];
 
 const PREFIXES: &[(&str, i32)] = &[
@@ -131,9 +114,7 @@ fn look_up(name: &str) -> Option<(&'static Known, i32)> {
     }
     PREFIXES.iter().find_map(|(prefix, exponent)| {
         let rest = name.strip_prefix(prefix)?;
-        let known = UNITS
-            .iter()
-            .find(|known| known.name == rest && known.prefixes)?;
+        let known = UNITS.iter().find(|known| known.name == rest && known.prefixes)?;
         Some((known, *exponent))
     })
 }
@@ -160,12 +141,7 @@ fn power(name: &str) -> Option<String> {
 }
 
 /// The factor by which a number in a unit becomes a number in SI: an expression without symbols.
-pub(super) fn factor(
-    pool: &mut Pool,
-    file: &File,
-    unit: UnitRef,
-    errors: &mut Vec<ModelError>,
-) -> ExprId {
+pub(super) fn factor(pool: &mut Pool, file: &File, unit: UnitRef, errors: &mut Vec<ModelError>) -> ExprId {
     // Children stand before parents: one pass over the arena up to the wanted unit, but only over
     // what belongs to it.
     enum Task {
@@ -187,16 +163,10 @@ pub(super) fn factor(
                     done.push(found.unwrap_or_else(|| pool.one()));
                 }
                 UnitKind::Product(factors) => {
-                    tasks.push(Task::Product(
-                        factors.iter().map(|(under, _)| *under).collect(),
-                    ));
+                    tasks.push(Task::Product(factors.iter().map(|(under, _)| *under).collect()));
                     tasks.extend(factors.iter().rev().map(|(_, factor)| Task::Visit(*factor)));
                 }
-                UnitKind::Power {
-                    base,
-                    numerator,
-                    denominator,
-                } => {
+                UnitKind::Power { base, numerator, denominator } => {
                     tasks.push(Task::Power(*numerator, *denominator));
                     tasks.push(Task::Visit(*base));
                 }
@@ -211,11 +181,7 @@ pub(super) fn factor(
                 let factors = done.split_off(done.len().saturating_sub(under.len()));
                 let mut product = pool.one();
                 for (factor, under) in factors.into_iter().zip(under) {
-                    product = if under {
-                        pool.div(product, factor)
-                    } else {
-                        pool.mul(product, factor)
-                    };
+                    product = if under { pool.div(product, factor) } else { pool.mul(product, factor) };
                 }
                 done.push(product);
             }

@@ -29,10 +29,7 @@ impl Value {
     pub(super) fn scalar(&self, what: &str) -> Result<ExprId, Misfit> {
         match self {
             Self::Scalar(e) => Ok(*e),
-            Self::Vector(_) => Err((
-                format!("{what} must be a number, but is {}", self.describe()),
-                None,
-            )),
+            Self::Vector(_) => Err((format!("{what} must be a number, but is {}", self.describe()), None)),
         }
     }
 
@@ -50,17 +47,13 @@ impl Value {
                 return Ok(parts);
             }
         }
-        Err((
-            format!("{what} must be a vector, but is {}", self.describe()),
-            None,
-        ))
+        Err((format!("{what} must be a vector, but is {}", self.describe()), None))
     }
 
     /// The rows of a rectangular matrix.
     pub(super) fn matrix(&self, what: &str) -> Result<Vec<Vec<ExprId>>, Misfit> {
         if let Self::Vector(rows) = self {
-            let rows: Result<Vec<Vec<ExprId>>, Misfit> =
-                rows.iter().map(|row| row.components(what)).collect();
+            let rows: Result<Vec<Vec<ExprId>>, Misfit> = rows.iter().map(|row| row.components(what)).collect();
             if let Ok(rows) = rows {
                 let width = rows.first().map_or(0, Vec::len);
                 if width > 0 && rows.iter().all(|row| row.len() == width) {
@@ -68,10 +61,7 @@ impl Value {
                 }
             }
         }
-        Err((
-            format!("{what} must be a matrix, but is {}", self.describe()),
-            None,
-        ))
+        Err((format!("{what} must be a matrix, but is {}", self.describe()), None))
     }
 
     pub(super) fn from_components(parts: Vec<ExprId>) -> Self {
@@ -101,12 +91,9 @@ impl Value {
     fn zip(&self, other: &Self, f: &mut impl FnMut(ExprId, ExprId) -> ExprId) -> Option<Self> {
         match (self, other) {
             (Self::Scalar(a), Self::Scalar(b)) => Some(Self::Scalar(f(*a, *b))),
-            (Self::Vector(a), Self::Vector(b)) if a.len() == b.len() => a
-                .iter()
-                .zip(b)
-                .map(|(a, b)| a.zip(b, f))
-                .collect::<Option<Vec<_>>>()
-                .map(Self::Vector),
+            (Self::Vector(a), Self::Vector(b)) if a.len() == b.len() => {
+                a.iter().zip(b).map(|(a, b)| a.zip(b, f)).collect::<Option<Vec<_>>>().map(Self::Vector)
+            }
             (Self::Scalar(_) | Self::Vector(_), Self::Scalar(_) | Self::Vector(_)) => None,
         }
     }
@@ -114,10 +101,7 @@ impl Value {
 
 /// The sum of values of one shape, each with its sign.
 pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Misfit> {
-    if terms
-        .iter()
-        .all(|(_, value)| matches!(value, Value::Scalar(_)))
-    {
+    if terms.iter().all(|(_, value)| matches!(value, Value::Scalar(_))) {
         let one = crate::number::Number::from(1);
         let minus_one = crate::number::Number::from(-1);
         let linear: Vec<_> = terms
@@ -136,22 +120,11 @@ pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Mis
             None => value.clone(),
             Some(total) => total
                 .zip(value, &mut |a, b| {
-                    if *negative {
-                        pool.sub(a, b)
-                    } else {
-                        pool.add(a, b)
-                    }
+                    if *negative { pool.sub(a, b) } else { pool.add(a, b) }
                 })
                 .ok_or_else(|| {
-                    let what = if *negative {
-                        "subtracted from"
-                    } else {
-                        "added to"
-                    };
-                    (
-                        format!("{} can't be {what} {}", value.describe(), total.describe()),
-                        None,
-                    )
+                    let what = if *negative { "subtracted from" } else { "added to" };
+                    (format!("{} can't be {what} {}", value.describe(), total.describe()), None)
                 })?,
         });
     }
@@ -206,10 +179,7 @@ fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value,
     let misfit = || {
         let vectors = left.matrix("").is_err() && right.matrix("").is_err();
         let help = vectors.then(|| "write `dot(u, v)` or `cross(u, v)`".to_owned());
-        (
-            format!("can't multiply {} by {}", left.describe(), right.describe()),
-            help,
-        )
+        (format!("can't multiply {} by {}", left.describe(), right.describe()), help)
     };
     let a = left.matrix("").map_err(|_| misfit())?;
     let width = a.first().map_or(0, Vec::len);
@@ -225,33 +195,20 @@ fn matrix_product(pool: &mut Pool, left: &Value, right: &Value) -> Result<Value,
         return Err(misfit());
     }
     let columns = transposed(&b);
-    let rows = a
-        .iter()
-        .map(|row| {
-            columns
-                .iter()
-                .map(|column| inner(pool, row, column))
-                .collect()
-        })
-        .collect();
+    let rows = a.iter().map(|row| columns.iter().map(|column| inner(pool, row, column)).collect()).collect();
     Ok(Value::from_rows(rows))
 }
 
 pub(super) fn transposed(rows: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
     let width = rows.first().map_or(0, Vec::len);
-    (0..width)
-        .map(|j| rows.iter().map(|row| row[j]).collect())
-        .collect()
+    (0..width).map(|j| rows.iter().map(|row| row[j]).collect()).collect()
 }
 
 pub(super) fn dot(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {
     let a = u.components("the first argument of `dot`")?;
     let b = v.components("the second argument of `dot`")?;
     if a.len() != b.len() {
-        return Err((
-            format!("can't multiply {} by {}", u.describe(), v.describe()),
-            None,
-        ));
+        return Err((format!("can't multiply {} by {}", u.describe(), v.describe()), None));
     }
     Ok(Value::Scalar(inner(pool, &a, &b)))
 }
@@ -264,12 +221,8 @@ pub(super) fn norm(pool: &mut Pool, v: &Value) -> Result<Value, Misfit> {
 
 pub(super) fn three(value: &Value, what: &str) -> Result<[ExprId; 3], Misfit> {
     let parts = value.components(what)?;
-    <[ExprId; 3]>::try_from(parts).map_err(|_| {
-        (
-            format!("{what} must be a vector of 3, but is {}", value.describe()),
-            None,
-        )
-    })
+    <[ExprId; 3]>::try_from(parts)
+        .map_err(|_| (format!("{what} must be a vector of 3, but is {}", value.describe()), None))
 }
 
 pub(super) fn cross(pool: &mut Pool, u: &Value, v: &Value) -> Result<Value, Misfit> {

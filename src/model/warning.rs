@@ -131,31 +131,20 @@ pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
             _ => None,
         })
         .collect();
-    found.extend(
-        free_coordinates(model)
-            .into_iter()
-            .filter(|warning| match warning {
-                Warning::NoRestoringForce { name, .. } => !unused.contains(name),
-                _ => true,
-            }),
-    );
+    found.extend(free_coordinates(model).into_iter().filter(|warning| match warning {
+        Warning::NoRestoringForce { name, .. } => !unused.contains(name),
+        _ => true,
+    }));
     found.sort_by_key(|warning| Diagnostic::from(warning).primary.map(|label| label.span));
     found
 }
 
 /// Names that nothing reads; those with `_` in front are so on purpose.
 fn unused_names(file: &File) -> Vec<Warning> {
-    let named = file.expressions.iter().filter_map(|expr| {
-        if let ExprKind::Name(name) = expr.kind {
-            Some(name)
-        } else {
-            None
-        }
-    });
+    let named =
+        file.expressions.iter().filter_map(|expr| if let ExprKind::Name(name) = expr.kind { Some(name) } else { None });
     let tables = file.indices().flat_map(Indices::tables);
-    let used: HashSet<&str> = named
-        .chain(tables.map(|table| table.text.as_str()))
-        .collect();
+    let used: HashSet<&str> = named.chain(tables.map(|table| table.text.as_str())).collect();
     let mut found = Vec::new();
     let mut seen: HashSet<&str> = HashSet::new();
     for statement in &file.statements {
@@ -188,17 +177,12 @@ fn unused_names(file: &File) -> Vec<Warning> {
 /// `1..3.0`, and `param N = 10.0` where N sets a range.
 fn decimal_ranges(file: &File) -> Vec<Warning> {
     let decimal = |at: ExprRef| match file.expr(at).kind {
-        ExprKind::Number(text) if text.contains('.') => Some(Warning::DecimalRange {
-            text: text.to_owned(),
-            span: file.expr(at).span,
-        }),
+        ExprKind::Number(text) if text.contains('.') => {
+            Some(Warning::DecimalRange { text: text.to_owned(), span: file.expr(at).span })
+        }
         _ => None,
     };
-    let mut found: Vec<Warning> = file
-        .indices()
-        .flat_map(Indices::expressions)
-        .filter_map(decimal)
-        .collect();
+    let mut found: Vec<Warning> = file.indices().flat_map(Indices::expressions).filter_map(decimal).collect();
     let structural = structural_names(file);
     for statement in &file.statements {
         if let StatementKind::Param(binding) = &statement.kind
@@ -228,11 +212,7 @@ fn unused_indices(file: &File) -> Vec<Warning> {
     }
     for (span, indices) in sums {
         for entry in &indices.entries {
-            let (IndexKind::Range {
-                variable: Some(name),
-                ..
-            }
-            | IndexKind::Rows { variable: name, .. }) = &entry.kind
+            let (IndexKind::Range { variable: Some(name), .. } | IndexKind::Rows { variable: name, .. }) = &entry.kind
             else {
                 continue;
             };
@@ -247,10 +227,7 @@ fn unused_indices(file: &File) -> Vec<Warning> {
                 all.get(from).is_some_and(within)
             });
             if !used && !name.text.starts_with('_') {
-                found.push(Warning::UnusedIndex {
-                    name: name.text.to_string(),
-                    span: name.span,
-                });
+                found.push(Warning::UnusedIndex { name: name.text.to_string(), span: name.span });
             }
         }
     }
@@ -260,10 +237,7 @@ fn unused_indices(file: &File) -> Vec<Warning> {
 /// A `period` statement in a model that the time leaves alone.
 fn period_without_time(model: &Model) -> Option<Warning> {
     let period = model.period?;
-    model
-        .time_dependent
-        .is_none()
-        .then_some(Warning::PeriodWithoutTime { span: period.span })
+    model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
 }
 
 /// The first guess of a velocity where no periodic motion is searched for.
@@ -276,10 +250,7 @@ fn useless_velocity(model: &Model) -> Option<Warning> {
     } else {
         return None;
     };
-    Some(Warning::UselessVelocity {
-        reason,
-        span: guess.span,
-    })
+    Some(Warning::UselessVelocity { reason, span: guess.span })
 }
 
 /// Coordinates whose position no energy depends on; a family as one where all of it is free.

@@ -195,10 +195,7 @@ pub(super) fn certify_with(couplings: &Couplings, known: Option<&Known>) -> Opti
                         above += couplings.steps[position - 1] * factor;
                     }
                 }
-                clusters.push(Cluster {
-                    beyond,
-                    ..Cluster::new(start..end, reach)
-                });
+                clusters.push(Cluster { beyond, ..Cluster::new(start..end, reach) });
                 start = end;
                 end = start + 1;
             }
@@ -261,11 +258,7 @@ impl<'a> Rows<'a> {
         let largest = size.iter().fold(0.0_f64, |x, &mu| x.max(mu));
         let floor = largest * 1e-30 + 1e-290;
         let weight: Vec<f64> = size.iter().map(|mu| 1.0 / (mu + floor).sqrt()).collect();
-        let mut sums = Sums {
-            s: vec![0.0; h.stride],
-            g: vec![0.0; h.stride],
-            plain: vec![0.0; h.stride],
-        };
+        let mut sums = Sums { s: vec![0.0; h.stride], g: vec![0.0; h.stride], plain: vec![0.0; h.stride] };
         run_sums(&h, &g, &size, &weight, &mut sums);
         let factor = 1.0 + slack(2 * m);
         for i in 0..m {
@@ -282,36 +275,17 @@ impl<'a> Rows<'a> {
             leak: padded(&known.leak, 0.0),
             unit: known.unit,
         });
-        Some(Self {
-            couplings,
-            known,
-            h,
-            g,
-            size,
-            defect,
-            least,
-            most,
-            weight,
-            s_sum: sums.s,
-            g_sum: sums.g,
-        })
+        Some(Self { couplings, known, h, g, size, defect, least, most, weight, s_sum: sums.s, g_sum: sums.g })
     }
 
     /// The radius r, the reach τ and what is beyond corrections, by position, of the positions `start..end`, or the position of a
     /// row that they cannot be separated from. `gaps` is memory to work in.
-    fn enclose(
-        &self,
-        start: usize,
-        end: usize,
-        gaps: &mut [f64],
-    ) -> Result<(f64, Vec<f64>, Vec<f64>), usize> {
+    fn enclose(&self, start: usize, end: usize, gaps: &mut [f64]) -> Result<(f64, Vec<f64>, Vec<f64>), usize> {
         let steps = &self.couplings.steps;
         let m = self.couplings.order.len();
         let factor = 1.0 + slack(m);
         let width = up(steps[start..end - 1].iter().sum::<f64>() * factor);
-        let sigma = self.size[start..end]
-            .iter()
-            .fold(0.0_f64, |x, &mu| x.max(mu));
+        let sigma = self.size[start..end].iter().fold(0.0_f64, |x, &mu| x.max(mu));
         // Gaps between rows outside and the cluster, from below: sums of nonnegative numbers. None is between
         // rows of the cluster, and none where columns are padded.
         let lower = 1.0 - slack(m);
@@ -341,22 +315,14 @@ impl<'a> Rows<'a> {
         };
         // Twice what the radius comes to if the columns are hardly coupled: mostly enough at once.
         run_estimate(&mut pass);
-        pass.radius = if pass.needed.is_finite() {
-            2.0 * pass.needed
-        } else {
-            0.0
-        };
+        pass.radius = if pass.needed.is_finite() { 2.0 * pass.needed } else { 0.0 };
         for _ in 0..10 {
             run_pass(&mut pass);
             if !pass.separated {
                 return Err(pass.culprit(m));
             }
             // With a smaller radius every condition is easier: the needed one will do.
-            let needed = if pass.needed == 0.0 {
-                0.0
-            } else {
-                up(pass.needed * (1.0 + 1e-12))
-            };
+            let needed = if pass.needed == 0.0 { 0.0 } else { up(pass.needed * (1.0 + 1e-12)) };
             if needed <= pass.radius {
                 let mut beyond = Vec::new();
                 if let Some(known) = &self.known
@@ -430,13 +396,7 @@ fn margin(diagonal: f64, weight: f64, rest: f64, factor: f64) -> f64 {
 
 /// |s_ij| <= |s_ij - μ_j g_ij| + |μ_j| |g_ij|
 #[inline(always)]
-fn sum_loops<const FUSED: bool>(
-    h: &Plain,
-    g: &Plain,
-    size: &[f64],
-    weight: &[f64],
-    sums: &mut Sums,
-) {
+fn sum_loops<const FUSED: bool>(h: &Plain, g: &Plain, size: &[f64], weight: &[f64], sums: &mut Sums) {
     for j in 0..h.columns {
         let (w, v) = (weight[j], size[j] * weight[j]);
         let columns = h.padded_column(j).iter().zip(g.padded_column(j));
@@ -522,11 +482,7 @@ fn pass_loops<const FUSED: bool>(pass: &mut Pass<'_>) {
     for c in pass.range.clone() {
         let (h, g) = (rows.h.padded_column(c), rows.g.padded_column(c));
         let mut sums = [0.0; LANES];
-        let columns = h
-            .as_chunks::<LANES>()
-            .0
-            .iter()
-            .zip(g.as_chunks::<LANES>().0);
+        let columns = h.as_chunks::<LANES>().0.iter().zip(g.as_chunks::<LANES>().0);
         for (tau, (h, g)) in tau.iter().zip(columns) {
             for l in 0..LANES {
                 sums[l] += (h[l] + reach * g[l]) * tau[l];

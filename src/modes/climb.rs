@@ -118,11 +118,7 @@ impl Certificate {
             .zip(&enclosures.radii)
             .map(|(&column, &radius)| Ball::new(quotients[column], radius))
             .collect();
-        Self {
-            order,
-            eigenvalues,
-            clusters: enclosures.clusters,
-        }
+        Self { order, eigenvalues, clusters: enclosures.clusters }
     }
 }
 
@@ -148,11 +144,7 @@ pub(super) fn careful(scaled: &Scaled, zero: &Matrix) -> Result<Matrix, ModesErr
 
 pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> ModesError {
     let singular = !scaled.mass.form(direction).is_negative();
-    let physical: Vec<f64> = direction
-        .iter()
-        .zip(&scaled.shift)
-        .map(|(x, &s)| x.mid.scale(s).hi)
-        .collect();
+    let physical: Vec<f64> = direction.iter().zip(&scaled.shift).map(|(x, &s)| x.mid.scale(s).hi).collect();
     // Out of range the direction cannot be told; what is finite of it still points somewhere.
     let finite = |x: f64| if x.is_finite() { x } else { 0.0 };
     let larger = |a: f64, &b: &f64| if finite(b).abs() > a.abs() { b } else { a };
@@ -160,15 +152,9 @@ pub(super) fn not_positive_definite(scaled: &Scaled, direction: &[Ball]) -> Mode
     let direction = if largest == 0.0 {
         vec![1.0; physical.len()]
     } else {
-        physical
-            .iter()
-            .map(|&x| finite(x) / largest + 0.0)
-            .collect()
+        physical.iter().map(|&x| finite(x) / largest + 0.0).collect()
     };
-    ModesError::NotPositiveDefinite {
-        direction,
-        singular,
-    }
+    ModesError::NotPositiveDefinite { direction, singular }
 }
 
 /// From doubles upwards until every digit that is wanted is covered, or nothing improves any more.
@@ -178,19 +164,10 @@ pub(super) fn climb(
     source: &dyn Source,
     options: &Options,
 ) -> Result<Solution, ModesError> {
-    let mut climb = Climb {
-        scaled,
-        zero,
-        options,
-        best: None,
-    };
+    let mut climb = Climb { scaled, zero, options, best: None };
     let (mut x, careful) = first(scaled, &zero.mid)?;
 
-    let mut rung = if careful {
-        Rung::DoubleDouble
-    } else {
-        Rung::Doubles
-    };
+    let mut rung = if careful { Rung::DoubleDouble } else { Rung::Doubles };
     if scaled.n >= QUICK && !careful {
         match quick(scaled, zero, options, &x) {
             Tried::Satisfied(solution) => return Ok(*solution),
@@ -244,18 +221,13 @@ struct Climb<'a> {
 
 impl Climb<'_> {
     /// Refines from x on, in double-double; whether everything that is wanted is covered.
-    fn rounds(
-        &mut self,
-        factored: Option<&Factored>,
-        mut x: Matrix,
-        mut rung: Rung,
-    ) -> Result<bool, ModesError> {
+    fn rounds(&mut self, factored: Option<&Factored>, mut x: Matrix, mut rung: Rung) -> Result<bool, ModesError> {
         let (scaled, zero, options) = (self.scaled, self.zero, self.options);
         let (mut before, mut idle) = (f64::INFINITY, 0);
         for round in 0..=ROUNDS {
             let pencil = pencil(scaled, factored, zero, &x);
-            let certificate = couplings(&pencil)
-                .and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
+            let certificate =
+                couplings(&pencil).and_then(|(quotients, couplings)| Certificate::new(&quotients, couplings));
             let Some(certificate) = certificate else {
                 if before.is_finite() {
                     break;
@@ -313,11 +285,7 @@ fn quick(scaled: &Scaled, zero: &ZeroSpace, options: &Options, x: &Matrix) -> Tr
     let mut round = quick.round(x.transposed(), slices(scaled.n));
     let mut before = f64::INFINITY;
     for number in 0..=ROUNDS {
-        let rung = if number == 0 {
-            Rung::Doubles
-        } else {
-            Rung::Refined
-        };
+        let rung = if number == 0 { Rung::Doubles } else { Rung::Refined };
         if !round.is_finite() {
             return Tried::Improved(round.columns().transposed());
         }
@@ -397,9 +365,7 @@ fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round
             let mut change = 0.0;
             let mut along = leak[k];
             let columns = cluster.reach.iter().zip(&cluster.beyond);
-            for ((tau, beyond), (g, leak)) in
-                columns.zip(couplings.g.column(k).iter().zip(round.leak()))
-            {
+            for ((tau, beyond), (g, leak)) in columns.zip(couplings.g.column(k).iter().zip(round.leak())) {
                 let w = tau + beyond;
                 change += 2.0 * w * g + 2.5 * w * w;
                 along += leak * w;
@@ -409,10 +375,7 @@ fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round
             leak[k] = up(along * (1.0 + 1e-6));
             clusters.push(Cluster::new(cluster.start..cluster.end, cluster.beyond));
         }
-        let enclosures = Enclosures {
-            radii: enclosures.radii,
-            clusters,
-        };
+        let enclosures = Enclosures { radii: enclosures.radii, clusters };
         let certificate = Certificate::of(round.quotients(), couplings, enclosures);
         satisfied(&certificate, options, 0).then_some((certificate, norms, leak))
     };
@@ -425,10 +388,7 @@ fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round
         certificate,
         precise: Vec::new(),
         rung: Rung::Refined,
-        correction: Some(Correction {
-            basis: round.columns().transposed(),
-            norms,
-        }),
+        correction: Some(Correction { basis: round.columns().transposed(), norms }),
         gram: Gram::Factors(Box::new(round)),
     }))
 }
@@ -436,37 +396,17 @@ fn corrected(round: Round, options: &Options) -> Result<Box<Solution>, Box<Round
 /// M is positive definite as far as its midpoints go, but the bounds do not show it: the direction
 /// of the column that is known worst.
 fn unproved(scaled: &Scaled, pencil: &Pencil, x: &Matrix) -> ModesError {
-    let worst = (0..x.columns)
-        .max_by(|&i, &j| {
-            pencil
-                .g
-                .radius
-                .get(i, i)
-                .total_cmp(&pencil.g.radius.get(j, j))
-        })
-        .unwrap_or(0);
-    let direction: Vec<Ball> = (0..scaled.n)
-        .map(|row| Ball::from(x.get(row, worst)))
-        .collect();
+    let worst =
+        (0..x.columns).max_by(|&i, &j| pencil.g.radius.get(i, i).total_cmp(&pencil.g.radius.get(j, j))).unwrap_or(0);
+    let direction: Vec<Ball> = (0..scaled.n).map(|row| Ball::from(x.get(row, worst))).collect();
     not_positive_definite(scaled, &direction)
 }
 
 /// The bits of all radii and vector errors together: what a round has gained shows here.
 fn score(certificate: &Certificate, options: &Options) -> f64 {
-    let values: f64 = certificate
-        .eigenvalues
-        .iter()
-        .map(|x| (x.radius + 1e-300).log2())
-        .sum();
-    let vectors = certificate
-        .clusters
-        .iter()
-        .map(|c| (shape::rough_error(c) + 1e-17).log2());
-    if options.vectors {
-        values + vectors.sum::<f64>()
-    } else {
-        values
-    }
+    let values: f64 = certificate.eigenvalues.iter().map(|x| (x.radius + 1e-300).log2()).sum();
+    let vectors = certificate.clusters.iter().map(|c| (shape::rough_error(c) + 1e-17).log2());
+    if options.vectors { values + vectors.sum::<f64>() } else { values }
 }
 
 /// Whether the enclosures cover the wanted digits, and the vectors are good enough.
@@ -476,12 +416,7 @@ pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usi
     // in doubles depends on rounding errors: one round decides alike on every machine.
     let shapes = shapes(options);
     let separated = |cluster: &Cluster| {
-        cluster.start >= wanted
-            || if cluster.len() == 1 {
-                shape::rough_error(cluster) < shapes
-            } else {
-                round > 0
-            }
+        cluster.start >= wanted || if cluster.len() == 1 { shape::rough_error(cluster) < shapes } else { round > 0 }
     };
     if options.vectors && !certificate.clusters.iter().all(separated) {
         return false;
@@ -491,11 +426,7 @@ pub(super) fn satisfied(certificate: &Certificate, options: &Options, round: usi
 
 /// Whether the enclosures cover the wanted digits.
 pub(super) fn covered(certificate: &Certificate, options: &Options) -> bool {
-    certificate
-        .eigenvalues
-        .iter()
-        .take(options.lowest.unwrap_or(usize::MAX))
-        .all(|x| covers(x, options))
+    certificate.eigenvalues.iter().take(options.lowest.unwrap_or(usize::MAX)).all(|x| covers(x, options))
 }
 
 /// Whether √|x| has all digits, correctly rounded, with two to spare for what is derived.

@@ -37,21 +37,12 @@ impl Matrix {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         let stride = padded(rows);
         let length = stride * columns;
-        Self {
-            rows,
-            columns,
-            stride,
-            hi: vec![0.0; length],
-            lo: vec![0.0; length],
-        }
+        Self { rows, columns, stride, hi: vec![0.0; length], lo: vec![0.0; length] }
     }
 
     pub(super) fn get(&self, row: usize, column: usize) -> DoubleDouble {
         let at = column * self.stride + row;
-        DoubleDouble {
-            hi: self.hi[at],
-            lo: self.lo[at],
-        }
+        DoubleDouble { hi: self.hi[at], lo: self.lo[at] }
     }
 
     pub(super) fn set(&mut self, row: usize, column: usize, value: DoubleDouble) {
@@ -92,17 +83,8 @@ impl Matrix {
 
     /// Upper bounds of the magnitudes: |hi + lo| <= |hi| (1 + 2^-53).
     pub(super) fn magnitudes(&self) -> Plain {
-        let data = self
-            .hi
-            .iter()
-            .map(|x| x.abs() * (1.0 + f64::EPSILON))
-            .collect();
-        Plain {
-            rows: self.rows,
-            columns: self.columns,
-            stride: self.stride,
-            data,
-        }
+        let data = self.hi.iter().map(|x| x.abs() * (1.0 + f64::EPSILON)).collect();
+        Plain { rows: self.rows, columns: self.columns, stride: self.stride, data }
     }
 
     /// Adds another matrix of the same shape.
@@ -155,12 +137,7 @@ impl Matrix {
 impl Plain {
     pub(super) fn zeros(rows: usize, columns: usize) -> Self {
         let stride = padded(rows);
-        Self {
-            rows,
-            columns,
-            stride,
-            data: vec![0.0; stride * columns],
-        }
+        Self { rows, columns, stride, data: vec![0.0; stride * columns] }
     }
 
     pub(super) fn get(&self, row: usize, column: usize) -> f64 {
@@ -201,13 +178,7 @@ impl Plain {
     pub(super) fn widened(&self) -> Matrix {
         let lo = vec![0.0; self.data.len()];
         let (rows, columns, stride) = (self.rows, self.columns, self.stride);
-        Matrix {
-            rows,
-            columns,
-            stride,
-            hi: self.data.clone(),
-            lo,
-        }
+        Matrix { rows, columns, stride, hi: self.data.clone(), lo }
     }
 }
 
@@ -215,13 +186,7 @@ impl Plain {
 const SIDE: usize = 16;
 
 /// Copies the numbers of a matrix, stored column by column, into its transpose.
-fn transpose(
-    from: &[f64],
-    (rows, columns): (usize, usize),
-    stride: usize,
-    to: &mut [f64],
-    to_stride: usize,
-) {
+fn transpose(from: &[f64], (rows, columns): (usize, usize), stride: usize, to: &mut [f64], to_stride: usize) {
     for c0 in (0..columns).step_by(SIDE) {
         for r0 in (0..rows).step_by(SIDE) {
             for column in c0..(c0 + SIDE).min(columns) {
@@ -280,9 +245,7 @@ impl<'a> View<'a> {
         if rows == 0 || columns == 0 {
             return Self(MatRef::from_column_major_slice(&[], rows, columns));
         }
-        Self(MatRef::from_column_major_slice_with_stride(
-            data, rows, columns, stride,
-        ))
+        Self(MatRef::from_column_major_slice_with_stride(data, rows, columns, stride))
     }
 
     pub(super) fn transposed(self) -> Self {

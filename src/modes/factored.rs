@@ -50,19 +50,11 @@ impl Factored {
             let unit = product_bound(entries.len());
             for (place, entry) in entries {
                 if *place >= n {
-                    return Err(ModesError::Shape {
-                        matrix: Which::Stiffness,
-                        expected: n,
-                        found: *place + 1,
-                    });
+                    return Err(ModesError::Shape { matrix: Which::Stiffness, expected: n, found: *place + 1 });
                 }
                 let entry = entry.scale(scaled.shift[*place] - half);
                 if !entry.is_finite() {
-                    return Err(ModesError::NotFinite {
-                        matrix: Which::Stiffness,
-                        row: *place,
-                        column: number,
-                    });
+                    return Err(ModesError::NotFinite { matrix: Which::Stiffness, row: *place, column: number });
                 }
                 columns.places.push(*place);
                 columns.hi.push(entry.mid.hi);
@@ -76,18 +68,9 @@ impl Factored {
         } else if factors.rest.len() == n * n {
             Some(Enclosed::new(n, &factors.rest, &scaled.shift, scaled.power))
         } else {
-            return Err(ModesError::Shape {
-                matrix: Which::Stiffness,
-                expected: n * n,
-                found: factors.rest.len(),
-            });
+            return Err(ModesError::Shape { matrix: Which::Stiffness, expected: n * n, found: factors.rest.len() });
         };
-        Ok(Self {
-            columns,
-            weights,
-            negative: factors.rows.iter().map(|(positive, _)| !positive).collect(),
-            rest,
-        })
+        Ok(Self { columns, weights, negative: factors.rows.iter().map(|(positive, _)| !positive).collect(), rest })
     }
 
     /// XᵀKX.
@@ -116,10 +99,7 @@ impl Factored {
         let (mut near, mut far) = (Plain::zeros(xt.rows, count), Plain::zeros(xt.rows, count));
         for element in 0..count {
             let (size, off) = (sizes.column(element), off.column(element));
-            let to = near
-                .column_mut(element)
-                .iter_mut()
-                .zip(far.column_mut(element));
+            let to = near.column_mut(element).iter_mut().zip(far.column_mut(element));
             for ((near, far), (size, off)) in to.zip(size.iter().zip(off)) {
                 *near = up(TERM * size + off);
                 *far = up(size + off);
@@ -138,8 +118,7 @@ impl Factored {
         let rest = self.rest.as_ref().map(|rest| rest.congruent(x, &xt));
         for column in 0..radius.columns {
             for row in 0..radius.rows {
-                let mut total =
-                    radius.get(row, column) + other.get(row, column) + noise.get(row, column);
+                let mut total = radius.get(row, column) + other.get(row, column) + noise.get(row, column);
                 if let Some(rest) = &rest {
                     let sum = Ball::new(mid.get(row, column), 0.0) + rest.ball(row, column);
                     mid.set(row, column, sum.mid);
@@ -177,11 +156,7 @@ impl Factored {
                 weighted[(self.columns.places[at], to)] += self.columns.hi[at];
             }
         }
-        faer::linalg::triangular_solve::solve_lower_triangular_in_place(
-            lower,
-            weighted.as_mut(),
-            faer::Par::Seq,
-        );
+        faer::linalg::triangular_solve::solve_lower_triangular_in_place(lower, weighted.as_mut(), faer::Par::Seq);
         let qr = weighted.transpose().to_owned().col_piv_qr();
         let r = qr.thin_R();
         let (forward, _) = qr.P().arrays();
@@ -190,16 +165,10 @@ impl Factored {
             return None;
         }
         // The columns of Rᵀ; rotated until they are orthogonal they are the right singular vectors.
-        let mut columns: Vec<Vec<f64>> = (0..rank)
-            .map(|k| {
-                (0..n)
-                    .map(|i| if i >= k { r[(k, i)] } else { 0.0 })
-                    .collect()
-            })
-            .collect();
+        let mut columns: Vec<Vec<f64>> =
+            (0..rank).map(|k| (0..n).map(|i| if i >= k { r[(k, i)] } else { 0.0 }).collect()).collect();
         rotate(&mut columns);
-        let mut lengths: Vec<(usize, f64)> =
-            columns.iter().map(|c| length(c)).enumerate().collect();
+        let mut lengths: Vec<(usize, f64)> = columns.iter().map(|c| length(c)).enumerate().collect();
         lengths.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut vectors = Mat::<f64>::zeros(n, count);
         for (to, &(from, length)) in lengths[..count].iter().enumerate() {
@@ -248,11 +217,7 @@ fn rotate(columns: &mut [Vec<f64>]) {
                 if a == 0.0 || b == 0.0 {
                     continue;
                 }
-                let cosine: f64 = first
-                    .iter()
-                    .zip(&*second)
-                    .map(|(x, y)| (x / a) * (y / b))
-                    .sum();
+                let cosine: f64 = first.iter().zip(&*second).map(|(x, y)| (x / a) * (y / b)).sum();
                 if cosine.abs() <= 4e-16 * (count as f64).sqrt() || cosine.is_nan() {
                     continue;
                 }

@@ -68,9 +68,7 @@ impl Image {
         let bounds = self.error.iter().zip(&own_lengths).zip(lengths);
         products
             .zip(bounds)
-            .map(|(value, ((error, own), length))| {
-                Ball::new(value, up(length * (error + unit * own)))
-            })
+            .map(|(value, ((error, own), length))| Ball::new(value, up(length * (error + unit * own))))
             .collect()
     }
 }
@@ -121,23 +119,14 @@ impl<'a> Operator<'a> {
             }
         }
         (columns.starts, columns.places) = (starts, places);
-        Self {
-            matrix,
-            columns: Some(columns),
-            weights,
-            norm: 0.0,
-            size: 0.0,
-        }
+        Self { matrix, columns: Some(columns), weights, norm: 0.0, size: 0.0 }
     }
 
     /// (A X)ᵀ from Xᵀ; `lengths` are bounds of the lengths of the columns of X, `slices` says how many
     /// slices of a dense matrix are taken.
     pub(super) fn image(&self, xt: &Matrix, lengths: &[f64], slices: usize) -> Image {
         match &self.columns {
-            Some(columns) => Image {
-                value: product_sparse(xt, columns),
-                error: self.sparse_error(columns, xt),
-            },
+            Some(columns) => Image { value: product_sparse(xt, columns), error: self.sparse_error(columns, xt) },
             None => {
                 let (value, mut error) = sliced_product(xt, &self.matrix.mid, lengths, slices);
                 // |Σ_k r_ik x_k| over i in length, for entries r of A's error: at most the Frobenius
@@ -166,19 +155,13 @@ impl<'a> Operator<'a> {
     pub(super) fn image_after(&self, before: Image, moved: &Moved<'_>) -> (Image, Vec<Ball>) {
         let (xt, change) = (&moved.xt, moved.change);
         if let Some(columns) = &self.columns {
-            let image = Image {
-                value: product_sparse(xt, columns),
-                error: self.sparse_error(columns, xt),
-            };
+            let image = Image { value: product_sparse(xt, columns), error: self.sparse_error(columns, xt) };
             let products = image.products_with(xt, &moved.lengths);
             return (image, products);
         }
         let mut products = before.products_with(&moved.ahead, &moved.ahead_lengths);
         let old_lengths = lengths_of_rows(&before.value);
-        let Image {
-            mut value,
-            mut error,
-        } = before;
+        let Image { mut value, mut error } = before;
         let part = multiply(change.view(), self.matrix.mid.hi());
         let mut squares = vec![0.0; change.rows];
         for column in 0..change.columns {
@@ -222,10 +205,7 @@ impl<'a> Operator<'a> {
         }
         // Sums of less than 2^20 terms in doubles, and the low parts of x: covered by 1e-6. Nothing
         // counts below 1e-150, as its square is lost.
-        squares
-            .iter()
-            .map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150)
-            .collect()
+        squares.iter().map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150).collect()
     }
 }
 
@@ -245,10 +225,7 @@ pub(super) fn row_lengths<'a>(rows: usize, columns: impl Iterator<Item = &'a [f6
             *square += x * x;
         }
     }
-    squares
-        .iter()
-        .map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150)
-        .collect()
+    squares.iter().map(|square| square.sqrt() * (1.0 + 1e-6) + 1e-150).collect()
 }
 
 #[cfg(test)]
@@ -260,9 +237,7 @@ mod tests {
     fn sample(rows: usize, columns: usize, grading: f64, seed: u64) -> Matrix {
         let mut state = seed;
         let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
         };
         let mut matrix = Matrix::zeros(rows, columns);
@@ -286,14 +261,9 @@ mod tests {
 
     #[test]
     fn sliced_products_keep_their_bound_and_are_not_far_from_it() {
-        for (m, n, slices, grading) in [
-            (5, 37, 1, 0.0),
-            (3, 30, 2, 0.0),
-            (5, 40, 3, 0.0),
-            (4, 33, 3, 20.0),
-            (4, 35, 1, -1.0),
-            (4, 35, 3, -1.0),
-        ] {
+        for (m, n, slices, grading) in
+            [(5, 37, 1, 0.0), (3, 30, 2, 0.0), (5, 40, 3, 0.0), (4, 33, 3, 20.0), (4, 35, 1, -1.0), (4, 35, 3, -1.0)]
+        {
             let (xt, mut a) = (sample(m, n, grading, 3), sample(n, n, grading, 5));
             if grading < 0.0 {
                 a.hi.iter_mut().for_each(|x| *x = (*x * 300.0).round());
@@ -303,9 +273,7 @@ mod tests {
             for (row, bound) in error.iter().enumerate() {
                 let mut squares = RBig::ZERO;
                 for column in 0..n {
-                    let sum = (0..n).fold(RBig::ZERO, |sum, k| {
-                        sum + exact(xt.get(row, k)) * exact(a.get(k, column))
-                    });
+                    let sum = (0..n).fold(RBig::ZERO, |sum, k| sum + exact(xt.get(row, k)) * exact(a.get(k, column)));
                     squares += square(&(exact(value.get(row, column)) - sum));
                 }
                 let bound = RBig::try_from(*bound).unwrap();
@@ -346,9 +314,8 @@ mod tests {
             let (mut total, mut sizes) = (RBig::ZERO, RBig::ZERO);
             for column in 0..n {
                 let terms = (0..n).map(|k| exact(xt.get(row, k)) * exact(a.get(k, column)));
-                let (sum, magnitude) = terms.fold((RBig::ZERO, RBig::ZERO), |(sum, all), term| {
-                    (sum + &term, all + size(term))
-                });
+                let (sum, magnitude) =
+                    terms.fold((RBig::ZERO, RBig::ZERO), |(sum, all), term| (sum + &term, all + size(term)));
                 let value = exact(image.get(row, column));
                 assert!(size(&value - &sum) <= &unit * magnitude);
                 let term = exact(xt.get(row, column)) * value;
@@ -379,15 +346,13 @@ mod tests {
             }
             let mut next = xt.clone();
             add_to(&mut next, &change);
-            let (image, products) =
-                operator.image_after(before, &Moved::new(next.clone(), &change));
+            let (image, products) = operator.image_after(before, &Moved::new(next.clone(), &change));
             assert_eq!(products.len(), m);
             for (row, product) in products.iter().enumerate() {
                 let (mut squares, mut form) = (RBig::ZERO, RBig::ZERO);
                 for column in 0..n {
-                    let sum = (0..n).fold(RBig::ZERO, |sum, k| {
-                        sum + exact(next.get(row, k)) * exact(matrix.mid.get(k, column))
-                    });
+                    let sum = (0..n)
+                        .fold(RBig::ZERO, |sum, k| sum + exact(next.get(row, k)) * exact(matrix.mid.get(k, column)));
                     squares += square(&(exact(image.value.get(row, column)) - &sum));
                     form += sum * exact(next.get(row, column));
                 }
@@ -395,10 +360,7 @@ mod tests {
                 assert!(squares <= square(&bound), "{shift}");
                 let (mid, radius) = (exact(product.mid), product.radius);
                 let off = mid - form;
-                assert!(
-                    square(&off) <= square(&RBig::try_from(radius).unwrap()),
-                    "{shift}"
-                );
+                assert!(square(&off) <= square(&RBig::try_from(radius).unwrap()), "{shift}");
                 // The products of A with a large step are off by what counts in a square only.
                 assert!(shift < 1e-12 || radius < 1e-5 * image.error[row]);
             }

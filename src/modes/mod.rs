@@ -74,22 +74,14 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self {
-            vectors: true,
-            lowest: None,
-            digits: 10,
-            power: 0,
-        }
+        Self { vectors: true, lowest: None, digits: 10, power: 0 }
     }
 }
 
 impl Options {
     /// For numbers that are 2^power times smaller still.
     pub(crate) fn smaller(&self, power: i64) -> Self {
-        Self {
-            power: self.power + power,
-            ..self.clone()
-        }
+        Self { power: self.power + power, ..self.clone() }
     }
 
     /// Whether the bound of a positive number of about this size decides its rounding to all digits as it is printed.
@@ -307,9 +299,7 @@ pub enum ModesError {
     },
     /// A zero vector is not in the kernel of K, depends on those before it, or has the wrong
     /// length.
-    #[error(
-        "zero vector {index} is not an independent vector of the kernel of the stiffness matrix"
-    )]
+    #[error("zero vector {index} is not an independent vector of the kernel of the stiffness matrix")]
     ZeroVector {
         /// Its number, from 0.
         index: usize,
@@ -353,19 +343,11 @@ pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesErro
 /// # Errors
 ///
 /// As [`solve`].
-pub fn solve_from(
-    problem: &Problem,
-    source: &dyn Source,
-    options: &Options,
-) -> Result<Spectrum, ModesError> {
+pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> Result<Spectrum, ModesError> {
     let scaled = Scaled::new(problem)?;
     let n = scaled.n;
     if n == 0 {
-        return Ok(Spectrum {
-            modes: Vec::new(),
-            stability: Stability::Stable,
-            rung: Rung::Doubles,
-        });
+        return Ok(Spectrum { modes: Vec::new(), stability: Stability::Stable, rung: Rung::Doubles });
     }
     if problem.zero_vectors.len() > n {
         return Err(ModesError::ZeroVector { index: n });

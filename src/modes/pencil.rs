@@ -35,11 +35,7 @@ impl Scaled {
         let shift: Vec<i32> = (0..n)
             .map(|i| {
                 let m = problem.mass[i * n + i].mid.hi;
-                if m > 0.0 {
-                    -exponent_of(m).div_euclid(2)
-                } else {
-                    0
-                }
+                if m > 0.0 { -exponent_of(m).div_euclid(2) } else { 0 }
             })
             .collect();
         let mut power = i32::MIN;
@@ -70,18 +66,10 @@ fn check(problem: &Problem, matrix: Which) -> Result<(), ModesError> {
         Which::Stiffness => &problem.stiffness,
     };
     if entries.len() != n * n {
-        return Err(ModesError::Shape {
-            matrix,
-            expected: n * n,
-            found: entries.len(),
-        });
+        return Err(ModesError::Shape { matrix, expected: n * n, found: entries.len() });
     }
     match entries.iter().position(|x| !x.is_finite()) {
-        Some(at) => Err(ModesError::NotFinite {
-            matrix,
-            row: at % n,
-            column: at / n,
-        }),
+        Some(at) => Err(ModesError::NotFinite { matrix, row: at % n, column: at / n }),
         None => Ok(()),
     }
 }
@@ -102,11 +90,7 @@ impl Enclosed {
                     continue;
                 }
                 let shift = shift[row] + shift_here;
-                let entry = if shift == 0 {
-                    entry
-                } else {
-                    entry.scale(shift)
-                };
+                let entry = if shift == 0 { entry } else { entry.scale(shift) };
                 (hi[row], lo[row]) = (entry.mid.hi, entry.mid.lo);
                 weights[row] = up(entry.radius + TERM * entry.mid.hi.abs());
                 diagonal &= row == column;
@@ -117,11 +101,7 @@ impl Enclosed {
                 mirror(part, n, mid.stride);
             }
         }
-        Self {
-            mid,
-            weight,
-            diagonal,
-        }
+        Self { mid, weight, diagonal }
     }
 
     /// The matrix times x, with its noise; see [`measured_product`].
@@ -148,11 +128,7 @@ impl Enclosed {
         let mut y = Plain::zeros(sizes.rows, sizes.columns);
         for column in 0..sizes.columns {
             for row in 0..sizes.rows {
-                y.set(
-                    row,
-                    column,
-                    up(self.weight.get(row, row) * sizes.get(row, column)),
-                );
+                y.set(row, column, up(self.weight.get(row, row) * sizes.get(row, column)));
             }
         }
         y
@@ -176,11 +152,7 @@ impl Enclosed {
         let (mid, noise) = measured_product(xt, &image, Part::Lower);
         let mut radius = bound_product(&sizes.transposed(), &error, Part::Lower);
         for column in 0..radius.columns {
-            for (r, noise) in radius
-                .column_mut(column)
-                .iter_mut()
-                .zip(noise.column(column))
-            {
+            for (r, noise) in radius.column_mut(column).iter_mut().zip(noise.column(column)) {
                 *r = up(*r + noise);
             }
         }
@@ -210,11 +182,7 @@ impl Enclosed {
                     // The weight holds the radius and a little more.
                     error += weight * sizes[column];
                 }
-                if error == 0.0 {
-                    sum
-                } else {
-                    sum.with_added_radius(error * 1.000_001)
-                }
+                if error == 0.0 { sum } else { sum.with_added_radius(error * 1.000_001) }
             })
             .collect()
     }
@@ -222,9 +190,7 @@ impl Enclosed {
     /// xᵀ A x.
     pub(super) fn form(&self, x: &[Ball]) -> Ball {
         let image = self.apply(x);
-        x.iter()
-            .zip(&image)
-            .fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
+        x.iter().zip(&image).fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y)
     }
 }
 
@@ -237,10 +203,7 @@ pub(super) struct Bounded {
 
 impl Bounded {
     pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
-        Ball {
-            mid: self.mid.get(row, column),
-            radius: self.radius.get(row, column),
-        }
+        Ball { mid: self.mid.get(row, column), radius: self.radius.get(row, column) }
     }
 }
 
@@ -272,9 +235,8 @@ impl ZeroSpace {
     pub(super) fn image(&self) -> (&Matrix, Vec<f64>) {
         let errors = (0..self.image.rows)
             .map(|p| {
-                let squares: f64 = (0..self.image.columns)
-                    .map(|i| self.image_radius.get(p, i) * self.image_radius.get(p, i))
-                    .sum();
+                let squares: f64 =
+                    (0..self.image.columns).map(|i| self.image_radius.get(p, i) * self.image_radius.get(p, i)).sum();
                 squares.sqrt() * (1.0 + 1e-6) + 1e-150
             })
             .collect();
@@ -296,27 +258,15 @@ impl ZeroSpace {
             if vector.len() != n || vector.iter().any(|x| !x.is_finite()) {
                 return Err(index);
             }
-            let mut v: Vec<Ball> = vector
-                .iter()
-                .zip(&problem.shift)
-                .map(|(x, s)| x.scale(-s))
-                .collect();
-            if problem
-                .stiffness
-                .apply(&v)
-                .iter()
-                .any(|x| !x.contains_zero())
-            {
+            let mut v: Vec<Ball> = vector.iter().zip(&problem.shift).map(|(x, s)| x.scale(-s)).collect();
+            if problem.stiffness.apply(&v).iter().any(|x| !x.contains_zero()) {
                 return Err(index);
             }
             // Gram-Schmidt twice, with coefficients that are exact numbers: the result is a
             // combination of the given vectors, whatever the coefficients.
             for _ in 0..2 {
                 for (b, image) in basis.iter().zip(&images) {
-                    let c = v
-                        .iter()
-                        .zip(image)
-                        .fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
+                    let c = v.iter().zip(image).fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
                     let c = Ball::from(c.mid);
                     for (x, b) in v.iter_mut().zip(b) {
                         *x = *x - c * *b;
@@ -336,10 +286,7 @@ impl ZeroSpace {
         for (i, b) in basis.iter().enumerate() {
             let mut sum = 0.0;
             for (j, image) in images.iter().enumerate() {
-                let g = b
-                    .iter()
-                    .zip(image)
-                    .fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
+                let g = b.iter().zip(image).fold(Ball::ZERO, |s, (x, y)| s + *x * *y);
                 let g = if i == j { g - Ball::ONE } else { g };
                 sum += g.abs_upper();
             }
@@ -358,13 +305,7 @@ impl ZeroSpace {
                 image_radius.set(p, i, up(y[i].radius + product_bound(n) * y[i].mid.hi.abs()));
             }
         }
-        Ok(Self {
-            vectors: basis,
-            mid,
-            image,
-            image_radius,
-            defect,
-        })
+        Ok(Self { vectors: basis, mid, image, image_radius, defect })
     }
 }
 
@@ -376,12 +317,7 @@ impl ZeroSpace {
 /// X'ᵀKX' = XᵀKX exactly, and X'ᵀMX' = XᵀMX - R with R = (ZᵀMX)ᵀ (ZᵀMZ)⁻¹ (ZᵀMX). With r_i the length of
 /// column i of ZᵀMX and ‖ZᵀMZ - 1‖ <= f < 1, |R_ij| <= r_i r_j / (1 - f). So the pencil of X with R
 /// added to the radii is the exact pencil of the M-orthogonal complement of the zero vectors.
-pub(super) fn pencil(
-    problem: &Scaled,
-    factored: Option<&Factored>,
-    zero: &ZeroSpace,
-    x: &Matrix,
-) -> Pencil {
+pub(super) fn pencil(problem: &Scaled, factored: Option<&Factored>, zero: &ZeroSpace, x: &Matrix) -> Pencil {
     let m = x.columns;
     let xt = x.transposed();
     let s = match factored {
@@ -411,12 +347,7 @@ pub(super) fn pencil(
             }
         }
     }
-    Pencil {
-        s,
-        g,
-        overlap,
-        leak,
-    }
+    Pencil { s, g, overlap, leak }
 }
 
 /// The columns by rising quotient, and the distances between neighbours in this order.
@@ -427,10 +358,7 @@ pub(super) fn ordered(quotient: &[DoubleDouble]) -> (Vec<usize>, Vec<f64>) {
         order.unwrap_or(std::cmp::Ordering::Equal)
     });
     // The difference of two double-doubles is off by at most 3 u² of itself.
-    let steps = order
-        .windows(2)
-        .map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0))
-        .collect();
+    let steps = order.windows(2).map(|pair| (quotient[pair[1]] - quotient[pair[0]]).hi.max(0.0)).collect();
     (order, steps)
 }
 
@@ -468,16 +396,7 @@ pub(super) fn couplings(pencil: &Pencil) -> Option<(Vec<DoubleDouble>, Couplings
             g.set(i, j, up(b.hi.abs() + rb));
         }
     }
-    let couplings = Couplings {
-        order,
-        steps,
-        size,
-        defect,
-        least,
-        most,
-        h,
-        g,
-    };
+    let couplings = Couplings { order, steps, size, defect, least, most, h, g };
     Some((quotient, couplings))
 }
 

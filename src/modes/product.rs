@@ -123,13 +123,7 @@ fn product_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, part
 }
 
 #[inline(always)]
-fn measured_loops<const FUSED: bool>(
-    a: &Matrix,
-    b: &Matrix,
-    c: &mut Matrix,
-    noise: &mut Plain,
-    part: Part,
-) {
+fn measured_loops<const FUSED: bool>(a: &Matrix, b: &Matrix, c: &mut Matrix, noise: &mut Plain, part: Part) {
     loops::<FUSED, true>(a, b, c, &mut noise.data, part);
 }
 
@@ -213,12 +207,7 @@ fn tile<const FUSED: bool, const MEASURED: bool, const N: usize>(
 
 /// s + t <- s + t + a b, s rounded and t collecting what that leaves over, which is returned.
 #[inline(always)]
-pub(super) fn add_product<const FUSED: bool>(
-    a: (f64, f64),
-    b: (f64, f64),
-    s: &mut f64,
-    t: &mut f64,
-) -> f64 {
+pub(super) fn add_product<const FUSED: bool>(a: (f64, f64), b: (f64, f64), s: &mut f64, t: &mut f64) -> f64 {
     let p = a.0 * b.0;
     let e = if FUSED {
         a.0.mul_add(b.1, a.1.mul_add(b.0, a.0.mul_add(b.0, -p)))
@@ -305,23 +294,12 @@ pub(super) fn residuals(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble]) -> Pl
 }
 
 #[inline(always)]
-fn residual_loops<const FUSED: bool>(
-    y: &Matrix,
-    z: &Matrix,
-    quotient: &[DoubleDouble],
-    r: &mut Plain,
-) {
+fn residual_loops<const FUSED: bool>(y: &Matrix, z: &Matrix, quotient: &[DoubleDouble], r: &mut Plain) {
     for column in 0..y.columns {
         let (yh, yl) = (y.column_hi(column), y.column_lo(column));
         let (zh, zl) = (z.column_hi(column), z.column_lo(column));
         let to = r.column_mut(column);
-        for ((((to, mu), (yh, yl)), zh), zl) in to
-            .iter_mut()
-            .zip(quotient)
-            .zip(yh.iter().zip(yl))
-            .zip(zh)
-            .zip(zl)
-        {
+        for ((((to, mu), (yh, yl)), zh), zl) in to.iter_mut().zip(quotient).zip(yh.iter().zip(yl)).zip(zh).zip(zl) {
             let (mut s, mut t) = (*yh, *yl);
             add_product::<FUSED>((-mu.hi, -mu.lo), (*zh, *zl), &mut s, &mut t);
             *to = s + t;
@@ -374,22 +352,13 @@ fn bound_loops<const FUSED: bool>(a: &Plain, b: &Plain, c: &mut Plain, part: Par
 }
 
 #[inline(always)]
-fn bound_tile<const FUSED: bool, const N: usize>(
-    a: &Plain,
-    row: usize,
-    factors: &[f64],
-    c: &mut [f64],
-) {
+fn bound_tile<const FUSED: bool, const N: usize>(a: &Plain, row: usize, factors: &[f64], c: &mut [f64]) {
     let mut sum = [0.0; N];
     let mut start = row;
     for &factor in factors {
         let column = &a.data[start..start + N];
         for l in 0..N {
-            sum[l] = if FUSED {
-                column[l].mul_add(factor, sum[l])
-            } else {
-                sum[l] + column[l] * factor
-            };
+            sum[l] = if FUSED { column[l].mul_add(factor, sum[l]) } else { sum[l] + column[l] * factor };
         }
         start += a.stride;
     }
@@ -404,20 +373,14 @@ mod tests {
     fn sample(rows: usize, columns: usize, seed: u64) -> Matrix {
         let mut state = seed;
         let mut next = || {
-            state = state
-                .wrapping_mul(6364136223846793005)
-                .wrapping_add(1442695040888963407);
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
             (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
         };
         let mut matrix = Matrix::zeros(rows, columns);
         for column in 0..columns {
             for row in 0..rows {
                 let scale = 10f64.powf(12.0 * next());
-                matrix.set(
-                    row,
-                    column,
-                    DoubleDouble::new(next() * scale, next() * scale * 1e-17),
-                );
+                matrix.set(row, column, DoubleDouble::new(next() * scale, next() * scale * 1e-17));
             }
         }
         matrix
@@ -435,23 +398,17 @@ mod tests {
             let mut slow = Matrix::zeros(rows, columns);
             product_loops::<false>(&a, &b, &mut slow, Part::All);
             let sizes = bound_product(&a.magnitudes(), &b.magnitudes(), Part::All);
-            let (mut plain, mut plain_noise) =
-                (Matrix::zeros(rows, columns), Plain::zeros(rows, columns));
+            let (mut plain, mut plain_noise) = (Matrix::zeros(rows, columns), Plain::zeros(rows, columns));
             measured_loops::<false>(&a, &b, &mut plain, &mut plain_noise, Part::All);
             let (measured, noise) = measured_product(&a, &b, Part::All);
             for row in 0..rows {
                 for column in 0..columns {
-                    let sum = (0..inner).fold(RBig::ZERO, |s, k| {
-                        s + exact(a.get(row, k)) * exact(b.get(k, column))
-                    });
+                    let sum = (0..inner).fold(RBig::ZERO, |s, k| s + exact(a.get(row, k)) * exact(b.get(k, column)));
                     let size = sizes.get(row, column);
                     let within = |c: &Matrix, bound: f64| {
                         let error = exact(c.get(row, column)) - &sum;
                         let error = if error < RBig::ZERO { -error } else { error };
-                        assert!(
-                            error <= RBig::try_from(bound).unwrap(),
-                            "{rows} {inner} {columns}"
-                        );
+                        assert!(error <= RBig::try_from(bound).unwrap(), "{rows} {inner} {columns}");
                     };
                     within(&fast, product_bound(inner) * size);
                     within(&slow, product_bound(inner) * size);
@@ -467,10 +424,7 @@ mod tests {
         let a = sample(21, 9, 3);
         let (_, noise) = measured_product(&a, &a.transposed(), Part::Lower);
         assert_eq!(noise.get(2, 17), noise.get(17, 2));
-        let (full, half) = (
-            product(&a, &a.transposed(), Part::All),
-            product(&a, &a.transposed(), Part::Lower),
-        );
+        let (full, half) = (product(&a, &a.transposed(), Part::All), product(&a, &a.transposed(), Part::Lower));
         for row in 0..21 {
             for column in 0..21 {
                 let low = full.get(row.max(column), row.min(column));

@@ -120,11 +120,7 @@ impl<'a> Quick<'a> {
             // The division is off by 16 u² of the quotient.
             let error = 17.0 * U2 * s.mid.hi.abs() + s.radius + mu.hi.abs() * g.radius;
             quotient.push(mu);
-            defect.push(if mu.is_finite() {
-                up(error)
-            } else {
-                f64::INFINITY
-            });
+            defect.push(if mu.is_finite() { up(error) } else { f64::INFINITY });
         }
         let residual = residuals(&y.value, &z.value, &quotient);
         let residual_lengths = row_lengths(m, (0..n).map(|i| residual.column(i)));
@@ -139,9 +135,7 @@ impl<'a> Quick<'a> {
                 up(image + doubles + (rounding + f64::EPSILON) * residual_lengths[j] + 1e-290)
             })
             .collect();
-        let g_error = (0..m)
-            .map(|j| up(z.error[j] + (rounding + f64::EPSILON) * z_lengths[j] + 1e-290))
-            .collect();
+        let g_error = (0..m).map(|j| up(z.error[j] + (rounding + f64::EPSILON) * z_lengths[j] + 1e-290)).collect();
         let (overlap, leak) = self.overlap(&xt, &lengths);
         Round {
             xt,
@@ -245,20 +239,14 @@ impl Round {
             return self.g().get(i, j);
         }
         let image = &self.mass_image.value;
-        dot(
-            row(&self.xt.hi, self.xt.stride, i),
-            row(&image.hi, image.stride, j),
-        )
+        dot(row(&self.xt.hi, self.xt.stride, i), row(&image.hi, image.stride, j))
     }
 
     /// Near x_iᵀr_j for one pair.
     fn h_entry(&self, i: usize, j: usize) -> f64 {
         match self.h.get() {
             Some(h) => h.get(i, j),
-            None => dot(
-                row(&self.xt.hi, self.xt.stride, i),
-                row(&self.residual.data, self.residual.stride, j),
-            ),
+            None => dot(row(&self.xt.hi, self.xt.stride, i), row(&self.residual.data, self.residual.stride, j)),
         }
     }
 
@@ -292,10 +280,7 @@ impl Round {
     /// 2 u² of the sum.
     pub(super) fn corrected(&self) -> Matrix {
         let mut corrected = self.xt.clone();
-        add_to(
-            &mut corrected,
-            &multiply(self.corrections().view().transposed(), self.xt.hi()),
-        );
+        add_to(&mut corrected, &multiply(self.corrections().view().transposed(), self.xt.hi()));
         corrected
     }
 
@@ -331,14 +316,10 @@ impl Round {
             h.set(j, j, 0.0);
             g.set(j, j, 0.0);
         }
-        let defect = (0..m)
-            .map(|j| up(self.defect[j] + size[j] * self.leak[j] * self.leak[j]))
-            .collect();
+        let defect = (0..m).map(|j| up(self.defect[j] + size[j] * self.leak[j] * self.leak[j])).collect();
         let square = |j: usize| up(self.leak[j] * self.leak[j]);
         Some(Couplings {
-            least: (0..m)
-                .map(|j| self.norm[j].with_added_radius(square(j)).lower())
-                .collect(),
+            least: (0..m).map(|j| self.norm[j].with_added_radius(square(j)).lower()).collect(),
             most: (0..m).map(|j| self.norm[j].upper()).collect(),
             order,
             steps,
@@ -401,12 +382,7 @@ kernel!(run_overlaps, overlap_loops, (quotient: (&[f64], &[f64]), h: &Plain, g: 
 
 /// (g_ij + h_ij) / |μ_i - μ_j| in the place of g_ij, and the largest of them off the diagonal.
 #[inline(always)]
-fn overlap_loops<const FUSED: bool>(
-    (hi, lo): (&[f64], &[f64]),
-    h: &Plain,
-    g: &mut Plain,
-    largest: &mut f64,
-) {
+fn overlap_loops<const FUSED: bool>((hi, lo): (&[f64], &[f64]), h: &Plain, g: &mut Plain, largest: &mut f64) {
     let m = hi.len();
     for j in 0..m {
         let (mu_hi, mu_lo) = (hi[j], lo[j]);
@@ -424,11 +400,7 @@ fn overlap_loops<const FUSED: bool>(
         for lane in lanes {
             for l in 0..4 {
                 // What is negative, or no number, is close without a bound.
-                let size = if lane[l] >= 0.0 {
-                    lane[l]
-                } else {
-                    f64::INFINITY
-                };
+                let size = if lane[l] >= 0.0 { lane[l] } else { f64::INFINITY };
                 most[l] = if size > most[l] { size } else { most[l] };
             }
         }

@@ -84,10 +84,7 @@ impl Mixed for Measured<'_> {
 
 pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
     let m = x.columns;
-    let measured = Measured {
-        pencil,
-        quotient: (0..m).map(|i| rayleigh(pencil, i).0).collect(),
-    };
+    let measured = Measured { pencil, quotient: (0..m).map(|i| rayleigh(pencil, i).0).collect() };
     let step = Step::new(&measured, m);
     let mut x_new = product(x, &step.correction.widened(), Part::All);
     x_new.add_assign(x);
@@ -107,11 +104,7 @@ pub(super) fn refine(pencil: &Pencil, zero: &ZeroSpace, x: &Matrix) -> Matrix {
 /// The same for columns that lie in rows. The correction is computed in doubles: what it is off by
 /// is as small beside it as it is beside X. It comes along unless columns were rotated, which is no small
 /// change.
-pub(super) fn refine_rows(
-    quick: &Quick<'_>,
-    round: &Round,
-    step: &Step,
-) -> (Matrix, Option<Plain>) {
+pub(super) fn refine_rows(quick: &Quick<'_>, round: &Round, step: &Step) -> (Matrix, Option<Plain>) {
     let mut new = round.columns().clone();
     let mut change = multiply(step.correction.view().transposed(), new.hi());
     if let Some(along) = quick.zero_part(round.overlap()) {
@@ -192,10 +185,7 @@ impl Step {
                 (cluster, rotation)
             })
             .collect();
-        Self {
-            correction: w,
-            rotations,
-        }
+        Self { correction: w, rotations }
     }
 }
 
@@ -240,11 +230,8 @@ fn block_eigenvectors(mixed: &impl Mixed, cluster: &[usize]) -> Plain {
     }
     // A narrow cluster is measured from its centre, so that small splittings keep their digits; a
     // wide one from zero, so that small eigenvalues keep theirs.
-    let centre = if (high - low).hi < 1e-3 * high.hi.abs().max(low.hi.abs()) {
-        (low + high) * half
-    } else {
-        DoubleDouble::ZERO
-    };
+    let centre =
+        if (high - low).hi < 1e-3 * high.hi.abs().max(low.hi.abs()) { (low + high) * half } else { DoubleDouble::ZERO };
     let mut block = Plain::zeros(c, c);
     for (q, &j) in cluster.iter().enumerate() {
         for (p, &i) in cluster.iter().enumerate() {
@@ -279,11 +266,7 @@ pub(super) fn jacobi(mut a: Plain) -> Plain {
                 }
                 rotated = true;
                 let theta = (aqq - app) / (2.0 * apq);
-                let t = if theta.is_finite() {
-                    theta.signum() / (theta.abs() + theta.hypot(1.0))
-                } else {
-                    0.0
-                };
+                let t = if theta.is_finite() { theta.signum() / (theta.abs() + theta.hypot(1.0)) } else { 0.0 };
                 if t == 0.0 {
                     a.set(p, q, 0.0);
                     a.set(q, p, 0.0);

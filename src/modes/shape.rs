@@ -58,13 +58,7 @@ impl Errors {
     /// ‖a‖ = ‖y‖_G <= √g_kk + √2 √c ‖a‖ t with t = Σ τ_i √g_ii. For √(2c) t <= 1/4 and g_kk <= 3/2 that
     /// gives ‖a‖ <= 1.64 and |y_i| <= 2.4 √c τ_i. Such a y exists for every k, because no eigenvector
     /// combination vanishes on the cluster.
-    pub(super) fn new(
-        problem: &Scaled,
-        leak: &[f64],
-        certificate: &Certificate,
-        x: &Matrix,
-        zero: &ZeroSpace,
-    ) -> Self {
+    pub(super) fn new(problem: &Scaled, leak: &[f64], certificate: &Certificate, x: &Matrix, zero: &ZeroSpace) -> Self {
         let m = x.columns;
         let clusters = &certificate.clusters;
         let rows = lengths_of_rows(x);
@@ -93,18 +87,12 @@ impl Errors {
                 columns.push(cluster.reach.iter().map(scaled).collect());
                 Reached::Column(columns.len() - 1)
             });
-            length.push(if total == 0.0 {
-                0.0
-            } else {
-                up(factor * total)
-            });
+            length.push(if total == 0.0 { 0.0 } else { up(factor * total) });
             let others: f64 = match zero.mid.columns {
                 0 => 0.0,
                 _ => leak.iter().zip(&cluster.reach).map(|(l, t)| l * t).sum(),
             };
-            let own = certificate.order[cluster.start..cluster.end]
-                .iter()
-                .fold(0.0_f64, |most, &i| most.max(leak[i]));
+            let own = certificate.order[cluster.start..cluster.end].iter().fold(0.0_f64, |most, &i| most.max(leak[i]));
             let others = if others == 0.0 { 0.0 } else { factor * others };
             // 1/√(1 - f) <= √2 for the defect f <= 1/2 of the zero space.
             along.push(1.42 * (own + others) * (1.0 + 1e-9));
@@ -113,11 +101,7 @@ impl Errors {
         for (to, column) in columns.iter().enumerate() {
             reach.column_mut(to).copy_from_slice(column);
         }
-        let components = if columns.is_empty() {
-            reach
-        } else {
-            bound_product(&x.magnitudes(), &reach, Part::All)
-        };
+        let components = if columns.is_empty() { reach } else { bound_product(&x.magnitudes(), &reach, Part::All) };
         let mut along_rows = vec![0.0; x.rows];
         for p in 0..zero.mid.columns {
             for (sum, z) in along_rows.iter_mut().zip(zero.mid.column_hi(p)) {
@@ -153,11 +137,7 @@ impl Errors {
         };
         // bound_product adds 1e-300 for underflow; a column that reaches nowhere is exact.
         let own = if self.length[index] == 0.0 { 0.0 } else { own };
-        if own == 0.0 && self.along[index] == 0.0 {
-            0.0
-        } else {
-            up(own + self.along[index] * z)
-        }
+        if own == 0.0 && self.along[index] == 0.0 { 0.0 } else { up(own + self.along[index] * z) }
     }
 }
 
@@ -194,11 +174,7 @@ pub(super) fn cluster_shapes(
             // Of 1/√g and of 1/(1 - η), rounded up.
             scale: up(1.0 / norm.hi),
             eta,
-            rest: if eta < 0.5 {
-                up(1.0 / (1.0 - eta))
-            } else {
-                f64::INFINITY
-            },
+            rest: if eta < 0.5 { up(1.0 / (1.0 - eta)) } else { f64::INFINITY },
             factors: &errors.factors,
             vector: vec![0.0; n],
             bound: 0.0,
@@ -223,13 +199,7 @@ pub(super) fn cluster_shapes(
                 let rounding = product_bound(columns.len()) * size;
                 let error = errors.component(row, index) * weight + rounding;
                 let error = error * (1.0 + 1e-9);
-                push(
-                    &mut vector,
-                    &mut bound,
-                    vectors.get(row, q),
-                    error,
-                    problem.shift[row],
-                );
+                push(&mut vector, &mut bound, vectors.get(row, q), error, problem.shift[row]);
             }
             finish(vector, bound)
         })
@@ -288,23 +258,14 @@ impl Single<'_> {
     fn component<const FUSED: bool>(&self, row: usize) -> (f64, f64) {
         let (mut s, mut t) = (0.0, 0.0);
         let inverse = (self.inverse.hi, self.inverse.lo);
-        add_product::<FUSED>(
-            (self.column.0[row], self.column.1[row]),
-            inverse,
-            &mut s,
-            &mut t,
-        );
+        add_product::<FUSED>((self.column.0[row], self.column.1[row]), inverse, &mut s, &mut t);
         let (value, low) = fast_two_sum(s, t);
         let bound = up(up(self.unit * self.reached[row]) + self.along * self.zero[row]);
         let bound = if self.exact { 0.0 } else { bound };
         let error = (bound * self.scale + value.abs() * self.eta) * self.rest;
         let error = up((error + low.abs()) * self.factors[row]);
         // What is no number is no bound.
-        let error = if error <= f64::MAX {
-            error
-        } else {
-            f64::INFINITY
-        };
+        let error = if error <= f64::MAX { error } else { f64::INFINITY };
         (value * self.factors[row], error)
     }
 }
@@ -325,9 +286,7 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
             let combined: Vec<Ball> = (0..problem.n)
                 .map(|row| {
                     let parts = zero.vectors.iter().enumerate();
-                    parts.fold(Ball::ZERO, |sum, (p, v)| {
-                        sum + v[row] * Ball::from(transform.get(p, q))
-                    })
+                    parts.fold(Ball::ZERO, |sum, (p, v)| sum + v[row] * Ball::from(transform.get(p, q)))
                 })
                 .collect();
             // |1/√(1 + e) - 1| <= |e| for |e| <= 1/2: how far the length is from 1.
@@ -337,11 +296,7 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
             let mut vector = Vec::with_capacity(problem.n);
             for (value, &shift) in combined.iter().zip(&problem.shift) {
                 let size = value.abs_upper();
-                let error = if size == 0.0 {
-                    0.0
-                } else {
-                    up(value.radius + size * defect) * 2.0
-                };
+                let error = if size == 0.0 { 0.0 } else { up(value.radius + size * defect) * 2.0 };
                 push(&mut vector, &mut bound, value.mid, error, shift);
             }
             finish(vector, bound)
@@ -351,20 +306,10 @@ pub(super) fn zero_shapes(problem: &Scaled, zero: &ZeroSpace) -> Vec<Shape> {
 
 /// Appends a component, back in the original coordinates and rounded to a double.
 fn push(vector: &mut Vec<f64>, bound: &mut f64, value: DoubleDouble, error: f64, shift: i32) {
-    let (value, error) = if shift == 0 {
-        (value, error)
-    } else {
-        (
-            value.scale(shift),
-            DoubleDouble::exact(error).scale(shift).hi,
-        )
-    };
+    let (value, error) =
+        if shift == 0 { (value, error) } else { (value.scale(shift), DoubleDouble::exact(error).scale(shift).hi) };
     vector.push(value.hi);
-    let error = if error == 0.0 && value.lo == 0.0 {
-        0.0
-    } else {
-        up(error + value.lo.abs())
-    };
+    let error = if error == 0.0 && value.lo == 0.0 { 0.0 } else { up(error + value.lo.abs()) };
     *bound = bound.max(if error.is_nan() { f64::INFINITY } else { error });
 }
 
@@ -380,17 +325,10 @@ fn finish(mut vector: Vec<f64>, error_bound: f64) -> Shape {
     let all = largest.iter().chain(rest);
     let largest = all.fold(0.0_f64, |most, x| most.max(x.abs()));
     let first = vector.iter().find(|x| x.abs() >= NEARLY_LARGEST * largest);
-    let sign = if first.is_some_and(|x| *x < 0.0) {
-        -1.0
-    } else {
-        1.0
-    };
+    let sign = if first.is_some_and(|x| *x < 0.0) { -1.0 } else { 1.0 };
     // No negative zeros.
     vector.iter_mut().for_each(|x| *x = *x * sign + 0.0);
-    Shape {
-        vector,
-        error_bound,
-    }
+    Shape { vector, error_bound }
 }
 
 /// The c by c transform T for which U T is the echelon basis of the columns of U (n by c),
@@ -472,11 +410,7 @@ fn by_cholesky(transform: &mut Matrix, gram: &Matrix) -> f64 {
         }
         (least, largest) = (least.min(pivot.hi), largest.max(pivot.hi));
         for row in k..c {
-            let value = if row == k {
-                pivot
-            } else {
-                l.get(row, k) / pivot
-            };
+            let value = if row == k { pivot } else { l.get(row, k) / pivot };
             l.set(row, k, value);
         }
         for column in k + 1..c {
@@ -504,10 +438,7 @@ fn pivot_rows(basis: &Matrix) -> Vec<usize> {
     let mut pivots: Vec<usize> = Vec::with_capacity(c);
     for p in 0..c {
         let rest = &b[p..];
-        let largest = rest
-            .iter()
-            .flatten()
-            .fold(0.0_f64, |most, x| most.max(x.abs()));
+        let largest = rest.iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         // The eliminated rows are left out. The row with the largest entry always qualifies.
         let found = (0..n).filter(|row| !pivots.contains(row)).find_map(|row| {
             let best = (p..c).max_by(|&x, &y| b[x][row].abs().total_cmp(&b[y][row].abs()))?;
@@ -544,9 +475,7 @@ fn invert(mut a: Matrix) -> Matrix {
         inverse.set(i, i, DoubleDouble::ONE);
     }
     for k in 0..n {
-        let best = (k..n)
-            .max_by(|&p, &q| a.get(p, k).hi.abs().total_cmp(&a.get(q, k).hi.abs()))
-            .unwrap_or(k);
+        let best = (k..n).max_by(|&p, &q| a.get(p, k).hi.abs().total_cmp(&a.get(q, k).hi.abs())).unwrap_or(k);
         for column in 0..n {
             for matrix in [&mut a, &mut inverse] {
                 let (x, y) = (matrix.get(k, column), matrix.get(best, column));

@@ -40,12 +40,7 @@ struct Sliced {
 /// n 2^(e + f) (1 + 2^(1-β)).
 ///
 /// Where the entries of A have so few bits that it is a single slice, those of X may have more, and there are fewer of them.
-pub(super) fn sliced_product(
-    xt: &Matrix,
-    a: &Matrix,
-    lengths: &[f64],
-    slices: usize,
-) -> (Matrix, Vec<f64>) {
+pub(super) fn sliced_product(xt: &Matrix, a: &Matrix, lengths: &[f64], slices: usize) -> (Matrix, Vec<f64>) {
     let (m, n) = (xt.rows, a.columns);
     let both = 53 - (n as f64).log2().ceil() as i32;
     let (bits, a_bits, slices) = match few_bits(a, both / 2) {
@@ -101,11 +96,7 @@ pub(super) fn sliced_product(
         put_onto(&mut value, &mut part, &mut first);
     }
     // The lengths of a row of ones and of the scales of the columns.
-    let squares: f64 = right
-        .scales
-        .iter()
-        .map(|&f| power_of_two(f) * power_of_two(f))
-        .sum();
+    let squares: f64 = right.scales.iter().map(|&f| power_of_two(f) * power_of_two(f)).sum();
     let across = squares.sqrt() * (1.0 + 1e-6);
     let ones = (n as f64).sqrt() * (1.0 + 1e-6);
     // Of what q slices leave over, beside 2^scale.
@@ -249,9 +240,5 @@ fn slice(a: &Matrix, (slices, kept): (usize, usize), bits: i32, by: Cut) -> Slic
     let zero = |part: &Plain| part.data.iter().all(|x| *x == 0.0);
     while parts.pop_if(|part| zero(part)).is_some() {}
     let some = |rest: Plain| (!zero(&rest)).then_some(rest);
-    Sliced {
-        parts,
-        scales,
-        rests: rests.into_iter().map(some).collect(),
-    }
+    Sliced { parts, scales, rests: rests.into_iter().map(some).collect() }
 }

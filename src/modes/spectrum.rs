@@ -7,34 +7,14 @@ use super::{Kind, Mode, Options, Rung, Spectrum, Stability, shape};
 use crate::precision::{Ball, Big};
 
 /// The modes in printing order.
-pub(super) fn spectrum(
-    scaled: &Scaled,
-    zero: &ZeroSpace,
-    solution: &Solution,
-    options: &Options,
-) -> Spectrum {
-    let Solution {
-        x,
-        leak,
-        certificate,
-        precise,
-        correction,
-        ..
-    } = solution;
+pub(super) fn spectrum(scaled: &Scaled, zero: &ZeroSpace, solution: &Solution, options: &Options) -> Spectrum {
+    let Solution { x, leak, certificate, precise, correction, .. } = solution;
     let basis = correction.as_ref().map_or(x, |before| &before.basis);
     let zeros = zero.vectors.len();
     let total = certificate.eigenvalues.len() + zeros;
     let wanted = options.lowest.unwrap_or(total).min(total);
-    let unstable = certificate
-        .eigenvalues
-        .iter()
-        .take_while(|x| x.is_negative())
-        .count();
-    let undecided = certificate
-        .eigenvalues
-        .iter()
-        .filter(|x| x.contains_zero())
-        .count();
+    let unstable = certificate.eigenvalues.iter().take_while(|x| x.is_negative()).count();
+    let undecided = certificate.eigenvalues.iter().filter(|x| x.contains_zero()).count();
     let stability = if unstable > 0 {
         Stability::Unstable
     } else if undecided > 0 {
@@ -45,15 +25,8 @@ pub(super) fn spectrum(
         Stability::Stable
     };
     let mut modes = Vec::with_capacity(wanted);
-    let mut zero_shapes = if options.vectors {
-        shape::zero_shapes(scaled, zero)
-    } else {
-        Vec::new()
-    }
-    .into_iter();
-    let errors = options
-        .vectors
-        .then(|| shape::Errors::new(scaled, leak, certificate, basis, zero));
+    let mut zero_shapes = if options.vectors { shape::zero_shapes(scaled, zero) } else { Vec::new() }.into_iter();
+    let errors = options.vectors.then(|| shape::Errors::new(scaled, leak, certificate, basis, zero));
     let mut number = 0;
     let mut put_zeros = |modes: &mut Vec<Mode>, number: &mut u32| {
         for _ in 0..zeros {
@@ -101,16 +74,8 @@ pub(super) fn spectrum(
     }
     modes.truncate(wanted);
     let precise = modes.iter().any(|mode| mode.precise.is_some());
-    let rung = if precise {
-        Rung::Precise
-    } else {
-        solution.rung
-    };
-    Spectrum {
-        modes,
-        stability,
-        rung,
-    }
+    let rung = if precise { Rung::Precise } else { solution.rung };
+    Spectrum { modes, stability, rung }
 }
 
 /// A mode with ω² as a ball times an even power of two.
@@ -125,13 +90,10 @@ fn mode(
         Kind::Oscillation => (omega_squared.sqrt(), Ball::ZERO),
         Kind::Zero => (Ball::ZERO, Ball::ZERO),
         Kind::Unstable => (Ball::ZERO, (-omega_squared).sqrt()),
-        Kind::Damped | Kind::Overdamped | Kind::Undecided => {
-            (omega_squared.sqrt(), (-omega_squared).sqrt())
-        }
+        Kind::Damped | Kind::Overdamped | Kind::Undecided => (omega_squared.sqrt(), (-omega_squared).sqrt()),
     };
     let (omega, growth) = (both.0.scale(power / 2), both.1.scale(power / 2));
-    let (vector, vector_error_bound) =
-        shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));
+    let (vector, vector_error_bound) = shape.map_or((Vec::new(), 0.0), |shape| (shape.vector, shape.error_bound));
     Mode {
         kind,
         omega_squared: omega_squared.scale(power),

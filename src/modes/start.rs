@@ -12,9 +12,7 @@ use faer::diag::DiagMut;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::{cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{MatMut, MatRef, Par};
 use nalgebra::{DMatrix, SymmetricEigen};
 
@@ -30,12 +28,7 @@ const DENSE: usize = 24;
 
 /// What Cholesky factor and substitutions need.
 trait Real:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// Relative size below which a pivot cannot be told from rounding error, per unit of dimension.
     const NOISE: f64;
@@ -96,11 +89,7 @@ pub(super) enum Failure {
 
 /// Approximate eigenvectors in doubles: the columns of X, n by n - z for z zero vectors (the
 /// columns of `zero`), M-orthonormal and M-orthogonal to the zero vectors up to rounding.
-pub(super) fn in_doubles(
-    mass: &Matrix,
-    stiffness: &Matrix,
-    zero: &Matrix,
-) -> Result<Matrix, Failure> {
+pub(super) fn in_doubles(mass: &Matrix, stiffness: &Matrix, zero: &Matrix) -> Result<Matrix, Failure> {
     if mass.rows >= DENSE {
         let factor = diagonal_factor(mass).or_else(|| blocked_factor(mass));
         if let Some(factor) = factor {
@@ -111,19 +100,11 @@ pub(super) fn in_doubles(
 }
 
 /// The same with Cholesky factor and reduction in double-double.
-pub(super) fn in_double_doubles(
-    mass: &Matrix,
-    stiffness: &Matrix,
-    zero: &Matrix,
-) -> Result<Matrix, Failure> {
+pub(super) fn in_double_doubles(mass: &Matrix, stiffness: &Matrix, zero: &Matrix) -> Result<Matrix, Failure> {
     approximate::<DoubleDouble>(mass, stiffness, zero)
 }
 
-fn approximate<R: Real>(
-    mass: &Matrix,
-    stiffness: &Matrix,
-    zero: &Matrix,
-) -> Result<Matrix, Failure> {
+fn approximate<R: Real>(mass: &Matrix, stiffness: &Matrix, zero: &Matrix) -> Result<Matrix, Failure> {
     let n = mass.rows;
     let factor = Factor::<R>::new(mass).map_err(Failure::NotPositiveDefinite)?;
     // A = L⁻¹ (L⁻¹ K)ᵀ
@@ -131,11 +112,9 @@ fn approximate<R: Real>(
     for column in 0..n {
         a.extend((0..n).map(|row| R::of(stiffness.get(row, column))));
     }
-    a.chunks_exact_mut(n)
-        .for_each(|column| factor.forward(column));
+    a.chunks_exact_mut(n).for_each(|column| factor.forward(column));
     transpose(&mut a, n);
-    a.chunks_exact_mut(n)
-        .for_each(|column| factor.forward(column));
+    a.chunks_exact_mut(n).for_each(|column| factor.forward(column));
     let mut a: Vec<f64> = a.into_iter().map(R::double).collect();
     let u = deflated_eigenvectors(&factor, &mut a, zero).ok_or(Failure::NoConvergence)?;
     let mut x = Matrix::zeros(n, n - zero.columns);
@@ -166,11 +145,7 @@ fn diagonal_factor(mass: &Matrix) -> Option<Factor<f64>> {
     for c in 0..n {
         entries[c * n + c] = mass.get(c, c).hi.sqrt();
     }
-    Some(Factor {
-        n,
-        diagonal_only: true,
-        entries,
-    })
+    Some(Factor { n, diagonal_only: true, entries })
 }
 
 /// The factor of a matrix that is not diagonal, by faer; `None` where doubles will not
@@ -196,11 +171,7 @@ fn blocked_factor(mass: &Matrix) -> Option<Factor<f64>> {
         let pivot = entries[k * n + k] * entries[k * n + k];
         pivot > noise * mass.get(k, k).hi && pivot.is_finite()
     });
-    clear.then_some(Factor {
-        n,
-        diagonal_only: false,
-        entries,
-    })
+    clear.then_some(Factor { n, diagonal_only: false, entries })
 }
 
 /// [`approximate`] in doubles, whole blocks of columns at a time.
@@ -242,11 +213,7 @@ fn by_blocks(factor: &Factor<f64>, stiffness: &Matrix, zero: &Matrix) -> Result<
 }
 
 /// Eigenvectors of A = L⁻¹ K L⁻ᵀ orthogonal to Lᵀ Z, column by column; A is overwritten.
-fn deflated_eigenvectors<R: Real>(
-    factor: &Factor<R>,
-    a: &mut [f64],
-    zero: &Matrix,
-) -> Option<Vec<f64>> {
+fn deflated_eigenvectors<R: Real>(factor: &Factor<R>, a: &mut [f64], zero: &Matrix) -> Option<Vec<f64>> {
     let (n, z) = (factor.n, zero.columns);
     if z == 0 {
         return symmetric_eigenvectors(n, a);
@@ -254,9 +221,7 @@ fn deflated_eigenvectors<R: Real>(
     let mut reflectors: Vec<Vec<f64>> = Vec::with_capacity(z);
     for p in 0..z {
         // Lᵀ z, as earlier reflections leave it, is turned into the p-th axis.
-        let mut v: Vec<f64> = (0..n)
-            .map(|row| factor.transposed_row(row, |k| zero.get(k, p).hi))
-            .collect();
+        let mut v: Vec<f64> = (0..n).map(|row| factor.transposed_row(row, |k| zero.get(k, p).hi)).collect();
         for (q, earlier) in reflectors.iter().enumerate() {
             reflect(&mut v[q..], earlier);
         }
@@ -299,9 +264,7 @@ impl<R: Real> Factor<R> {
         let diagonal_only = (0..n).all(|c| (c + 1..n).all(|r| entries[c * n + r].double() == 0.0));
         for k in 0..n {
             let pivot = entries[k * n + k];
-            if pivot.double() <= R::NOISE * n as f64 * mass.get(k, k).hi.abs()
-                || !pivot.double().is_finite()
-            {
+            if pivot.double() <= R::NOISE * n as f64 * mass.get(k, k).hi.abs() || !pivot.double().is_finite() {
                 return Err(null_direction(&entries, n, k));
             }
             let root = pivot.root();
@@ -325,11 +288,7 @@ impl<R: Real> Factor<R> {
                 }
             }
         }
-        Ok(Self {
-            n,
-            diagonal_only,
-            entries,
-        })
+        Ok(Self { n, diagonal_only, entries })
     }
 
     /// x <- L⁻¹ x

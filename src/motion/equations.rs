@@ -9,9 +9,7 @@ use super::error::MotionError;
 use crate::derive::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
 use crate::flow::solved;
-use crate::linearize::{
-    derive_with_multipliers, known_values, missing_value, signed_terms, written_out,
-};
+use crate::linearize::{derive_with_multipliers, known_values, missing_value, signed_terms, written_out};
 use crate::model::{Model, SymbolKind};
 use crate::number::Number;
 
@@ -70,10 +68,7 @@ impl<'a> Written<'a> {
         let families = families.chain(&model.friction);
         let terms: usize = families.map(|family| family.count).sum();
         if terms > MOST_TERMS {
-            return Err(MotionError::TooLarge {
-                terms,
-                most: MOST_TERMS,
-            });
+            return Err(MotionError::TooLarge { terms, most: MOST_TERMS });
         }
         let mut pool = model.pool.clone();
         let known = known_values(model);
@@ -87,9 +82,7 @@ impl<'a> Written<'a> {
         let is_coordinate = |symbol| matches!(kind(symbol), Some(SymbolKind::Coordinate(_)));
         let is_velocity = |symbol| matches!(kind(symbol), Some(SymbolKind::Velocity(_)));
         let number = |symbol| match kind(symbol) {
-            Some(
-                SymbolKind::Coordinate(at) | SymbolKind::Velocity(at) | SymbolKind::Parameter(at),
-            ) => at,
+            Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at) | SymbolKind::Parameter(at)) => at,
             _ => usize::MAX,
         };
         let time = model.time();
@@ -141,18 +134,10 @@ impl<'a> Written<'a> {
 
         let constant = [&inertia, &slopes].iter().all(|values| {
             let mut values = values.iter();
-            values.all(|e| {
-                !pool.depends_on(*e, &|symbol| {
-                    symbol == time || kind(symbol).is_some_and(moves)
-                })
-            })
+            values.all(|e| !pool.depends_on(*e, &|symbol| symbol == time || kind(symbol).is_some_and(moves)))
         });
         let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
-        let most = if for_proofs {
-            MOST_SHORTENED_FOR_PROOFS
-        } else {
-            MOST_SHORTENED
-        };
+        let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
         shorten(&mut pool, &mut outputs, most);
         let conserved = model.friction.is_empty() && model.time_dependent.is_none();
         let energy = conserved.then(|| {
@@ -220,10 +205,8 @@ impl<'a> Written<'a> {
         }
         let right = loads.iter().chain(bends);
         let right = right.map(|e| vec![self.pool.neg(*e)]).collect();
-        let solution = solved(&mut self.pool, matrix, right).ok_or(MotionError::NotProved {
-            reached: "0".to_owned(),
-            reason: NO_INVERSE,
-        })?;
+        let solution = solved(&mut self.pool, matrix, right)
+            .ok_or(MotionError::NotProved { reached: "0".to_owned(), reason: NO_INVERSE })?;
         let state: Vec<Symbol> = self.inputs().split_off(1);
         let mut rates: Vec<ExprId> = Vec::with_capacity(2 * n);
         for velocity in &self.velocities {
@@ -248,9 +231,7 @@ impl Equations {
         let mut written = Written::new(model, false)?;
         let inputs = written.inputs();
         let moving = inputs.clone();
-        let (mut smooth, signs) = written
-            .pool
-            .with_signs(&written.outputs, |symbol| moving.contains(&symbol));
+        let (mut smooth, signs) = written.pool.with_signs(&written.outputs, |symbol| moving.contains(&symbol));
         let kinks: Vec<ExprId> = signs.iter().map(|(x, _)| *x).collect();
         smooth.extend_from_slice(&kinks);
         let mut with_signs = inputs.clone();

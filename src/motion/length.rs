@@ -77,9 +77,7 @@ impl<S: Real> Stepper<'_, S> {
         }
         let allowed = self.allowed[k];
         // Mostly another term is what counts.
-        if length.is_finite()
-            && last * power(length, k) <= allowed * on_the_way(row, degree, length)
-        {
+        if length.is_finite() && last * power(length, k) <= allowed * on_the_way(row, degree, length) {
             return f64::INFINITY;
         }
         let mut size = row[0].middle().abs();
@@ -152,16 +150,13 @@ impl<S: Real> Stepper<'_, S> {
         room.inputs.push(t.add(&time));
         let state = self.positions.iter().chain(&self.velocities);
         room.inputs.extend(state.map(|row| horner(row, &place)));
-        room.inputs
-            .extend(self.signs.iter().map(|sign| S::exact(*sign)));
+        room.inputs.extend(self.signs.iter().map(|sign| S::exact(*sign)));
         // Accelerations and multipliers have a term less.
         let forces = self.accelerations.iter().chain(&self.multipliers);
         room.forces.clear();
-        room.forces
-            .extend(forces.map(|row| horner(&row[..order], &place)));
+        room.forces.extend(forces.map(|row| horner(&row[..order], &place)));
         room.out.resize(self.values.outputs(), S::exact(0.0));
-        self.values
-            .evaluate_into(&room.inputs, &mut self.scratch, &mut room.out);
+        self.values.evaluate_into(&room.inputs, &mut self.scratch, &mut room.out);
         let (mass, rest) = room.out.split_at(equations.mass.len());
         let (load, rest) = rest.split_at(n);
         room.sums.clear();

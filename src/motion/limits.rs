@@ -53,16 +53,11 @@ impl System {
             place.push("…".to_owned());
         }
         let (time, place) = (moment(t.middle()), place.join(", "));
-        let beside = if length > 0.0 {
-            " or right beside it"
-        } else {
-            ""
-        };
+        let beside = if length > 0.0 { " or right beside it" } else { "" };
         let nearby = self.nearby(stepper, t, (q, v), BESIDE * length);
         let reason = match (trouble, nearby) {
             (Trouble::Kink, _) => {
-                "forces on both sides lead to the kink of an absolute value, where there is none"
-                    .to_owned()
+                "forces on both sides lead to the kink of an absolute value, where there is none".to_owned()
             }
             (_, Nearby::Undefined) => {
                 format!("the equations of motion are not defined there{beside}")
@@ -81,28 +76,14 @@ impl System {
                         "a number there is too large or too small to compute with, or a derivative of a force is infinite"
                     }
                 };
-                return MotionError::Stuck {
-                    time,
-                    place,
-                    reason: reason.to_owned(),
-                };
+                return MotionError::Stuck { time, place, reason: reason.to_owned() };
             }
         };
-        MotionError::Singular {
-            time,
-            place,
-            reason,
-        }
+        MotionError::Singular { time, place, reason }
     }
 
     /// The equations about a place, as far as the motion gets from there in a time.
-    fn nearby<S: Real>(
-        &self,
-        stepper: &Stepper<'_, S>,
-        t: &S,
-        (q, v): (&[S], &[S]),
-        time: f64,
-    ) -> Nearby {
+    fn nearby<S: Real>(&self, stepper: &Stepper<'_, S>, t: &S, (q, v): (&[S], &[S]), time: f64) -> Nearby {
         let around = |x: &S, rate: f64| {
             let reach = if time > 0.0 { rate.abs() * time } else { 0.0 };
             Big::from_ball(&x.to_ball(), BITS).widened(reach)
@@ -113,10 +94,7 @@ impl System {
         inputs.extend(v.iter().zip(rates).map(|(x, rate)| around(x, rate)));
         let signs = stepper.signs.iter().map(|sign| Big::from_f64(*sign, BITS));
         inputs.extend(signs);
-        inputs.resize(
-            1 + q.len() + v.len() + self.equations.kinks.outputs(),
-            Big::from_f64(1.0, BITS),
-        );
+        inputs.resize(1 + q.len() + v.len() + self.equations.kinks.outputs(), Big::from_f64(1.0, BITS));
         let tape = self.equations.tape.prepare::<Big>(BITS);
         let values = tape.evaluate(&inputs, &mut Vec::new());
         if values.iter().any(|x| !x.is_finite()) {
@@ -164,13 +142,7 @@ impl System {
 
     /// What coordinates and velocities, a row after the other, may be off by because numbers get too small on the way: so much of
     /// an acceleration is lost where parts of the equations are below the range of double-double.
-    pub(super) fn lost(
-        &self,
-        start: &Start,
-        times: &Times,
-        rows: &[Vec<Ball>],
-        steps: usize,
-    ) -> Vec<Vec<f64>> {
+    pub(super) fn lost(&self, start: &Start, times: &Times, rows: &[Vec<Ball>], steps: usize) -> Vec<Vec<f64>> {
         let n = self.names.len();
         let rests = self.rests(start, times, rows);
         let stride = rows.len().div_ceil(LOOKS).max(1);
@@ -241,9 +213,7 @@ impl System {
         let n = self.names.len();
         let first = start.row();
         let still = |row: &Vec<Ball>, i: usize| row[i].is_zero() && row[n + i].is_zero();
-        let mut rests: Vec<bool> = (0..n)
-            .map(|i| still(&first, i) && rows.iter().all(|row| still(row, i)))
-            .collect();
+        let mut rests: Vec<bool> = (0..n).map(|i| still(&first, i) && rows.iter().all(|row| still(row, i))).collect();
         if !rests.contains(&true) {
             return rests;
         }
@@ -253,16 +223,8 @@ impl System {
             let mut before: Option<Vec<Ball>> = None;
             loop {
                 let lost = |at: usize| zero[at % n] && !rests[at % n];
-                let own = |(at, x): (usize, &Ball)| {
-                    Ball::new(
-                        x.mid,
-                        if before.is_some() && lost(at) {
-                            MOVED
-                        } else {
-                            0.0
-                        },
-                    )
-                };
+                let own =
+                    |(at, x): (usize, &Ball)| Ball::new(x.mid, if before.is_some() && lost(at) { MOVED } else { 0.0 });
                 let inputs = self.inputs(&times.at(at), row, own);
                 let values = self.equations.tape.evaluate(&inputs, &mut Vec::new());
                 let loads = &values[self.equations.mass.len()..][..n];

@@ -25,9 +25,7 @@ pub fn superposition<'a>(
     let stiffness = mass.solve(&of(&stiffness))?;
     let velocity = mass.solve(&of(&velocity))?;
     let mut generator = DMatrix::zeros(2 * m, 2 * m);
-    generator
-        .view_mut((0, m), (m, m))
-        .copy_from(&DMatrix::identity(m, m));
+    generator.view_mut((0, m), (m, m)).copy_from(&DMatrix::identity(m, m));
     generator.view_mut((m, 0), (m, m)).copy_from(&-stiffness);
     generator.view_mut((m, m), (m, m)).copy_from(&-velocity);
     // The matrices are in units of the model, times and motions in SI.
@@ -42,9 +40,7 @@ pub fn superposition<'a>(
     // What is small beside its place is told before it is rounded.
     let displaced = |values: &[Ball], from: &[Ball], rate: i64| -> Vec<f64> {
         let both = values.iter().zip(from).enumerate();
-        let all: Vec<f64> = both
-            .map(|(i, (x, at))| x.sub(at).scale_far(-rate - length(i)).mid_f64())
-            .collect();
+        let all: Vec<f64> = both.map(|(i, (x, at))| x.sub(at).scale_far(-rate - length(i)).mid_f64()).collect();
         free.iter().filter_map(|at| all.get(*at).copied()).collect()
     };
     let mut state = displaced(&start.positions, rest, 0);

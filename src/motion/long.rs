@@ -18,10 +18,7 @@ impl Times {
     #[must_use]
     pub fn at_once(&self, numbers: usize) -> Self {
         let rows = (MOST_AT_ONCE / numbers.max(1)).max(FEWEST_ROWS);
-        Self {
-            samples: self.samples.min(rows),
-            ..self.clone()
-        }
+        Self { samples: self.samples.min(rows), ..self.clone() }
     }
 }
 
@@ -55,9 +52,7 @@ impl System {
         match tolerance {
             Some(tolerance) => {
                 let order = quick_order(tolerance);
-                let mut each = |row: usize, values: Vec<f64>| {
-                    each(row, values.into_iter().map(Ball::exact).collect())
-                };
+                let mut each = |row: usize, values: Vec<f64>| each(row, values.into_iter().map(Ball::exact).collect());
                 self.run::<f64>(start, times, order, 0.0, &mut each)?;
             }
             None => {

@@ -18,10 +18,8 @@ impl<S: Real> Matrix<S> {
     pub(super) fn factored(mut entries: Vec<S>, order: usize) -> Result<Self, Trouble> {
         let size = |x: &S| x.middle().abs();
         let mut rows: Vec<usize> = (0..order).collect();
-        let mut scales: Vec<f64> = entries
-            .chunks(order.max(1))
-            .map(|row| row.iter().map(size).fold(0.0, f64::max))
-            .collect();
+        let mut scales: Vec<f64> =
+            entries.chunks(order.max(1)).map(|row| row.iter().map(size).fold(0.0, f64::max)).collect();
         for k in 0..order {
             let pivot = (k..order).max_by(|a, b| {
                 let of = |row: usize| size(&entries[order * row + k]) / scales[row];
@@ -54,11 +52,7 @@ impl<S: Real> Matrix<S> {
                 entries[order * row + k] = factor;
             }
         }
-        Ok(Self::Full {
-            order,
-            entries,
-            rows,
-        })
+        Ok(Self::Full { order, entries, rows })
     }
 
     /// `x` is memory to work in.
@@ -69,11 +63,7 @@ impl<S: Real> Matrix<S> {
                     *x = x.div(entry);
                 }
             }
-            Self::Full {
-                order,
-                entries,
-                rows,
-            } => {
+            Self::Full { order, entries, rows } => {
                 x.clear();
                 x.extend(rows.iter().map(|row| right[*row]));
                 for i in 0..*order {

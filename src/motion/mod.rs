@@ -71,11 +71,8 @@ impl Times {
     /// # Errors
     /// [`MotionError::BadTimes`] for a time that is no positive number, and for no row at all.
     pub fn new(until: &Constant, samples: usize) -> Result<Self, MotionError> {
-        let bad = |reason: &str| MotionError::BadTimes {
-            until: until.text().to_owned(),
-            samples,
-            reason: reason.to_owned(),
-        };
+        let bad =
+            |reason: &str| MotionError::BadTimes { until: until.text().to_owned(), samples, reason: reason.to_owned() };
         let value = crate::linearize::constant(until.pool(), until.value());
         let value = value.filter(|value| value.is_positive() && value.is_finite());
         let Some(value) = value else {
@@ -86,11 +83,7 @@ impl Times {
         }
         let exact = Tape::compile(until.pool(), &[until.value()], &[]);
         let exact = exact.map_err(|_| bad("it is no constant"))?;
-        Ok(Self {
-            until: Ball::new(value.mid, 0.0),
-            exact,
-            samples,
-        })
+        Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples })
     }
 
     /// The time of a row.
@@ -162,11 +155,7 @@ pub struct System {
 
 /// A time in a message.
 fn moment(time: f64) -> String {
-    if time == 0.0 || (1e-3..1e9).contains(&time) {
-        format!("{time:.6}")
-    } else {
-        format!("{time:.6e}")
-    }
+    if time == 0.0 || (1e-3..1e9).contains(&time) { format!("{time:.6}") } else { format!("{time:.6e}") }
 }
 
 /// Order and tolerance of steps in doubles that leave out so much.
@@ -189,10 +178,7 @@ impl<S: Real> Run<S> {
     fn balls(self) -> Run<Ball> {
         let rows = self.rows.into_iter();
         let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
-        Run {
-            rows: rows.collect(),
-            steps: self.steps,
-        }
+        Run { rows: rows.collect(), steps: self.steps }
     }
 }
 
@@ -208,11 +194,7 @@ impl System {
         let equations = Equations::new(model);
         budget.check().map_err(LinearizeError::from)?;
         budget.at("the motion", None);
-        Ok(Self {
-            budget: budget.clone(),
-            equations: equations?,
-            names: names.collect(),
-        })
+        Ok(Self { budget: budget.clone(), equations: equations?, names: names.collect() })
     }
 
     /// The motion with its digits: each value with an estimate of its error. Time goes in proportion to the number of steps and to the
@@ -225,10 +207,7 @@ impl System {
         // Runs may differ and agree again, as where a pendulum went round once or did not.
         let stride = LOOKS.div_ceil(times.samples.saturating_sub(1).max(1));
         let asked = times;
-        let times = &Times {
-            samples: times.samples.saturating_sub(1) * stride + 1,
-            ..times.clone()
-        };
+        let times = &Times { samples: times.samples.saturating_sub(1) * stride + 1, ..times.clone() };
         let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
         let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
         let fine = fine.balls();
@@ -241,9 +220,9 @@ impl System {
             })
         };
         let own = start.positions.iter().chain(&start.velocities);
-        let unknown = own.zip(&sizes).fold(0.0_f64, |most, (x, size)| {
-            most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 })
-        });
+        let unknown = own
+            .zip(&sizes)
+            .fold(0.0_f64, |most, (x, size)| most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 }));
         let mut check: Option<Run<Ball>> = None;
         let mut magnified = 1.0_f64;
         let mut seen = 0.0_f64;
@@ -284,9 +263,7 @@ impl System {
                 return start.row();
             }
             let values = values.iter().zip(&sizes).zip(&lost[row]);
-            values
-                .map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost))
-                .collect()
+            values.map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost)).collect()
         });
         let rows: Vec<Vec<Ball>> = rows.collect();
         Ok(Trajectory {
@@ -303,12 +280,7 @@ impl System {
     ///
     /// # Errors
     /// As [`System::motion`].
-    pub fn quick(
-        &self,
-        start: &Start,
-        times: &Times,
-        tolerance: f64,
-    ) -> Result<Trajectory, MotionError> {
+    pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
         self.check_size(times)?;
         let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
         let Run { rows, steps } = run.balls();
@@ -327,10 +299,7 @@ impl System {
         if numbers <= MOST_NUMBERS {
             return Ok(());
         }
-        Err(MotionError::TooManyNumbers {
-            numbers,
-            most: MOST_NUMBERS,
-        })
+        Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS })
     }
 
     /// All rows of a motion from a start whose values are displaced by so much beside their sizes.
@@ -395,9 +364,7 @@ impl System {
             if fitting < longest {
                 (length, longest) = (fitting, fitting);
             }
-            let kink = stepper
-                .kink(longest)
-                .map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
+            let kink = stepper.kink(longest).map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
             if let Some(kink) = &kink {
                 length = kink.middle();
             }
@@ -425,17 +392,10 @@ impl System {
             let share = next.middle() / end.middle();
             let expected = FIRST_STEPS as f64 / share;
             if steps >= MOST_STEPS || steps == FIRST_STEPS && expected > 10.0 * MOST_STEPS as f64 {
-                return Err(MotionError::TooLong {
-                    reached: moment(next.middle()),
-                    steps,
-                });
+                return Err(MotionError::TooLong { reached: moment(next.middle()), steps });
             }
             // Steps that do not move the time end in a singularity, unless several kinks meet.
-            resting = if next.sub(&t).middle() <= 1e-15 * t.middle() {
-                resting + 1
-            } else {
-                0
-            };
+            resting = if next.sub(&t).middle() <= 1e-15 * t.middle() { resting + 1 } else { 0 };
             if resting > self.equations.kinks.outputs() {
                 return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
             }

@@ -29,13 +29,7 @@ struct Place {
 
 impl Place {
     /// The constraints, or their rates; `None` where the side of a kink is not decided.
-    fn new(
-        system: &System,
-        positions: &[Ball],
-        velocities: &[Ball],
-        rates: bool,
-        decided: bool,
-    ) -> Option<Self> {
+    fn new(system: &System, positions: &[Ball], velocities: &[Ball], rates: bool, decided: bool) -> Option<Self> {
         let equations = &system.equations;
         let (n, c) = (equations.coordinates, equations.constraints);
         let mut scratch = Vec::new();
@@ -43,11 +37,7 @@ impl Place {
         inputs.extend(positions.iter().chain(velocities).copied());
         let surface = equations.surface.prepare::<Ball>(());
         let gaps = surface.evaluate(&inputs, &mut scratch);
-        let gaps = if rates {
-            gaps.get(c..)?
-        } else {
-            gaps.get(..c)?
-        };
+        let gaps = if rates { gaps.get(c..)? } else { gaps.get(..c)? };
         let kinks = equations.kinks.prepare::<Ball>(());
         let kinks = kinks.evaluate(&inputs, &mut scratch);
         if decided && kinks.iter().any(Ball::contains_zero) {
@@ -94,11 +84,7 @@ impl Place {
 
 impl Start {
     /// Moves what is not given so that constraints hold, then what is given in decimals within their digits.
-    pub(super) fn onto_constraints(
-        &mut self,
-        system: &System,
-        given: &[Given],
-    ) -> Result<(), MotionError> {
+    pub(super) fn onto_constraints(&mut self, system: &System, given: &[Given]) -> Result<(), MotionError> {
         if system.equations.constraints == 0 {
             return Ok(());
         }
@@ -115,18 +101,12 @@ impl Start {
             let rounded = |i: usize| own(i).is_some_and(|own| own.half_unit > 0.0);
             if !settled && (0..n).any(rounded) {
                 *self = before.clone();
-                free = (0..n)
-                    .filter(|i| own(*i).is_none() || rounded(*i))
-                    .collect();
+                free = (0..n).filter(|i| own(*i).is_none() || rounded(*i)).collect();
                 settled = self.settle(system, rates, &free, true);
                 for i in (0..n).filter(|i| settled && rounded(*i)) {
                     let by = (self.state(rates)[i] - before.state(rates)[i]).mid_f64();
                     let most = own(i).map_or(0.0, |own| own.half_unit * ROUNDING);
-                    let moved = Moved {
-                        coordinate: i,
-                        velocity: rates,
-                        by,
-                    };
+                    let moved = Moved { coordinate: i, velocity: rates, by };
                     if by.abs() > most {
                         off = off.or(Some((moved, most)));
                     } else if by != 0.0 {
@@ -155,11 +135,7 @@ impl Start {
     }
 
     fn state(&self, rates: bool) -> &[Ball] {
-        if rates {
-            &self.velocities
-        } else {
-            &self.positions
-        }
+        if rates { &self.velocities } else { &self.positions }
     }
 
     /// Newton steps for some coordinates, or velocities: of least length, or least in the metric of the masses.
@@ -177,11 +153,7 @@ impl Start {
             let off = place.gaps.iter().zip(&sizes);
             let off = off.fold(0.0_f64, |most, (gap, size)| {
                 let gap = gap.mid_f64().abs();
-                most.max(if gap > 0.0 {
-                    gap / size.max(f64::MIN_POSITIVE)
-                } else {
-                    0.0
-                })
+                most.max(if gap > 0.0 { gap / size.max(f64::MIN_POSITIVE) } else { 0.0 })
             });
             if off <= 1e-30 || (off <= 1e-26 && off >= 0.5 * gap) {
                 return true;
@@ -195,25 +167,18 @@ impl Start {
             let right = DVector::from_iterator(place.gaps.len(), gaps);
             // With M = L Lᵀ the shortest L^T dq.
             let metric = by_mass.then(|| place.metric(free)).flatten();
-            let weighted = metric
-                .as_ref()
-                .and_then(|factor| factor.solve_lower_triangular(&slopes.transpose()));
+            let weighted = metric.as_ref().and_then(|factor| factor.solve_lower_triangular(&slopes.transpose()));
             let step = match (&metric, weighted) {
                 (Some(factor), Some(weighted)) => {
                     let step = weighted.transpose().svd(true, true).solve(&right, 1e-12);
-                    step.ok()
-                        .and_then(|step| factor.transpose().solve_upper_triangular(&step))
+                    step.ok().and_then(|step| factor.transpose().solve_upper_triangular(&step))
                 }
                 _ => slopes.svd(true, true).solve(&right, 1e-12).ok(),
             };
             let Some(step) = step.filter(|step| step.iter().all(|x| x.is_finite())) else {
                 return false;
             };
-            let state = if rates {
-                &mut self.velocities
-            } else {
-                &mut self.positions
-            };
+            let state = if rates { &mut self.velocities } else { &mut self.positions };
             for (at, step) in free.iter().zip(step.iter()) {
                 let moved = state[*at] + Ball::exact(*step);
                 state[*at] = Ball::new(moved.mid, state[*at].radius);
@@ -229,11 +194,7 @@ impl Start {
         let n = system.equations.coordinates;
         let number = |i: usize| if rates { n + i } else { i };
         let open = |known: &Known| matches!(known, Known::Open);
-        let moved: Vec<usize> = free
-            .iter()
-            .copied()
-            .filter(|i| open(&self.known[number(*i)]))
-            .collect();
+        let moved: Vec<usize> = free.iter().copied().filter(|i| open(&self.known[number(*i)])).collect();
         if moved.is_empty() {
             return;
         }
@@ -261,15 +222,10 @@ impl Start {
         let of = |first: usize, values: &[Ball], now: bool| -> Option<Vec<Ball>> {
             let known = self.known.get(first..first + n)?;
             let all = known.iter().zip(values).enumerate();
-            all.map(|(i, (known, value))| centre(i, known, value, now))
-                .collect()
+            all.map(|(i, (known, value))| centre(i, known, value, now)).collect()
         };
         let mut positions = of(0, &self.positions, !rates)?;
-        let mut velocities = if rates {
-            of(n, &self.velocities, true)?
-        } else {
-            self.velocities.clone()
-        };
+        let mut velocities = if rates { of(n, &self.velocities, true)? } else { self.velocities.clone() };
         let here = Place::new(system, &positions, &velocities, rates, true)?;
         let slopes = here.columns(moved);
         let directions = slopes.transpose();
@@ -289,11 +245,7 @@ impl Start {
                 up(parts.sum::<f64>() * radius * (1.0 + 1e-12))
             })
             .collect();
-        let state = if rates {
-            &mut velocities
-        } else {
-            &mut positions
-        };
+        let state = if rates { &mut velocities } else { &mut positions };
         for (i, radius) in moved.iter().zip(&radii) {
             state[*i] = state[*i].with_added_radius(*radius);
         }

@@ -72,10 +72,7 @@ impl Stuck {
         } else {
             "no step can be proved there, as beside a singularity or at the kink of an absolute value"
         };
-        MotionError::NotProved {
-            reached: moment(self.time),
-            reason,
-        }
+        MotionError::NotProved { reached: moment(self.time), reason }
     }
 }
 
@@ -89,20 +86,14 @@ impl Enclosed {
     pub fn new(model: &Model) -> Result<Self, MotionError> {
         let coordinates = model.coordinates.len() + model.constraints.len();
         if coordinates > MOST_COORDINATES {
-            return Err(MotionError::TooLargeToProve {
-                coordinates,
-                most: MOST_COORDINATES,
-            });
+            return Err(MotionError::TooLargeToProve { coordinates, most: MOST_COORDINATES });
         }
         let budget = model.pool.budget();
         budget.at("the equations of motion", None);
         let equations = Written::new(model, true).and_then(|written| written.explicit());
         budget.check().map_err(LinearizeError::from)?;
         budget.at("the motion", None);
-        Ok(Self {
-            budget: budget.clone(),
-            equations: equations?,
-        })
+        Ok(Self { budget: budget.clone(), equations: equations? })
     }
 
     /// The motion, each value with a radius that is proved: with so many digits of the size of each column where the start
@@ -111,18 +102,10 @@ impl Enclosed {
     /// # Errors
     /// [`MotionError::NotProved`] where there is no proof up to the end, [`MotionError::OpenStart`] where the start is known
     /// only about.
-    pub fn motion(
-        &self,
-        start: &Start,
-        times: &Times,
-        digits: usize,
-    ) -> Result<Trajectory, MotionError> {
+    pub fn motion(&self, start: &Start, times: &Times, digits: usize) -> Result<Trajectory, MotionError> {
         let numbers = times.len().saturating_mul(self.equations.dimension() + 1);
         if numbers > MOST_NUMBERS {
-            return Err(MotionError::TooManyNumbers {
-                numbers,
-                most: MOST_NUMBERS,
-            });
+            return Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS });
         }
         let mut table = self.table::<Ball>(start, times, BITS, ())?;
         let mut bits = BITS;
@@ -194,10 +177,7 @@ impl Enclosed {
         let rows = times.len();
         let time = |row: usize| times.enclosed::<S>(row, precision);
         let end = times.at(rows - 1).abs_upper();
-        let mut run = Run {
-            steps: 0,
-            stuck: None,
-        };
+        let mut run = Run { steps: 0, stuck: None };
         if !each(0, first.iter().map(S::to_ball).collect()) {
             return Ok(run);
         }
@@ -209,14 +189,9 @@ impl Enclosed {
             let lost = walk.spread() > LARGE;
             let reach = if lost { None } else { walk.reach(left) };
             let expected = expected_steps(run.steps, walk.time(), end);
-            let too_many = run.steps >= most_steps
-                || run.steps >= FIRST_STEPS && expected > 2.0 * count(most_steps);
+            let too_many = run.steps >= most_steps || run.steps >= FIRST_STEPS && expected > 2.0 * count(most_steps);
             let Some(reach) = reach.filter(|_| !too_many) else {
-                run.stuck = Some(Stuck {
-                    time: walk.time(),
-                    spread: lost,
-                    steps: too_many,
-                });
+                run.stuck = Some(Stuck { time: walk.time(), spread: lost, steps: too_many });
                 return Ok(run);
             };
             while done < rows {
@@ -232,11 +207,7 @@ impl Enclosed {
                 }
             }
             if walk.advance().is_none() {
-                run.stuck = Some(Stuck {
-                    time: walk.time(),
-                    spread: true,
-                    steps: false,
-                });
+                run.stuck = Some(Stuck { time: walk.time(), spread: true, steps: false });
                 return Ok(run);
             }
             run.steps += 1;

@@ -153,17 +153,12 @@ impl Start {
         let model = linearized.model();
         let mut start = Self::at_rest(model, Some(linearized));
         let count = modes.modes.len();
-        let none = MotionError::NoSuchMode {
-            mode: number,
-            count,
-        };
+        let none = MotionError::NoSuchMode { mode: number, count };
         let mode = number.checked_sub(1).and_then(|at| modes.modes.get(at));
         let mode = mode.filter(|mode| !mode.vector.is_empty()).ok_or(none)?;
         let value = linearize::constant(amplitude.pool(), amplitude.value());
         let value = value.filter(Ball::is_finite);
-        let value = value.ok_or_else(|| MotionError::BadAmplitude {
-            text: amplitude.text().to_owned(),
-        })?;
+        let value = value.ok_or_else(|| MotionError::BadAmplitude { text: amplitude.text().to_owned() })?;
         let zeros = vec![0.0; mode.vector.len()];
         let imaginary = match mode.imaginary.as_slice() {
             [] => &zeros,
@@ -179,15 +174,9 @@ impl Start {
         // Components are off by d, d' with |d|, |d'| <= b, where b is the bound of both parts: (a + d)/(z + d') differs from
         // a/z by at most (|d| + |a/z| |d'|)/(|z| - |d'|), and |a| <= |z|. The quotient in doubles adds some roundings.
         let bound = 1.5 * mode.vector_error_bound;
-        let off = up(2.0 * bound / (square.sqrt() * (1.0 - 4.0 * f64::EPSILON) - bound))
-            + 16.0 * f64::EPSILON;
+        let off = up(2.0 * bound / (square.sqrt() * (1.0 - 4.0 * f64::EPSILON) - bound)) + 16.0 * f64::EPSILON;
         // Vectors of several modes of one frequency are known only together.
-        let alone = modes
-            .modes
-            .iter()
-            .filter(|own| own.cluster == mode.cluster)
-            .count()
-            == 1;
+        let alone = modes.modes.iter().filter(|own| own.cluster == mode.cluster).count() == 1;
         // What the bound does not tell from 0 or from the largest component is taken to be that, as symmetry makes it
         // mostly.
         let known = |x: f64| {
@@ -202,20 +191,14 @@ impl Start {
             let ((real, real_off), (rest, rest_off)) = if at == largest {
                 ((1.0, 0.0), (0.0, 0.0))
             } else {
-                (
-                    known((a * re + b * im) / square),
-                    known((b * re - a * im) / square),
-                )
+                (known((a * re + b * im) / square), known((b * re - a * im) / square))
             };
             let part = |x: f64, off: f64| Ball::exact(x).with_added_radius(off);
             // Of the values as they are used, with what is estimated of them; and as they are proved.
             let proved = |x: f64| part(x, if at == largest { 0.0 } else { 4.0 * off });
             let moved = value.mul(&part(real, real_off));
             let x = &mut start.positions[at];
-            *x = Ball::new(
-                x.add(&moved).mid,
-                moved.radius * f64::from(u8::from(real_off > 0.0)),
-            );
+            *x = Ball::new(x.add(&moved).mid, moved.radius * f64::from(u8::from(real_off > 0.0)));
             // The rate of Re(z exp((growth + i omega) t)).
             let rate = |real: Ball, rest: Ball| mode.growth * real - mode.omega * rest;
             if !in_phase {
@@ -263,8 +246,7 @@ impl Start {
             };
         }
         let given = model.equilibria.iter().zip(&model.guesses);
-        let given =
-            given.map(|(equilibrium, guess)| equilibrium.or(*guess).and_then(|given| given.value));
+        let given = given.map(|(equilibrium, guess)| equilibrium.or(*guess).and_then(|given| given.value));
         let given: Vec<Option<ExprId>> = given.collect();
         let positions = given.iter().map(|value| {
             let value = value.and_then(|value| linearize::constant(&model.pool, value));
@@ -287,10 +269,7 @@ impl Start {
     ///
     /// # Errors
     /// [`MotionError::OpenStart`] where nothing is proved of one.
-    pub(super) fn enclosed<S: Enclosure>(
-        &self,
-        precision: S::Precision,
-    ) -> Result<Vec<S>, MotionError> {
+    pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Result<Vec<S>, MotionError> {
         let values = self.known.iter().map(|own| own.enclosed::<S>(precision));
         let values: Option<Vec<S>> = values.collect();
         values.ok_or(MotionError::OpenStart {})
@@ -332,13 +311,8 @@ fn entries(text: &str) -> Vec<&str> {
 
 /// `phi[1]'=0.1`
 fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
-    let bad = |reason: &str| MotionError::BadStart {
-        text: entry.trim().to_owned(),
-        reason: reason.to_owned(),
-    };
-    let (name, value) = entry
-        .split_once('=')
-        .ok_or_else(|| bad("there is no `=`"))?;
+    let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
+    let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
     let name: String = name.split_whitespace().collect();
     let (plain, moves) = match name.strip_suffix('\'') {
         Some(plain) => (plain, true),
@@ -352,11 +326,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let mut names = model.coordinates.iter();
     let at = names.position(|own| own.name.replace(' ', "") == wanted);
     let Some(at) = at else {
-        let known: Vec<&str> = model
-            .coordinates
-            .iter()
-            .map(|own| own.name.as_str())
-            .collect();
+        let known: Vec<&str> = model.coordinates.iter().map(|own| own.name.as_str()).collect();
         return Err(MotionError::NotACoordinate {
             nearest: nearest(plain, known).map(str::to_owned),
             name: name.clone(),
@@ -371,9 +341,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
     let factor = model.coordinates.get(at).and_then(|own| own.factor);
     let factor = factor.map(|factor| Known::constant(&model.pool, factor));
     let known = match (Known::constant(value.pool(), value.value()), factor) {
-        (Known::Constant(value, _), Some(Known::Constant(factor, _))) => {
-            Known::Constant(value, Some(factor))
-        }
+        (Known::Constant(value, _), Some(Known::Constant(factor, _))) => Known::Constant(value, Some(factor)),
         (known, None) => known,
         (_, Some(_)) => Known::Open,
     };

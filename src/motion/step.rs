@@ -148,13 +148,7 @@ impl<'a, S: Real> Stepper<'a, S> {
 
     /// The coefficients about a state, which is brought back to the constraints first, and a length for the step, of
     /// which `longest` is needed at most.
-    pub(super) fn expand(
-        &mut self,
-        t: &S,
-        q: &mut [S],
-        v: &mut [S],
-        longest: f64,
-    ) -> Result<f64, Trouble> {
+    pub(super) fn expand(&mut self, t: &S, q: &mut [S], v: &mut [S], longest: f64) -> Result<f64, Trouble> {
         if self.signs.is_empty() {
             self.settle_signs(t, q, v)?;
         }
@@ -194,18 +188,11 @@ impl<'a, S: Real> Stepper<'a, S> {
         if count == 0 {
             return Ok(());
         }
-        let inputs = [t]
-            .into_iter()
-            .chain(q)
-            .chain(v)
-            .cloned()
-            .collect::<Vec<S>>();
+        let inputs = [t].into_iter().chain(q).chain(v).cloned().collect::<Vec<S>>();
         let kinks = self.equations.kinks.prepare::<S>(());
         let values = kinks.evaluate(&inputs, &mut self.scratch);
         self.signs = values.iter().map(|x| sign(x.middle())).collect();
-        let open: Vec<usize> = (0..count)
-            .filter(|at| values[*at].middle() == 0.0)
-            .collect();
+        let open: Vec<usize> = (0..count).filter(|at| values[*at].middle() == 0.0).collect();
         if open.len() > MOST_OPEN_SIGNS {
             return Err(Trouble::Kink);
         }
@@ -239,8 +226,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         let fresh = self.fresh.take();
         let mut first: Option<(f64, f64, usize)> = None;
         for (at, row) in self.kinks.iter().enumerate() {
-            let value =
-                |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
+            let value = |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
             let mut before = 0.0;
             for place in 1..=LOOKS {
                 let after = length * count(place) / count(LOOKS);
@@ -346,11 +332,7 @@ impl<'a, S: Real> Stepper<'a, S> {
         let (load, rest) = rest.split_at(n);
         let (gradients, bend) = rest.split_at(self.equations.gradients.len());
         let (bend, kinks) = bend.split_at(self.equations.constraints);
-        for (rows, values) in [
-            (&mut self.mass, mass),
-            (&mut self.gradients, gradients),
-            (&mut self.kinks, kinks),
-        ] {
+        for (rows, values) in [(&mut self.mass, mass), (&mut self.gradients, gradients), (&mut self.kinks, kinks)] {
             for (row, value) in rows.iter_mut().zip(values) {
                 row[k] = *value;
             }
@@ -372,25 +354,14 @@ impl<'a, S: Real> Stepper<'a, S> {
         for (row, value) in rows.zip(&self.right) {
             row[k] = *value;
         }
-        if self.right.iter().all(S::is_finite) {
-            Ok(())
-        } else {
-            Err(Trouble::NotFinite)
-        }
+        if self.right.iter().all(S::is_finite) { Ok(()) } else { Err(Trouble::NotFinite) }
     }
 
     /// Takes what is known of the k-th coefficients of M q'' and Jᵀ mu, J q'' to the right: that is all of them but M_0 q''_k
     /// and its like.
     fn move_lower_orders(&mut self, k: usize) {
         let n = self.equations.coordinates;
-        let Self {
-            equations,
-            series,
-            right,
-            accelerations,
-            multipliers,
-            ..
-        } = self;
+        let Self { equations, series, right, accelerations, multipliers, .. } = self;
         // Σ_(j=1..k) e_j x_(k-j), for an entry that is constant beyond its order 0 in `live`.
         let known = |entry: &[S], live: usize, x: &[S]| {
             let end = live.min(k + 1);
@@ -433,11 +404,7 @@ impl<'a, S: Real> Stepper<'a, S> {
                 entries[*i] = row[0];
             }
             let fine = entries.iter().all(|x| x.middle() != 0.0 && x.is_finite());
-            return if fine {
-                Ok(Matrix::Diagonal(entries))
-            } else {
-                Err(Trouble::Singular)
-            };
+            return if fine { Ok(Matrix::Diagonal(entries)) } else { Err(Trouble::Singular) };
         }
         let order = n + c;
         let mut rows = vec![S::exact(0.0); order * order];
@@ -475,10 +442,7 @@ impl<'a, S: Real> Stepper<'a, S> {
                     step[n + a] = gap.neg();
                 }
                 matrix.solve(&mut step, &mut self.scratch);
-                let largest = state
-                    .iter()
-                    .map(|x| x.middle().abs())
-                    .fold(1e-300, f64::max);
+                let largest = state.iter().map(|x| x.middle().abs()).fold(1e-300, f64::max);
                 for (x, step) in state.iter_mut().zip(&step) {
                     *x = x.add(step);
                     moved = moved.max(step.middle().abs() / largest);

@@ -35,28 +35,18 @@ impl Number {
             None => (mantissa, ""),
         };
         let are_digits = |s: &str| s.bytes().all(|b| b.is_ascii_digit());
-        if whole.is_empty()
-            || !are_digits(whole)
-            || !are_digits(fraction)
-            || whole.len() + fraction.len() > MAX_DIGITS
+        if whole.is_empty() || !are_digits(whole) || !are_digits(fraction) || whole.len() + fraction.len() > MAX_DIGITS
         {
             return None;
         }
         let digits = format!("{whole}{fraction}");
         let magnitude = UBig::from_str_radix(&digits, 10).ok()?;
-        let sign = if negative {
-            Sign::Negative
-        } else {
-            Sign::Positive
-        };
+        let sign = if negative { Sign::Negative } else { Sign::Positive };
         let numerator = IBig::from_parts(sign, magnitude);
         let shift = exponent - fraction.len() as i64;
         let power = UBig::from(10u8).pow(shift.unsigned_abs() as usize);
-        let number = if shift >= 0 {
-            Number::from_integer(numerator * power)
-        } else {
-            Number::from_parts(numerator, power)?
-        };
+        let number =
+            if shift >= 0 { Number::from_integer(numerator * power) } else { Number::from_parts(numerator, power)? };
         (!number.is_oversized()).then_some(number)
     }
 
@@ -66,9 +56,7 @@ impl Number {
         match &self.0 {
             Repr::Small(n, d) if d.get() == 1 => *n as f64,
             // One correctly rounded division of two exact doubles.
-            Repr::Small(n, d) if n.unsigned_abs() <= EXACT && d.get() <= EXACT => {
-                *n as f64 / d.get() as f64
-            }
+            Repr::Small(n, d) if n.unsigned_abs() <= EXACT && d.get() <= EXACT => *n as f64 / d.get() as f64,
             Repr::Small(..) => self.to_big().to_f64().value(),
             Repr::Big(value) => value.to_f64().value(),
         }
@@ -92,11 +80,7 @@ impl Number {
             // the fused operation gives it exactly; its quotient by d is off by half an ulp.
             let (n, d) = (*n as f64, d.get() as f64);
             let low = (-high).mul_add(d, n) / d;
-            let error = if low == 0.0 {
-                0.0
-            } else {
-                (low.abs() * f64::EPSILON / 2.0).next_up()
-            };
+            let error = if low == 0.0 { 0.0 } else { (low.abs() * f64::EPSILON / 2.0).next_up() };
             return (high, low, error);
         }
         let Some(remainder) = Number::from_f64_exact(high).map(|h| self.sub(&h)) else {
@@ -151,11 +135,7 @@ impl Number {
             let quotient = &n / &d;
             let twice = (&n - &quotient * &d) << 1;
             let up = twice > d || (twice == d && quotient.bit(0));
-            let rounded = if up {
-                &quotient + UBig::ONE
-            } else {
-                quotient.clone()
-            };
+            let rounded = if up { &quotient + UBig::ONE } else { quotient.clone() };
             // Judged before rounding, so that 9.99… that rounds up to 10.0 is not divided twice.
             if quotient >= limit {
                 exponent += 1;
@@ -188,11 +168,7 @@ fn place_point(digits: &str, exponent: i64) -> String {
     }
     let split = (exponent as usize + 1).min(digits.len());
     let (whole, fraction) = digits.split_at(split);
-    if fraction.is_empty() {
-        whole.to_string()
-    } else {
-        format!("{whole}.{fraction}")
-    }
+    if fraction.is_empty() { whole.to_string() } else { format!("{whole}.{fraction}") }
 }
 
 fn parse_exponent(text: &str) -> Option<i64> {
@@ -205,11 +181,7 @@ fn parse_exponent(text: &str) -> Option<i64> {
         return None;
     }
     let digits = digits.trim_start_matches('0');
-    let value: i64 = if digits.is_empty() {
-        0
-    } else {
-        digits.parse().ok()?
-    };
+    let value: i64 = if digits.is_empty() { 0 } else { digits.parse().ok()? };
     (value <= MAX_DECIMAL_EXPONENT).then_some(if negative { -value } else { value })
 }
 

@@ -34,11 +34,7 @@ impl Number {
         }
         let order = usize::try_from(order).ok()?;
         let root = |n: &UBig| {
-            let r = if order == 2 {
-                n.sqrt()
-            } else {
-                n.nth_root(order)
-            };
+            let r = if order == 2 { n.sqrt() } else { n.nth_root(order) };
             (r.pow(order) == *n).then_some(r)
         };
         let numerator = root(&self.numerator().unsigned_abs())?;
@@ -63,20 +59,14 @@ impl Number {
 }
 
 fn push(factors: &mut Vec<Factor>, base: UBig, multiplicity: u32) {
-    factors.push(Factor {
-        base: Number::from_integer(base.into()),
-        multiplicity,
-    });
+    factors.push(Factor { base: Number::from_integer(base.into()), multiplicity });
 }
 
 /// 2, 3, 5 and the numbers coprime to 30 up to the limit; composites among them divide nothing.
 fn trial_divisors() -> impl Iterator<Item = u64> {
     const WHEEL: [u64; 8] = [1, 7, 11, 13, 17, 19, 23, 29];
     let wheel = (0..TRIAL_LIMIT.div_ceil(30)).flat_map(|k| WHEEL.map(|w| 30 * k + w));
-    [2, 3, 5]
-        .into_iter()
-        .chain(wheel.skip(1))
-        .take_while(|p| *p < TRIAL_LIMIT)
+    [2, 3, 5].into_iter().chain(wheel.skip(1)).take_while(|p| *p < TRIAL_LIMIT)
 }
 
 fn factor_small(mut n: u64, factors: &mut Vec<Factor>) {
@@ -108,11 +98,7 @@ fn factor_big(mut n: UBig, factors: &mut Vec<Factor>) {
         if let Some(multiplicity) = n.remove(&divisor)
             && multiplicity > 0
         {
-            push(
-                factors,
-                divisor,
-                u32::try_from(multiplicity).unwrap_or(u32::MAX),
-            );
+            push(factors, divisor, u32::try_from(multiplicity).unwrap_or(u32::MAX));
         }
     }
     if !n.is_one() {
@@ -123,9 +109,7 @@ fn factor_big(mut n: UBig, factors: &mut Vec<Factor>) {
 /// What trial division left: no prime factor below 1000, so that a k-th power has k at most
 /// bits / log2(1000).
 fn push_rest(mut rest: UBig, factors: &mut Vec<Factor>) {
-    const PRIMES: [usize; 18] = [
-        2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61,
-    ];
+    const PRIMES: [usize; 18] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53, 59, 61];
     let mut multiplicity = 1;
     for k in PRIMES {
         if rest.bit_len() > POWER_CHECK_BITS && k > 3 {

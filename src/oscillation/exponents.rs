@@ -6,8 +6,8 @@ use super::{NormalMode, NormalModes, parts};
 use crate::linearize::{LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
-    QuadraticSource, Units, exponents,
+    Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource,
+    Units, exponents,
 };
 use crate::modes::{Kind, Options, Precise, Stability};
 use crate::precision::Ball;
@@ -21,9 +21,7 @@ pub(super) struct Source<'a> {
 impl QuadraticSource for Source<'_> {
     fn precisely(&self, bits: usize) -> Option<PreciseQuadratic> {
         let precise = self.linearized.precisely(bits)?;
-        let zero_modes = self
-            .linearized
-            .precise_zero_modes(&precise, self.zero_modes)?;
+        let zero_modes = self.linearized.precise_zero_modes(&precise, self.zero_modes)?;
         Some(PreciseQuadratic {
             mass: precise.mass,
             velocity: precise.velocity?,
@@ -39,11 +37,7 @@ impl QuadraticSource for Source<'_> {
             mass,
             velocity,
             stiffness,
-            units: Units {
-                rate: found.rate,
-                coordinates: found.coordinates,
-                roots: found.roots,
-            },
+            units: Units { rate: found.rate, coordinates: found.coordinates, roots: found.roots },
         })
     }
 }
@@ -52,10 +46,7 @@ impl QuadraticSource for Source<'_> {
 ///
 /// # Errors
 /// As [`super::normal_modes`].
-pub(super) fn normal_modes(
-    linearized: &Linearized,
-    options: &Options,
-) -> Result<NormalModes, LinearizeError> {
+pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     let (velocity, stiffness) = linearized.velocity_and_stiffness();
     let circulatory = linearized.circulatory().is_some();
     let mut zero_modes = linearized.zero_modes();
@@ -83,10 +74,7 @@ pub(super) fn normal_modes(
         if let Some(found) = apart {
             break found;
         }
-        let source = Source {
-            linearized,
-            zero_modes: &zero_modes,
-        };
+        let source = Source { linearized, zero_modes: &zero_modes };
         match exponents(&problem, &source, options) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ExponentsError::ZeroVector { index }) if index < zero_modes.len() => {
@@ -98,10 +86,7 @@ pub(super) fn normal_modes(
     };
     let modes = found.entries.into_iter();
     let modes: Vec<NormalMode> = modes.map(|entry| mode(linearized, entry)).collect();
-    let zeros: Vec<&NormalMode> = modes
-        .iter()
-        .filter(|mode| mode.kind == Kind::Zero)
-        .collect();
+    let zeros: Vec<&NormalMode> = modes.iter().filter(|mode| mode.kind == Kind::Zero).collect();
     let mut zero_motions = super::zero_motions(zero_modes);
     if zeros.is_empty() {
         zero_motions.clear();
@@ -125,8 +110,7 @@ pub(super) fn normal_modes(
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
-    let (vector, imaginary, vector_error_bound) =
-        shape(linearized, &entry.vector, entry.vector_error_bound);
+    let (vector, imaginary, vector_error_bound) = shape(linearized, &entry.vector, entry.vector_error_bound);
     NormalMode {
         kind: match entry.kind {
             ExponentKind::Oscillation => Kind::Oscillation,
@@ -141,11 +125,7 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
         growth: entry.growth,
         precise: entry.precise.map(|precise| {
             let square = &(&precise.omega * &precise.omega) - &(&precise.growth * &precise.growth);
-            Box::new(Precise {
-                omega_squared: square,
-                omega: precise.omega,
-                growth: precise.growth,
-            })
+            Box::new(Precise { omega_squared: square, omega: precise.omega, growth: precise.growth })
         }),
         vector,
         imaginary,
@@ -213,9 +193,7 @@ pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f6
     if value >= 0.0 {
         return None;
     }
-    let direction: Vec<f64> = (0..n)
-        .map(|i| eigen.eigenvectors[(i, lowest)] / units[i])
-        .collect();
+    let direction: Vec<f64> = (0..n).map(|i| eigen.eigenvectors[(i, lowest)] / units[i]).collect();
     let mut total = Ball::ZERO;
     for j in 0..n {
         for i in 0..n {
@@ -230,18 +208,12 @@ fn named(linearized: &Linearized, error: &ExponentsError) -> LinearizeError {
     match error {
         ExponentsError::NotPositiveDefinite => {
             // The conservative problem with the same mass knows which motion it is.
-            super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes {
-                reason: error.to_string(),
-            })
+            super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
         }
         ExponentsError::NotFinite { .. } => {
             let told = linearized.not_finite();
-            told.unwrap_or_else(|| LinearizeError::NoModes {
-                reason: error.to_string(),
-            })
+            told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
         }
-        _ => LinearizeError::NoModes {
-            reason: error.to_string(),
-        },
+        _ => LinearizeError::NoModes { reason: error.to_string() },
     }
 }

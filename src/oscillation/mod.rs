@@ -16,8 +16,7 @@ pub use warning::{Warning, warnings};
 use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode};
 use crate::modes::exponents::Limit;
 use crate::modes::{
-    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source,
-    Stability,
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source, Stability,
 };
 use crate::precision::Ball;
 use crate::span::Span;
@@ -111,10 +110,7 @@ impl Uncertainty {
 /// # Errors
 /// [`LinearizeError::NotFinite`] where M or K are not numbers, [`LinearizeError::SingularMass`] and
 /// [`LinearizeError::IndefiniteMass`] where a motion has no positive inertia.
-pub fn normal_modes(
-    linearized: &Linearized,
-    options: &Options,
-) -> Result<NormalModes, LinearizeError> {
+pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
     let budget = linearized.model().pool.budget();
     let what = format!("the modes of {} coordinates", linearized.dimension());
     budget.at(what, None);
@@ -123,10 +119,7 @@ pub fn normal_modes(
     budget.check()?;
     let mut modes = modes?;
     if let Some(own) = linearized.units() {
-        modes
-            .modes
-            .iter_mut()
-            .for_each(|mode| units::in_si(own, mode));
+        modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
     }
     Ok(modes)
 }
@@ -144,35 +137,19 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
         return Err(error);
     }
     let searched = may_be_singular(dimension, &stiffness);
-    let mut zero_modes = if searched {
-        linearized.zero_modes()
-    } else {
-        Vec::new()
-    };
-    let vectors = |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> {
-        zero_modes.iter().map(|mode| mode.vector.clone()).collect()
-    };
-    let mut problem = Problem {
-        dimension,
-        mass,
-        stiffness,
-        zero_vectors: vectors(&zero_modes),
-    };
+    let mut zero_modes = if searched { linearized.zero_modes() } else { Vec::new() };
+    let vectors =
+        |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> { zero_modes.iter().map(|mode| mode.vector.clone()).collect() };
+    let mut problem = Problem { dimension, mass, stiffness, zero_vectors: vectors(&zero_modes) };
     // The classes are read off the shapes, which are made for them where that is cheap.
     let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
     let labels = (wanted && !linearized.is_constrained())
         .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
         .flatten();
-    let inner = Options {
-        vectors: options.vectors || labels.is_some(),
-        ..options.clone()
-    };
+    let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
     let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
         let zeros = zero_modes.len();
-        let model = Model {
-            linearized,
-            zero_modes: zero_modes.as_slice(),
-        };
+        let model = Model { linearized, zero_modes: zero_modes.as_slice() };
         match modes::solve_from(problem, &model, &inner) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
             Err(ModesError::ZeroVector { index }) if index < zeros => {
@@ -184,12 +161,7 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
     };
     let mut spectrum = solve(&mut problem, &mut zero_modes)?;
     // Pivots may have grown from rounding: then the bounds find the zero.
-    if !searched
-        && spectrum
-            .modes
-            .iter()
-            .any(|mode| mode.kind == Kind::Undecided)
-    {
+    if !searched && spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided) {
         zero_modes = linearized.zero_modes();
         if !zero_modes.is_empty() {
             problem.zero_vectors = vectors(&zero_modes);
@@ -197,9 +169,7 @@ fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, L
         }
     }
     let vectors = spectrum.modes.iter();
-    let vectors: Vec<(&[f64], f64)> = vectors
-        .map(|mode| (mode.vector.as_slice(), mode.vector_error_bound))
-        .collect();
+    let vectors: Vec<(&[f64], f64)> = vectors.map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect();
     let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
     let mut classes = classes.into_iter();
     let modes = spectrum
@@ -268,17 +238,12 @@ struct Model<'a> {
 impl Source for Model<'_> {
     fn factors(&self) -> Option<Factors> {
         let factors = self.linearized.factors()?;
-        Some(Factors {
-            rows: factors.rows,
-            rest: factors.rest,
-        })
+        Some(Factors { rows: factors.rows, rest: factors.rest })
     }
 
     fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
         let precise = self.linearized.precisely(bits)?;
-        let zero_modes = self
-            .linearized
-            .precise_zero_modes(&precise, self.zero_modes)?;
+        let zero_modes = self.linearized.precise_zero_modes(&precise, self.zero_modes)?;
         Some(PreciseProblem {
             dimension: self.linearized.dimension(),
             mass: precise.mass,
@@ -362,10 +327,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     let coordinates = &linearized.model().coordinates;
     let first_term = first_span(linearized);
     match error {
-        ModesError::NotPositiveDefinite {
-            direction,
-            singular,
-        } => {
+        ModesError::NotPositiveDefinite { direction, singular } => {
             let own = direction;
             let mut direction = linearized.embed(direction, 0.0).0;
             if let Some(units) = linearized.units() {
@@ -386,11 +348,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             if *singular && linearized.has_inertia_nearby() {
                 LinearizeError::SingularCoordinates { combination, span }
             } else if *singular {
-                LinearizeError::SingularMass {
-                    combination,
-                    proved: has_no_inertia(&linearized.mass(), own),
-                    span,
-                }
+                LinearizeError::SingularMass { combination, proved: has_no_inertia(&linearized.mass(), own), span }
             } else {
                 LinearizeError::IndefiniteMass { combination, span }
             }
@@ -402,9 +360,7 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             span: first_term,
         },
         ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {
-            LinearizeError::NoModes {
-                reason: error.to_string(),
-            }
+            LinearizeError::NoModes { reason: error.to_string() }
         }
     }
 }

@@ -12,8 +12,8 @@ use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::linearize::{Linearized, ZeroMode};
 use crate::modes::Options;
 use crate::modes::exponents::{
-    self, ExponentKind, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem,
-    QuadraticSource, Structure, Units, exponents, joined,
+    self, ExponentKind, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure,
+    Units, exponents, joined,
 };
 use crate::precision::Ball;
 
@@ -43,11 +43,7 @@ impl QuadraticSource for Part<'_> {
             mass: block(&whole.mass, n, self.own),
             velocity: block(&whole.velocity, n, self.own),
             stiffness: block(&whole.stiffness, n, self.own),
-            zero_vectors: whole
-                .zero_vectors
-                .iter()
-                .map(|vector| piece(vector, self.own))
-                .collect(),
+            zero_vectors: whole.zero_vectors.iter().map(|vector| piece(vector, self.own)).collect(),
         })
     }
 
@@ -56,9 +52,7 @@ impl QuadraticSource for Part<'_> {
         let square = whole.mass.len() >> whole.units.roots.len();
         let blocks = |matrix: &[IBig]| -> Vec<IBig> {
             let parts = matrix.chunks(square.max(1));
-            parts
-                .flat_map(|part| block(part, square.isqrt(), self.own))
-                .collect()
+            parts.flat_map(|part| block(part, square.isqrt(), self.own)).collect()
         };
         Some(IntegerQuadratic {
             mass: blocks(&whole.mass),
@@ -91,20 +85,13 @@ pub(super) fn solve(
     if rest.len() == n {
         return None;
     }
-    let lies_in = |mode: &ZeroMode, own: &[usize]| {
-        (0..n).all(|i| own.contains(&i) || mode.vector[i].is_zero())
-    };
-    let (first, others): (Vec<ZeroMode>, Vec<ZeroMode>) = zero_modes
-        .iter()
-        .cloned()
-        .partition(|mode| lies_in(mode, &free));
+    let lies_in = |mode: &ZeroMode, own: &[usize]| (0..n).all(|i| own.contains(&i) || mode.vector[i].is_zero());
+    let (first, others): (Vec<ZeroMode>, Vec<ZeroMode>) =
+        zero_modes.iter().cloned().partition(|mode| lies_in(mode, &free));
     if !others.iter().all(|mode| lies_in(mode, &rest)) {
         return None;
     }
-    let every = Options {
-        lowest: None,
-        ..options.clone()
-    };
+    let every = Options { lowest: None, ..options.clone() };
     let part = |own: &[usize], zero_modes: &[ZeroMode], structure: Structure| {
         let own_problem = QuadraticProblem {
             dimension: own.len(),
@@ -112,10 +99,7 @@ pub(super) fn solve(
             velocity: block(&problem.velocity, n, own),
             stiffness: block(&problem.stiffness, n, own),
             structure,
-            zero_vectors: zero_modes
-                .iter()
-                .map(|mode| piece(&mode.vector, own))
-                .collect(),
+            zero_vectors: zero_modes.iter().map(|mode| piece(&mode.vector, own)).collect(),
         };
         if structure == Structure::Gyroscopic
             && !zero_modes.is_empty()
@@ -126,10 +110,7 @@ pub(super) fn solve(
         if own.is_empty() {
             return Some(joined(Vec::new(), &every));
         }
-        let whole = Source {
-            linearized,
-            zero_modes,
-        };
+        let whole = Source { linearized, zero_modes };
         // What is wrong with a part is told of the whole.
         let mut found = exponents(&own_problem, &Part { whole, own }, &every).ok()?;
         embed(&mut found, own, n);
@@ -147,18 +128,12 @@ pub(super) fn solve(
         let at = i + n * i;
         let precise = (options.digits > MOST_OF_A_BALL).then(|| {
             let precise = linearized.precisely(options.digits * 4 + 64)?;
-            Some([
-                precise.mass.get(at)?.clone(),
-                precise.velocity?.get(at)?.clone(),
-            ])
+            Some([precise.mass.get(at)?.clone(), precise.velocity?.get(at)?.clone()])
         });
         let mass = &problem.mass[at];
         let mut found = exponents::critical(mass, &problem.velocity[at], precise.flatten());
         if !options.vectors {
-            found
-                .entries
-                .iter_mut()
-                .for_each(|entry| entry.vector.clear());
+            found.entries.iter_mut().for_each(|entry| entry.vector.clear());
         }
         embed(&mut found, &[i], n);
         parts.push(found);
@@ -198,10 +173,7 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
     let near: Vec<usize> = (0..n).filter(near).collect();
     if near.is_empty()
         || linearized.is_constrained()
-        || n <= exponents::MOST_EXACT
-            && linearized
-                .integers()
-                .is_some_and(|own| own.roots.is_empty())
+        || n <= exponents::MOST_EXACT && linearized.integers().is_some_and(|own| own.roots.is_empty())
     {
         return Vec::new();
     }
@@ -229,23 +201,11 @@ fn critical(linearized: &Linearized, problem: &QuadraticProblem) -> Vec<usize> {
 }
 
 /// The coordinates that no friction reaches, and the others, but for those that are left out.
-fn divided(
-    linearized: &Linearized,
-    problem: &QuadraticProblem,
-    left_out: &[usize],
-) -> [Vec<usize>; 2] {
+fn divided(linearized: &Linearized, problem: &QuadraticProblem, left_out: &[usize]) -> [Vec<usize>; 2] {
     let n = problem.dimension;
-    let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()]
-        .into_iter()
-        .flatten()
-        .collect();
-    let mut reached: Vec<bool> = (0..n)
-        .map(|i| {
-            friction
-                .iter()
-                .any(|own| (0..n).any(|j| couples(own, n, i, j)))
-        })
-        .collect();
+    let friction: Vec<Vec<Ball>> = [linearized.damping(), linearized.circulatory()].into_iter().flatten().collect();
+    let mut reached: Vec<bool> =
+        (0..n).map(|i| friction.iter().any(|own| (0..n).any(|j| couples(own, n, i, j)))).collect();
     let mut todo: Vec<usize> = (0..n).filter(|i| reached[*i]).collect();
     let coupling = [&problem.mass, &problem.velocity, &problem.stiffness];
     while let Some(i) = todo.pop() {

@@ -39,10 +39,7 @@ impl Labels {
         };
         let whole = Symmetry::find_signed(pattern);
         let whole = whole.and_then(|whole| whole.kept(&mut |g| invariance.keeps(g)));
-        let other = whole
-            .as_ref()
-            .and_then(Classes::new)
-            .map(|classes| told(&classes));
+        let other = whole.as_ref().and_then(Classes::new).map(|classes| told(&classes));
         match other {
             Some(other) if missing(&other) < missing(&own) => other,
             Some(_) | None => own,
@@ -82,18 +79,14 @@ impl Numbering {
         let negative = mass < 0 || (mass == 0 && stiffness < 0);
         let sign = if negative { -1 } else { 1 };
         let fresh = self.0.len() as i64 + 1;
-        sign * *self
-            .0
-            .entry((sign * mass, sign * stiffness))
-            .or_insert(fresh)
+        sign * *self.0.entry((sign * mass, sign * stiffness)).or_insert(fresh)
     }
 }
 
 fn of_enclosures(n: usize, mass: &[Ball], stiffness: &[Ball]) -> Option<Pattern> {
     let diagonal_differs = || {
-        let mut pairs: Vec<(f64, f64)> = (0..n)
-            .map(|i| (mass[i + n * i].mid_f64(), stiffness[i + n * i].mid_f64()))
-            .collect();
+        let mut pairs: Vec<(f64, f64)> =
+            (0..n).map(|i| (mass[i + n * i].mid_f64(), stiffness[i + n * i].mid_f64())).collect();
         pairs.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
         // Equal numbers may differ by their rounding.
         let near = |a: f64, b: f64| (a - b).abs() <= 1e-6 * (a.abs() + b.abs());
@@ -151,11 +144,7 @@ fn value_classes(values: &[Ball]) -> Option<Vec<Class>> {
             }
         }
         last = Some(value);
-        classes[*i] = if values[*i].is_negative() {
-            -class
-        } else {
-            class
-        };
+        classes[*i] = if values[*i].is_negative() { -class } else { class };
     }
     Some(classes)
 }
@@ -185,10 +174,7 @@ impl BigClasses {
         }
         self.count += 1;
         let class = self.count;
-        self.met
-            .entry(near.to_bits())
-            .or_default()
-            .push((size, class));
+        self.met.entry(near.to_bits()).or_default().push((size, class));
         if negative { -class } else { class }
     }
 }

@@ -123,9 +123,7 @@ fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
     let dependent = linearized.dependent_constraints().iter();
     dependent
         .filter_map(|number| constraints.get(*number))
-        .map(|constraint| Warning::DependentConstraint {
-            span: constraint.span,
-        })
+        .map(|constraint| Warning::DependentConstraint { span: constraint.span })
         .collect()
 }
 
@@ -134,8 +132,7 @@ fn feeds_energy(linearized: &Linearized, modes: &NormalModes) -> Option<Warning>
     let span = linearized.model().dissipation?;
     feeds_moving(linearized, span).or_else(|| {
         // A medium that drags along and takes out more than it feeds in is friction like any other.
-        let swells =
-            |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();
+        let swells = |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();
         let grows = modes.modes.iter().any(swells);
         grows.then(|| feeds_round_loops(linearized, span)).flatten()
     })
@@ -154,23 +151,13 @@ fn feeds_round_loops(linearized: &Linearized, span: Span) -> Option<Warning> {
     };
     let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
     let torque = |&(i, j): &(usize, usize)| matrix[i + n * j] - matrix[j + n * i];
-    let (i, j) = pairs
-        .filter(|pair| !torque(pair).contains_zero())
-        .reduce(|a, b| {
-            let size = |pair| torque(pair).mid_f64().abs();
-            if size(&b) > size(&a) * (1.0 + 1e-6) {
-                b
-            } else {
-                a
-            }
-        })?;
+    let (i, j) = pairs.filter(|pair| !torque(pair).contains_zero()).reduce(|a, b| {
+        let size = |pair| torque(pair).mid_f64().abs();
+        if size(&b) > size(&a) * (1.0 + 1e-6) { b } else { a }
+    })?;
     let coordinates = &linearized.model().coordinates;
     let name = |i: usize| Some(coordinates.get(axis(i)?)?.name.clone());
-    Some(Warning::FeedsEnergy {
-        span,
-        coordinate: name(i)?,
-        other: Some(name(j)?),
-    })
+    Some(Warning::FeedsEnergy { span, coordinate: name(i)?, other: Some(name(j)?) })
 }
 
 /// A motion with q'ᵀ C q' < 0: an eigenvector of C in doubles is tried in enclosures.
@@ -180,11 +167,7 @@ fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
     let (whole, _) = linearized.embed(&direction, 0.0);
     let sizes = whole.iter().map(|x| x.abs()).enumerate();
     let (most, _) = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
-    Some(Warning::FeedsEnergy {
-        span,
-        coordinate: linearized.model().coordinates.get(most)?.name.clone(),
-        other: None,
-    })
+    Some(Warning::FeedsEnergy { span, coordinate: linearized.model().coordinates.get(most)?.name.clone(), other: None })
 }
 
 /// Terms that are so many times as large as ω² nearly cancel.
@@ -204,11 +187,8 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
         .filter(|(_, mode)| mode.vector.len() == linearized.dimension())
         .filter(|(_, mode)| mode.imaginary.is_empty())
         .filter_map(|(at, mode)| {
-            let shape = Shape {
-                vector: &mode.vector,
-                error: mode.vector_error_bound,
-                square: mode.omega_squared?.mid_f64(),
-            };
+            let shape =
+                Shape { vector: &mode.vector, error: mode.vector_error_bound, square: mode.omega_squared?.mid_f64() };
             Some((at, shape))
         })
         .collect();
@@ -220,9 +200,8 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
     let (numbers, shapes): (Vec<usize>, Vec<Shape<'_>>) = soft.into_iter().unzip();
     let ratios = linearized.cancellation(&shapes, ILL_CONDITIONED)?;
     let judged = numbers.into_iter().zip(&shapes).zip(ratios);
-    let ((at, shape), ratio) = judged
-        .filter(|(_, ratio)| *ratio >= ILL_CONDITIONED)
-        .reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    let ((at, shape), ratio) =
+        judged.filter(|(_, ratio)| *ratio >= ILL_CONDITIONED).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
     let model = linearized.model();
     // ω changes by half as much as ω².
     let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
@@ -239,13 +218,7 @@ fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warni
             (model.coordinates.get(most.0)?.span, None, change(ratio))
         }
     };
-    Some(Warning::IllConditioned {
-        span,
-        mode: at + 1,
-        parameter: name,
-        share: format!("{:.0e}", 1.0 / ratio),
-        change,
-    })
+    Some(Warning::IllConditioned { span, mode: at + 1, parameter: name, share: format!("{:.0e}", 1.0 / ratio), change })
 }
 
 fn not_proved(linearized: &Linearized) -> Vec<Warning> {
@@ -257,21 +230,14 @@ fn not_proved(linearized: &Linearized) -> Vec<Warning> {
     let mut searched = coordinates.iter().zip(&equilibrium.origins);
     searched
         .find(|(_, origin)| **origin == Origin::Found)
-        .map(|(coordinate, _)| Warning::NotProved {
-            span: coordinate.span,
-            coordinate: coordinate.name.clone(),
-        })
+        .map(|(coordinate, _)| Warning::NotProved { span: coordinate.span, coordinate: coordinate.name.clone() })
         .into_iter()
         .collect()
 }
 
 fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     let origins = &linearized.equilibrium().origins;
-    let unstable = modes
-        .modes
-        .iter()
-        .filter(|mode| mode.kind == Kind::Unstable)
-        .count();
+    let unstable = modes.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
     if unstable == 0 || origins.iter().all(|origin| *origin == Origin::Given) {
         return Vec::new();
     }
@@ -285,14 +251,8 @@ fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
     };
     let (span, name) = (coordinate.span, coordinate.name.clone());
     vec![if unstable == linearized.dimension() {
-        Warning::Maximum {
-            span,
-            coordinate: name,
-        }
+        Warning::Maximum { span, coordinate: name }
     } else {
-        Warning::Saddle {
-            span,
-            coordinate: name,
-        }
+        Warning::Saddle { span, coordinate: name }
     }]
 }

@@ -88,9 +88,7 @@ impl<S: Enclosure> Field<S> {
         let (at, height) = best?;
         let reach = way.middle().abs() / f64::from(PLACES) * 2.0;
         match self.summit(&at, reach) {
-            Some((summit, top)) if !height.sub(&top).is_positive() => {
-                Some((summit, Height::Top(top)))
-            }
+            Some((summit, top)) if !height.sub(&top).is_positive() => Some((summit, Height::Top(top))),
             Some(_) | None => Some((at, Height::AtLeast(height))),
         }
     }

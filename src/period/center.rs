@@ -62,11 +62,7 @@ impl Center {
             Self::Linearized(own) => {
                 let value = own.measured_equilibrium().first().copied();
                 let value = value.unwrap_or(Ball::ZERO);
-                if own.equilibrium().proved {
-                    value
-                } else {
-                    Ball::new(value.mid, 0.0)
-                }
+                if own.equilibrium().proved { value } else { Ball::new(value.mid, 0.0) }
             }
             Self::Corner(own) => evaluate_closed(&own.pool, own.place, ()).unwrap_or(Ball::ZERO),
         }
@@ -108,9 +104,8 @@ impl Corner {
         let tape = own.tape?;
         let known = known_values(model);
         let first = |from: &[Option<Given>]| from.first().copied().flatten();
-        let value = |given: Option<Given>, energies: &mut Energies| {
-            Some(energies.pool.substitute_one(given?.value?, &known))
-        };
+        let value =
+            |given: Option<Given>, energies: &mut Energies| Some(energies.pool.substitute_one(given?.value?, &known));
         let given = value(first(&model.equilibria), energies);
         let start = value(first(&model.guesses), energies);
         let pool = &mut energies.pool;
@@ -129,20 +124,12 @@ impl Corner {
         let mut field = Field::new(
             &tape,
             &super::shape().ok()?,
-            kinks
-                .iter()
-                .map(|kink| kink.evaluated(pool, BITS_OF_CORNERS))
-                .collect::<Option<Vec<_>>>()?,
+            kinks.iter().map(|kink| kink.evaluated(pool, BITS_OF_CORNERS)).collect::<Option<Vec<_>>>()?,
             BITS_OF_CORNERS,
         );
-        let (_, place) = places
-            .into_iter()
-            .find(|(_, place)| numbers(*place).is_some_and(|at| is_minimum(&mut field, &at)))?;
-        Some(Self {
-            model: model.clone(),
-            place,
-            pool: pool.clone(),
-        })
+        let (_, place) =
+            places.into_iter().find(|(_, place)| numbers(*place).is_some_and(|at| is_minimum(&mut field, &at)))?;
+        Some(Self { model: model.clone(), place, pool: pool.clone() })
     }
 }
 

@@ -43,17 +43,11 @@ pub fn curve<'a>(
     };
     let constants = (0..range.len()).map(|place| Constant::parse(&range.expression(place)));
     let constants = constants.collect::<Result<Vec<Constant>, ModelError>>()?;
-    Ok(constants
-        .into_iter()
-        .enumerate()
-        .map(move |(at, constant)| {
-            let request = match over {
-                Over::Amplitude => Request::Amplitude(constant),
-                Over::Energy => Request::Energy(constant),
-            };
-            Place {
-                value: range.value(at).unwrap_or(f64::NAN),
-                result: oscillator.period(&request, options),
-            }
-        }))
+    Ok(constants.into_iter().enumerate().map(move |(at, constant)| {
+        let request = match over {
+            Over::Amplitude => Request::Amplitude(constant),
+            Over::Energy => Request::Energy(constant),
+        };
+        Place { value: range.value(at).unwrap_or(f64::NAN), result: oscillator.period(&request, options) }
+    }))
 }

@@ -32,11 +32,7 @@ pub(super) struct Kink {
 
 impl Kink {
     /// The same in numbers.
-    pub(super) fn evaluated<S: Scalar>(
-        &self,
-        pool: &Pool,
-        precision: S::Precision,
-    ) -> Option<panel::Kink<S>> {
+    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<panel::Kink<S>> {
         Some(panel::Kink {
             place: evaluate_closed(pool, self.place, precision)?,
             slope: evaluate_closed(pool, self.slope, precision)?,
@@ -69,10 +65,7 @@ pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
 impl Energies {
     pub(super) fn new(model: &Model) -> Result<Self, PeriodError> {
         let Some(own) = model.coordinates.first() else {
-            return Err(PeriodError::NotOneCoordinate {
-                count: 0,
-                span: None,
-            });
+            return Err(PeriodError::NotOneCoordinate { count: 0, span: None });
         };
         let mut pool = model.pool.clone();
         let mut terms = Vec::new();
@@ -90,33 +83,19 @@ impl Energies {
         let mass = pool.diff(once, velocity);
         let third = pool.diff(mass, velocity);
         if pool.is_zero(third) != ZeroVerdict::Zero {
-            return Err(PeriodError::NotQuadratic {
-                coordinate: own.name.clone(),
-                span: own.span,
-            });
+            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
         }
         let zero = pool.zero();
         let rest: Substitution = [(velocity, zero)].into_iter().collect();
         let parts = pool.substitute(&[mass, lagrangian], &rest);
         let [mass, lagrangian] = parts.as_slice() else {
-            return Err(PeriodError::NotQuadratic {
-                coordinate: own.name.clone(),
-                span: own.span,
-            });
+            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
         };
         if pool.is_zero(*mass) == ZeroVerdict::Zero {
-            return Err(PeriodError::NoInertia {
-                coordinate: own.name.clone(),
-                span: own.span,
-            });
+            return Err(PeriodError::NoInertia { coordinate: own.name.clone(), span: own.span });
         }
         let potential = pool.neg(*lagrangian);
-        Ok(Self {
-            mass: *mass,
-            potential,
-            coordinate: own.symbol,
-            pool,
-        })
+        Ok(Self { mass: *mass, potential, coordinate: own.symbol, pool })
     }
 
     /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these.
@@ -138,11 +117,7 @@ impl Energies {
                 pool.is_zero(way) == ZeroVerdict::Zero
             });
             let linear = pool.is_constant(slope) && pool.is_constant(place);
-            linear.then_some(Kink {
-                place,
-                slope,
-                central,
-            })
+            linear.then_some(Kink { place, slope, central })
         });
         let mut inputs = vec![q];
         let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
@@ -152,10 +127,7 @@ impl Energies {
             inputs.extend(signs.iter().map(|(_, sign)| *sign));
             Tape::compile(pool, &smooth, &inputs)
         };
-        Kinked {
-            tape: tape.ok(),
-            kinks,
-        }
+        Kinked { tape: tape.ok(), kinks }
     }
 
     /// Whether U and M are the same with q0 + x and q0 - x.
@@ -185,9 +157,7 @@ impl Energies {
         let mut inside: std::collections::HashMap<ExprId, ()> = std::collections::HashMap::new();
         let mut arguments = Vec::new();
         for id in self.pool.reachable(&roots) {
-            if let Node::Function(Function::Sin | Function::Cos | Function::Tan, x) =
-                self.pool.node(id)
-            {
+            if let Node::Function(Function::Sin | Function::Cos | Function::Tan, x) = self.pool.node(id) {
                 arguments.push((id, *x));
             }
         }
@@ -215,10 +185,7 @@ impl Energies {
             }
             varies.insert(id, own);
         }
-        if roots
-            .iter()
-            .any(|root| varies.get(root).copied().unwrap_or(false))
-        {
+        if roots.iter().any(|root| varies.get(root).copied().unwrap_or(false)) {
             return None;
         }
         // All rates are whole multiples of the first one divided by the common denominator, and by no larger part.
@@ -232,10 +199,7 @@ impl Energies {
             numerators = gcd(numerators.checked_mul(d)?, n);
             denominators = common;
         }
-        let size = Number::ratio(
-            i64::try_from(denominators).ok()?,
-            i64::try_from(numerators).ok()?,
-        )?;
+        let size = Number::ratio(i64::try_from(denominators).ok()?, i64::try_from(numerators).ok()?)?;
         let pool = &mut self.pool;
         let pi = pool.pi();
         let turn = pool.div(pi, first);

@@ -241,9 +241,6 @@ fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
         Some(end) => {
             format!("`{coordinate}` reaches {end}, where the energies end, with energy to spare")
         }
-        None => format!(
-            "nothing turns `{coordinate}` back on its way {}",
-            if upward { "up" } else { "down" }
-        ),
+        None => format!("nothing turns `{coordinate}` back on its way {}", if upward { "up" } else { "down" }),
     }
 }

@@ -69,8 +69,7 @@ impl<S: Enclosure> Path<'_, S> {
             return None;
         }
         // What is known too roughly helps nobody.
-        let sharp =
-            found.spread() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.least();
+        let sharp = found.spread() <= Magnitude::power_of_two(-i64::from(self.bits)) * found.least();
         sharp.then(|| found.mul(&self.field.number(guess)))
     }
 }

@@ -50,9 +50,7 @@ use crate::expr::{ExprId, Pool, Tape};
 use crate::linearize::{Linearized, evaluate_closed, power_of_two, short};
 use crate::model::{Constant, Model};
 use crate::number::Number;
-use crate::precision::{
-    Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text,
-};
+use crate::precision::{Ball, Big, Enclosure, Magnitude, Rounding, Scalar, decimal, one_digit_up_text};
 
 /// Which motion is meant.
 #[derive(Clone, Debug)]
@@ -148,11 +146,7 @@ struct Powers {
 impl Period {
     /// The same in SI, where it was found in units of these powers of two.
     fn in_si(mut self, powers: &Powers) -> Self {
-        let Powers {
-            energy,
-            rate,
-            length,
-        } = *powers;
+        let Powers { energy, rate, length } = *powers;
         self.period = self.period.scale_far(-rate);
         self.small = self.small.map(|small| small.scale_far(-rate));
         self.precise = self.precise.map(|period| period.scale(-rate));
@@ -162,12 +156,10 @@ impl Period {
         self.energy = self.energy.scale_far(energy);
         self.equilibrium = self.equilibrium.scale_far(length);
         self.motion = match self.motion {
-            Motion::Libration { turning } => Motion::Libration {
-                turning: turning.map(|place| place.scale_far(length)),
-            },
-            Motion::Rotation { advance } => Motion::Rotation {
-                advance: advance.scale_far(length),
-            },
+            Motion::Libration { turning } => {
+                Motion::Libration { turning: turning.map(|place| place.scale_far(length)) }
+            }
+            Motion::Rotation { advance } => Motion::Rotation { advance: advance.scale_far(length) },
         };
         self
     }
@@ -222,21 +214,10 @@ impl Oscillator {
         let Kinked { tape, kinks } = energies.kinked(place);
         let own = &center.model().coordinates[0];
         // All parameters have values, or there would be no equilibrium.
-        let tape = tape.ok_or_else(|| PeriodError::NotQuadratic {
-            coordinate: own.name.clone(),
-            span: own.span,
-        })?;
+        let tape = tape.ok_or_else(|| PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span })?;
         let even = place.is_some_and(|place| energies.is_even_about(place));
         let advance = energies.advance();
-        Ok(Self {
-            center,
-            shape: shape()?,
-            even,
-            advance,
-            kinks,
-            pool: energies.pool,
-            energies: tape,
-        })
+        Ok(Self { center, shape: shape()?, even, advance, kinks, pool: energies.pool, energies: tape })
     }
 
     /// The model.
@@ -309,8 +290,7 @@ impl Oscillator {
             Request::Energy(constant) => (constant, None),
         };
         let value = evaluate_closed::<S>(constant.pool(), constant.value(), precision);
-        let factor =
-            factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
+        let factor = factor.and_then(|factor| evaluate_closed::<S>(&self.model().pool, factor, precision));
         let powers = self.powers();
         let power = match request {
             Request::Amplitude(_) => powers.length,
@@ -348,10 +328,8 @@ fn shape() -> Result<Tape, PeriodError> {
     let quotient = pool.div(above, below);
     let quotient = pool.scale(quotient, &Number::from(2));
     let root = pool.sqrt(quotient);
-    Tape::compile(&pool, &[root], &[h, m]).map_err(|_| PeriodError::Undecided {
-        coordinate: String::new(),
-        place: String::new(),
-    })
+    Tape::compile(&pool, &[root], &[h, m])
+        .map_err(|_| PeriodError::Undecided { coordinate: String::new(), place: String::new() })
 }
 
 /// Whether a ball decides so many digits.

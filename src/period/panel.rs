@@ -79,12 +79,7 @@ pub(super) struct Field<S: Enclosure> {
 
 impl<S: Enclosure> Field<S> {
     /// `energies` gives U and M from the coordinate, `shape` sqrt(2M/h) from h and M.
-    pub(super) fn new(
-        energies: &Tape,
-        shape: &Tape,
-        kinks: Vec<Kink<S>>,
-        precision: S::Precision,
-    ) -> Self {
+    pub(super) fn new(energies: &Tape, shape: &Tape, kinks: Vec<Kink<S>>, precision: S::Precision) -> Self {
         let values = energies.prepare::<S>(precision);
         let zero = S::exact(0.0, precision);
         Self {
@@ -145,10 +140,7 @@ impl<S: Enclosure> Field<S> {
     pub(super) fn pieces(&self, start: S, span: S) -> Result<Vec<(S, S)>, Obstacle<S>> {
         let end = start.add(&span);
         let mut between: Vec<S> = Vec::new();
-        let undecided = |at: &S| Obstacle {
-            refusal: Refusal::Rough,
-            at: at.clone(),
-        };
+        let undecided = |at: &S| Obstacle { refusal: Refusal::Rough, at: at.clone() };
         for Kink { place, .. } in self.kinks.iter().filter(|kink| !kink.central) {
             let (before, after) = (place.sub(&start), place.sub(&end));
             let inside = before.mul(&after);
@@ -191,8 +183,7 @@ impl<S: Enclosure> Field<S> {
                 if way.middle() * side > 0.0 && way.middle().abs() < least.middle().abs() {
                     least = way;
                 }
-            } else if !way.is_exact_zero() && !kink.place.center().sub(&at.center()).is_exact_zero()
-            {
+            } else if !way.is_exact_zero() && !kink.place.center().sub(&at.center()).is_exact_zero() {
                 return None;
             }
         }
@@ -211,8 +202,7 @@ impl<S: Enclosure> Field<S> {
     pub(super) fn potential(&mut self, at: &S) -> S {
         self.put(at);
         let mut both = [self.zero.clone(), self.zero.clone()];
-        self.values
-            .evaluate_into(&self.inputs, &mut self.scratch, &mut both);
+        self.values.evaluate_into(&self.inputs, &mut self.scratch, &mut both);
         let [potential, _] = both;
         potential
     }
@@ -239,20 +229,10 @@ impl<S: Enclosure> Field<S> {
     }
 
     /// The Taylor coefficients of E - U along at + slope·s, and those of M.
-    pub(super) fn excess(
-        &mut self,
-        energy: &S,
-        at: &S,
-        slope: &S,
-        count: usize,
-    ) -> (Vec<S>, Vec<S>) {
+    pub(super) fn excess(&mut self, energy: &S, at: &S, slope: &S, count: usize) -> (Vec<S>, Vec<S>) {
         let (mut excess, mass) = self.expand(at, slope, count);
         for (k, value) in excess.iter_mut().enumerate() {
-            *value = if k == 0 {
-                energy.sub(value)
-            } else {
-                value.neg()
-            };
+            *value = if k == 0 { energy.sub(value) } else { value.neg() };
         }
         (excess, mass)
     }
@@ -270,8 +250,7 @@ impl<S: Enclosure> Field<S> {
     pub(super) fn integrand(&mut self, h: &[S], mass: &[S]) -> Vec<S> {
         self.shape.clear();
         let both = h.iter().zip(mass);
-        both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned())
-            .collect()
+        both.filter_map(|(h, m)| self.shape.next(&[h.clone(), m.clone()]).first().cloned()).collect()
     }
 }
 
@@ -300,10 +279,7 @@ struct Refused {
 
 impl From<Refusal> for Refused {
     fn from(refusal: Refusal) -> Self {
-        Self {
-            refusal,
-            bits: None,
-        }
+        Self { refusal, bits: None }
     }
 }
 
@@ -361,9 +337,7 @@ fn spreads<S: Enclosure>(middle: &[S], top: Magnitude) -> Vec<Magnitude> {
 pub(super) fn over_panel<S: Enclosure>(middle: &[S], top: &S) -> Vec<S> {
     let spreads = spreads(middle, top.size());
     let own = middle.iter().zip(spreads);
-    own.map(|(value, spread)| value.with_spread(spread))
-        .chain(std::iter::once(top.clone()))
-        .collect()
+    own.map(|(value, spread)| value.with_spread(spread)).chain(std::iter::once(top.clone())).collect()
 }
 
 impl<S: Enclosure> Path<'_, S> {
@@ -397,16 +371,10 @@ impl<S: Enclosure> Path<'_, S> {
             let to = self.end(from, width);
             let middle = 0.5 * (from + to);
             // Middles and half widths have to be exact, so that nothing is left out.
-            let exact = from < middle
-                && middle < to
-                && middle - from == to - middle
-                && 2.0 * middle - to == from;
+            let exact = from < middle && middle < to && middle - from == to - middle && 2.0 * middle - to == from;
             if !exact {
                 let at = self.position(from);
-                return Err(Obstacle {
-                    refusal: before,
-                    at,
-                });
+                return Err(Obstacle { refusal: before, at });
             }
             match self.panel(from, to, &weight, known.as_ref()) {
                 Ok(taken) => {
@@ -416,11 +384,7 @@ impl<S: Enclosure> Path<'_, S> {
                     };
                     if to >= 1.0 {
                         let total = total.mul(&self.span);
-                        return Ok(if total.is_negative() {
-                            total.neg()
-                        } else {
-                            total
-                        });
+                        return Ok(if total.is_negative() { total.neg() } else { total });
                     }
                     // Where panels have grown they go on growing: mostly it is the distance from a singularity that counts.
                     let room = ((taken.bits / terms - MARGIN) / BITS_A_HALVING).exp2();
@@ -433,15 +397,12 @@ impl<S: Enclosure> Path<'_, S> {
                     weight = weight.onwards(to);
                 }
                 // Errors grow more where two zeros are taken out, as where M is small close to both.
-                Err(Refused {
-                    refusal: Refusal::Precision,
-                    ..
-                }) if matches!(weight, Weight::Pair(_)) => weight = Weight::Root,
+                Err(Refused { refusal: Refusal::Precision, .. }) if matches!(weight, Weight::Pair(_)) => {
+                    weight = Weight::Root
+                }
                 Err(Refused { refusal, bits }) => {
                     let whole = refusal == Refusal::Forbidden || refusal == Refusal::NegativeMass;
-                    let shorter = bits.map_or(0.5, |bits| {
-                        (-(bits / terms + MARGIN) / BITS_A_HALVING).exp2()
-                    });
+                    let shorter = bits.map_or(0.5, |bits| (-(bits / terms + MARGIN) / BITS_A_HALVING).exp2());
                     let next = (to - from) * shorter.clamp(0.0625, 0.8);
                     if whole || next < LEAST || next < 4.0 * f64::EPSILON * from {
                         let at = self.position(middle);
@@ -459,20 +420,12 @@ impl<S: Enclosure> Path<'_, S> {
     /// The end of a panel of about a width, on a grid so coarse that sums and differences of ends are exact.
     fn end(&self, from: f64, width: f64) -> f64 {
         // Weights are computed for panels that are as far from the turning point as they are wide.
-        let width = if self.turning && from > 0.0 {
-            width.min(from)
-        } else {
-            width
-        };
+        let width = if self.turning && from > 0.0 { width.min(from) } else { width };
         let finest = power_of_two(exponent_of(from.max(width)) - 51);
         let grid = power_of_two(exponent_of(width) - 6).max(finest);
         let to = ((from + width) / grid).floor() * grid;
         // A panel that was refused does not get its old end again.
-        if to + 0.125 * width >= 1.0 && (from == 0.0 || !self.turning || from >= 0.5) {
-            1.0
-        } else {
-            to
-        }
+        if to + 0.125 * width >= 1.0 && (from == 0.0 || !self.turning || from >= 0.5) { 1.0 } else { to }
     }
 
     fn position(&self, x: f64) -> S {
@@ -481,13 +434,7 @@ impl<S: Enclosure> Path<'_, S> {
     }
 
     /// The part of one panel.
-    fn panel(
-        &mut self,
-        from: f64,
-        to: f64,
-        weight: &Weight<S>,
-        known: Option<&Known<S>>,
-    ) -> Result<Taken<S>, Refused> {
+    fn panel(&mut self, from: f64, to: f64, weight: &Weight<S>, known: Option<&Known<S>>) -> Result<Taken<S>, Refused> {
         let order = self.order;
         let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));
         let step = self.span.mul(&self.field.number(half));
@@ -532,9 +479,7 @@ impl<S: Enclosure> Path<'_, S> {
         if last > wanted.scale(2) * first.size() {
             return Err(Refused {
                 refusal: Refusal::Rough,
-                bits: Some(
-                    bits_between(last, wanted * first.size()) + BITS_OF_A_REST * order as f64,
-                ),
+                bits: Some(bits_between(last, wanted * first.size()) + BITS_OF_A_REST * order as f64),
             });
         }
         let weights = self.weights(weight, from, to);
@@ -574,21 +519,10 @@ impl<S: Enclosure> Path<'_, S> {
         }
         let bits = bits_between(rest, wanted * time.least());
         if !enough(rest) {
-            return Err(Refused {
-                refusal: Refusal::Rough,
-                bits: bits.is_finite().then_some(bits),
-            });
+            return Err(Refused { refusal: Refusal::Rough, bits: bits.is_finite().then_some(bits) });
         }
-        let known = Known {
-            middle,
-            half,
-            coefficients: excess,
-        };
-        Ok(Taken {
-            time: time.with_spread(rest),
-            known,
-            bits: -bits,
-        })
+        let known = Known { middle, half, coefficients: excess };
+        Ok(Taken { time: time.with_spread(rest), known, bits: -bits })
     }
 
     /// A bound of the n-th coefficient of g over the panel, from the first coefficients of h and M in its middle and
@@ -603,22 +537,12 @@ impl<S: Enclosure> Path<'_, S> {
     }
 
     /// Enclosures of the coefficients of E - U and M between two places, the order-th and `more` beyond it being the last.
-    fn beside(
-        &mut self,
-        from: f64,
-        to: f64,
-        step: &S,
-        more: usize,
-    ) -> Result<(Vec<S>, Vec<S>), Refusal> {
+    fn beside(&mut self, from: f64, to: f64, step: &S, more: usize) -> Result<(Vec<S>, Vec<S>), Refusal> {
         let all = self.position(from).hull(&self.position(to));
         let count = self.order + more + 1;
         let both = self.field.excess(self.energy, &all, step, count);
         let last = |values: &[S]| values.iter().rev().take(more + 1).all(Scalar::is_finite);
-        if both.0.len() == count && last(&both.0) && last(&both.1) {
-            Ok(both)
-        } else {
-            Err(Refusal::Rough)
-        }
+        if both.0.len() == count && last(&both.0) && last(&both.1) { Ok(both) } else { Err(Refusal::Rough) }
     }
 
     /// E - U in the middle of a panel from its expansion about the panel before, or about the turning point, where it
@@ -630,24 +554,16 @@ impl<S: Enclosure> Path<'_, S> {
             None if self.turning => {
                 let step = self.span.mul(&self.field.number(half));
                 let start = self.start.clone();
-                let (mut coefficients, _) =
-                    self.field.excess(self.energy, &start, &step, self.order);
+                let (mut coefficients, _) = self.field.excess(self.energy, &start, &step, self.order);
                 coefficients[0] = self.field.zero.clone();
                 let middle = 0.0;
-                own = Known {
-                    middle,
-                    half,
-                    coefficients,
-                };
+                own = Known { middle, half, coefficients };
                 &own
             }
             None => return self.field.zero.div(&self.field.zero),
         };
         // Middles and half widths are whole multiples of powers of 2; the quotients are rounded as enclosures.
-        let way = self
-            .field
-            .number(middle)
-            .sub(&self.field.number(known.middle));
+        let way = self.field.number(middle).sub(&self.field.number(known.middle));
         let x = way.div(&self.field.number(known.half));
         let mut sum = self.field.zero.clone();
         for value in known.coefficients.iter().rev() {
@@ -660,9 +576,7 @@ impl<S: Enclosure> Path<'_, S> {
 
     /// J_k = ∫ s^k w(x) dx over the panel.
     fn weights(&self, weight: &Weight<S>, from: f64, to: f64) -> Vec<S> {
-        weight.moments(from, to, self.order, self.bits, &|value| {
-            self.field.number(value)
-        })
+        weight.moments(from, to, self.order, self.bits, &|value| self.field.number(value))
     }
 }
 

@@ -39,14 +39,7 @@ pub(super) struct Pass<S> {
 
 impl<S: Enclosure> Field<S> {
     /// The time about the lowest place of E - U inside a path, where it is low.
-    pub(super) fn pass(
-        &mut self,
-        energy: &S,
-        start: &S,
-        span: &S,
-        order: usize,
-        bits: u32,
-    ) -> Option<Pass<S>> {
+    pub(super) fn pass(&mut self, energy: &S, start: &S, span: &S, order: usize, bits: u32) -> Option<Pass<S>> {
         let near = self.lowest_inside(energy, start, span)?;
         let (place, square) = self.zeros(energy, near, span, order)?;
         let x = place.sub(start).div(span).middle();
@@ -57,8 +50,7 @@ impl<S: Enclosure> Field<S> {
         }
         let mut half = 0.5 * room;
         for _ in 0..MOST_TRIALS {
-            if let Some(time) = self.time_about(energy, &place, span, (half, &square), order, bits)
-            {
+            if let Some(time) = self.time_about(energy, &place, span, (half, &square), order, bits) {
                 return Some(Pass { place, half, time });
             }
             half *= 0.625;

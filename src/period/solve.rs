@@ -49,11 +49,7 @@ enum Verdict {
 const VANISHING: f64 = 1e-12;
 
 /// The motion that is asked for.
-pub(super) fn period(
-    oscillator: &Oscillator,
-    request: &Request,
-    options: &Options,
-) -> Result<Period, PeriodError> {
+pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Options) -> Result<Period, PeriodError> {
     check_request(oscillator, request)?;
     let wanted = (options.digits as f64 * std::f64::consts::LOG2_10).ceil() as u32 + 14;
     let mut bits = wanted.max(LEAST_BITS);
@@ -86,35 +82,19 @@ pub(super) fn period(
         oscillator.model().pool.budget().check()?;
         let centre = oscillator.position(precision);
         let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
-        let mut task = Task::<Big>::new(
-            oscillator,
-            request,
-            precision,
-            centre.clone(),
-            bits,
-            fence.as_ref(),
-        );
+        let mut task = Task::<Big>::new(oscillator, request, precision, centre.clone(), bits, fence.as_ref());
         match task.run(request) {
             Ok(found) => {
                 let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
                 if complete || attempts > 6 {
                     let mut field = task.field;
-                    let (small_precise, bend) =
-                        small_about(&oscillator.center, &mut field, &centre);
+                    let (small_precise, bend) = small_about(&oscillator.center, &mut field, &centre);
                     check_range(request, &found)?;
                     let period = found.period.clone();
                     let small = small_precise.as_ref().map(Big::to_ball);
                     let bend = bend.map(|bend| bend.to_ball());
                     let place = centre.to_ball();
-                    return Ok(finished(
-                        oscillator,
-                        &place,
-                        found,
-                        Some(period),
-                        small,
-                        small_precise,
-                        bend,
-                    ));
+                    return Ok(finished(oscillator, &place, found, Some(period), small, small_precise, bend));
                 }
                 bits += 40;
                 precision += 64;
@@ -151,11 +131,7 @@ pub(super) fn period(
 }
 
 /// Small oscillations and the change of their frequency, where the equilibrium is known.
-fn small_about<S: Enclosure>(
-    center: &Center,
-    field: &mut Field<S>,
-    at: &S,
-) -> (Option<S>, Option<S>) {
+fn small_about<S: Enclosure>(center: &Center, field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
     if !center.is_proved() || center.is_corner() {
         return (None, None);
     }
@@ -180,11 +156,7 @@ fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), 
         return Ok(());
     }
     let (what, text) = asked(request);
-    Err(PeriodError::BadRequest {
-        what,
-        value: text.to_owned(),
-        reason: OUT_OF_RANGE,
-    })
+    Err(PeriodError::BadRequest { what, value: text.to_owned(), reason: OUT_OF_RANGE })
 }
 
 fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
@@ -226,23 +198,17 @@ fn finished<S: Enclosure>(
     bend: Option<Ball>,
 ) -> Period {
     let motion = match found.course {
-        Course::Libration([lower, upper]) => Motion::Libration {
-            turning: [lower.to_ball(), upper.to_ball()],
-        },
-        Course::Rotation(advance) => Motion::Rotation {
-            advance: advance.to_ball(),
-        },
+        Course::Libration([lower, upper]) => Motion::Libration { turning: [lower.to_ball(), upper.to_ball()] },
+        Course::Rotation(advance) => Motion::Rotation { advance: advance.to_ball() },
     };
     Period {
         period: found.period.to_ball(),
         precise,
         motion,
-        energy_precise: oscillator.center.units().map(|_| {
-            found
-                .energy
-                .to_big(BITS_OF_BARRIERS)
-                .with_bits(BITS_OF_BARRIERS)
-        }),
+        energy_precise: oscillator
+            .center
+            .units()
+            .map(|_| found.energy.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS)),
         energy: found.energy.to_ball(),
         equilibrium: *place,
         proved: oscillator.center.is_proved(),
@@ -265,13 +231,7 @@ fn judge<S: Enclosure>(
         Stop::Rough(at) => (at, true),
         Stop::Final(_) | Stop::AtRest => return Ok(None),
     };
-    match look(
-        oscillator,
-        request,
-        place,
-        &at.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS),
-        rough,
-    ) {
+    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS), rough) {
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
@@ -284,13 +244,7 @@ fn judge<S: Enclosure>(
 
 /// Looks for a barrier beside a place where an integral failed; where it failed because of panels that get too
 /// small, a barrier that is nearly touched is the reason.
-fn look(
-    oscillator: &Oscillator,
-    request: &Request,
-    place: &Ball,
-    at: &Big,
-    rough: bool,
-) -> Verdict {
+fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, rough: bool) -> Verdict {
     let bits = BITS_OF_BARRIERS;
     let centre = oscillator.position(bits);
     let centre = centre.unwrap_or_else(|| Big::from_ball(place, bits));

@@ -124,20 +124,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
             None => self.by_energy(&excess)?,
         };
         let (period, course) = course;
-        Ok(Found {
-            period,
-            course,
-            energy,
-        })
+        Ok(Found { period, course, energy })
     }
 
     fn by_amplitude(&mut self, upper: S, distance: &S) -> Result<(S, Course<S>), Stop<S>> {
         let right = match self.time(upper.clone(), distance.neg(), true) {
             Ok(time) => time,
-            Err(Obstacle {
-                refusal: Refusal::Forbidden,
-                ..
-            }) => return Err(Stop::Final(self.blocked())),
+            Err(Obstacle { refusal: Refusal::Forbidden, .. }) => return Err(Stop::Final(self.blocked())),
             Err(obstacle) => return Err(self.stopped(obstacle)),
         };
         if self.oscillator.even {
@@ -174,10 +167,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
                         let half = self.field.number(0.5);
                         return Ok((time.mul(&half), Course::Rotation(advance)));
                     }
-                    Err(Obstacle {
-                        refusal: Refusal::Forbidden,
-                        at,
-                    }) => self.fence = Some(at),
+                    Err(Obstacle { refusal: Refusal::Forbidden, at }) => self.fence = Some(at),
                     Err(obstacle) => return Err(self.stopped(obstacle)),
                 }
             }
@@ -234,10 +224,7 @@ impl<'a, S: Enclosure> Task<'a, S> {
             };
             match self.time(turning.clone(), centre.sub(&turning), true) {
                 Ok(time) => return Ok(Some((time, turning))),
-                Err(Obstacle {
-                    refusal: Refusal::Forbidden,
-                    at,
-                }) => bracket = (centre.clone(), at),
+                Err(Obstacle { refusal: Refusal::Forbidden, at }) => bracket = (centre.clone(), at),
                 Err(obstacle) => return Err(self.stopped(obstacle)),
             }
         }
@@ -351,19 +338,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
         let centre = self.centre.clone();
         PeriodError::BelowEquilibrium {
             energy: self.oscillator.height(self.energy.middle()),
-            potential: self
-                .oscillator
-                .height(self.field.potential(&centre).middle()),
+            potential: self.oscillator.height(self.field.potential(&centre).middle()),
             maximum: self.is_maximum(),
         }
     }
 
     fn open(&self, upward: bool, end: Option<f64>) -> PeriodError {
-        PeriodError::NotPeriodic {
-            coordinate: self.name(),
-            upward,
-            end: end.map(|end| self.oscillator.place(end)),
-        }
+        PeriodError::NotPeriodic { coordinate: self.name(), upward, end: end.map(|end| self.oscillator.place(end)) }
     }
 
     /// The error of an amplitude behind a barrier, which is looked for.
@@ -372,17 +353,8 @@ impl<'a, S: Enclosure> Task<'a, S> {
         match self.barrier_between() {
             Some(error) => error,
             // Nothing rises above the place where it starts.
-            None if self
-                .energy
-                .sub(&self.field.potential(&centre))
-                .is_exact_zero() =>
-            {
-                self.open(false, None)
-            }
-            None => PeriodError::Undecided {
-                coordinate: self.name(),
-                place: self.oscillator.place(centre.middle()),
-            },
+            None if self.energy.sub(&self.field.potential(&centre)).is_exact_zero() => self.open(false, None),
+            None => PeriodError::Undecided { coordinate: self.name(), place: self.oscillator.place(centre.middle()) },
         }
     }
 
@@ -403,19 +375,13 @@ impl<'a, S: Enclosure> Task<'a, S> {
 
     /// The error of an equilibrium that is a maximum.
     fn maximum(&self) -> PeriodError {
-        PeriodError::Maximum {
-            coordinate: self.name(),
-            equilibrium: self.oscillator.place(self.centre.middle()),
-        }
+        PeriodError::Maximum { coordinate: self.name(), equilibrium: self.oscillator.place(self.centre.middle()) }
     }
 
     pub(super) fn beyond_barrier(&mut self, summit: &S, height: &Height<S>) -> PeriodError {
         let centre = self.centre.clone();
         let bottom = self.field.potential(&centre);
-        let amplitude = self
-            .turning
-            .as_ref()
-            .map_or(f64::NAN, |(_, distance)| distance.middle());
+        let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.middle());
         PeriodError::BeyondBarrier {
             amplitude: self.oscillator.place(amplitude),
             coordinate: self.name(),

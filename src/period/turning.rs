@@ -33,13 +33,7 @@ impl<S: Enclosure> Field<S> {
 
     /// Goes outward from `from` in steps that grow, up to `reach` (a length). Finds no more than what steps meet and what
     /// tops between them show; what they miss is found by the integral, which proves that E - U is positive all the way.
-    pub(super) fn outward(
-        &mut self,
-        energy: &S,
-        from: &S,
-        step: f64,
-        reach: Option<f64>,
-    ) -> Outward<S> {
+    pub(super) fn outward(&mut self, energy: &S, from: &S, step: f64, reach: Option<f64>) -> Outward<S> {
         let from = from.center();
         // The last two places and E - U there.
         let mut before = (from.clone(), f64::INFINITY);
@@ -112,8 +106,7 @@ impl<S: Enclosure> Field<S> {
                 return None;
             }
             let newton = at.sub(&excess.center().div(&slope.center())).center();
-            let between =
-                newton.is_finite() && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
+            let between = newton.is_finite() && newton.sub(&inside).mul(&newton.sub(&outside)).is_negative();
             let now = outside.sub(&inside).middle().abs();
             let moved = newton.sub(&at).middle().abs();
             // Newton from one side leaves the other end where it is: every third step halves unless it has converged.
@@ -121,11 +114,7 @@ impl<S: Enclosure> Field<S> {
             if step % 3 == 2 {
                 width = now;
             }
-            let next = if between && !stalls {
-                newton
-            } else {
-                inside.add(&outside).mul(&half).center()
-            };
+            let next = if between && !stalls { newton } else { inside.add(&outside).mul(&half).center() };
             if next.sub(&at).is_exact_zero() {
                 break;
             }

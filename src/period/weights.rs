@@ -52,14 +52,7 @@ impl<S: Enclosure> Weight<S> {
     }
 
     /// J_k = ∫ s^k w(x) dx for k below `count`, from `from` to `to`, where s is -1 and 1; to more than `bits`.
-    pub(super) fn moments(
-        &self,
-        from: f64,
-        to: f64,
-        count: usize,
-        bits: u32,
-        number: &impl Fn(f64) -> S,
-    ) -> Vec<S> {
+    pub(super) fn moments(&self, from: f64, to: f64, count: usize, bits: u32, number: &impl Fn(f64) -> S) -> Vec<S> {
         match self {
             Self::One => of_one(&number(to - from), count, number),
             Self::Root => of_root(from, to, count, bits, number),
@@ -83,31 +76,17 @@ fn divided<S: Enclosure>(coefficients: &[S], c: &S, r: &S) -> Vec<S> {
 
 fn of_one<S: Enclosure>(width: &S, count: usize, number: &impl Fn(f64) -> S) -> Vec<S> {
     let moment = |k: usize| {
-        if k.is_multiple_of(2) {
-            width.div(&number((k + 1) as f64))
-        } else {
-            number(0.0)
-        }
+        if k.is_multiple_of(2) { width.div(&number((k + 1) as f64)) } else { number(0.0) }
     };
     (0..count).map(moment).collect()
 }
 
 /// By parts, with x = r (kappa + s): (k + 1/2) J_k + k kappa J_(k-1) = [s^k sqrt x] from -1 to 1.
-fn of_root<S: Enclosure>(
-    from: f64,
-    to: f64,
-    count: usize,
-    bits: u32,
-    number: &impl Fn(f64) -> S,
-) -> Vec<S> {
+fn of_root<S: Enclosure>(from: f64, to: f64, count: usize, bits: u32, number: &impl Fn(f64) -> S) -> Vec<S> {
     let (left, right) = (number(from).sqrt(), number(to).sqrt());
     let (sum, difference) = (right.add(&left), right.sub(&left));
     let ends = |k: usize| {
-        if k.is_multiple_of(2) {
-            &difference
-        } else {
-            &sum
-        }
+        if k.is_multiple_of(2) { &difference } else { &sum }
     };
     let half_odd = |k: usize| number(k as f64 + 0.5);
     let kappa = number(from + to).div(&number(to - from));
@@ -180,10 +159,7 @@ mod tests {
         let (end, value): (f64, Box<dyn Fn(f64) -> f64>) = match weight {
             Weight::One => (1.0, Box::new(|u| (to - from) * s(from + (to - from) * u))),
             // x = u²
-            Weight::Root => (
-                to.sqrt() - from.sqrt(),
-                Box::new(|u| 2.0 * s((u + from.sqrt()).powi(2))),
-            ),
+            Weight::Root => (to.sqrt() - from.sqrt(), Box::new(|u| 2.0 * s((u + from.sqrt()).powi(2)))),
             // x = b sinh² (u/2)
             Weight::Pair(beyond) => {
                 let b = beyond.mid_f64();

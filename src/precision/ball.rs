@@ -42,29 +42,15 @@ impl Ball {
     /// One, exactly.
     pub const ONE: Self = Self::exact(1.0);
     /// No number at all: what comes of leaving the domain or the range.
-    pub const NOT_FINITE: Self = Self {
-        mid: DoubleDouble {
-            hi: f64::NAN,
-            lo: 0.0,
-        },
-        radius: f64::INFINITY,
-    };
+    pub const NOT_FINITE: Self = Self { mid: DoubleDouble { hi: f64::NAN, lo: 0.0 }, radius: f64::INFINITY };
     /// The number pi.
-    pub const PI: Self = Self {
-        mid: DoubleDouble {
-            hi: std::f64::consts::PI,
-            lo: 1.224_646_799_147_353_2e-16,
-        },
-        radius: 2.995e-33,
-    };
+    pub const PI: Self =
+        Self { mid: DoubleDouble { hi: std::f64::consts::PI, lo: 1.224_646_799_147_353_2e-16 }, radius: 2.995e-33 };
 
     /// A double, exactly.
     #[inline]
     pub const fn exact(value: f64) -> Self {
-        Self {
-            mid: DoubleDouble::exact(value),
-            radius: 0.0,
-        }
+        Self { mid: DoubleDouble::exact(value), radius: 0.0 }
     }
 
     /// The ball around `mid`; not finite if the numbers are out of range or not numbers.
@@ -144,11 +130,7 @@ impl Ball {
 
     /// A lower bound of the absolute value, 0 if the ball contains 0 or is not finite.
     pub fn abs_lower(&self) -> f64 {
-        if self.is_finite() {
-            self.lower().max(self.neg().lower()).max(0.0)
-        } else {
-            0.0
-        }
+        if self.is_finite() { self.lower().max(self.neg().lower()).max(0.0) } else { 0.0 }
     }
 
     /// The double nearest to the centre.
@@ -214,14 +196,7 @@ impl Ball {
             return Self::new(mid, up(scale(self.radius, exponent) + UNDERFLOW));
         }
         let radius = scale(self.radius, exponent);
-        Self::new(
-            mid,
-            if radius < SMALLEST && self.radius != 0.0 {
-                up(radius)
-            } else {
-                radius
-            },
-        )
+        Self::new(mid, if radius < SMALLEST && self.radius != 0.0 { up(radius) } else { radius })
     }
 
     /// x 2^exponent, beyond the range of balls as well: a double and its radius there, which nothing more can be calculated
@@ -230,11 +205,7 @@ impl Ball {
         let by = exponent.clamp(-3000, 3000) as i32;
         let (within, mid) = (self.scale(by), self.mid.scale(by));
         let radius = Magnitude::from_f64(self.radius).scale(exponent).to_f64();
-        if !within.is_finite() && mid.is_finite() && radius < f64::INFINITY {
-            Self { mid, radius }
-        } else {
-            within
-        }
+        if !within.is_finite() && mid.is_finite() && radius < f64::INFINITY { Self { mid, radius } } else { within }
     }
 
     /// Absolute value. Where the ball contains 0, it is [0, m] for the larger end m.
@@ -289,22 +260,14 @@ impl Ball {
         let mut power = Self::ONE;
         while left > 0 {
             if left & 1 == 1 {
-                power = if power == Self::ONE {
-                    square
-                } else {
-                    power * square
-                };
+                power = if power == Self::ONE { square } else { power * square };
             }
             left >>= 1;
             if left > 0 {
                 square = square * square;
             }
         }
-        if exponent < 0 {
-            Self::ONE / power
-        } else {
-            power
-        }
+        if exponent < 0 { Self::ONE / power } else { power }
     }
 
     /// Double-doubles not above and not below any number in the ball.
@@ -312,11 +275,7 @@ impl Ball {
         let r = DoubleDouble::exact(self.radius);
         let slack = |x: DoubleDouble| DoubleDouble::exact(8.0 * U2 * x.hi.abs());
         let (low, high) = (self.mid - r, self.mid + r);
-        if self.radius == 0.0 {
-            (self.mid, self.mid)
-        } else {
-            (low - slack(low), high + slack(high))
-        }
+        if self.radius == 0.0 { (self.mid, self.mid) } else { (low - slack(low), high + slack(high)) }
     }
 }
 
@@ -337,10 +296,7 @@ impl Neg for Ball {
 
     #[inline]
     fn neg(self) -> Self {
-        Self {
-            mid: -self.mid,
-            radius: self.radius,
-        }
+        Self { mid: -self.mid, radius: self.radius }
     }
 }
 
@@ -399,10 +355,7 @@ impl Mul for Ball {
         if ra == 0.0 && rb == 0.0 {
             return Self::new(mid, if rounding == 0.0 { 0.0 } else { up(rounding) });
         }
-        Self::new(
-            mid,
-            up(a.hi.abs() * rb + b.hi.abs() * ra + ra * rb + rounding),
-        )
+        Self::new(mid, up(a.hi.abs() * rb + b.hi.abs() * ra + ra * rb + rounding))
     }
 }
 

@@ -65,8 +65,7 @@ fn leading(value: &IBig) -> (u64, usize, bool) {
     for (place, word) in words.iter().enumerate().skip(first) {
         bits |= u128::from(*word) << ((place - first) * size);
     }
-    let below =
-        words.iter().take(first).any(|word| *word != 0) || bits & ((1u128 << offset) - 1) != 0;
+    let below = words.iter().take(first).any(|word| *word != 0) || bits & ((1u128 << offset) - 1) != 0;
     ((bits >> offset) as u64, shift, below)
 }
 
@@ -74,12 +73,7 @@ impl Big {
     /// No number at all: what comes of leaving the domain or the range.
     #[must_use]
     pub fn not_finite(bits: usize) -> Self {
-        Self {
-            significand: IBig::ZERO,
-            exponent: 0,
-            bits,
-            radius: Magnitude::INFINITE,
-        }
+        Self { significand: IBig::ZERO, exponent: 0, bits, radius: Magnitude::INFINITE }
     }
 
     /// Zero, exactly.
@@ -106,12 +100,7 @@ impl Big {
         let bits = bits.clamp(2, MOST_BITS);
         let length = length(&significand);
         if length == 0 {
-            return Self {
-                significand,
-                exponent: 0,
-                bits,
-                radius,
-            };
+            return Self { significand, exponent: 0, bits, radius };
         }
         let top = exponent.saturating_add(length as i64);
         if top > LARGEST || !radius.is_finite() {
@@ -120,20 +109,10 @@ impl Big {
         if top < -LARGEST {
             // Below 2^top in size.
             let radius = radius.add(Magnitude::power_of_two(top));
-            return Self {
-                significand: IBig::ZERO,
-                exponent: 0,
-                bits,
-                radius,
-            };
+            return Self { significand: IBig::ZERO, exponent: 0, bits, radius };
         }
         if length <= bits {
-            return Self {
-                significand,
-                exponent,
-                bits,
-                radius,
-            };
+            return Self { significand, exponent, bits, radius };
         }
         let drop = length - bits;
         let (sign, magnitude) = significand.into_parts();
@@ -148,11 +127,7 @@ impl Big {
             significand: IBig::from_parts(sign, kept),
             exponent,
             bits,
-            radius: if exact {
-                radius
-            } else {
-                radius.add(Magnitude::power_of_two(exponent - 1))
-            },
+            radius: if exact { radius } else { radius.add(Magnitude::power_of_two(exponent - 1)) },
         }
     }
 
@@ -187,8 +162,7 @@ impl Big {
     /// A ball, with its radius.
     #[must_use]
     pub fn from_ball(value: &Ball, bits: usize) -> Self {
-        Self::from_double_double(value.mid, bits)
-            .with_added_radius(Magnitude::from_f64(value.radius))
+        Self::from_double_double(value.mid, bits).with_added_radius(Magnitude::from_f64(value.radius))
     }
 
     /// A [`Ball`] that contains the number; not finite beyond the range of balls.
@@ -253,10 +227,7 @@ impl Big {
         if !self.is_finite() {
             return self.clone();
         }
-        Self {
-            radius: Magnitude::ZERO,
-            ..self.clone()
-        }
+        Self { radius: Magnitude::ZERO, ..self.clone() }
     }
 
     /// The double nearest to the midpoint up to one unit of the last place; infinite or 0 beyond the
@@ -373,11 +344,7 @@ impl Big {
     #[must_use]
     pub fn with_added_radius(mut self, error: Magnitude) -> Self {
         self.radius = self.radius.add(error);
-        if self.radius.is_finite() {
-            self
-        } else {
-            Self::not_finite(self.bits)
-        }
+        if self.radius.is_finite() { self } else { Self::not_finite(self.bits) }
     }
 
     /// The same number at another precision, rounded if that is lower.
@@ -393,11 +360,7 @@ impl Big {
     #[must_use]
     pub fn abs(&self) -> Self {
         if !self.contains_zero() || self.is_exact() {
-            if self.is_mid_negative() {
-                -self
-            } else {
-                self.clone()
-            }
+            if self.is_mid_negative() { -self } else { self.clone() }
         } else {
             Self::from_zero_to(self.abs_upper(), self.bits)
         }

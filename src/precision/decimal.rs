@@ -81,11 +81,7 @@ pub fn decimal_to_place(value: &Ball, place: i32, digits: usize) -> Decimal {
 }
 
 fn written(value: &Ball, wanted: Wanted) -> Decimal {
-    if value.is_finite() {
-        between(ends(value), wanted)
-    } else {
-        not_a_number()
-    }
+    if value.is_finite() { between(ends(value), wanted) } else { not_a_number() }
 }
 
 /// How far a number is written out.
@@ -99,17 +95,11 @@ struct Wanted {
 
 impl Wanted {
     fn digits(digits: usize) -> Self {
-        Self {
-            digits: digits.max(1),
-            place: None,
-        }
+        Self { digits: digits.max(1), place: None }
     }
 
     fn to(self, place: i32) -> Self {
-        Self {
-            place: Some(place),
-            ..self
-        }
+        Self { place: Some(place), ..self }
     }
 }
 
@@ -151,11 +141,7 @@ impl Big {
         let (mantissa, place) = radius.max(size.scale(-WIDEST)).parts();
         let (fraction, shift) = parts(mantissa);
         let place = place + i64::from(shift);
-        let common = if mid == IBig::ZERO {
-            place
-        } else {
-            place.min(exponent)
-        };
+        let common = if mid == IBig::ZERO { place } else { place.min(exponent) };
         let mid = mid << (exponent - common).max(0) as usize;
         let radius = fraction << (place - common).max(0) as usize;
         between((&mid - &radius, mid + radius, common as i32), wanted)
@@ -163,12 +149,7 @@ impl Big {
 }
 
 fn not_a_number() -> Decimal {
-    Decimal {
-        text: "nan".to_owned(),
-        digits: 0,
-        error_bound: f64::INFINITY,
-        rounding: Rounding::Undecided,
-    }
+    Decimal { text: "nan".to_owned(), digits: 0, error_bound: f64::INFINITY, rounding: Rounding::Undecided }
 }
 
 /// The digits of the numbers from `low` 2^exponent to `high` 2^exponent.
@@ -182,12 +163,7 @@ fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal 
         rounding: Rounding::Undecided,
     };
     if low == zero && high == zero {
-        return Decimal {
-            text: "0".to_owned(),
-            digits: wanted.digits,
-            error_bound: 0.0,
-            rounding: Rounding::Correct,
-        };
+        return Decimal { text: "0".to_owned(), digits: wanted.digits, error_bound: 0.0, rounding: Rounding::Correct };
     }
     if low <= zero && high >= zero {
         let (_, below) = low.into_parts();
@@ -203,28 +179,16 @@ fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal 
         return undecided(most);
     };
     let printed = rounded.value();
-    let error = distance(&printed, &fraction(least, exponent))
-        .max(distance(&printed, &fraction(most, exponent)));
-    Decimal {
-        digits: rounded.count,
-        error_bound: one_digit(error),
-        text: rounded.layout(negative),
-        rounding,
-    }
+    let error = distance(&printed, &fraction(least, exponent)).max(distance(&printed, &fraction(most, exponent)));
+    Decimal { digits: rounded.count, error_bound: one_digit(error), text: rounded.layout(negative), rounding }
 }
 
 /// The digits common to both ends, as many as `wanted` if possible; `None` where not even one is.
 fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> Option<(Rounded, Rounding)> {
-    let (low, high) = (
-        fraction(least.clone(), exponent),
-        fraction(most.clone(), exponent),
-    );
+    let (low, high) = (fraction(least.clone(), exponent), fraction(most.clone(), exponent));
     // The power of ten of the first digit, before anything is rounded.
     let leading = round(&low, 1, &Direction::Down).exponent;
-    let Wanted {
-        digits: most,
-        place,
-    } = wanted;
+    let Wanted { digits: most, place } = wanted;
     let wanted = match place {
         Some(place) => {
             let count = leading.saturating_sub(place).saturating_add(1);
@@ -244,20 +208,15 @@ fn decide(least: &UBig, most: &UBig, exponent: i32, wanted: Wanted) -> Option<(R
     // A tie: both ends within a thousandth of a unit of the last place, on both sides of a middle.
     let unit = below.unit();
     let width = distance(&low, &high);
-    let thousandth = Fraction {
-        numerator: unit.numerator,
-        denominator: unit.denominator * 1000u32,
-    };
+    let thousandth = Fraction { numerator: unit.numerator, denominator: unit.denominator * 1000u32 };
     if width.at_most(&thousandth) {
         // Across a power of ten the upper one ends in 0.
         let even = above.exponent > below.exponent || (&above.digits % 2u8) == 0;
         return Some((if even { above } else { below }, Rounding::Tie));
     }
     // No more digits than the width of the ball leaves; start there.
-    let mut count = (round(&low, 1, &Direction::Nearest).exponent
-        - round(&width, 1, &Direction::Nearest).exponent
-        + 2)
-    .clamp(0, wanted as i32 - 1) as usize;
+    let mut count = (round(&low, 1, &Direction::Nearest).exponent - round(&width, 1, &Direction::Nearest).exponent + 2)
+        .clamp(0, wanted as i32 - 1) as usize;
     while count > 0 {
         let (below, above) = at(count);
         if below == above {
@@ -281,10 +240,7 @@ impl Fraction {
 impl Rounded {
     fn value(&self) -> Fraction {
         let unit = self.unit();
-        Fraction {
-            numerator: unit.numerator * &self.digits,
-            denominator: unit.denominator,
-        }
+        Fraction { numerator: unit.numerator * &self.digits, denominator: unit.denominator }
     }
 
     /// Where rounding has carried beyond the leading digit, as 9.96 to 10.0, the last place is the one that was asked for.
@@ -302,15 +258,9 @@ impl Rounded {
         let place = self.exponent - self.count as i32 + 1;
         let power = power_of_ten(place.unsigned_abs());
         if place >= 0 {
-            Fraction {
-                numerator: power,
-                denominator: UBig::ONE,
-            }
+            Fraction { numerator: power, denominator: UBig::ONE }
         } else {
-            Fraction {
-                numerator: UBig::ONE,
-                denominator: power,
-            }
+            Fraction { numerator: UBig::ONE, denominator: power }
         }
     }
 
@@ -341,15 +291,9 @@ fn power_of_ten(exponent: u32) -> UBig {
 fn fraction(mantissa: UBig, exponent: i32) -> Fraction {
     let power = UBig::ONE << exponent.unsigned_abs() as usize;
     if exponent >= 0 {
-        Fraction {
-            numerator: mantissa * power,
-            denominator: UBig::ONE,
-        }
+        Fraction { numerator: mantissa * power, denominator: UBig::ONE }
     } else {
-        Fraction {
-            numerator: mantissa,
-            denominator: power,
-        }
+        Fraction { numerator: mantissa, denominator: power }
     }
 }
 
@@ -358,10 +302,7 @@ fn distance(a: &Fraction, b: &Fraction) -> Fraction {
     let left = IBig::from(&a.numerator * &b.denominator);
     let right = IBig::from(&b.numerator * &a.denominator);
     let (_, numerator) = (left - right).into_parts();
-    Fraction {
-        numerator,
-        denominator: &a.denominator * &b.denominator,
-    }
+    Fraction { numerator, denominator: &a.denominator * &b.denominator }
 }
 
 /// A double as mantissa and exponent of 2, exactly.
@@ -369,28 +310,15 @@ pub(super) fn parts(x: f64) -> (IBig, i32) {
     let bits = x.to_bits();
     let biased = ((bits >> 52) & 0x7ff) as i32;
     let fraction = bits & ((1 << 52) - 1);
-    let (mantissa, exponent) = if biased == 0 {
-        (fraction, -1074)
-    } else {
-        (fraction | (1 << 52), biased - 1075)
-    };
+    let (mantissa, exponent) = if biased == 0 { (fraction, -1074) } else { (fraction | (1 << 52), biased - 1075) };
     let mantissa = IBig::from(mantissa);
     (if x < 0.0 { -mantissa } else { mantissa }, exponent)
 }
 
 /// Both ends of the ball over a common power of 2.
 fn ends(value: &Ball) -> (IBig, IBig, i32) {
-    let all = [
-        parts(value.mid.hi),
-        parts(value.mid.lo),
-        parts(value.radius),
-    ];
-    let least = all
-        .iter()
-        .filter(|p| p.0 != IBig::ZERO)
-        .map(|p| p.1)
-        .min()
-        .unwrap_or(0);
+    let all = [parts(value.mid.hi), parts(value.mid.lo), parts(value.radius)];
+    let least = all.iter().filter(|p| p.0 != IBig::ZERO).map(|p| p.1).min().unwrap_or(0);
     let [hi, lo, radius] = all.map(|(m, e)| m << (e - least).max(0) as usize);
     let mid = hi + lo;
     (&mid - &radius, mid + radius, least)
@@ -400,11 +328,7 @@ fn ends(value: &Ball) -> (IBig, IBig, i32) {
 fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
     use dashu_int::ops::{BitTest, DivRem};
     if value.numerator == UBig::ZERO {
-        return Rounded {
-            digits: UBig::ZERO,
-            exponent: 0,
-            count,
-        };
+        return Rounded { digits: UBig::ZERO, exponent: 0, count };
     }
     // 2^(bits - 1) < value, so this exponent of 10 is right or too small.
     let bits = value.numerator.bit_len() as i64 - value.denominator.bit_len() as i64;
@@ -438,25 +362,15 @@ fn round(value: &Fraction, count: usize, direction: &Direction) -> Rounded {
             digits /= UBig::from(10u8);
             exponent += 1;
         }
-        return Rounded {
-            digits,
-            exponent,
-            count,
-        };
+        return Rounded { digits, exponent, count };
     }
 }
 
 /// The fraction rounded up to one significant digit, as the nearest double that is not 0.
 fn one_digit(value: Fraction) -> f64 {
     let rounded = round(&value, 1, &Direction::Up);
-    let bound = format!("{}e{}", rounded.digits, rounded.exponent)
-        .parse()
-        .unwrap_or(f64::INFINITY);
-    if bound == 0.0 && value.numerator != UBig::ZERO {
-        f64::from_bits(1)
-    } else {
-        bound
-    }
+    let bound = format!("{}e{}", rounded.digits, rounded.exponent).parse().unwrap_or(f64::INFINITY);
+    if bound == 0.0 && value.numerator != UBig::ZERO { f64::from_bits(1) } else { bound }
 }
 
 /// A bound rounded up to one significant digit: 4.4e-16 gives 5e-16. What prints as one digit
@@ -469,11 +383,7 @@ pub fn one_digit_up(bound: f64) -> f64 {
 pub fn one_digit_up_text(bound: f64) -> String {
     let shortest = format!("{:e}", bound.abs());
     let Some((mantissa, exponent)) = shortest.split_once('e') else {
-        return if bound == 0.0 {
-            "0".to_owned()
-        } else {
-            "inf".to_owned()
-        };
+        return if bound == 0.0 { "0".to_owned() } else { "inf".to_owned() };
     };
     if bound == 0.0 {
         return "0".to_owned();

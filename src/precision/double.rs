@@ -141,20 +141,13 @@ impl DoubleDouble {
     /// Absolute value.
     #[inline]
     pub fn abs(self) -> Self {
-        if self.hi < 0.0 || (self.hi == 0.0 && self.lo < 0.0) {
-            -self
-        } else {
-            self
-        }
+        if self.hi < 0.0 || (self.hi == 0.0 && self.lo < 0.0) { -self } else { self }
     }
 
     /// x 2^exponent, exact unless the result leaves the range of doubles.
     #[inline]
     pub fn scale(self, exponent: i32) -> Self {
-        Self {
-            hi: scale(self.hi, exponent),
-            lo: scale(self.lo, exponent),
-        }
+        Self { hi: scale(self.hi, exponent), lo: scale(self.lo, exponent) }
     }
 
     /// Square root, relative error at most 25/8 u^2 (Lefevre, Louvet, Muller, Picot, Rideau,
@@ -260,10 +253,7 @@ impl Neg for DoubleDouble {
 
     #[inline(always)]
     fn neg(self) -> Self {
-        Self {
-            hi: -self.hi,
-            lo: -self.lo,
-        }
+        Self { hi: -self.hi, lo: -self.lo }
     }
 }
 
@@ -332,11 +322,7 @@ impl Div for DoubleDouble {
         // Out of the way of under- and overflow; scaling by powers of two is exact. Subnormal
         // numbers need a second step, for the exponent does not tell their size.
         let up = |x: Self| {
-            if exponent_of(x.hi) == -1023 {
-                (x.scale(200), 200)
-            } else {
-                (x, 0)
-            }
+            if exponent_of(x.hi) == -1023 { (x.scale(200), 200) } else { (x, 0) }
         };
         let (x, ux) = up(self);
         let (y, uy) = up(other);

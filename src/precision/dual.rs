@@ -23,14 +23,7 @@ impl<S: Scalar> Dual<S> {
 
     /// f(x) from f and f' at x.
     fn chain(&self, value: S, slope: &S) -> Self {
-        Self {
-            value,
-            slope: if self.slope.is_exact_zero() {
-                self.slope.clone()
-            } else {
-                slope.mul(&self.slope)
-            },
-        }
+        Self { value, slope: if self.slope.is_exact_zero() { self.slope.clone() } else { slope.mul(&self.slope) } }
     }
 
     /// 1 in the precision of a number that is not 0 there.
@@ -51,42 +44,27 @@ impl<S: Scalar> Scalar for Dual<S> {
     }
 
     fn add(&self, other: &Self) -> Self {
-        Self {
-            value: self.value.add(&other.value),
-            slope: self.slope.add(&other.slope),
-        }
+        Self { value: self.value.add(&other.value), slope: self.slope.add(&other.slope) }
     }
 
     fn sub(&self, other: &Self) -> Self {
-        Self {
-            value: self.value.sub(&other.value),
-            slope: self.slope.sub(&other.slope),
-        }
+        Self { value: self.value.sub(&other.value), slope: self.slope.sub(&other.slope) }
     }
 
     fn mul(&self, other: &Self) -> Self {
         let left = self.slope.mul(&other.value);
-        Self {
-            value: self.value.mul(&other.value),
-            slope: left.add(&self.value.mul(&other.slope)),
-        }
+        Self { value: self.value.mul(&other.value), slope: left.add(&self.value.mul(&other.slope)) }
     }
 
     fn div(&self, other: &Self) -> Self {
         // (a/b)' = (a' - (a/b) b')/b
         let value = self.value.div(&other.value);
         let rest = self.slope.sub(&value.mul(&other.slope));
-        Self {
-            slope: rest.div(&other.value),
-            value,
-        }
+        Self { slope: rest.div(&other.value), value }
     }
 
     fn neg(&self) -> Self {
-        Self {
-            value: self.value.neg(),
-            slope: self.slope.neg(),
-        }
+        Self { value: self.value.neg(), slope: self.slope.neg() }
     }
 
     fn powi(&self, exponent: i32) -> Self {
@@ -114,10 +92,7 @@ impl<S: Scalar> Scalar for Dual<S> {
             let logarithm = self.value.apply(Function::Ln);
             slope = slope.add(&exponent.slope.mul(&logarithm));
         }
-        Self {
-            slope: value.mul(&slope),
-            value,
-        }
+        Self { slope: value.mul(&slope), value }
     }
 
     fn apply(&self, function: Function) -> Self {
@@ -147,10 +122,7 @@ impl<S: Scalar> Scalar for Dual<S> {
         // d atan2(y, x) = (x dy - y dx)/(x² + y²)
         let square = x.value.mul(&x.value).add(&self.value.mul(&self.value));
         let rise = x.value.mul(&self.slope).sub(&self.value.mul(&x.slope));
-        Self {
-            value: self.value.atan2(&x.value),
-            slope: rise.div(&square),
-        }
+        Self { value: self.value.atan2(&x.value), slope: rise.div(&square) }
     }
 
     fn is_finite(&self) -> bool {

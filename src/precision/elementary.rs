@@ -10,19 +10,11 @@ use super::ball::{Ball, U2, up};
 use super::double::{DoubleDouble, exponent_of, power_of_two, two_prod, two_sum};
 
 /// pi/2 in four doubles; what is left is below 3e-66.
-const HALF_PI: [f64; 4] = [
-    std::f64::consts::FRAC_PI_2,
-    6.123_233_995_736_766e-17,
-    -1.497_384_904_859_169_8e-33,
-    5.562_271_104_316_826e-50,
-];
+const HALF_PI: [f64; 4] =
+    [std::f64::consts::FRAC_PI_2, 6.123_233_995_736_766e-17, -1.497_384_904_859_169_8e-33, 5.562_271_104_316_826e-50];
 const HALF_PI_REST: f64 = 3e-66;
 /// ln 2 in three doubles; what is left is below 4e-50.
-const LN_2: [f64; 3] = [
-    std::f64::consts::LN_2,
-    2.319_046_813_846_299_6e-17,
-    5.707_708_438_416_212e-34,
-];
+const LN_2: [f64; 3] = [std::f64::consts::LN_2, 2.319_046_813_846_299_6e-17, 5.707_708_438_416_212e-34];
 const LN_2_REST: f64 = 4e-50;
 
 /// 1/n! as double-doubles with relative error below 2^-106.
@@ -63,10 +55,7 @@ const INVERSE_FACTORIALS: [(f64, f64); 31] = [
 fn inverse_factorial(n: usize) -> Ball {
     let (hi, lo) = INVERSE_FACTORIALS[n];
     let radius = if n < 3 { 0.0 } else { U2 * hi };
-    Ball {
-        mid: DoubleDouble { hi, lo },
-        radius,
-    }
+    Ball { mid: DoubleDouble { hi, lo }, radius }
 }
 
 /// The sum of z^k / (first + k step)! over k while the index is at most `last`.
@@ -131,10 +120,7 @@ fn sin_cos_reduced(r: Ball) -> (Ball, Ball) {
     // Alternating series with falling terms: the remainder is below the first term left out.
     let sin = r + r * (z * series(z, 3, 2, 27));
     let cos = Ball::ONE + z * series(z, 2, 2, 28);
-    (
-        sin.with_added_radius(remainder(x, 29)),
-        cos.with_added_radius(remainder(x, 30)),
-    )
+    (sin.with_added_radius(remainder(x, 29)), cos.with_added_radius(remainder(x, 30)))
 }
 
 /// Sine and cosine of an exact number; [-1, 1] beyond 2^50, where the quadrant is not resolved.
@@ -143,10 +129,7 @@ fn sin_cos_point(x: DoubleDouble) -> (Ball, Ball) {
         return (Ball::NOT_FINITE, Ball::NOT_FINITE);
     }
     if x.hi.abs() > power_of_two(50) {
-        let unknown = Ball {
-            mid: DoubleDouble::ZERO,
-            radius: 1.0,
-        };
+        let unknown = Ball { mid: DoubleDouble::ZERO, radius: 1.0 };
         return (unknown, unknown);
     }
     if x.hi.abs() <= 0.79 {
@@ -168,14 +151,9 @@ fn exp_point(x: DoubleDouble) -> Ball {
         return Ball::ONE;
     }
     let k = (x.hi * std::f64::consts::LOG2_E).round();
-    let r = if k == 0.0 {
-        Ball::from(x)
-    } else {
-        reduce(x, k, &LN_2, LN_2_REST)
-    };
+    let r = if k == 0.0 { Ball::from(x) } else { reduce(x, k, &LN_2, LN_2_REST) };
     let sum = Ball::ONE + (r + r * r * series(r, 2, 1, 23));
-    sum.with_added_radius(remainder(r.abs_upper(), 24))
-        .scale(k as i32)
+    sum.with_added_radius(remainder(r.abs_upper(), 24)).scale(k as i32)
 }
 
 /// Hyperbolic sine and cosine of an exact number below 0.5 in magnitude.
@@ -184,10 +162,7 @@ fn sinh_cosh_small(x: DoubleDouble) -> (Ball, Ball) {
     let z = r * r;
     let sinh = r + r * (z * series(z, 3, 2, 27));
     let cosh = Ball::ONE + z * series(z, 2, 2, 28);
-    (
-        sinh.with_added_radius(remainder(x.hi, 29)),
-        cosh.with_added_radius(remainder(x.hi, 30)),
-    )
+    (sinh.with_added_radius(remainder(x.hi, 29)), cosh.with_added_radius(remainder(x.hi, 30)))
 }
 
 /// ln((1 + z) / (1 - z)) = 2 (z + z^3/3 + z^5/5 + ...) for |z| < 0.06, by terms up to z^27; the
@@ -198,9 +173,7 @@ fn ln_by_atanh(z: Ball) -> Ball {
     for k in (0..13).rev() {
         sum = sum * square + Ball::ONE / Ball::exact(f64::from(2 * k + 1));
     }
-    (z * sum)
-        .scale(1)
-        .with_added_radius(up(0.07 * z.abs_upper().powi(29)))
+    (z * sum).scale(1).with_added_radius(up(0.07 * z.abs_upper().powi(29)))
 }
 
 /// Logarithm of an exact positive number.
@@ -217,11 +190,7 @@ fn ln_point(x: DoubleDouble) -> Ball {
         return by_atanh(x);
     }
     // x = 2^k f with f in [0.7, 1.42): no cancellation between k ln 2 and ln f.
-    let (x, shift) = if x.hi < 1e-290 {
-        (x.scale(300), 300)
-    } else {
-        (x, 0)
-    };
+    let (x, shift) = if x.hi < 1e-290 { (x.scale(300), 300) } else { (x, 0) };
     let mut k = exponent_of(x.hi);
     if x.scale(-k).hi > std::f64::consts::SQRT_2 {
         k += 1;
@@ -288,14 +257,7 @@ impl Ball {
 
     /// A sine or cosine is never outside [-1, 1], however wide its argument.
     fn within_unit(self, argument: &Self) -> Self {
-        if argument.is_finite() && self.radius > 1.0 {
-            Self {
-                mid: DoubleDouble::ZERO,
-                radius: 1.0,
-            }
-        } else {
-            self
-        }
+        if argument.is_finite() && self.radius > 1.0 { Self { mid: DoubleDouble::ZERO, radius: 1.0 } } else { self }
     }
 
     /// Tangent; not finite where the cosine may be 0.
@@ -315,11 +277,7 @@ impl Ball {
         // |atan(m + h) - atan m| <= |h| / (1 + min x^2) over the ball.
         let least = self.abs_lower();
         let value = angle_point(self.mid, DoubleDouble::ONE);
-        value.with_added_radius(if self.radius == 0.0 {
-            0.0
-        } else {
-            up(self.radius / (1.0 + least * least))
-        })
+        value.with_added_radius(if self.radius == 0.0 { 0.0 } else { up(self.radius / (1.0 + least * least)) })
     }
 
     /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`. Not finite if the point may be
@@ -330,10 +288,7 @@ impl Ball {
             return Self::NOT_FINITE;
         }
         if y.contains_zero() && !y.is_zero() && x.is_negative() {
-            return Self {
-                mid: DoubleDouble::ZERO,
-                radius: 3.2,
-            };
+            return Self { mid: DoubleDouble::ZERO, radius: 3.2 };
         }
         let value = angle_point(y.mid, x.mid);
         if y.radius == 0.0 && (x.radius == 0.0 || y.is_zero()) {
@@ -347,15 +302,11 @@ impl Ball {
         let t = shift / distance * (1.0 + power_of_two(-48));
         if t < 0.5 {
             let rest = distance * (1.0 - t);
-            let s = x.mid.hi.abs() / distance * (y.radius / rest)
-                + y.mid.hi.abs() / distance * (x.radius / rest);
+            let s = x.mid.hi.abs() / distance * (y.radius / rest) + y.mid.hi.abs() / distance * (x.radius / rest);
             return value.with_added_radius(up(s * (1.0 + s * s)));
         }
         // The box misses the origin and the cut, so the angle spans less than a turn.
-        Self {
-            mid: DoubleDouble::ZERO,
-            radius: 3.2,
-        }
+        Self { mid: DoubleDouble::ZERO, radius: 3.2 }
     }
 
     /// Arc sine. A ball across the end of [-1, 1] is cut off there; one outside is not finite.
@@ -396,11 +347,7 @@ impl Ball {
             }
         };
         if self.radius == 0.0 {
-            return if self.mid.abs() > one {
-                Self::NOT_FINITE
-            } else {
-                point(*self)
-            };
+            return if self.mid.abs() > one { Self::NOT_FINITE } else { point(*self) };
         }
         between_ends(self, |x| point(Ball::from(clip(x))))
     }

@@ -60,11 +60,7 @@ impl Enclosure for Ball {
     }
 
     fn center(&self) -> Self {
-        if self.is_finite() {
-            Ball::new(self.mid, 0.0)
-        } else {
-            *self
-        }
+        if self.is_finite() { Ball::new(self.mid, 0.0) } else { *self }
     }
 
     fn middle(&self) -> f64 {
@@ -80,11 +76,7 @@ impl Enclosure for Ball {
     }
 
     fn radius(&self) -> f64 {
-        if self.is_finite() {
-            self.radius
-        } else {
-            f64::INFINITY
-        }
+        if self.is_finite() { self.radius } else { f64::INFINITY }
     }
 
     fn abs_upper(&self) -> f64 {
@@ -174,11 +166,7 @@ impl Enclosure for Big {
     }
 
     fn center(&self) -> Self {
-        if self.is_finite() {
-            Big::center(self)
-        } else {
-            self.clone()
-        }
+        if self.is_finite() { Big::center(self) } else { self.clone() }
     }
 
     fn middle(&self) -> f64 {
@@ -192,11 +180,7 @@ impl Enclosure for Big {
     }
 
     fn certain_size(&self) -> f64 {
-        if self.contains_zero() {
-            0.0
-        } else {
-            Big::abs_upper(self).to_f64()
-        }
+        if self.contains_zero() { 0.0 } else { Big::abs_upper(self).to_f64() }
     }
 
     fn radius(&self) -> f64 {
@@ -273,11 +257,7 @@ impl Enclosure for Big {
     }
 
     fn from_ball(value: &Ball, bits: usize) -> Self {
-        if value.is_finite() {
-            Big::from_ball(value, bits)
-        } else {
-            Big::not_finite(bits)
-        }
+        if value.is_finite() { Big::from_ball(value, bits) } else { Big::not_finite(bits) }
     }
 
     fn rounding(bits: usize) -> f64 {

@@ -86,11 +86,7 @@ impl Scalar for f64 {
 
     #[inline]
     fn signum(&self) -> Self {
-        if *self == 0.0 {
-            f64::NAN
-        } else {
-            f64::signum(*self)
-        }
+        if *self == 0.0 { f64::NAN } else { f64::signum(*self) }
     }
 
     /// Four sums side by side: one would wait for each of its additions.
@@ -286,11 +282,7 @@ impl Scalar for Ball {
     #[inline]
     fn from_number(number: &Number, (): ()) -> Self {
         let (hi, lo, error) = number.to_double_double();
-        if hi.is_finite() {
-            Ball::new(DoubleDouble::new(hi, lo), error)
-        } else {
-            Ball::NOT_FINITE
-        }
+        if hi.is_finite() { Ball::new(DoubleDouble::new(hi, lo), error) } else { Ball::NOT_FINITE }
     }
 
     #[inline]

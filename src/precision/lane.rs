@@ -76,11 +76,7 @@ impl Lane {
     pub fn choose(self, choice: Self, other: Self) -> Self {
         let mut result = other;
         for i in 0..LANES {
-            result.0[i] = if choice.0[i] != 0.0 {
-                self.0[i]
-            } else {
-                other.0[i]
-            };
+            result.0[i] = if choice.0[i] != 0.0 { self.0[i] } else { other.0[i] };
         }
         result
     }
@@ -96,9 +92,7 @@ impl Lane {
     #[inline(always)]
     #[must_use]
     pub fn any(self) -> bool {
-        self.0
-            .iter()
-            .fold(false, |any, value| any | (*value != 0.0))
+        self.0.iter().fold(false, |any, value| any | (*value != 0.0))
     }
 }
 

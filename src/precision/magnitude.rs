@@ -24,20 +24,11 @@ pub struct Magnitude {
 
 impl Magnitude {
     /// Zero.
-    pub const ZERO: Self = Self {
-        mantissa: 0.0,
-        exponent: 0,
-    };
+    pub const ZERO: Self = Self { mantissa: 0.0, exponent: 0 };
     /// One.
-    pub const ONE: Self = Self {
-        mantissa: 1.0,
-        exponent: 0,
-    };
+    pub const ONE: Self = Self { mantissa: 1.0, exponent: 0 };
     /// Infinity: nothing is known.
-    pub const INFINITE: Self = Self {
-        mantissa: f64::INFINITY,
-        exponent: 0,
-    };
+    pub const INFINITE: Self = Self { mantissa: f64::INFINITY, exponent: 0 };
 
     /// A number of at least 1 and at most 4 times 2^exponent. Halving is exact.
     fn normal(mantissa: f64, exponent: i64) -> Self {
@@ -63,14 +54,7 @@ impl Magnitude {
         if exponent > LARGEST {
             return Self::INFINITE;
         }
-        Self {
-            mantissa: 1.0,
-            exponent: if exponent < SMALLEST {
-                SMALLEST
-            } else {
-                exponent
-            },
-        }
+        Self { mantissa: 1.0, exponent: if exponent < SMALLEST { SMALLEST } else { exponent } }
     }
 
     /// The absolute value of a double, exactly; infinite for NaN.
@@ -84,26 +68,15 @@ impl Magnitude {
             return Self::INFINITE;
         }
         // Subnormal numbers are scaled first.
-        let (value, shift) = if value < f64::MIN_POSITIVE {
-            (value * power_of_two(60), -60)
-        } else {
-            (value, 0)
-        };
+        let (value, shift) = if value < f64::MIN_POSITIVE { (value * power_of_two(60), -60) } else { (value, 0) };
         let exponent = super::double::exponent_of(value);
-        Self {
-            mantissa: scale(value, -exponent),
-            exponent: i64::from(exponent) + shift,
-        }
+        Self { mantissa: scale(value, -exponent), exponent: i64::from(exponent) + shift }
     }
 
     /// The whole number `leading` times 2^exponent, for `leading` below 2^53: exact.
     pub(crate) fn from_parts(leading: u64, exponent: i64) -> Self {
         let whole = Self::from_f64(leading as f64);
-        if leading == 0 {
-            whole
-        } else {
-            Self::normal(whole.mantissa, whole.exponent.saturating_add(exponent))
-        }
+        if leading == 0 { whole } else { Self::normal(whole.mantissa, whole.exponent.saturating_add(exponent)) }
     }
 
     /// The smallest double not below; infinite beyond the range of doubles.
@@ -159,11 +132,7 @@ impl Magnitude {
     /// The sum, rounded down: by a step, but not below the larger summand.
     #[must_use]
     pub fn add_down(self, other: Self) -> Self {
-        let (large, small) = if self < other {
-            (other, self)
-        } else {
-            (self, other)
-        };
+        let (large, small) = if self < other { (other, self) } else { (self, other) };
         if small.is_zero() || !large.is_finite() || large.exponent - small.exponent > 60 {
             return large;
         }
@@ -187,11 +156,7 @@ impl Magnitude {
         }
         // self > other, so the gap is not negative; the smaller one is rounded up.
         let gap = self.exponent - other.exponent;
-        let small = if gap > 60 {
-            power_of_two(-59)
-        } else {
-            other.mantissa * power_of_two(-(gap as i32))
-        };
+        let small = if gap > 60 { power_of_two(-59) } else { other.mantissa * power_of_two(-(gap as i32)) };
         let rest = (self.mantissa - small).next_down();
         if rest <= 0.0 {
             return Self::ZERO;
@@ -223,11 +188,7 @@ impl Magnitude {
             return self;
         }
         let half = self.exponent.div_euclid(2);
-        let rest = if self.exponent.rem_euclid(2) == 1 {
-            2.0
-        } else {
-            1.0
-        };
+        let rest = if self.exponent.rem_euclid(2) == 1 { 2.0 } else { 1.0 };
         Self::normal(rounded((self.mantissa * rest).sqrt()), half)
     }
 
@@ -286,11 +247,7 @@ impl Add for Magnitude {
         if other.is_zero() || !self.is_finite() {
             return self;
         }
-        let (large, small) = if self.exponent >= other.exponent {
-            (self, other)
-        } else {
-            (other, self)
-        };
+        let (large, small) = if self.exponent >= other.exponent { (self, other) } else { (other, self) };
         let gap = large.exponent - small.exponent;
         if gap > 60 {
             // What is added is below 2^-59, half a step at most.
@@ -312,10 +269,7 @@ impl Mul for Magnitude {
         if self.is_zero() || other.is_zero() {
             return Self::ZERO;
         }
-        Self::normal(
-            (self.mantissa * other.mantissa).next_up(),
-            self.exponent + other.exponent,
-        )
+        Self::normal((self.mantissa * other.mantissa).next_up(), self.exponent + other.exponent)
     }
 }
 
@@ -331,10 +285,7 @@ impl Div for Magnitude {
             return Self::ZERO;
         }
         // The quotient lies in (1/2, 2).
-        Self::normal(
-            2.0 * (self.mantissa / lower.mantissa).next_up(),
-            self.exponent - lower.exponent - 1,
-        )
+        Self::normal(2.0 * (self.mantissa / lower.mantissa).next_up(), self.exponent - lower.exponent - 1)
     }
 }
 

@@ -15,10 +15,7 @@ pub struct Root {
 impl Default for Root {
     /// 1
     fn default() -> Self {
-        Self {
-            radicand: IBig::ONE,
-            index: 1,
-        }
+        Self { radicand: IBig::ONE, index: 1 }
     }
 }
 

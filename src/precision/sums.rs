@@ -62,18 +62,9 @@ impl Doubled<'_> {
 
 /// high + low <- high + low + x y; gives what was added to `low`.
 #[inline(always)]
-fn add_product<const FUSED: bool>(
-    x: DoubleDouble,
-    y: DoubleDouble,
-    high: &mut f64,
-    low: &mut f64,
-) -> f64 {
+fn add_product<const FUSED: bool>(x: DoubleDouble, y: DoubleDouble, high: &mut f64, low: &mut f64) -> f64 {
     let p = x.hi * y.hi;
-    let error = if FUSED {
-        x.hi.mul_add(y.hi, -p)
-    } else {
-        product_error(x.hi, y.hi, p)
-    };
+    let error = if FUSED { x.hi.mul_add(y.hi, -p) } else { product_error(x.hi, y.hi, p) };
     let rest = error + (x.hi * y.lo + x.lo * y.hi);
     let (sum, left) = two_sum(*high, p);
     *high = sum;
@@ -162,15 +153,7 @@ impl Enclosed<'_> {
         let (blocks, left) = self.left.as_chunks::<4>();
         let (right, mirrored) = self.right.as_rchunks::<4>();
         let zero = [0.0; 4];
-        let mut sums = Sums {
-            high: zero,
-            low: zero,
-            p: zero,
-            q: zero,
-            r: zero,
-            rest: zero,
-            fine: [true; 4],
-        };
+        let mut sums = Sums { high: zero, low: zero, p: zero, q: zero, r: zero, rest: zero, fine: [true; 4] };
         for (x, y) in blocks.iter().zip(mirrored.iter().rev()) {
             for i in 0..4 {
                 sums.add::<FUSED>(i, &x[i], &y[3 - i]);

@@ -34,10 +34,7 @@ impl System {
         let size = |largest: f64| (largest > 0.0).then(|| -exponent_of(largest));
         let mut row_shift = Vec::with_capacity(order);
         for row in entries.chunks_exact_mut(order.max(1)) {
-            let shift = size(
-                row.iter()
-                    .fold(0.0, |most: f64, x| most.max(x.mid_f64().abs())),
-            )?;
+            let shift = size(row.iter().fold(0.0, |most: f64, x| most.max(x.mid_f64().abs())))?;
             row.iter_mut().for_each(|x| *x = x.scale(shift));
             row_shift.push(shift);
         }
@@ -54,22 +51,13 @@ impl System {
         let middle = DMatrix::from_fn(order, order, |i, j| entries[order * i + j].mid_f64());
         let inverse = middle.clone().try_inverse()?;
         let contraction = contraction(&inverse, &middle, &entries)?;
-        Some(Self {
-            order,
-            entries,
-            row_shift,
-            column_shift,
-            inverse,
-            contraction,
-        })
+        Some(Self { order, entries, row_shift, column_shift, inverse, contraction })
     }
 
     /// The system with the transposed matrix.
     pub(crate) fn transposed(&self) -> Option<Self> {
         let n = self.order;
-        let entries: Vec<Ball> = (0..n * n)
-            .map(|at| self.entries[n * (at % n) + at / n])
-            .collect();
+        let entries: Vec<Ball> = (0..n * n).map(|at| self.entries[n * (at % n) + at / n]).collect();
         let middle = DMatrix::from_fn(n, n, |i, j| entries[n * i + j].mid_f64());
         let inverse = self.inverse.transpose();
         let contraction = contraction(&inverse, &middle, &entries)?;
@@ -86,11 +74,7 @@ impl System {
     /// The solution for a right side, for every matrix and right side within their enclosures.
     pub(crate) fn solve(&self, right: &[Ball]) -> Option<Vec<Ball>> {
         let n = self.order;
-        let right: Vec<Ball> = right
-            .iter()
-            .zip(&self.row_shift)
-            .map(|(x, shift)| x.scale(*shift))
-            .collect();
+        let right: Vec<Ball> = right.iter().zip(&self.row_shift).map(|(x, shift)| x.scale(*shift)).collect();
         let mut middle = vec![DoubleDouble::ZERO; n];
         let mut best: Option<(f64, Vec<DoubleDouble>)> = None;
         for _ in 0..MOST_CORRECTIONS {
@@ -107,10 +91,7 @@ impl System {
             }
             let off = DVector::from_fn(n, |i, _| residual[i].mid_f64());
             let step = &self.inverse * off;
-            let next = middle
-                .iter()
-                .zip(step.iter())
-                .map(|(x, step)| *x + DoubleDouble::exact(*step));
+            let next = middle.iter().zip(step.iter()).map(|(x, step)| *x + DoubleDouble::exact(*step));
             let next: Vec<DoubleDouble> = next.collect();
             best = Some((error, std::mem::replace(&mut middle, next)));
         }
@@ -169,9 +150,7 @@ fn contraction(inverse: &DMatrix<f64>, middle: &DMatrix<f64>, entries: &[Ball]) 
     let weight: Vec<f64> = entries
         .chunks_exact(n.max(1))
         .map(|row| {
-            let terms = row
-                .iter()
-                .map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error());
+            let terms = row.iter().map(|x| gamma * x.mid_f64().abs() + x.mid_f64_error());
             terms.sum()
         })
         .collect();

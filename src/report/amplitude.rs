@@ -30,21 +30,14 @@ fn change_text(change: &Ball) -> (String, String) {
 }
 
 fn bound_text(bound: f64) -> String {
-    if bound == 0.0 {
-        "0".to_owned()
-    } else {
-        one_digit_up_text(bound)
-    }
+    if bound == 0.0 { "0".to_owned() } else { one_digit_up_text(bound) }
 }
 
 fn obstacle_words(obstacle: Obstacle) -> String {
     match obstacle {
         Obstacle::NoOscillation => "does not oscillate".to_owned(),
         Obstacle::Drift { with } => format!("drives mode {} away", with + 1),
-        Obstacle::OneToOne { with } => format!(
-            "1:1 with mode {}: the shape is decided at the fourth order",
-            with + 1
-        ),
+        Obstacle::OneToOne { with } => format!("1:1 with mode {}: the shape is decided at the fourth order", with + 1),
         Obstacle::OneToTwo { with } => format!("1:2 with mode {}", with + 1),
         Obstacle::OneToThree { with } => format!("1:3 with mode {}", with + 1),
         Obstacle::Undecided => "shapes are not separated".to_owned(),
@@ -91,11 +84,7 @@ pub fn amplitude_text(
         }
         None => String::new(),
     };
-    let frequency = if model.has_units {
-        "omega (rad/s)"
-    } else {
-        "omega"
-    };
+    let frequency = if model.has_units { "omega (rad/s)" } else { "omega" };
     let (changes, bounds): (Vec<String>, Vec<String>) = found
         .iter()
         .map(|own| match &own.change {
@@ -104,22 +93,13 @@ pub fn amplitude_text(
         })
         .unzip();
     let reach = found.iter().map(|own| match (own.reach, &own.change) {
-        (Some(reach), _) => format!("{reach:.1e}")
-            .parse()
-            .map_or_else(|_| String::new(), plain),
+        (Some(reach), _) => format!("{reach:.1e}").parse().map_or_else(|_| String::new(), plain),
         (None, Some(_)) => "any".to_owned(),
         (None, None) => String::new(),
     });
     let mut columns = vec![
         Column::right("mode", (1..=rows).map(|at| at.to_string()).collect()),
-        Column::numbers(
-            frequency,
-            modes
-                .modes
-                .iter()
-                .map(|mode| omega(mode, digits).text())
-                .collect(),
-        ),
+        Column::numbers(frequency, modes.modes.iter().map(|mode| omega(mode, digits).text()).collect()),
         Column::numbers("change", changes),
         Column::words("bound", bounds),
         Column::words("amplitude of", found.iter().map(name).collect()),
@@ -130,9 +110,7 @@ pub fn amplitude_text(
         columns.push(Column::words("", remarks));
     }
     out.push_str(&draw(&columns, rows, |_| None, style));
-    out.push_str(
-        "\nomega is that of small oscillations times 1 + change A^2 for an amplitude A.\n",
-    );
+    out.push_str("\nomega is that of small oscillations times 1 + change A^2 for an amplitude A.\n");
     if !linearized.equilibrium().proved {
         out.push_str("The equilibrium is not proved: its place is an estimate, and bounds do not cover its error.\n");
     }
@@ -141,11 +119,7 @@ pub fn amplitude_text(
 
 /// Two digits.
 fn plain(value: f64) -> String {
-    if (1e-3..1e5).contains(&value) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
+    if (1e-3..1e5).contains(&value) { format!("{value}") } else { format!("{value:e}") }
 }
 
 /// The changes as a JSON object: `model`, `coordinates`, and `modes`, each with `omega`, `omega_digits` and `error_bound`,
@@ -153,12 +127,7 @@ fn plain(value: f64) -> String {
 /// `obstacle` says why) with `frequency_change_error_bound`, `up_to` (`null` where nothing limits the amplitude), and `equal`, modes of the
 /// same frequency that this one is not coupled to, and `drives`, a mode of half the frequency that it makes grow, by number from 1.
 #[must_use]
-pub fn amplitude_json(
-    linearized: &Linearized,
-    modes: &NormalModes,
-    amplitudes: &Amplitudes,
-    digits: usize,
-) -> String {
+pub fn amplitude_json(linearized: &Linearized, modes: &NormalModes, amplitudes: &Amplitudes, digits: usize) -> String {
     let model = linearized.model();
     let names = model.coordinates.iter().map(|own| string(&own.name));
     let mut out = format!(

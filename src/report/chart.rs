@@ -41,11 +41,7 @@ pub fn borders_csv(chart: &Chart, borders: &[Border]) -> String {
 
 /// A name in CSV: members of families have commas.
 fn cell(name: &str) -> String {
-    if name.contains(',') {
-        format!("\"{name}\"")
-    } else {
-        name.to_owned()
-    }
+    if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() }
 }
 
 /// The chart as an SVG picture: the first parameter to the right, the second one up; the darker, the faster the growth.

@@ -4,15 +4,12 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-use super::constraints::{
-    constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved,
-};
+use super::constraints::{constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved};
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
 use crate::derive::{
-    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root,
-    SecondOrder,
+    Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
 };
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -36,15 +33,9 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
     };
     let names = derivation.names.coordinates.iter().map(String::as_str);
     let notation = (!style.ascii).then(|| Notation::new(names));
-    let style = &Sheet {
-        style: *style,
-        notation,
-    };
+    let style = &Sheet { style: *style, notation };
     let names = &derivation.names.coordinates;
-    let mut out = style.paint(
-        Tone::Heading,
-        &headline(derivation.model.as_deref(), names.len()),
-    );
+    let mut out = style.paint(Tone::Heading, &headline(derivation.model.as_deref(), names.len()));
     out.push('\n');
     out.push_str(&listed("coordinates", names, style.width));
     if !definitions.is_empty() {
@@ -52,11 +43,7 @@ pub fn derive_text(derivation: &Derivation, style: &Style) -> String {
         out.push_str(&section("with", &texts.collect::<Vec<_>>(), style));
     }
     if derivation.equations.is_some() {
-        out.push_str(&section(
-            "Lagrange's equations",
-            &derivation.equation_texts(),
-            style,
-        ));
+        out.push_str(&section("Lagrange's equations", &derivation.equation_texts(), style));
     }
     let constraints = constraint_texts(derivation);
     if !constraints.is_empty() {
@@ -106,10 +93,7 @@ pub(super) fn root_texts(derivation: &Derivation, roots: &[Root]) -> Vec<String>
                 let left = pool.display(root.left);
                 match &root.condition {
                     Some(condition) => {
-                        format!(
-                            "{left} = {value}, if {}",
-                            condition_text(derivation, condition)
-                        )
+                        format!("{left} = {value}, if {}", condition_text(derivation, condition))
                     }
                     None => format!("{left} = {value}"),
                 }
@@ -128,19 +112,13 @@ pub(super) fn condition_text(derivation: &Derivation, condition: &Condition) -> 
         Relation::Greater => ">",
         Relation::GreaterOrEqual => ">=",
     };
-    format!(
-        "{} {sign} {}",
-        pool.display(condition.left),
-        pool.display(condition.right)
-    )
+    format!("{} {sign} {}", pool.display(condition.left), pool.display(condition.right))
 }
 
 /// What the conditions take for granted, each once.
 pub(super) fn assumed_of(roots: &[Root]) -> Vec<(ExprId, bool)> {
     let conditions = roots.iter().filter_map(|root| root.condition.as_ref());
-    let mut signs: Vec<(ExprId, bool)> = conditions
-        .flat_map(|condition| condition.signs.iter().copied())
-        .collect();
+    let mut signs: Vec<(ExprId, bool)> = conditions.flat_map(|condition| condition.signs.iter().copied()).collect();
     signs.sort_unstable();
     signs.dedup();
     signs
@@ -187,11 +165,7 @@ impl Sheet {
         };
         // Fractions that a terminal wraps can't be read at all.
         let fits = lines.iter().all(|line| line.width() <= width);
-        if lines.is_empty() || !fits {
-            vec![format!("{text}{remark}")]
-        } else {
-            lines
-        }
+        if lines.is_empty() || !fits { vec![format!("{text}{remark}")] } else { lines }
     }
 
     /// A formula of the model language on one line; what needs more stays as it is.
@@ -215,10 +189,7 @@ impl Sheet {
 
     /// An entry of a matrix.
     fn entry(&self, text: &str) -> Block {
-        let formula = self
-            .notation
-            .as_ref()
-            .and_then(|notation| notation.read(text));
+        let formula = self.notation.as_ref().and_then(|notation| notation.read(text));
         formula.map_or_else(|| Block::line(text), |formula: Formula| formula.block())
     }
 }
@@ -263,11 +234,7 @@ fn energy_text(derivation: &Derivation, energy: &Energy, style: &Sheet) -> Strin
         if let Some(hamiltonian) = &energy.hamiltonian {
             functions.push(format!("H = {}", derivation.text(hamiltonian)));
         }
-        out.push_str(&section(
-            "energy function and Hamiltonian",
-            &functions,
-            style,
-        ));
+        out.push_str(&section("energy function and Hamiltonian", &functions, style));
     }
     let conserved: Vec<Vec<String>> = energy
         .conserved
@@ -309,9 +276,7 @@ pub(super) fn conserved_because(quantity: &Conserved, names: &Names) -> String {
             format!("{name} is cyclic, only its velocity occurs in L")
         }
         Conserved::Energy { is_total: true } => "the time does not occur in L".to_owned(),
-        Conserved::Energy { is_total: false } => {
-            "the time does not occur in L; h is not T + V".to_owned()
-        }
+        Conserved::Energy { is_total: false } => "the time does not occur in L; h is not T + V".to_owned(),
     }
 }
 
@@ -327,22 +292,12 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
         return out;
     };
     out.push('\n');
-    out.push_str(&matrix_text(
-        "gradients of the constraints",
-        "A",
-        &tangent.gradients,
-        derivation,
-        style,
-    ));
+    out.push_str(&matrix_text("gradients of the constraints", "A", &tangent.gradients, derivation, style));
     let Some(reduced) = &tangent.reduced else {
         return out;
     };
     let page = &*reduced.derivation;
-    out.push_str(&section(
-        "displacements that the constraints allow",
-        &direction_texts(derivation, reduced),
-        style,
-    ));
+    out.push_str(&section("displacements that the constraints allow", &direction_texts(derivation, reduced), style));
     if let Ok(linear) = &page.linear {
         out.push('\n');
         let names = style.names(&page.names.displacements).join(", ");
@@ -354,30 +309,17 @@ fn linear_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> Strin
 }
 
 /// Energies to second order, matrices, linearized equations and frequencies. `suffix` stands behind the letters of the matrices.
-fn matrices_text(
-    derivation: &Derivation,
-    linear: &Linear,
-    potential: &str,
-    suffix: &str,
-    style: &Sheet,
-) -> String {
+fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suffix: &str, style: &Sheet) -> String {
     let mut out = String::new();
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
         let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
-        out.push_str(&listed(
-            "below, as at the values of the parameters",
-            &signs,
-            style.width,
-        ));
+        out.push_str(&listed("below, as at the values of the parameters", &signs, style.width));
     }
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, potential, style));
     }
-    let both = [
-        ("mass matrix", "M", &linear.mass),
-        ("stiffness matrix", "K", &linear.stiffness),
-    ];
+    let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
     for (title, letter, rows) in both.into_iter().chain(linear.others()) {
         out.push('\n');
         let letter = format!("{letter}{suffix}");
@@ -391,12 +333,7 @@ fn matrices_text(
     out
 }
 
-fn second_order_text(
-    derivation: &Derivation,
-    part: &SecondOrder,
-    potential: &str,
-    style: &Sheet,
-) -> String {
+fn second_order_text(derivation: &Derivation, part: &SecondOrder, potential: &str, style: &Sheet) -> String {
     let names = &derivation.names;
     let mut out = String::new();
     if names.displacements != names.coordinates {
@@ -420,25 +357,14 @@ fn second_order_text(
 /// What has its minimum at the equilibrium: V, or V - T0 where T has a part without velocities, as rates leave one.
 pub(super) fn potential_name(derivation: &Derivation) -> &'static str {
     let energy = derivation.energy.as_ref();
-    if !derivation.rates.is_empty() || energy.is_some_and(|energy| energy.rest_energy) {
-        "V - T0"
-    } else {
-        "V"
-    }
+    if !derivation.rates.is_empty() || energy.is_some_and(|energy| energy.rest_energy) { "V - T0" } else { "V" }
 }
 
 /// `T = ...` and `V = ...`.
-pub(super) fn quadratic_forms(
-    derivation: &Derivation,
-    part: &SecondOrder,
-    potential: &str,
-) -> [String; 2] {
+pub(super) fn quadratic_forms(derivation: &Derivation, part: &SecondOrder, potential: &str) -> [String; 2] {
     [
         format!("T = {}", derivation.displaced_text(&part.kinetic)),
-        format!(
-            "{potential} = {}",
-            derivation.displaced_text(&part.potential)
-        ),
+        format!("{potential} = {}", derivation.displaced_text(&part.potential)),
     ]
 }
 
@@ -464,12 +390,7 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
             items.push(format!("{name} = {text}"));
         }
     }
-    searched.extend(
-        linear
-            .tangent
-            .iter()
-            .flat_map(|own| unsolved(derivation, own)),
-    );
+    searched.extend(linear.tangent.iter().flat_map(|own| unsolved(derivation, own)));
     let mut out = String::new();
     if !items.is_empty() {
         out.push_str(&formulas("equilibrium", &items, style));
@@ -489,9 +410,7 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
 /// `psi' = W`, one a rate of a steady motion.
 pub(super) fn rate_texts(derivation: &Derivation) -> Vec<String> {
     let rates = derivation.rates.iter();
-    rates
-        .map(|(name, rate)| format!("{name}' = {}", derivation.pool.display(*rate)))
-        .collect()
+    rates.map(|(name, rate)| format!("{name}' = {}", derivation.pool.display(*rate))).collect()
 }
 
 /// A list of formulas behind a title; where some take more than one line, each in lines of its own.
@@ -519,27 +438,15 @@ pub(super) fn symmetry_of(letter: &str) -> (&'static str, bool) {
     }
 }
 
-fn matrix_text(
-    title: &str,
-    letter: &str,
-    rows: &[Vec<ExprId>],
-    derivation: &Derivation,
-    style: &Sheet,
-) -> String {
+fn matrix_text(title: &str, letter: &str, rows: &[Vec<ExprId>], derivation: &Derivation, style: &Sheet) -> String {
     let pool = &derivation.pool;
     let zero = |at: ExprId| pool.as_number(at).is_some_and(Number::is_zero);
     let heading = style.paint(Tone::Heading, &format!("{title} {letter}"));
     // A matrix that can't fit is not written out only to be measured.
     let columns = rows.first().map_or(0, Vec::len);
     if columns * 3 <= style.width && style.notation.is_some() {
-        let entries: Vec<Vec<Block>> = rows
-            .iter()
-            .map(|row| {
-                row.iter()
-                    .map(|at| style.entry(&pool.display(*at)))
-                    .collect()
-            })
-            .collect();
+        let entries: Vec<Vec<Block>> =
+            rows.iter().map(|row| row.iter().map(|at| style.entry(&pool.display(*at))).collect()).collect();
         let matrix = Block::matrix(&entries);
         if matrix.width() + 2 <= style.width {
             let body: String = matrix.lines().map(|line| format!("  {line}\n")).collect();
@@ -551,10 +458,7 @@ fn matrix_text(
             table.add_row(row.iter().map(|at| pool.display(*at)));
         }
         let lines = lines(&mut table);
-        if lines
-            .iter()
-            .all(|line| line.chars().count() + 2 <= style.width)
-        {
+        if lines.iter().all(|line| line.chars().count() + 2 <= style.width) {
             let body: String = lines.iter().map(|line| format!("  {line}\n")).collect();
             return format!("{heading}\n{body}");
         }

@@ -17,8 +17,7 @@ fn written(part: &Ball, digits: usize) -> Written {
 /// Real part, imaginary part and modulus.
 fn parts(own: &Multiplier, digits: usize) -> [Written; 3] {
     let precise = own.precise.as_deref();
-    let part =
-        |at: usize, value: &Ball| Written::finest(value, precise.map(|own| &own[at]), digits);
+    let part = |at: usize, value: &Ball| Written::finest(value, precise.map(|own| &own[at]), digits);
     [part(0, &own.re), part(1, &own.im), part(2, &own.modulus)]
 }
 
@@ -39,13 +38,8 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let middles = |values: &[Ball]| array(values.iter().map(|value| number(value.mid_f64())));
     let state = floquet.place.iter().chain(&floquet.velocities);
     let state_error = state.map(Ball::mid_f64_error).fold(0.0, f64::max);
-    let pairs = floquet.multipliers.iter().map(|own| {
-        format!(
-            "[{}, {}]",
-            number(own.re.mid_f64()),
-            number(own.im.mid_f64())
-        )
-    });
+    let pairs =
+        floquet.multipliers.iter().map(|own| format!("[{}, {}]", number(own.re.mid_f64()), number(own.im.mid_f64())));
     let mut digits_bound = 0.0_f64;
     let mut texts = Vec::new();
     for own in &floquet.multipliers {
@@ -55,28 +49,16 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
         });
         texts.push(format!("[{re}, {im}]"));
     }
-    let moduli = floquet
-        .multipliers
-        .iter()
-        .map(|own| number(own.modulus.mid_f64()));
-    let places = floquet
-        .multipliers
-        .iter()
-        .map(|own| string(place_words(own.place)));
+    let moduli = floquet.multipliers.iter().map(|own| number(own.modulus.mid_f64()));
+    let places = floquet.multipliers.iter().map(|own| string(place_words(own.place)));
     let exponents = floquet.multipliers.iter().map(|own| {
         let (growth, omega) = exponent(own, &floquet.period);
         let part = |value: Ball| {
-            if value.is_finite() {
-                number(value.mid_f64())
-            } else {
-                null()
-            }
+            if value.is_finite() { number(value.mid_f64()) } else { null() }
         };
         format!("[{}, {}]", part(growth), part(omega))
     });
-    let rate = floquet
-        .growth_rate
-        .map(|rate| (rate, written(&rate, digits)));
+    let rate = floquet.growth_rate.map(|rate| (rate, written(&rate, digits)));
     let mut out = String::new();
     let _ = write!(
         out,
@@ -86,11 +68,7 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
         number(floquet.period.mid_f64()),
         floquet.period_proved,
         floquet.cycles,
-        if floquet.rests {
-            "equilibrium"
-        } else {
-            "periodic motion"
-        },
+        if floquet.rests { "equilibrium" } else { "periodic motion" },
         middles(&floquet.place),
         middles(&floquet.velocities),
         number(one_digit_up(state_error)),
@@ -101,25 +79,13 @@ pub fn floquet_json(model: &Model, floquet: &Floquet, digits: usize) -> String {
         array(moduli),
         array(places),
         array(exponents),
-        floquet
-            .stable
-            .map_or_else(null, |stable| stable.to_string()),
-        rate.as_ref()
-            .map_or_else(null, |(rate, _)| number(rate.mid_f64())),
-        rate.as_ref()
-            .and_then(|(_, text)| text.digits.as_deref())
-            .map_or_else(null, string),
-        rate.as_ref()
-            .map_or_else(null, |(rate, _)| number(one_digit_up(rate.mid_f64_error()))),
+        floquet.stable.map_or_else(null, |stable| stable.to_string()),
+        rate.as_ref().map_or_else(null, |(rate, _)| number(rate.mid_f64())),
+        rate.as_ref().and_then(|(_, text)| text.digits.as_deref()).map_or_else(null, string),
+        rate.as_ref().map_or_else(null, |(rate, _)| number(one_digit_up(rate.mid_f64_error()))),
         array(floquet.frequencies.iter().map(|own| number(*own))),
         floquet.resonance.map_or_else(null, |own| {
-            format!(
-                "{{\"of\": [{}, {}], \"sum\": {}, \"order\": {}}}",
-                own.of.0 + 1,
-                own.of.1 + 1,
-                own.sum,
-                own.order
-            )
+            format!("{{\"of\": [{}, {}], \"sum\": {}, \"order\": {}}}", own.of.0 + 1, own.of.1 + 1, own.sum, own.order)
         }),
     );
     out
@@ -131,11 +97,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     let heading = headline(model.name.as_deref(), model.coordinates.len());
     let mut out = style.paint(Tone::Heading, &heading);
     let unit = if model.has_units { " s" } else { "" };
-    let _ = writeln!(
-        out,
-        "\nperiod: {}{unit}",
-        written(&floquet.period, digits).text()
-    );
+    let _ = writeln!(out, "\nperiod: {}{unit}", written(&floquet.period, digits).text());
     out.push_str(&place_text(model, floquet, digits));
     let (tone, word) = match floquet.stable {
         Some(true) => (Tone::Good, "stable"),
@@ -151,11 +113,7 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         let _ = writeln!(out, "resonance: {}", resonance_text(floquet, resonance));
     }
     out.push('\n');
-    let rows: Vec<[Written; 3]> = floquet
-        .multipliers
-        .iter()
-        .map(|own| parts(own, digits))
-        .collect();
+    let rows: Vec<[Written; 3]> = floquet.multipliers.iter().map(|own| parts(own, digits)).collect();
     let column = |at: usize| rows.iter().map(|row| row[at].text()).collect();
     let bound = |row: &[Written; 3]| {
         let bound = row[0].bound.max(row[1].bound);
@@ -185,21 +143,14 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
         out.push_str("\nthe bounds do not tell on which side of the unit circle every multiplier lies, or whether two on it coincide\n");
     }
     if !floquet.period_proved {
-        let _ = writeln!(
-            out,
-            "\nthat the drive repeats after this period was tried at {TRIALS} states, not proved"
-        );
+        let _ = writeln!(out, "\nthat the drive repeats after this period was tried at {TRIALS} states, not proved");
     }
     out
 }
 
 fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     let named = |names: Vec<String>, values: &[Ball]| -> Vec<String> {
-        names
-            .iter()
-            .zip(values)
-            .map(|(name, value)| format!("{name} = {}", written(value, digits).text()))
-            .collect()
+        names.iter().zip(values).map(|(name, value)| format!("{name} = {}", written(value, digits).text())).collect()
     };
     let names = |suffix: &str| {
         let names = model.coordinates.iter();
@@ -211,10 +162,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
     }
     let mut state = named(names(""), &floquet.place);
     state.extend(named(names("'"), &floquet.velocities));
-    let mut text = format!(
-        "about the periodic motion through {} at t = 0\n",
-        state.join(", ")
-    );
+    let mut text = format!("about the periodic motion through {} at t = 0\n", state.join(", "));
     for own in &floquet.away {
         let name = model.coordinates.get(own.coordinate);
         let prime = if own.velocity { "'" } else { "" };
@@ -238,11 +186,7 @@ fn resonance_text(floquet: &Floquet, resonance: Resonance) -> String {
     let drive = std::f64::consts::TAU * f64::from(floquet.cycles) / floquet.period.mid_f64();
     let order = resonance.order;
     if i == j {
-        let of = if order == 1 {
-            String::new()
-        } else {
-            format!("/{order}")
-        };
+        let of = if order == 1 { String::new() } else { format!("/{order}") };
         return format!(
             "the drive, {drive:.4} rad/s, is near 2*omega{of} of omega = {} rad/s without it",
             frequency(i)
@@ -250,14 +194,6 @@ fn resonance_text(floquet: &Floquet, resonance: Resonance) -> String {
     }
     let sign = if resonance.sum { '+' } else { '-' };
     let (first, second) = if resonance.sum { (i, j) } else { (j, i) };
-    let of = if order == 1 {
-        String::new()
-    } else {
-        format!(", {order} times over,")
-    };
-    format!(
-        "the drive, {drive:.4} rad/s{of} is near {} {sign} {} rad/s",
-        frequency(first),
-        frequency(second)
-    )
+    let of = if order == 1 { String::new() } else { format!(", {order} times over,") };
+    format!("the drive, {drive:.4} rad/s{of} is near {} {sign} {} rad/s", frequency(first), frequency(second))
 }

@@ -3,8 +3,8 @@
 use super::Tone;
 use super::derive::{Sheet, set_apart};
 use crate::derive::{
-    Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear,
-    NormalCoordinates, NormalWaves, Solved,
+    Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
+    NormalWaves, Solved,
 };
 use crate::expr::ExprId;
 use crate::symmetry::{GroupKind, SignedPermutation};
@@ -18,10 +18,7 @@ pub(super) const MOST_IN_BLOCK: usize = 4;
 
 /// The sets of equal parameters: `l[1] = l[3], k12 = k23`.
 fn ties(sets: &[Vec<String>], style: &Sheet) -> String {
-    let sets: Vec<String> = sets
-        .iter()
-        .map(|set| style.inline(&set.join(" = ")))
-        .collect();
+    let sets: Vec<String> = sets.iter().map(|set| style.inline(&set.join(" = "))).collect();
     sets.join(", ")
 }
 
@@ -46,12 +43,7 @@ pub(super) fn exchange(g: &SignedPermutation, names: &[String]) -> String {
         let (back, again) = g.of(to);
         if back == start && negative == again {
             seen[to] = true;
-            cycles.push(format!(
-                "{} <-> {}{}",
-                name(start),
-                sign(negative),
-                name(to)
-            ));
+            cycles.push(format!("{} <-> {}{}", name(start), sign(negative), name(to)));
             continue;
         }
         let mut text = name(start).to_owned();
@@ -171,20 +163,13 @@ pub(super) fn remarks(frequency: &Frequency) -> Vec<String> {
         2 => Some("twice".to_owned()),
         n => Some(format!("{n} times")),
     };
-    times
-        .into_iter()
-        .chain(frequency.symmetry.clone())
-        .collect()
+    times.into_iter().chain(frequency.symmetry.clone()).collect()
 }
 
 fn frequency_text(derivation: &Derivation, frequency: &Frequency, style: &Sheet) -> String {
     let value = derivation.pool.display(frequency.omega_squared);
     let remarks = remarks(frequency);
-    let remark = if remarks.is_empty() {
-        String::new()
-    } else {
-        format!("  ({})", remarks.join(", "))
-    };
+    let remark = if remarks.is_empty() { String::new() } else { format!("  ({})", remarks.join(", ")) };
     let lines = style.lines_with(&format!("omega^2 = {value}"), &remark);
     let lines: Vec<String> = lines.iter().map(|line| format!("  {line}\n")).collect();
     lines.concat()
@@ -221,12 +206,7 @@ fn approximations(frequencies: &Frequencies, style: &Sheet) -> String {
     texts.collect()
 }
 
-fn case_text(
-    derivation: &Derivation,
-    frequencies: &Frequencies,
-    case: &Case,
-    style: &Sheet,
-) -> String {
+fn case_text(derivation: &Derivation, frequencies: &Frequencies, case: &Case, style: &Sheet) -> String {
     let names = &style.names(&derivation.names.displacements);
     let mut out = String::new();
     if let Some(found) = &case.symmetry {
@@ -236,10 +216,7 @@ fn case_text(
         let title = if case.ties.is_empty() {
             "blocks of M and K, one a class".to_owned()
         } else {
-            format!(
-                "blocks of M and K, one a class, with {}",
-                ties(&case.ties, style)
-            )
+            format!("blocks of M and K, one a class, with {}", ties(&case.ties, style))
         };
         out.push_str(&heading(&title, style));
         for block in &case.blocks {
@@ -267,11 +244,8 @@ fn case_text(
     out.push_str(&heading(&title, style));
     for series in &case.series {
         let value = derivation.pool.display(series.omega_squared);
-        let ranges: Vec<String> = series
-            .numbers
-            .iter()
-            .map(|(name, angles)| format!("{name} = {}..{}", angles.first, angles.last))
-            .collect();
+        let ranges: Vec<String> =
+            series.numbers.iter().map(|(name, angles)| format!("{name} = {}..{}", angles.first, angles.last)).collect();
         let remark = format!(", {}", ranges.join(", "));
         for line in style.lines_with(&format!("omega^2 = {value}"), &remark) {
             out.push_str(&format!("  {line}\n"));
@@ -331,20 +305,14 @@ pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(Str
         }
         (text, remark)
     });
-    formulas
-        .chain(abbreviation_lines(derivation, &solved.abbreviations))
-        .collect()
+    formulas.chain(abbreviation_lines(derivation, &solved.abbreviations)).collect()
 }
 
 /// The equations that are solved on request, in words.
 pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
     match frequencies.best().on_request? {
-        3 => {
-            Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down")
-        }
-        4 => Some(
-            "the frequencies of blocks of four are zeros of quartics: --quartic writes them down",
-        ),
+        3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down"),
+        4 => Some("the frequencies of blocks of four are zeros of quartics: --quartic writes them down"),
         _ => None,
     }
 }
@@ -367,18 +335,13 @@ fn normal_text(
     if !assumed.is_empty() {
         title.push_str(&format!(", with {}", assumed.join(", ")));
     }
-    let lines = lines
-        .iter()
-        .map(|(text, remark)| style.lines_with(text, remark));
+    let lines = lines.iter().map(|(text, remark)| style.lines_with(text, remark));
     set_apart(&title, &lines.collect::<Vec<_>>(), style)
 }
 
 /// Relations in the model language with remarks behind them: `x = ...`, one a coordinate, the abbreviations in them,
 /// and `L = ...`.
-pub(super) fn normal_lines(
-    derivation: &Derivation,
-    normal: &NormalCoordinates,
-) -> Vec<(String, String)> {
+pub(super) fn normal_lines(derivation: &Derivation, normal: &NormalCoordinates) -> Vec<(String, String)> {
     let names = &derivation.names;
     let coordinates = names.displacements.iter().zip(&normal.coordinates);
     let mut lines: Vec<(String, String)> = coordinates
@@ -416,10 +379,8 @@ pub(super) fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(
             }
         }
         let (own, omega) = (letters(&numbers), &waves.omega);
-        lagrangian.push(format!(
-            "1/2*sum({}, {normal}[{own}]'^2 - {omega}[{own}]^2*{normal}[{own}]^2)",
-            ranges(&numbers)
-        ));
+        lagrangian
+            .push(format!("1/2*sum({}, {normal}[{own}]'^2 - {omega}[{own}]^2*{normal}[{own}]^2)", ranges(&numbers)));
     }
     if !lines.is_empty() {
         let name = unused(derivation, &["L", "lagrangian"]);
@@ -431,10 +392,7 @@ pub(super) fn waves_lines(derivation: &Derivation, all: &[NormalWaves]) -> Vec<(
 
 /// `j in 1..100`
 fn ranges(numbers: &[(String, i64, i64)]) -> String {
-    let ranges: Vec<String> = numbers
-        .iter()
-        .map(|(name, first, last)| format!("{name} in {first}..{last}"))
-        .collect();
+    let ranges: Vec<String> = numbers.iter().map(|(name, first, last)| format!("{name} in {first}..{last}")).collect();
     ranges.join(", ")
 }
 
@@ -449,15 +407,10 @@ fn displacement_lines(
         .sums
         .iter()
         .map(|sum| {
-            let [factor, square, shape] =
-                [sum.factor, sum.factor_squared, sum.shape].map(|e| pool.display(e));
+            let [factor, square, shape] = [sum.factor, sum.factor_squared, sum.shape].map(|e| pool.display(e));
             let root = format!("sqrt({square})");
             // sqrt(2/(101*m)), not sqrt(202)/(101*sqrt(m)); but 1/(2*sqrt(3*m)).
-            let mut factors = vec![if root.len() + 4 < factor.len() {
-                root
-            } else {
-                factor
-            }];
+            let mut factors = vec![if root.len() + 4 < factor.len() { root } else { factor }];
             match sum.numbers.as_slice() {
                 [(_, first, last)] if first == last => {
                     factors.extend([shape, format!("{}[{first}]", waves.normal)]);
@@ -473,11 +426,7 @@ fn displacement_lines(
         })
         .collect();
     let names = &derivation.names.displacements;
-    let along: Vec<&str> = waves
-        .order
-        .iter()
-        .filter_map(|i| names.get(*i).map(String::as_str))
-        .collect();
+    let along: Vec<&str> = waves.order.iter().filter_map(|i| names.get(*i).map(String::as_str)).collect();
     let family = family(&along, &waves.places);
     let own = unused(derivation, &["q", "u", "y", "xi"]);
     let left = family.clone().unwrap_or_else(|| {
@@ -485,9 +434,7 @@ fn displacement_lines(
         format!("{own}[{}]", letters.join(", "))
     });
     let places = waves.places.iter();
-    let places: String = places
-        .map(|(name, last)| format!(", {name} = 1..{last}"))
-        .collect();
+    let places: String = places.map(|(name, last)| format!(", {name} = 1..{last}")).collect();
     let mut lines = vec![(format!("{left} = {}", parts.join(" + ")), places)];
     if family.is_none() {
         lines.push((format!("{own} = [{}]", along.join(", ")), String::new()));
@@ -535,10 +482,7 @@ fn family(along: &[&str], places: &[(String, i64)]) -> Option<String> {
         more if more > 0 => format!("{letter} + {more}"),
         less => format!("{letter} - {}", -less),
     });
-    Some(format!(
-        "{base}[{}]",
-        letters.collect::<Vec<_>>().join(", ")
-    ))
+    Some(format!("{base}[{}]", letters.collect::<Vec<_>>().join(", ")))
 }
 
 /// What names stand for, and for which modes.

@@ -19,12 +19,7 @@ fn written(value: &Big, digits: usize) -> Written {
 ///
 /// Moments have `digits` correctly rounded digits, as [`of_model`](crate::inertia::of_model) was asked for.
 #[must_use]
-pub fn tensors_text(
-    model: Option<&str>,
-    tensors: &[NamedTensor],
-    digits: usize,
-    style: &Style,
-) -> String {
+pub fn tensors_text(model: Option<&str>, tensors: &[NamedTensor], digits: usize, style: &Style) -> String {
     let count = counted(tensors.len(), "tensor");
     let heading = match model {
         Some(name) => format!("{name}: {count}"),
@@ -34,12 +29,7 @@ pub fn tensors_text(
     out.push('\n');
     for tensor in tensors {
         out.push_str(&format!("\n{}\n", style.paint(Tone::Heading, &tensor.name)));
-        out.push_str(&principal_text(
-            &tensor.principal,
-            tensor.unit.as_deref(),
-            digits,
-            style,
-        ));
+        out.push_str(&principal_text(&tensor.principal, tensor.unit.as_deref(), digits, style));
     }
     out
 }
@@ -49,11 +39,7 @@ pub fn tensors_text(
 pub fn body_text(name: &str, body: &Body, digits: usize, style: &Style) -> String {
     let made = match &body.made {
         Made::Points { count } => counted(*count, "point"),
-        Made::Solid {
-            triangles,
-            surfaces,
-            ..
-        } => {
+        Made::Solid { triangles, surfaces, .. } => {
             let triangles = counted(*triangles, "triangle");
             match surfaces {
                 0 | 1 => triangles,
@@ -64,15 +50,7 @@ pub fn body_text(name: &str, body: &Body, digits: usize, style: &Style) -> Strin
     let mut out = style.paint(Tone::Heading, &format!("{name}: {made}"));
     out.push('\n');
     let text = |value: &Big| written(value, digits).text();
-    if let Made::Solid {
-        left_out,
-        cavities,
-        volume,
-        density,
-        by_default,
-        ..
-    } = &body.made
-    {
+    if let Made::Solid { left_out, cavities, volume, density, by_default, .. } = &body.made {
         if *cavities > 0 {
             let holes = if *cavities == 1 { "cavity" } else { "cavities" };
             out.push_str(&format!("{cavities} {holes} inside\n"));
@@ -83,18 +61,12 @@ pub fn body_text(name: &str, body: &Body, digits: usize, style: &Style) -> Strin
         }
         out.push_str(&format!("volume: {}\n", text(volume)));
         let how = if *by_default { " (none was given)" } else { "" };
-        let density = if *by_default {
-            "1".to_owned()
-        } else {
-            text(density)
-        };
+        let density = if *by_default { "1".to_owned() } else { text(density) };
         out.push_str(&format!("density: {density}{how}\n"));
     }
     out.push_str(&format!("mass: {}\n", text(&body.mass)));
     let places = AXES.iter().zip(&body.centre);
-    let places: Vec<String> = places
-        .map(|(axis, place)| format!("{axis} = {}", text(place)))
-        .collect();
+    let places: Vec<String> = places.map(|(axis, place)| format!("{axis} = {}", text(place))).collect();
     out.push_str(&listed("centre of mass", &places, style.width));
     out.push_str("\ntensor about the centre of mass\n");
     let mut columns = vec![Column::words("", AXES.map(str::to_owned).to_vec())];
@@ -112,12 +84,7 @@ fn moment_digits(moment: &Moment, digits: usize) -> Written {
     Written::finest(&moment.value, moment.precise.as_ref(), digits)
 }
 
-fn principal_text(
-    principal: &Principal,
-    unit: Option<&str>,
-    digits: usize,
-    style: &Style,
-) -> String {
+fn principal_text(principal: &Principal, unit: Option<&str>, digits: usize, style: &Style) -> String {
     let moments = &principal.moments;
     let all: Vec<Written> = moments.iter().map(|m| moment_digits(m, digits)).collect();
     let heading = match unit {
@@ -127,10 +94,7 @@ fn principal_text(
     let mut columns = vec![
         Column::right("axis", (1..=moments.len()).map(|n| n.to_string()).collect()),
         Column::numbers(&heading, all.iter().map(Written::text).collect()),
-        Column::right(
-            "bound",
-            all.iter().map(|one| one_digit_up_text(one.bound)).collect(),
-        ),
+        Column::right("bound", all.iter().map(|one| one_digit_up_text(one.bound)).collect()),
     ];
     columns.extend(AXES.iter().enumerate().map(|(at, axis)| {
         let cells = moments.iter().map(|moment| component(moment, at));
@@ -165,7 +129,8 @@ fn equal_words(equal: &Equal) -> String {
         return if equal.proved {
             "the moments are equal: any axis is a principal axis".to_owned()
         } else {
-            "the moments are equal within their bounds: any three perpendicular axes are as good, within them".to_owned()
+            "the moments are equal within their bounds: any three perpendicular axes are as good, within them"
+                .to_owned()
         };
     }
     // The one of the three that is left.
@@ -175,9 +140,7 @@ fn equal_words(equal: &Equal) -> String {
         None => format!("axis {other}"),
     };
     if equal.proved {
-        format!(
-            "moments {first} and {last} are equal: any axis perpendicular to {across} is a principal axis"
-        )
+        format!("moments {first} and {last} are equal: any axis perpendicular to {across} is a principal axis")
     } else {
         format!(
             "moments {first} and {last} are equal within their bounds: any two perpendicular axes perpendicular to {across} are as good, within them"
@@ -200,11 +163,7 @@ pub fn tensors_json(model: Option<&str>, tensors: &[NamedTensor], digits: usize)
             principal_json(&tensor.principal, digits)
         )
     });
-    format!(
-        "{{\"model\": {},\n \"tensors\": {}}}\n",
-        model.map_or_else(null, string),
-        lines(all)
-    )
+    format!("{{\"model\": {},\n \"tensors\": {}}}\n", model.map_or_else(null, string), lines(all))
 }
 
 /// A body as a JSON object: `points`, or `triangles`, `surfaces`, `volume` and `density`; `mass`, `centre`, `tensor`,
@@ -213,15 +172,7 @@ pub fn tensors_json(model: Option<&str>, tensors: &[NamedTensor], digits: usize)
 pub fn body_json(body: &Body, digits: usize) -> String {
     let mut fields = match &body.made {
         Made::Points { count } => vec![format!("\"points\": {count}")],
-        Made::Solid {
-            triangles,
-            left_out,
-            surfaces,
-            cavities,
-            volume,
-            density,
-            ..
-        } => vec![
+        Made::Solid { triangles, left_out, surfaces, cavities, volume, density, .. } => vec![
             format!("\"triangles\": {triangles}"),
             format!("\"left_out\": {left_out}"),
             format!("\"surfaces\": {surfaces}"),
@@ -259,11 +210,7 @@ fn matrix(entries: &[[Big; 3]; 3], digits: usize) -> String {
     let rows = entries.iter();
     let values = rows.clone().map(|row| array(row.iter().map(double)));
     let texts = rows.map(|row| array(row.iter().map(|x| digits_of(&written(x, digits)))));
-    format!(
-        "\"tensor\": {}, \"tensor_digits\": {}",
-        array(values),
-        array(texts)
-    )
+    format!("\"tensor\": {}, \"tensor_digits\": {}", array(values), array(texts))
 }
 
 /// `moments`, `equal`, `possible`.
@@ -282,11 +229,7 @@ fn principal_json(principal: &Principal, digits: usize) -> String {
     });
     let equal = principal.equal.iter().map(|equal| {
         let numbers = equal.moments.clone().map(|at| (at + 1).to_string());
-        format!(
-            "{{\"moments\": {}, \"proved\": {}}}",
-            array(numbers),
-            equal.proved
-        )
+        format!("{{\"moments\": {}, \"proved\": {}}}", array(numbers), equal.proved)
     });
     format!(
         "\"moments\": {},\n   \"equal\": {}, \"possible\": {}",

@@ -9,9 +9,7 @@ use super::constraints::constraint_texts;
 use super::derive::{condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{
-    Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, NormalWaves, Tangent,
-};
+use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, NormalWaves, Tangent};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -44,19 +42,10 @@ pub(super) fn modes_with(
     more: &dyn Fn(usize) -> String,
 ) -> String {
     let model = linearized.model();
-    let names = model
-        .coordinates
-        .iter()
-        .map(|coordinate| string(&coordinate.name));
+    let names = model.coordinates.iter().map(|coordinate| string(&coordinate.name));
     let equilibrium = linearized.equilibrium();
-    let values = equilibrium
-        .values
-        .iter()
-        .map(|value| number(value.mid_f64()));
-    let bounds = equilibrium
-        .values
-        .iter()
-        .map(|value| number(one_digit_up(value.mid_f64_error())));
+    let values = equilibrium.values.iter().map(|value| number(value.mid_f64()));
+    let bounds = equilibrium.values.iter().map(|value| number(one_digit_up(value.mid_f64_error())));
     let mut out = String::new();
     let _ = write!(
         out,
@@ -66,9 +55,7 @@ pub(super) fn modes_with(
         array(values),
         array(bounds),
         modes.stability.as_str(),
-        modes
-            .secular
-            .map_or_else(null, |secular| secular.to_string()),
+        modes.secular.map_or_else(null, |secular| secular.to_string()),
     );
     for (at, mode) in modes.modes.iter().enumerate() {
         out.push_str(if at == 0 { "\n  " } else { ",\n  " });
@@ -85,17 +72,10 @@ pub(super) fn modes_with(
     }
     let motions = zero_motions(modes, linearized.dimension());
     if !motions.is_empty() {
-        let _ = write!(
-            out,
-            ",\n \"zero_motions\": {}",
-            array(motions.into_iter().map(string))
-        );
+        let _ = write!(out, ",\n \"zero_motions\": {}", array(motions.into_iter().map(string)));
     }
     if model.has_units {
-        let units = model
-            .coordinates
-            .iter()
-            .map(|coordinate| coordinate.unit.as_deref().map_or_else(null, string));
+        let units = model.coordinates.iter().map(|coordinate| coordinate.unit.as_deref().map_or_else(null, string));
         let _ = write!(
             out,
             ",\n \"units\": {{\"coordinates\": {}, \"omega\": \"rad/s\", \"growth\": \"1/s\"}}",
@@ -117,9 +97,7 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
         "{{\"omega\": {}, \"omega_digits\": {}, \"omega_squared\": {}, \"growth\": {}, \"growth_digits\": {}, \"error_bound\": {}, \"digits_error_bound\": {}, \"kind\": \"{}\"",
         number(mode.omega.mid_f64()),
         digits(&omega),
-        mode.omega_squared
-            .as_ref()
-            .map_or_else(null, |square| number(square.mid_f64())),
+        mode.omega_squared.as_ref().map_or_else(null, |square| number(square.mid_f64())),
         number(mode.growth.mid_f64()),
         digits(&growth),
         number(one_digit_up(error)),
@@ -127,11 +105,7 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
         mode.kind.as_str(),
     );
     if let Some(limit) = &mode.limit {
-        let _ = write!(
-            out,
-            ", \"limit\": {}",
-            string(&super::limit_words(limit, mode.kind))
-        );
+        let _ = write!(out, ", \"limit\": {}", string(&super::limit_words(limit, mode.kind)));
     }
     if let Some(symmetry) = &mode.symmetry {
         let _ = write!(out, ", \"symmetry\": {}", string(symmetry));
@@ -183,22 +157,15 @@ pub fn derive_json(derivation: &Derivation) -> String {
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
     let mut fields: Vec<(&str, String)> = vec![
-        (
-            "model",
-            derivation.model.as_deref().map_or_else(null, string),
-        ),
+        ("model", derivation.model.as_deref().map_or_else(null, string)),
         ("coordinates", array(names.iter().map(|name| string(name)))),
     ];
     match &derivation.linear {
         Ok(linear) => {
-            fields.push((
-                "equilibrium",
-                array(linear.equilibrium.iter().map(expression)),
-            ));
+            fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
             if !derivation.rates.is_empty() {
                 let rates = derivation.rates.iter();
-                let rates =
-                    rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
+                let rates = rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
                 let rates: Vec<String> = rates.collect();
                 fields.push(("rates", format!("{{{}}}", rates.join(", "))));
             }
@@ -253,9 +220,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
             };
             let name = match quantity {
                 Conserved::Energy { .. } => "h".to_owned(),
-                Conserved::Momentum(_) | Conserved::Motion { .. } => {
-                    conserved_name(derivation, quantity)
-                }
+                Conserved::Momentum(_) | Conserved::Motion { .. } => conserved_name(derivation, quantity),
             };
             let reason = string(&conserved_because(quantity, &derivation.names));
             let name = string(&name);
@@ -286,9 +251,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
         });
         fields.push(("force_vanishes", lines(roots)));
     }
-    let fields = fields
-        .iter()
-        .map(|(name, value)| format!("\"{name}\": {value}"));
+    let fields = fields.iter().map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
 }
 
@@ -306,10 +269,7 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
     });
     let multipliers: Vec<String> = multipliers.collect();
     fields.push(("multipliers", format!("{{{}}}", multipliers.join(", "))));
-    fields.push((
-        "constraint_gradients",
-        matrix(derivation, &tangent.gradients),
-    ));
+    fields.push(("constraint_gradients", matrix(derivation, &tangent.gradients)));
     let Some(reduced) = &tangent.reduced else {
         return;
     };
@@ -330,24 +290,15 @@ fn tangent_fields(derivation: &Derivation, tangent: &Tangent, fields: &mut Vec<(
         }
         let taken = signs(page, &linear.signs);
         if !taken.is_empty() {
-            fields.push((
-                "reduced_signs",
-                array(taken.iter().map(|sign| string(sign))),
-            ));
+            fields.push(("reduced_signs", array(taken.iter().map(|sign| string(sign)))));
         }
     }
 }
 
 /// `symmetry`, `frequencies` and what they need.
-fn frequency_fields(
-    derivation: &Derivation,
-    found: &Frequencies,
-    fields: &mut Vec<(&str, String)>,
-) {
+fn frequency_fields(derivation: &Derivation, found: &Frequencies, fields: &mut Vec<(&str, String)>) {
     let sets = |sets: &[Vec<String>]| {
-        let sets = sets
-            .iter()
-            .map(|set| array(set.iter().map(|name| string(name))));
+        let sets = sets.iter().map(|set| array(set.iter().map(|name| string(name))));
         array(sets)
     };
     let case = found.best();
@@ -370,8 +321,7 @@ fn frequency_fields(
     }
     if !case.blocks.is_empty() {
         let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-        let matrix =
-            |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| array(row.iter().map(expression))));
+        let matrix = |rows: &[Vec<ExprId>]| array(rows.iter().map(|row| array(row.iter().map(expression))));
         let blocks = case.blocks.iter().map(|block| {
             let vectors = block.basis.iter().map(|vector| {
                 let mut dense = vec![0; names.len()];
@@ -412,10 +362,7 @@ fn frequency_fields(
     fields.push(("frequencies_equal", sets(&case.ties)));
     let taken = signs(derivation, &found.signs);
     if !taken.is_empty() {
-        fields.push((
-            "frequencies_signs",
-            array(taken.iter().map(|sign| string(sign))),
-        ));
+        fields.push(("frequencies_signs", array(taken.iter().map(|sign| string(sign)))));
     }
     if let Some(normal) = &case.normal {
         fields.push(("normal_coordinates", normal_modes(derivation, normal)));
@@ -459,8 +406,7 @@ fn normal_waves(derivation: &Derivation, waves: &NormalWaves) -> String {
     let places = places.map(|(name, last)| format!("{}: [1, {last}]", string(name)));
     let sums = waves.sums.iter().map(|sum| {
         let numbers = sum.numbers.iter();
-        let numbers =
-            numbers.map(|(name, first, last)| format!("{}: [{first}, {last}]", string(name)));
+        let numbers = numbers.map(|(name, first, last)| format!("{}: [{first}, {last}]", string(name)));
         format!(
             "{{\"numbers\": {{{}}}, \"factor\": {}, \"shape\": {}}}",
             numbers.collect::<Vec<_>>().join(", "),

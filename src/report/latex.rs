@@ -1,19 +1,16 @@
 //! The derivation as LaTeX.
 
-use super::constraints::{
-    constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved,
-};
+use super::constraints::{constraint_texts, constraints_title, direction_texts, multiplier_texts, unsolved};
 use super::derive::{
-    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text,
-    potential_name, quadratic_forms, rate_texts, root_texts, symmetry_of,
+    MOST_FOR_ENERGIES, assumed_of, conserved_because, conserved_name, definition_text, potential_name, quadratic_forms,
+    rate_texts, root_texts, symmetry_of,
 };
 use super::frequencies::{
-    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks,
-    signs, solved_lines, waves_lines,
+    MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
+    waves_lines,
 };
 use crate::derive::{
-    Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion,
-    SecondOrder,
+    Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion, SecondOrder,
 };
 use crate::expr::ExprId;
 use crate::number::Number;
@@ -41,9 +38,10 @@ pub fn derive_latex(derivation: &Derivation, standalone: bool) -> String {
     if !standalone {
         return page.out;
     }
-    let title = derivation.model.as_deref().map_or(String::new(), |name| {
-        format!("\\section*{{{}}}\n", escaped(&name.replace('_', " ")))
-    });
+    let title = derivation
+        .model
+        .as_deref()
+        .map_or(String::new(), |name| format!("\\section*{{{}}}\n", escaped(&name.replace('_', " "))));
     format!(
         "\\documentclass{{article}}\n\\usepackage{{amsmath}}\n\\allowdisplaybreaks\n\\begin{{document}}\n{title}{}\\end{{document}}\n",
         page.out
@@ -73,11 +71,7 @@ fn escaped(text: &str) -> String {
 
 /// `, with ...` behind a heading.
 fn with(assumed: &str) -> String {
-    if assumed.is_empty() {
-        String::new()
-    } else {
-        format!(", with {assumed}")
-    }
+    if assumed.is_empty() { String::new() } else { format!(", with {assumed}") }
 }
 
 struct Page<'a> {
@@ -89,18 +83,12 @@ struct Page<'a> {
 impl<'a> Page<'a> {
     fn new(derivation: &'a Derivation) -> Self {
         let names = derivation.names.coordinates.iter().map(String::as_str);
-        Self {
-            derivation,
-            notation: Notation::new(names),
-            out: String::new(),
-        }
+        Self { derivation, notation: Notation::new(names), out: String::new() }
     }
 
     /// An expression of the language; where it nests too deeply for a formula, as it is written.
     fn formula(&self, text: &str) -> Formula {
-        self.notation
-            .read(text)
-            .unwrap_or_else(|| Formula::Verbatim(text.to_owned()))
+        self.notation.read(text).unwrap_or_else(|| Formula::Verbatim(text.to_owned()))
     }
 
     fn expression(&self, at: ExprId) -> Formula {
@@ -154,10 +142,7 @@ impl<'a> Page<'a> {
             && !roots.is_empty()
         {
             let signs = self.relations(&signs(derivation, &assumed_of(roots)));
-            self.heading(&format!(
-                "The force vanishes where{}",
-                with(&signs.join(", "))
-            ));
+            self.heading(&format!("The force vanishes where{}", with(&signs.join(", "))));
             self.equations(&root_texts(derivation, roots));
         }
         match &derivation.linear {
@@ -179,10 +164,7 @@ impl<'a> Page<'a> {
 
     /// A relation with a remark behind it, which is LaTeX.
     fn relation(&mut self, text: &str, remark: &str) {
-        let formula = self
-            .notation
-            .read_relation(text)
-            .unwrap_or_else(|| Formula::Verbatim(text.to_owned()));
+        let formula = self.notation.read_relation(text).unwrap_or_else(|| Formula::Verbatim(text.to_owned()));
         let text = formula.latex_display();
         self.out.push_str(&format!("\\[\n{text}{remark}\n\\]\n"));
     }
@@ -223,14 +205,10 @@ impl<'a> Page<'a> {
                     let why = why.replace(" L ", " $L$ ");
                     (format!("${}$", sum.latex()), why)
                 }
-                Conserved::Energy { is_total: true } => (
-                    "the energy $T + V$".to_owned(),
-                    "the time does not occur in $L$".to_owned(),
-                ),
-                Conserved::Energy { .. } => (
-                    "$h$".to_owned(),
-                    escaped(&conserved_because(quantity, names)),
-                ),
+                Conserved::Energy { is_total: true } => {
+                    ("the energy $T + V$".to_owned(), "the time does not occur in $L$".to_owned())
+                }
+                Conserved::Energy { .. } => ("$h$".to_owned(), escaped(&conserved_because(quantity, names))),
             };
             self.out.push_str(&format!("\\item {what}: {why}\n"));
         }
@@ -272,19 +250,14 @@ impl<'a> Page<'a> {
         let signs = self.relations(&signs(self.derivation, &linear.signs));
         if !signs.is_empty() {
             let signs = signs.join(", ");
-            self.out.push_str(&format!(
-                "Below, as at the values of the parameters: {signs}.\n"
-            ));
+            self.out.push_str(&format!("Below, as at the values of the parameters: {signs}.\n"));
         }
         if let Some(part) = &linear.second_order
             && linear.mass.len() <= MOST_FOR_ENERGIES
         {
             self.second_order(part, potential);
         }
-        let both = [
-            ("mass matrix", "M", &linear.mass),
-            ("stiffness matrix", "K", &linear.stiffness),
-        ];
+        let both = [("mass matrix", "M", &linear.mass), ("stiffness matrix", "K", &linear.stiffness)];
         for (title, letter, rows) in both.into_iter().chain(linear.others()) {
             let (first, rest) = title.split_at(1);
             self.heading(&format!("{}{rest}", first.to_uppercase()));
@@ -300,8 +273,7 @@ impl<'a> Page<'a> {
                 self.case(frequencies, tied);
             }
             if let Some(words) = on_request(frequencies) {
-                self.out
-                    .push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
+                self.out.push_str(&format!("\n{}\n", escaped(words).replace("--", "-{}-")));
             }
             if let Some(found) = &frequencies.would_be {
                 let ties = self.ties(&found.ties);
@@ -329,10 +301,8 @@ impl<'a> Page<'a> {
     fn exchanges(&mut self, found: &Exchange) {
         let names = self.displacements();
         for g in found.generators.iter().take(MOST_FOR_MATRICES) {
-            let arrows = exchange(g, &names)
-                .replace("<->", r"\leftrightarrow")
-                .replace("->", r"\to")
-                .replace('…', r"\dots");
+            let arrows =
+                exchange(g, &names).replace("<->", r"\leftrightarrow").replace("->", r"\to").replace('…', r"\dots");
             self.out.push_str(&format!("\\[\n{arrows}\n\\]\n"));
         }
     }
@@ -341,25 +311,17 @@ impl<'a> Page<'a> {
     fn case(&mut self, frequencies: &Frequencies, case: &Case) {
         if let Some(found) = &case.symmetry {
             let ties = self.ties(&found.ties);
-            let because = if ties.is_empty() {
-                String::new()
-            } else {
-                format!(", as {ties}")
-            };
+            let because = if ties.is_empty() { String::new() } else { format!(", as {ties}") };
             self.heading(&format!("Symmetry: {}{because}", kind(&found.kind)));
             self.exchanges(found);
         }
         let ties = self.ties(&case.ties);
         if !case.blocks.is_empty() {
-            self.heading(&format!(
-                "Blocks of $M$ and $K$, one a class{}",
-                with(&ties)
-            ));
+            self.heading(&format!("Blocks of $M$ and $K$, one a class{}", with(&ties)));
             let names = self.displacements();
             for block in &case.blocks {
-                let moves = motion(block, &names)
-                    .replace("all others 0", r"\text{all others } 0")
-                    .replace('…', r"\dots");
+                let moves =
+                    motion(block, &names).replace("all others 0", r"\text{all others } 0").replace('…', r"\dots");
                 let class = escaped(&block.class);
                 self.out.push_str(&format!("{class}: ${moves}$\n"));
                 if block.mass.len() <= MOST_IN_BLOCK {
@@ -398,20 +360,12 @@ impl<'a> Page<'a> {
 
     /// Relations in the model language, in the text.
     fn relations(&self, texts: &[String]) -> Vec<String> {
-        let formulas = texts
-            .iter()
-            .filter_map(|text| self.notation.read_relation(text));
-        formulas
-            .map(|formula| format!("${}$", formula.latex()))
-            .collect()
+        let formulas = texts.iter().filter_map(|text| self.notation.read_relation(text));
+        formulas.map(|formula| format!("${}$", formula.latex())).collect()
     }
 
     fn closed_forms(&mut self, frequencies: &Frequencies, case: &Case) {
-        let title = if case.complete {
-            "Normal frequencies"
-        } else {
-            "Normal frequencies with a closed form"
-        };
+        let title = if case.complete { "Normal frequencies" } else { "Normal frequencies with a closed form" };
         let assumed = self.assumed(case, &frequencies.signs);
         let mut title = format!("{title}{}", with(&assumed));
         for done in &frequencies.approximations {
@@ -437,11 +391,7 @@ impl<'a> Page<'a> {
         if case.series.is_empty() || (!case.complete && case.frequencies.len() <= MOST_LISTED) {
             for frequency in alone(case) {
                 let remarks = remarks(frequency).join(", ");
-                let remark = if remarks.is_empty() {
-                    remarks
-                } else {
-                    format!(r"\text{{({})}}", escaped(&remarks))
-                };
+                let remark = if remarks.is_empty() { remarks } else { format!(r"\text{{({})}}", escaped(&remarks)) };
                 self.frequency(frequency.omega_squared, &remark);
             }
         }
@@ -462,11 +412,7 @@ impl<'a> Page<'a> {
         let square = self.formula("omega^2");
         let formula = Formula::equation(square, self.expression(omega_squared));
         let text = formula.latex_display();
-        let remark = if remark.is_empty() {
-            String::new()
-        } else {
-            format!(r" \qquad {remark}")
-        };
+        let remark = if remark.is_empty() { String::new() } else { format!(r" \qquad {remark}") };
         self.out.push_str(&format!("\\[\n{text}{remark}\n\\]\n"));
     }
 
@@ -474,22 +420,14 @@ impl<'a> Page<'a> {
         let pool = &self.derivation.pool;
         let zero = |at: &ExprId| pool.as_number(*at).is_some_and(Number::is_zero);
         let multipliers = linear.tangent.as_ref();
-        let multipliers = multipliers.map_or_else(Vec::new, |tangent| {
-            multiplier_texts(self.derivation, tangent)
-        });
+        let multipliers = multipliers.map_or_else(Vec::new, |tangent| multiplier_texts(self.derivation, tangent));
         if linear.equilibrium.iter().all(zero) {
             self.out.push_str("All coordinates are 0.\n");
             self.equations(&multipliers);
             return;
         }
         let mut searched = Vec::new();
-        for (name, value) in self
-            .derivation
-            .names
-            .coordinates
-            .iter()
-            .zip(&linear.equilibrium)
-        {
+        for (name, value) in self.derivation.names.coordinates.iter().zip(&linear.equilibrium) {
             if pool.display(*value) == *name {
                 searched.push(format!("${}$", self.formula(name).latex()));
             } else {
@@ -503,10 +441,7 @@ impl<'a> Page<'a> {
             searched.push(format!("${}$", self.formula(&name).latex()));
         }
         if !searched.is_empty() {
-            self.out.push_str(&format!(
-                "Found numerically; standing for its value below: {}.\n",
-                searched.join(", ")
-            ));
+            self.out.push_str(&format!("Found numerically; standing for its value below: {}.\n", searched.join(", ")));
         }
     }
 
@@ -525,8 +460,7 @@ impl<'a> Page<'a> {
                     format!("${}$ of ${}$", displacement.latex(), name.latex())
                 })
                 .collect();
-            self.out
-                .push_str(&format!("Displacements from it: {}.\n", items.join(", ")));
+            self.out.push_str(&format!("Displacements from it: {}.\n", items.join(", ")));
         }
         self.equations(&quadratic_forms(self.derivation, part, potential));
     }
@@ -535,18 +469,14 @@ impl<'a> Page<'a> {
     fn matrix(&mut self, letter: &str, rows: &[Vec<ExprId>]) {
         let columns = rows.first().map_or(0, Vec::len);
         if rows.len().max(columns) <= MOST_FOR_MATRICES {
-            let entries = rows
-                .iter()
-                .map(|row| row.iter().map(|at| self.expression(*at)).collect())
-                .collect();
+            let entries = rows.iter().map(|row| row.iter().map(|at| self.expression(*at)).collect()).collect();
             self.equality(letter, Formula::Matrix(entries));
             return;
         }
         let (remark, all) = symmetry_of(letter);
         let sentence = format!("{remark}the entries that are not zero:\n");
         let (first, rest) = sentence.split_at(1);
-        self.out
-            .push_str(&format!("{}{rest}", first.to_uppercase()));
+        self.out.push_str(&format!("{}{rest}", first.to_uppercase()));
         for (i, row) in rows.iter().enumerate() {
             let first = if all { 0 } else { i };
             for (j, at) in row.iter().enumerate().skip(first) {

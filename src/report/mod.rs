@@ -30,9 +30,7 @@ pub use inertia::{body_json, body_text, tensors_json, tensors_text};
 pub use json::{derive_json, modes_json};
 pub use latex::derive_latex;
 pub use modes::modes_text;
-pub use motion::{
-    MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark,
-};
+pub use motion::{MotionCsv, MotionJson, motion_csv, motion_json, motion_remark, motion_svg, start_remark};
 pub use period::{period_csv, period_curve_json, period_json, period_text};
 pub use period_picture::period_svg;
 pub use sensitivity::{sensitivity_json, sensitivity_text};
@@ -62,11 +60,7 @@ pub struct Style {
 impl Default for Style {
     /// Without colours, 100 columns, formulas in Unicode.
     fn default() -> Self {
-        Self {
-            color: false,
-            width: 100,
-            ascii: false,
-        }
+        Self { color: false, width: 100, ascii: false }
     }
 }
 
@@ -147,12 +141,7 @@ impl Written {
 
     /// The digits that a standard uncertainty leaves: those down to the second digit of it, but at least one. With the
     /// uncertainty itself in two digits; `none` where it has no first order.
-    fn measured(
-        value: &Ball,
-        precise: Option<&Big>,
-        sigma: Option<&Ball>,
-        digits: usize,
-    ) -> (Self, String) {
+    fn measured(value: &Ball, precise: Option<&Big>, sigma: Option<&Ball>, digits: usize) -> (Self, String) {
         let full = || Self::finest(value, precise, digits);
         let Some(sigma) = sigma else {
             return (full(), "none".to_owned());
@@ -164,9 +153,7 @@ impl Written {
         let written = decimal(sigma, SIGMA_DIGITS).text;
         let place = i32::try_from(last_place(&written)).unwrap_or(i32::MIN);
         let own = match precise {
-            Some(precise) => {
-                Self::from_decimal(precise.decimal_to_place(place, digits), precise.is_zero())
-            }
+            Some(precise) => Self::from_decimal(precise.decimal_to_place(place, digits), precise.is_zero()),
             None => Self::from_decimal(decimal_to_place(value, place, digits), value.is_zero()),
         };
         (own, written)
@@ -198,18 +185,14 @@ impl Written {
 /// The power of ten of the last place of a number as [`decimal`] writes it.
 fn last_place(number: &str) -> i64 {
     let (mantissa, exponent) = number.split_once('e').unwrap_or((number, "0"));
-    let decimals = mantissa
-        .split_once('.')
-        .map_or(0, |(_, decimals)| decimals.len());
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let exponent: i64 = exponent.parse().unwrap_or(0);
     exponent - i64::try_from(decimals).unwrap_or(0)
 }
 
 /// Half a unit of that place.
 fn half_unit(number: &str) -> f64 {
-    let bound: f64 = format!("5e{}", last_place(number) - 1)
-        .parse()
-        .unwrap_or(f64::INFINITY);
+    let bound: f64 = format!("5e{}", last_place(number) - 1).parse().unwrap_or(f64::INFINITY);
     // Below all doubles it is still not 0.
     bound.max(f64::from_bits(1))
 }
@@ -230,22 +213,11 @@ impl Exponent {
             None => (Written::finest(value, precise, digits), String::new()),
         };
         let sigmas = mode.uncertainty.as_ref();
-        let (omega, omega_sigma) = part(
-            &mode.omega,
-            precise.map(|own| &own.omega),
-            sigmas.map(|own| own.omega.as_ref()),
-        );
-        let (growth, growth_sigma) = part(
-            &mode.growth,
-            precise.map(|own| &own.growth),
-            sigmas.map(|own| own.growth.as_ref()),
-        );
-        Self {
-            omega,
-            omega_sigma,
-            growth,
-            growth_sigma,
-        }
+        let (omega, omega_sigma) =
+            part(&mode.omega, precise.map(|own| &own.omega), sigmas.map(|own| own.omega.as_ref()));
+        let (growth, growth_sigma) =
+            part(&mode.growth, precise.map(|own| &own.growth), sigmas.map(|own| own.growth.as_ref()));
+        Self { omega, omega_sigma, growth, growth_sigma }
     }
 }
 
@@ -272,11 +244,7 @@ fn counted(count: usize, noun: &str) -> String {
 /// What the zero modes are together, where they are all there: their vectors are some basis of the
 /// space that these motions span, and a part of them spans something else.
 fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
-    let all = modes.modes.len() == dimension
-        || modes
-            .modes
-            .last()
-            .is_some_and(|mode| mode.kind != Kind::Zero);
+    let all = modes.modes.len() == dimension || modes.modes.last().is_some_and(|mode| mode.kind != Kind::Zero);
     let named = modes.zero_motions.iter().map(String::as_str);
     if all { named.collect() } else { Vec::new() }
 }
@@ -284,10 +252,9 @@ fn zero_motions(modes: &NormalModes, dimension: usize) -> Vec<&str> {
 /// Why an exponent is known less well than was asked for, or is a peculiar one.
 fn limit_words(limit: &Limit, kind: Kind) -> String {
     match limit {
-        Limit::Defective { order } if kind == Kind::Zero => format!(
-            "a Jordan block of size {order} at the exponent 0: the motion grows as t^{}",
-            order - 1
-        ),
+        Limit::Defective { order } if kind == Kind::Zero => {
+            format!("a Jordan block of size {order} at the exponent 0: the motion grows as t^{}", order - 1)
+        }
         Limit::Defective { order } => format!(
             "a Jordan block, one shape for {order} equal exponents: they depend on the parameters as a root of order {order} does"
         ),
@@ -301,11 +268,7 @@ fn limit_words(limit: &Limit, kind: Kind) -> String {
 /// `title: a, b, c` on one line where that fits, else the items below the title.
 fn listed(title: &str, items: &[String], width: usize) -> String {
     let line = format!("{title}: {}", items.join(", "));
-    if line.chars().count() <= width {
-        format!("{line}\n")
-    } else {
-        format!("{title}:\n{}", flow(items, "  ", width))
-    }
+    if line.chars().count() <= width { format!("{line}\n") } else { format!("{title}:\n{}", flow(items, "  ", width)) }
 }
 
 /// Joins items with commas into lines of at most `width` columns, each with the same indentation.
@@ -348,10 +311,7 @@ mod tests {
         assert_eq!(bound(-1.5e-12, 3), 5e-15);
         assert_eq!(bound(0.0, 10), 0.0);
         let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
-        assert_eq!(
-            (fewer.text().as_str(), fewer.bound, fewer.complete),
-            ("0.300000", 5e-7, false)
-        );
+        assert_eq!((fewer.text().as_str(), fewer.bound, fewer.complete), ("0.300000", 5e-7, false));
         let third = Big::from_number(&Number::ratio(1, 3).unwrap_or_default(), 1300);
         let precise = Written::finest(&Ball::ONE, Some(&third), 100);
         assert_eq!((precise.bound, precise.text().len()), (5e-101, 102));

@@ -1,10 +1,7 @@
 //! Frequencies and shapes as a table to read.
 
 use super::table::{Column, GAP, draw};
-use super::{
-    Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit,
-    zero_motions,
-};
+use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions};
 use crate::linearize::{Linearized, Origin};
 use crate::model::Coordinate;
 use crate::modes::exponents::Limit;
@@ -35,12 +32,7 @@ const LEAST_SHAPE: usize = 30;
 /// `options` are those that the modes were computed with. Frequencies have `options.digits`
 /// correctly rounded digits or, where the bounds decide fewer, those, and a remark below the table.
 #[must_use]
-pub fn modes_text(
-    linearized: &Linearized,
-    modes: &NormalModes,
-    options: &Options,
-    style: &Style,
-) -> String {
+pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Options, style: &Style) -> String {
     let model = linearized.model();
     let count = linearized.dimension();
     let mut heading = headline(model.name.as_deref(), linearized.coordinates());
@@ -57,20 +49,13 @@ pub fn modes_text(
         Some(true) => ", secular growth: motions grow in powers of t",
         Some(false) | None => "",
     };
-    out.push_str(&format!(
-        "stability: {}{secular}\n\n",
-        style.paint(tone, word)
-    ));
+    out.push_str(&format!("stability: {}{secular}\n\n", style.paint(tone, word)));
     match modes.modes.len() {
         some if some >= count => {}
         1 => out.push_str(&format!("the lowest of {count} modes\n")),
         some => out.push_str(&format!("the {some} lowest of {count} modes\n")),
     }
-    let rows: Vec<Row> = modes
-        .modes
-        .iter()
-        .map(|mode| Row::new(mode, options, model.has_units))
-        .collect();
+    let rows: Vec<Row> = modes.modes.iter().map(|mode| Row::new(mode, options, model.has_units)).collect();
     let common = common_unit(&model.coordinates);
     let heading = |coordinate| Heading::new(coordinate, common.is_none());
     let names: Vec<Heading> = model.coordinates.iter().map(heading).collect();
@@ -79,14 +64,7 @@ pub fn modes_text(
         [only] => Some(*only),
         [] | [_, ..] => None,
     };
-    out.push_str(&table(
-        &modes.modes,
-        &rows,
-        &names,
-        motion,
-        model.has_units,
-        style,
-    ));
+    out.push_str(&table(&modes.modes, &rows, &names, motion, model.has_units, style));
     let remarks = remarks(modes, &rows, &motions, options, style);
     if let Some(unit) = common
         && options.vectors
@@ -94,9 +72,7 @@ pub fn modes_text(
     {
         let complex = modes.modes.iter().any(|mode| !mode.imaginary.is_empty());
         let transposed = if complex { 'H' } else { 'T' };
-        out.push_str(&format!(
-            "\nshapes in {unit}, x^{transposed} M x = 1 kg*m^2\n"
-        ));
+        out.push_str(&format!("\nshapes in {unit}, x^{transposed} M x = 1 kg*m^2\n"));
     }
     out.push_str(&remarks);
     out
@@ -125,19 +101,15 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
     let found = origins.contains(&Origin::Found);
     let steps = format!("found in {}", counted(equilibrium.steps, "step"));
     let zero = equilibrium.values.iter().all(Ball::is_zero);
-    let mixed = given && origins.iter().any(|origin| *origin != Origin::Given)
-        || found && origins.contains(&Origin::Zero);
+    let mixed =
+        given && origins.iter().any(|origin| *origin != Origin::Given) || found && origins.contains(&Origin::Zero);
     let how = match (given, found) {
         (_, true) => format!(" ({steps})"),
         (true, false) if !mixed => " (given)".to_owned(),
         (true | false, false) => String::new(),
     };
     if zero {
-        let all = if equilibrium.values.len() == 1 {
-            "0"
-        } else {
-            "all coordinates 0"
-        };
+        let all = if equilibrium.values.len() == 1 { "0" } else { "all coordinates 0" };
         return format!("equilibrium: {all}{how}\n");
     }
     let coordinates = &linearized.model().coordinates;
@@ -173,26 +145,12 @@ fn equilibrium_text(linearized: &Linearized, options: &Options, style: &Style) -
 /// The rates of a steady motion.
 fn rates_text(linearized: &Linearized, options: &Options, style: &Style) -> String {
     let model = linearized.model();
-    let turning = model
-        .coordinates
-        .iter()
-        .zip(&model.rates)
-        .zip(linearized.rates());
+    let turning = model.coordinates.iter().zip(&model.rates).zip(linearized.rates());
     let items: Vec<String> = turning
         .filter(|((_, given), _)| given.is_some())
-        .map(|((coordinate, _), rate)| {
-            format!(
-                "{}' = {}",
-                coordinate.name,
-                Written::new(&rate, options.digits).text()
-            )
-        })
+        .map(|((coordinate, _), rate)| format!("{}' = {}", coordinate.name, Written::new(&rate, options.digits).text()))
         .collect();
-    if items.is_empty() {
-        String::new()
-    } else {
-        listed("steady motion", &items, style.width)
-    }
+    if items.is_empty() { String::new() } else { listed("steady motion", &items, style.width) }
 }
 
 /// A coordinate with the digits that are decided; where these are fewer than asked for, with its bound,
@@ -206,11 +164,7 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
     } else if nothing {
         "0".to_owned()
     } else {
-        format!(
-            "{} (bound {})",
-            written.text(),
-            one_digit_up_text(written.bound)
-        )
+        format!("{} (bound {})", written.text(), one_digit_up_text(written.bound))
     }
 }
 
@@ -218,9 +172,7 @@ fn known(value: &Ball, largest: f64, digits: usize) -> String {
 fn common_unit(coordinates: &[Coordinate]) -> Option<&str> {
     let (first, rest) = coordinates.split_first()?;
     let unit = shown_unit(first)?;
-    rest.iter()
-        .all(|other| shown_unit(other) == Some(unit))
-        .then_some(unit)
+    rest.iter().all(|other| shown_unit(other) == Some(unit)).then_some(unit)
 }
 
 /// A coordinate at the head of its column.
@@ -231,10 +183,7 @@ struct Heading<'a> {
 
 impl<'a> Heading<'a> {
     fn new(coordinate: &'a Coordinate, with_unit: bool) -> Self {
-        Self {
-            name: &coordinate.name,
-            unit: shown_unit(coordinate).filter(|_| with_unit),
-        }
+        Self { name: &coordinate.name, unit: shown_unit(coordinate).filter(|_| with_unit) }
     }
 
     fn with_unit(&self) -> String {
@@ -297,30 +246,19 @@ fn table(
     style: &Style,
 ) -> String {
     if modes.is_empty() {
-        return "nothing is left that moves: there are as many constraints as coordinates\n"
-            .to_owned();
+        return "nothing is left that moves: there are as many constraints as coordinates\n".to_owned();
     }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
-        if has_units {
-            format!("{plain} ({unit})")
-        } else {
-            plain.to_owned()
-        }
+        if has_units { format!("{plain} ({unit})") } else { plain.to_owned() }
     };
-    let mut columns = vec![
-        counting(modes),
-        Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega)),
-    ];
+    let mut columns = vec![counting(modes), Column::numbers(&heading("omega", "rad/s"), of(|row| &row.omega))];
     let uncertain = modes.iter().any(|mode| mode.uncertainty.is_some());
     if uncertain {
         columns.push(Column::numbers("sigma", of(|row| &row.omega_sigma)));
     }
     if modes.iter().any(|mode| !mode.growth.is_zero()) {
-        columns.push(Column::numbers(
-            &heading("growth", "1/s"),
-            of(|row| &row.growth),
-        ));
+        columns.push(Column::numbers(&heading("growth", "1/s"), of(|row| &row.growth)));
         if uncertain {
             columns.push(Column::numbers("sigma", of(|row| &row.growth_sigma)));
         }
@@ -329,16 +267,11 @@ fn table(
     if has_units {
         columns.push(Column::numbers("f (Hz)", of(|row| &row.hertz)));
     }
-    let kinds = modes
-        .iter()
-        .map(|mode| mode.kind.as_str().to_owned())
-        .collect();
+    let kinds = modes.iter().map(|mode| mode.kind.as_str().to_owned()).collect();
     columns.push(Column::words("kind", kinds));
     let optional = |text: fn(&NormalMode) -> &Option<String>| -> Option<Vec<String>> {
         modes.iter().any(|mode| text(mode).is_some()).then(|| {
-            let cells = modes
-                .iter()
-                .map(|mode| text(mode).clone().unwrap_or_default());
+            let cells = modes.iter().map(|mode| text(mode).clone().unwrap_or_default());
             cells.collect()
         })
     };
@@ -348,21 +281,13 @@ fn table(
     let meaning = motion.map(|motion| {
         let cells = modes.iter().map(|mode| match mode.kind {
             Kind::Zero => motion.to_owned(),
-            Kind::Oscillation
-            | Kind::Unstable
-            | Kind::Damped
-            | Kind::Overdamped
-            | Kind::Undecided => String::new(),
+            Kind::Oscillation | Kind::Unstable | Kind::Damped | Kind::Overdamped | Kind::Undecided => String::new(),
         });
         Column::words("motion", cells.collect())
     });
     let shapes = modes.iter().any(|mode| !mode.vector.is_empty());
     let used: usize = columns.iter().chain(&meaning).map(Column::width).sum();
-    let beside = if shapes {
-        shape(modes, names, style.width.saturating_sub(used))
-    } else {
-        Some(Vec::new())
-    };
+    let beside = if shapes { shape(modes, names, style.width.saturating_sub(used)) } else { Some(Vec::new()) };
     let painted = |at: usize| {
         let kind = modes.get(at)?.kind;
         Some((kind_tone(kind)?, kind.as_str()))
@@ -377,9 +302,7 @@ fn table(
     let mut out = draw(&columns, modes.len(), painted, style);
     out.push('\n');
     let mut columns = vec![counting(modes)];
-    let room = style
-        .width
-        .saturating_sub(columns.iter().map(Column::width).sum());
+    let room = style.width.saturating_sub(columns.iter().map(Column::width).sum());
     columns.extend(shape(modes, names, room).unwrap_or_else(|| vec![by_name(modes, names, room)]));
     out.push_str(&draw(&columns, modes.len(), |_| None, style));
     out
@@ -409,9 +332,7 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
             });
             let parts: Vec<f64> = parts.collect();
             let power = common_power(parts.iter());
-            let cells = modes
-                .iter()
-                .map(|mode| component(mode, at, power, SHAPE_DIGITS));
+            let cells = modes.iter().map(|mode| component(mode, at, power, SHAPE_DIGITS));
             Column::numbers(&over_power(&heading.with_unit(), power), cells.collect())
         })
         .collect();
@@ -421,18 +342,10 @@ fn shape(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Option<Vec
 }
 
 fn by_name(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Column {
-    let parts = |mode: &'_ NormalMode| {
-        mode.vector
-            .clone()
-            .into_iter()
-            .chain(mode.imaginary.clone())
-    };
+    let parts = |mode: &'_ NormalMode| mode.vector.clone().into_iter().chain(mode.imaginary.clone());
     let parts: Vec<f64> = modes.iter().flat_map(parts).collect();
     let power = common_power(parts.iter());
-    let cells = modes
-        .iter()
-        .map(|mode| largest(mode, names, power, room))
-        .collect();
+    let cells = modes.iter().map(|mode| largest(mode, names, power, room)).collect();
     Column::words(&over_power("shape", power), cells)
 }
 
@@ -440,20 +353,12 @@ fn by_name(modes: &[NormalMode], names: &[Heading<'_>], room: usize) -> Column {
 /// order 1e13. 0 where the numbers are handy as they are.
 fn common_power<'a>(values: impl Iterator<Item = &'a f64>) -> i32 {
     let top = values.fold(0.0_f64, |top, value| top.max(value.abs()));
-    if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) {
-        0
-    } else {
-        top.log10().floor() as i32
-    }
+    if top == 0.0 || !top.is_finite() || (1e-2..1e4).contains(&top) { 0 } else { top.log10().floor() as i32 }
 }
 
 /// `x / 1e13`: the heading of a column whose numbers are divided by a power of ten.
 fn over_power(name: &str, power: i32) -> String {
-    if power == 0 {
-        name.to_owned()
-    } else {
-        format!("{name} / 1e{power}")
-    }
+    if power == 0 { name.to_owned() } else { format!("{name} / 1e{power}") }
 }
 
 /// A component over a power of ten, with the digits its bound decides: `0.5000`, `0.5000 - 0.1000i`.
@@ -467,11 +372,7 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
         let scaled = if power < 0 { value * ten } else { value / ten };
         let text = Written::new(&scaled, digits).text();
         // What may be 0, or else as large as others, is not called 0.
-        if vague && text == "0" {
-            "?".to_owned()
-        } else {
-            text
-        }
+        if vague && text == "0" { "?".to_owned() } else { text }
     };
     let real = mode.vector.get(at).copied().unwrap_or(0.0);
     let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
@@ -492,17 +393,13 @@ fn component(mode: &NormalMode, at: usize, power: i32, digits: usize) -> String 
 /// The size of a component.
 fn modulus(mode: &NormalMode, at: usize) -> f64 {
     let imaginary = mode.imaginary.get(at).copied().unwrap_or(0.0);
-    mode.vector
-        .get(at)
-        .map_or(0.0, |real| real.hypot(imaginary))
+    mode.vector.get(at).map_or(0.0, |real| real.hypot(imaginary))
 }
 
 /// `phi[1] 0.50, phi[2] -0.50, …`: the components by falling size, as many as there is room for.
 fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) -> String {
     // Sizes are compared as printed, so that equal ones stay in order whatever their rounding errors.
-    let mut order: Vec<(f64, usize)> = (0..mode.vector.len())
-        .map(|at| (modulus(mode, at), at))
-        .collect();
+    let mut order: Vec<(f64, usize)> = (0..mode.vector.len()).map(|at| (modulus(mode, at), at)).collect();
     let top = order.iter().fold(0.0_f64, |top, (size, _)| top.max(*size));
     // A thousandth of the largest can't be seen in a shape.
     order.retain(|(size, at)| *size >= top * 1e-3 && *size > mode.error_bound_of(*at));
@@ -545,26 +442,18 @@ fn largest(mode: &NormalMode, names: &[Heading<'_>], power: i32, room: usize) ->
 }
 
 /// What the table can't say.
-fn remarks(
-    modes: &NormalModes,
-    rows: &[Row],
-    motions: &[&str],
-    options: &Options,
-    style: &Style,
-) -> String {
+fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Options, style: &Style) -> String {
     let mut out = String::new();
     if motions.len() > 1 {
         let zero = of_kind(modes, Kind::Zero);
-        let together = if zero.len() > 1 {
-            "together are"
-        } else {
-            "stands for"
-        };
+        let together = if zero.len() > 1 { "together are" } else { "stands for" };
         let title = format!("{} {together}", numbered(&zero));
         out.push_str(&listed(&title, &alike_together(motions), style.width));
     }
     if modes.gyroscopically_stabilised {
-        out.push_str("gyroscopically stabilised: the potential has no minimum here, and the motion is stable all the same\n");
+        out.push_str(
+            "gyroscopically stabilised: the potential has no minimum here, and the motion is stable all the same\n",
+        );
     }
     for block in limited(&modes.modes) {
         if let Some(mode) = block.first().and_then(|at| modes.modes.get(*at))
@@ -577,20 +466,14 @@ fn remarks(
     out.push_str(&clusters_remark(&clusters(modes)));
     out.push_str(&uncertainty_remark(modes));
     let undecided = of_kind(modes, Kind::Undecided);
-    let damped = undecided
-        .iter()
-        .any(|at| modes.modes[*at].omega.is_positive());
+    let damped = undecided.iter().any(|at| modes.modes[*at].omega.is_positive());
     if !undecided.is_empty() {
         let list = numbered(&undecided);
         out.push_str(&format!(
             "{}: {} of {list} can't be told from zero within its bound, so it may {}\n",
             style.paint(Tone::Careful, "undecided"),
             if damped { "the growth" } else { "omega^2" },
-            if damped {
-                "grow, decay or neither"
-            } else {
-                "oscillate, grow or rest"
-            },
+            if damped { "grow, decay or neither" } else { "oscillate, grow or rest" },
         ));
     } else if modes.stability == Stability::Undecided {
         out.push_str("the stability is undecided: the bounds do not settle it\n");
@@ -644,9 +527,7 @@ fn clusters_remark(clusters: &[Vec<usize>]) -> String {
         groups.push(format!("and {more} groups more"));
     }
     let groups = groups.join("; ");
-    format!(
-        "modes {groups} are equal within their bounds: any other basis of {own} does as well, within them\n"
-    )
+    format!("modes {groups} are equal within their bounds: any other basis of {own} does as well, within them\n")
 }
 
 /// What the columns of uncertainties mean, and where they mean little.
@@ -654,19 +535,17 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
     if modes.modes.iter().all(|mode| mode.uncertainty.is_none()) {
         return String::new();
     }
-    let mut out = "sigma is the standard uncertainty that those of the parameters give; numbers end at its second digit\n\
+    let mut out =
+        "sigma is the standard uncertainty that those of the parameters give; numbers end at its second digit\n\
                    shapes and the equilibrium are those of the values, as if these were exact\n"
-        .to_owned();
+            .to_owned();
     let among = |test: &dyn Fn(&Ball, Option<Ball>) -> bool| -> Vec<usize> {
         let parts = |mode: &NormalMode| {
             let own = mode.uncertainty.as_ref()?;
             Some(test(&mode.omega, own.omega) || test(&mode.growth, own.growth))
         };
         let modes = modes.modes.iter().enumerate();
-        modes
-            .filter(|(_, mode)| parts(mode) == Some(true))
-            .map(|(at, _)| at)
-            .collect()
+        modes.filter(|(_, mode)| parts(mode) == Some(true)).map(|(at, _)| at).collect()
     };
     let missing = among(&|_, sigma| sigma.is_none());
     if !missing.is_empty() {
@@ -705,8 +584,7 @@ fn limited(modes: &[NormalMode]) -> Vec<Vec<usize>> {
             let before = &modes[block[0]];
             together(block.len())
                 && block.last() == Some(&(at - 1))
-                && (before.limit, before.cluster, before.kind)
-                    == (mode.limit, mode.cluster, mode.kind)
+                && (before.limit, before.cluster, before.kind) == (mode.limit, mode.cluster, mode.kind)
         };
         match blocks.last_mut().filter(follows) {
             Some(block) => block.push(at),
@@ -718,10 +596,7 @@ fn limited(modes: &[NormalMode]) -> Vec<Vec<usize>> {
 
 fn of_kind(modes: &NormalModes, kind: Kind) -> Vec<usize> {
     let modes = modes.modes.iter().enumerate();
-    modes
-        .filter(|(_, mode)| mode.kind == kind)
-        .map(|(at, _)| at)
-        .collect()
+    modes.filter(|(_, mode)| mode.kind == kind).map(|(at, _)| at).collect()
 }
 
 /// `mode 3`, `modes 1, 2 and 5`, `modes 1 to 6`, `modes 1, 2, 5 and 40 more`

@@ -19,12 +19,7 @@ const MOST_CURVES: usize = 10;
 /// Numbers are in SI, with so many correctly rounded digits as far as bounds or error estimates allow; an empty cell has lost all
 /// of them. Values of quick runs are doubles as they are, and so is the superposition.
 #[must_use]
-pub fn motion_csv(
-    model: &Model,
-    trajectory: &Trajectory,
-    superposition: Option<&[Vec<f64>]>,
-    digits: usize,
-) -> String {
+pub fn motion_csv(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>, digits: usize) -> String {
     // Writing to memory does not fail.
     let written = || -> io::Result<Vec<u8>> {
         let linear = superposition.is_some();
@@ -51,13 +46,7 @@ impl<W: Write> MotionCsv<W> {
     ///
     /// # Errors
     /// Those of the writer, here and below.
-    pub fn new(
-        out: W,
-        model: &Model,
-        known: &Trajectory,
-        superposition: bool,
-        digits: usize,
-    ) -> io::Result<Self> {
+    pub fn new(out: W, model: &Model, known: &Trajectory, superposition: bool, digits: usize) -> io::Result<Self> {
         let mut header = vec!["t".to_owned()];
         header.extend(columns(model));
         if superposition {
@@ -65,23 +54,14 @@ impl<W: Write> MotionCsv<W> {
         }
         let mut table = csv::Writer::from_writer(out);
         table.write_record(&header).map_err(plain)?;
-        Ok(Self {
-            table,
-            estimated: known.estimated,
-            digits,
-        })
+        Ok(Self { table, estimated: known.estimated, digits })
     }
 
     /// Writes a row, with what the superposition of modes has there.
     #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn row(&mut self, time: &Ball, row: &[Ball], superposition: &[f64]) -> io::Result<()> {
-        let own = row.iter().map(|value| {
-            if self.estimated {
-                decided(value, self.digits)
-            } else {
-                number(value.mid_f64())
-            }
-        });
+        let own =
+            row.iter().map(|value| if self.estimated { decided(value, self.digits) } else { number(value.mid_f64()) });
         let linear = superposition.iter().map(|value| number(*value));
         let time = std::iter::once(number(time.mid_f64()));
         let record = time.chain(own).chain(linear);
@@ -91,9 +71,7 @@ impl<W: Write> MotionCsv<W> {
     /// Ends the table.
     #[allow(clippy::missing_errors_doc)] // those of the writer
     pub fn finish(self) -> io::Result<W> {
-        self.table
-            .into_inner()
-            .map_err(csv::IntoInnerError::into_error)
+        self.table.into_inner().map_err(csv::IntoInnerError::into_error)
     }
 }
 
@@ -168,17 +146,9 @@ impl<S: Read + Write + Seek> MotionJson<S> {
             known.steps,
             known.energy_drift.map_or_else(null, number),
         )];
-        let errors = if known.proved.is_some() {
-            "error_bounds"
-        } else {
-            "error_estimates"
-        };
+        let errors = if known.proved.is_some() { "error_bounds" } else { "error_estimates" };
         for (at, name) in columns(model).enumerate() {
-            let before = if at == 0 {
-                "],\n \"columns\": ["
-            } else {
-                "]},"
-            };
+            let before = if at == 0 { "],\n \"columns\": [" } else { "]}," };
             let name = string(&name);
             around.push(format!("{before}\n  {{\"name\": {name}, \"values\": ["));
             if known.estimated {
@@ -262,11 +232,7 @@ impl<S: Read + Write + Seek> MotionJson<S> {
 /// The digits that are certain; nothing where none is.
 fn decided(value: &Ball, digits: usize) -> String {
     let own = decimal(value, digits);
-    if own.digits > 0 {
-        own.text
-    } else {
-        String::new()
-    }
+    if own.digits > 0 { own.text } else { String::new() }
 }
 
 /// So many values that were moved are told.
@@ -285,9 +251,7 @@ pub fn start_remark(model: &Model, start: &Start) -> Option<String> {
         moved.push("…".to_owned());
     }
     let all = moved.join(", ");
-    (!moved.is_empty()).then(|| {
-        format!("the start was moved onto the constraints, within the digits given: {all}")
-    })
+    (!moved.is_empty()).then(|| format!("the start was moved onto the constraints, within the digits given: {all}"))
 }
 
 /// How a motion was computed, in a line for people: the number of steps, and what the energy does.
@@ -297,15 +261,13 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     let plural = if steps == 1 { "" } else { "s" };
     let mut text = format!("{steps} step{plural}");
     if let Some(bits) = trajectory.proved {
-        text.push_str(&format!(
-            " in numbers of {bits} bits; every digit is proved"
-        ));
+        text.push_str(&format!(" in numbers of {bits} bits; every digit is proved"));
     }
     match trajectory.energy_drift {
         Some(0.0) => text.push_str("; the energy stays what it is but for rounding"),
-        Some(drift) => text.push_str(&format!(
-            "; the energy strays by at most {drift:.0e} of the largest kinetic energy"
-        )),
+        Some(drift) => {
+            text.push_str(&format!("; the energy strays by at most {drift:.0e} of the largest kinetic energy"))
+        }
         None => {}
     }
     text
@@ -329,11 +291,7 @@ const COLOURS: [RGBColor; MOST_CURVES] = [
 /// The coordinates over the time, as an SVG picture: solid, and thin for the superposition of modes. Of many coordinates the first
 /// ten.
 #[must_use]
-pub fn motion_svg(
-    model: &Model,
-    trajectory: &Trajectory,
-    superposition: Option<&[Vec<f64>]>,
-) -> String {
+pub fn motion_svg(model: &Model, trajectory: &Trajectory, superposition: Option<&[Vec<f64>]>) -> String {
     picture::svg(SIZE, |area| draw(area, model, trajectory, superposition))
 }
 
@@ -351,18 +309,12 @@ fn draw(
     };
     let linear = |at: usize| -> Vec<(f64, f64)> {
         let rows = superposition.unwrap_or_default();
-        times
-            .iter()
-            .copied()
-            .zip(rows.iter().map(|row| row[at]))
-            .collect()
+        times.iter().copied().zip(rows.iter().map(|row| row[at])).collect()
     };
     let solid: Vec<_> = (0..shown).map(curve).collect();
     let thin: Vec<_> = (0..shown).map(linear).collect();
     let all = solid.iter().flatten().map(|point| point.1);
-    let (mut low, mut high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-        (low.min(x), high.max(x))
-    });
+    let (mut low, mut high) = all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
     if !low.is_finite() || !high.is_finite() {
         (low, high) = (-1.0, 1.0);
     }
@@ -373,16 +325,10 @@ fn draw(
     let mut chart = picture::axes(area, 0.0..end, (low - room)..(high + room), (time, None))?;
     for at in 0..shown {
         let colour = COLOURS[at];
-        let inside = thin[at]
-            .iter()
-            .copied()
-            .filter(|point| (low - room..high + room).contains(&point.1));
+        let inside = thin[at].iter().copied().filter(|point| (low - room..high + room).contains(&point.1));
         chart.draw_series(LineSeries::new(inside, colour.mix(0.45).stroke_width(1)))?;
         chart
-            .draw_series(LineSeries::new(
-                solid[at].iter().copied(),
-                colour.stroke_width(2),
-            ))?
+            .draw_series(LineSeries::new(solid[at].iter().copied(), colour.stroke_width(2)))?
             .label(model.coordinates[at].name.clone())
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
     }

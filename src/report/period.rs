@@ -21,12 +21,7 @@ fn amplitude(found: &Period) -> Option<Ball> {
 
 /// The period of a motion to read.
 #[must_use]
-pub fn period_text(
-    oscillator: &Oscillator,
-    found: &Period,
-    options: &Options,
-    style: &Style,
-) -> String {
+pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, style: &Style) -> String {
     let model = oscillator.model();
     let name = oscillator.coordinate_name();
     let digits = options.digits;
@@ -37,56 +32,29 @@ pub fn period_text(
     let written = |value: &Ball| Written::new(value, short).text();
     let behind = |unit: &'static str| if model.has_units { unit } else { "" };
     let coordinate = model.coordinates.first();
-    let unit = coordinate
-        .and_then(shown_unit)
-        .filter(|_| model.has_units)
-        .map_or_else(String::new, |unit| format!(" {unit}"));
-    let mut rows = vec![(
-        "period",
-        format!(
-            "{}{}  bound {}",
-            period.text(),
-            behind(" s"),
-            one_digit(period.bound)
-        ),
-    )];
+    let unit =
+        coordinate.and_then(shown_unit).filter(|_| model.has_units).map_or_else(String::new, |unit| format!(" {unit}"));
+    let mut rows = vec![("period", format!("{}{}  bound {}", period.text(), behind(" s"), one_digit(period.bound)))];
     match &found.motion {
         Motion::Libration { turning } => {
             rows.push((
                 "turning points",
-                format!(
-                    "{name} = {} and {}{unit}",
-                    written(&turning[0]),
-                    written(&turning[1])
-                ),
+                format!("{name} = {} and {}{unit}", written(&turning[0]), written(&turning[1])),
             ));
         }
         Motion::Rotation { advance } => {
-            rows.push((
-                "rotation",
-                format!("{name} advances by {}{unit} in a period", written(advance)),
-            ));
+            rows.push(("rotation", format!("{name} advances by {}{unit} in a period", written(advance))));
         }
     }
-    rows.push((
-        "equilibrium",
-        format!("{name} = {}{unit}", written(&found.equilibrium)),
-    ));
+    rows.push(("equilibrium", format!("{name} = {}{unit}", written(&found.equilibrium))));
     rows.push((
         "energy",
-        format!(
-            "{}{}",
-            Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(),
-            behind(" J")
-        ),
+        format!("{}{}", Written::finest(&found.energy, found.energy_precise.as_ref(), short).text(), behind(" J")),
     ));
     match &found.small {
         Some(small) => {
             let small = Written::finest(small, found.small_precise.as_ref(), digits);
-            rows.push((
-                "small oscillations",
-                format!("{}{}", small.text(), behind(" s")),
-            ));
+            rows.push(("small oscillations", format!("{}{}", small.text(), behind(" s"))));
         }
         None => {
             let why = if found.corner {
@@ -100,11 +68,7 @@ pub fn period_text(
         }
     }
     if let Some(bend) = &found.bend {
-        let within = if unit.is_empty() {
-            String::new()
-        } else {
-            format!(" in{unit}")
-        };
+        let within = if unit.is_empty() { String::new() } else { format!(" in{unit}") };
         let own = if bend.is_zero() {
             "0".to_owned()
         } else if bend.contains_zero() {
@@ -122,7 +86,9 @@ pub fn period_text(
         let _ = writeln!(out, "{title:width$}{value}");
     }
     if !found.proved {
-        out.push_str("\nThe equilibrium is not proved: its place is an estimate, and the bound does not cover its error.\n");
+        out.push_str(
+            "\nThe equilibrium is not proved: its place is an estimate, and the bound does not cover its error.\n",
+        );
     }
     out
 }
@@ -165,11 +131,7 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
     );
     if let Some(small) = &found.small {
         let written = Written::finest(small, found.small_precise.as_ref(), options.digits);
-        let _ = write!(
-            out,
-            ",\n \"small_amplitude_period_digits\": {}",
-            digits(&written)
-        );
+        let _ = write!(out, ",\n \"small_amplitude_period_digits\": {}", digits(&written));
     }
     let _ = write!(out, ",\n \"equilibrium\": {}", value(&found.equilibrium));
     if !found.proved {
@@ -191,16 +153,8 @@ fn write_period(out: &mut String, oscillator: &Oscillator, found: &Period, optio
     }
     let _ = write!(out, ",\n \"energy\": {}", value(&found.energy));
     if let Some(bend) = &found.bend {
-        let own = if bend.contains_zero() {
-            0.0
-        } else {
-            bend.mid_f64()
-        };
-        let bound = if own == 0.0 {
-            bend.abs_upper()
-        } else {
-            bend.mid_f64_error()
-        };
+        let own = if bend.contains_zero() { 0.0 } else { bend.mid_f64() };
+        let bound = if own == 0.0 { bend.abs_upper() } else { bend.mid_f64_error() };
         let _ = write!(
             out,
             ",\n \"frequency_change\": {}, \"frequency_change_error_bound\": {}",
@@ -220,8 +174,7 @@ pub fn period_csv(range: &Range, places: &[Place], options: &Options) -> String 
     for place in places {
         let [period, bound] = match &place.result {
             Ok(found) => {
-                let written =
-                    Written::finest(&found.period, found.precise.as_ref(), options.digits);
+                let written = Written::finest(&found.period, found.precise.as_ref(), options.digits);
                 let bound = number(written.bound);
                 [written.digits.unwrap_or_default(), bound]
             }

@@ -16,11 +16,7 @@ pub fn period_svg(range: &Range, places: &[Place], has_units: bool) -> String {
     let mut pieces: Vec<Vec<(f64, f64)>> = vec![Vec::new()];
     let mut before = None;
     for place in places {
-        let kind = place
-            .result
-            .as_ref()
-            .ok()
-            .map(|found| matches!(found.motion, Motion::Rotation { .. }));
+        let kind = place.result.as_ref().ok().map(|found| matches!(found.motion, Motion::Rotation { .. }));
         if kind != before {
             pieces.push(Vec::new());
             before = kind;
@@ -41,9 +37,7 @@ fn draw(
     let points = || pieces.iter().flatten();
     let ends = |value: fn(&(f64, f64)) -> f64| {
         let values = points().map(value);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-            (low.min(x), high.max(x))
-        });
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
         // A single place, or none, has an axis as well.
         if high > low {
             (low, high)
@@ -58,12 +52,7 @@ fn draw(
     let (low, high) = ends(|point| point.1);
     let room = 0.05 * (high - low);
     let period = if has_units { "period in s" } else { "period" };
-    let mut chart = picture::axes(
-        area,
-        left..right,
-        (low - room)..(high + room),
-        (range.name(), Some(period)),
-    )?;
+    let mut chart = picture::axes(area, left..right, (low - room)..(high + room), (range.name(), Some(period)))?;
     for piece in pieces {
         if let [only] = piece.as_slice() {
             chart.draw_series(std::iter::once(Circle::new(*only, 2, LINE.filled())))?;

@@ -15,14 +15,10 @@ pub(super) const FONT: &str = "Helvetica, Arial, sans-serif";
 /// What is drawn on an area.
 pub(super) type Drawing<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 /// Axes to draw curves in.
-pub(super) type Axes<'a> =
-    ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
+pub(super) type Axes<'a> = ChartContext<'a, SVGBackend<'a>, Cartesian2d<RangedCoordf64, RangedCoordf64>>;
 
 /// An SVG picture of some size in pixels.
-pub(super) fn svg(
-    size: (u32, u32),
-    draw: impl FnOnce(&Drawing<'_>) -> Result<(), Box<dyn Error>>,
-) -> String {
+pub(super) fn svg(size: (u32, u32), draw: impl FnOnce(&Drawing<'_>) -> Result<(), Box<dyn Error>>) -> String {
     let mut text = String::new();
     let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
     // Drawing into a text does not fail; what could be drawn is there in any case.
@@ -42,11 +38,8 @@ pub(super) fn axes<'a>(
     y: Range<f64>,
     names: (&str, Option<&str>),
 ) -> Result<Axes<'a>, Box<dyn Error>> {
-    let mut chart = ChartBuilder::on(area)
-        .margin(16)
-        .x_label_area_size(40)
-        .y_label_area_size(64)
-        .build_cartesian_2d(x, y)?;
+    let mut chart =
+        ChartBuilder::on(area).margin(16).x_label_area_size(40).y_label_area_size(64).build_cartesian_2d(x, y)?;
     let mut mesh = chart.configure_mesh();
     mesh.bold_line_style(FAINT)
         .light_line_style(TRANSPARENT)

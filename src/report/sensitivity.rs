@@ -63,20 +63,12 @@ pub fn sensitivity_json(
 
 /// The double for a derivative: 0 for what can't be told from it, so that it is the same everywhere.
 fn nearest(derivative: &Ball) -> f64 {
-    if derivative.contains_zero() {
-        0.0
-    } else {
-        derivative.mid_f64()
-    }
+    if derivative.contains_zero() { 0.0 } else { derivative.mid_f64() }
 }
 
 /// A bound of the error of that double.
 fn bound(derivative: &Ball) -> f64 {
-    one_digit_up(if derivative.contains_zero() {
-        derivative.abs_upper()
-    } else {
-        derivative.mid_f64_error()
-    })
+    one_digit_up(if derivative.contains_zero() { derivative.abs_upper() } else { derivative.mid_f64_error() })
 }
 
 /// The frequencies and their derivatives as a table to read.
@@ -100,23 +92,15 @@ pub fn sensitivity_text(
     };
     let numbers = (1..=modes.modes.len()).map(|at| at.to_string()).collect();
     let rows = modes.modes.iter();
-    let rows: Vec<Exponent> = rows
-        .map(|mode| Exponent::new(mode, options.digits))
-        .collect();
+    let rows: Vec<Exponent> = rows.map(|mode| Exponent::new(mode, options.digits)).collect();
     let omega = rows.iter().map(|row| row.omega.text());
-    let mut columns = vec![
-        Column::right("mode", numbers),
-        Column::numbers("omega", omega.collect()),
-    ];
+    let mut columns = vec![Column::right("mode", numbers), Column::numbers("omega", omega.collect())];
     if modes.modes.iter().any(|mode| mode.uncertainty.is_some()) {
         let cells = rows.iter().map(|row| row.omega_sigma.clone());
         columns.push(Column::numbers("sigma", cells.collect()));
     }
-    let names: Vec<&str> = sensitivities
-        .parameters
-        .iter()
-        .map(|parameter| model.parameters[*parameter].name.as_str())
-        .collect();
+    let names: Vec<&str> =
+        sensitivities.parameters.iter().map(|parameter| model.parameters[*parameter].name.as_str()).collect();
     let used: usize = columns.iter().map(Column::width).sum();
     let own: Vec<Column> = names
         .iter()
@@ -136,11 +120,8 @@ pub fn sensitivity_text(
     out.push_str(&draw(&columns, modes.modes.len(), |_| None, style));
     out.push_str("\nd omega / d parameter\n");
     for (at, row) in sensitivities.omega.iter().enumerate() {
-        let items: Vec<String> = names
-            .iter()
-            .zip(row)
-            .map(|(name, value)| format!("{name} {}", written(*value)))
-            .collect();
+        let items: Vec<String> =
+            names.iter().zip(row).map(|(name, value)| format!("{name} {}", written(*value))).collect();
         out.push_str(&listed(&format!("mode {}", at + 1), &items, style.width));
     }
     out.push_str(&remark(&names, sensitivities, style.width));

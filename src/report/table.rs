@@ -17,20 +17,12 @@ pub(super) struct Column {
 impl Column {
     /// Cells that end in one column.
     pub(super) fn right(heading: &str, cells: Vec<String>) -> Self {
-        Self {
-            heading: heading.to_owned(),
-            cells,
-            alignment: CellAlignment::Right,
-        }
+        Self { heading: heading.to_owned(), cells, alignment: CellAlignment::Right }
     }
 
     /// Cells that begin in one column.
     pub(super) fn words(heading: &str, cells: Vec<String>) -> Self {
-        Self {
-            heading: heading.to_owned(),
-            cells,
-            alignment: CellAlignment::Left,
-        }
+        Self { heading: heading.to_owned(), cells, alignment: CellAlignment::Left }
     }
 
     /// Numbers whose decimal points stand in one column.
@@ -55,11 +47,7 @@ pub(super) fn draw<'a>(
     style: &Style,
 ) -> String {
     let mut table = plain();
-    table.set_header(
-        columns
-            .iter()
-            .map(|column| Cell::new(&column.heading).set_alignment(column.alignment)),
-    );
+    table.set_header(columns.iter().map(|column| Cell::new(&column.heading).set_alignment(column.alignment)));
     for at in 0..rows {
         table.add_row(columns.iter().map(|column| {
             let cell = column.cells.get(at).map_or("", String::as_str);

@@ -42,17 +42,12 @@ fn polynomial(whole: &WithMultipliers, place: Place) -> Vec<Enclosed> {
     let n = whole.order;
     let at = |i: usize, j: usize| {
         let k = i + n * j;
-        let mut entry = Enclosed {
-            re: whole.stiffness[k],
-            im: Ball::ZERO,
-        };
+        let mut entry = Enclosed { re: whole.stiffness[k], im: Ball::ZERO };
         if !whole.mass[k].is_zero() {
             entry = entry.add(place.square.times(whole.mass[k]));
         }
         match &whole.velocity {
-            Some(velocity) if !velocity[k].is_zero() => {
-                entry.add(place.exponent.times(velocity[k]))
-            }
+            Some(velocity) if !velocity[k].is_zero() => entry.add(place.exponent.times(velocity[k])),
             _ => entry,
         }
     };
@@ -61,12 +56,7 @@ fn polynomial(whole: &WithMultipliers, place: Place) -> Vec<Enclosed> {
 
 /// The vectors of the exponents at a place, `count` of them; `None` where that is not shown. `own_left`: P is
 /// symmetric and real, so that Y is X.
-pub(super) fn kernel(
-    whole: &WithMultipliers,
-    place: Place,
-    count: usize,
-    own_left: bool,
-) -> Option<Kernel> {
+pub(super) fn kernel(whole: &WithMultipliers, place: Place, count: usize, own_left: bool) -> Option<Kernel> {
     let n = whole.order;
     let entries = polynomial(whole, place);
     if !entries.iter().all(Enclosed::is_finite) {
@@ -85,16 +75,12 @@ pub(super) fn kernel(
             (size > 0.0).then(|| -(0.5 * size.log2()).round() as i32)
         })
         .collect::<Option<_>>()?;
-    let scaled: Vec<Enclosed> = (0..n * n)
-        .map(|k| entries[k].scale(units[k / n] + units[k % n]))
-        .collect();
+    let scaled: Vec<Enclosed> = (0..n * n).map(|k| entries[k].scale(units[k / n] + units[k % n])).collect();
     let (right, left) = borders(whole, place, &units, count, own_left)?;
     let real = scaled.iter().all(|x| x.im.is_zero());
     let system = bordered(n, &scaled, &right, &left, real)?;
     let solve = |system: &System| -> Option<Rows<Enclosed>> {
-        (0..count)
-            .map(|k| column(n, count, k, system, real, &units))
-            .collect()
+        (0..count).map(|k| column(n, count, k, system, real, &units)).collect()
     };
     let (x, corner) = parts(solve(&system)?, n);
     if own_left {
@@ -132,15 +118,11 @@ fn borders(
         square: exact(place.square.middle() * (1.0 + OFF) * (1.0 + OFF)),
     };
     let entries = polynomial(whole, beside);
-    let matrix = Dense::from_fn(n, n, |i, j| {
-        entries[n * i + j].scale(units[i] + units[j]).middle()
-    });
+    let matrix = Dense::from_fn(n, n, |i, j| entries[n * i + j].scale(units[i] + units[j]).middle());
     // A start without a pattern of its own: the generator of Knuth's MMIX.
     let mut state = 1_u64;
     let start = Dense::from_fn(n, count, |_, _| {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         Complex::new((state >> 40) as f64 * power_of_two(-24) - 0.5, 0.0)
     });
     let step = |matrix: Dense| -> Option<Dense> {
@@ -151,22 +133,12 @@ fn borders(
     };
     let adjoint = matrix.adjoint();
     let right = step(matrix)?;
-    let left = if own_left {
-        right.clone()
-    } else {
-        step(adjoint)?
-    };
+    let left = if own_left { right.clone() } else { step(adjoint)? };
     Some((right, left))
 }
 
 /// The bordered system in real numbers: real parts before imaginary ones, these only where there are any.
-fn bordered(
-    n: usize,
-    scaled: &[Enclosed],
-    right: &Dense,
-    left: &Dense,
-    real: bool,
-) -> Option<System> {
+fn bordered(n: usize, scaled: &[Enclosed], right: &Dense, left: &Dense, real: bool) -> Option<System> {
     let size = n + right.ncols();
     let whole = |i: usize, j: usize| {
         if i < n && j < n {
@@ -197,22 +169,12 @@ fn bordered(
 }
 
 /// The solution for 1 in row k of the border, in the coordinates of P above, as it is below.
-fn column(
-    n: usize,
-    count: usize,
-    k: usize,
-    system: &System,
-    real: bool,
-    units: &[i32],
-) -> Option<Vec<Enclosed>> {
+fn column(n: usize, count: usize, k: usize, system: &System, real: bool, units: &[i32]) -> Option<Vec<Enclosed>> {
     let size = n + count;
     let mut right = vec![Ball::ZERO; if real { size } else { 2 * size }];
     *right.get_mut(n + k)? = Ball::ONE;
     let found = system.solve(&right)?;
-    let part = |i: usize| Enclosed {
-        re: found[i],
-        im: if real { Ball::ZERO } else { found[size + i] },
-    };
+    let part = |i: usize| Enclosed { re: found[i], im: if real { Ball::ZERO } else { found[size + i] } };
     let column = (0..size).map(|i| part(i).scale(units.get(i).copied().unwrap_or(0)));
     Some(column.collect())
 }

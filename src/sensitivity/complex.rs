@@ -12,16 +12,10 @@ pub(super) struct Enclosed {
 }
 
 impl Enclosed {
-    pub(super) const ZERO: Self = Self {
-        re: Ball::ZERO,
-        im: Ball::ZERO,
-    };
+    pub(super) const ZERO: Self = Self { re: Ball::ZERO, im: Ball::ZERO };
 
     pub(super) fn exact(value: Complex<f64>) -> Self {
-        Self {
-            re: Ball::from(value.re),
-            im: Ball::from(value.im),
-        }
+        Self { re: Ball::from(value.re), im: Ball::from(value.im) }
     }
 
     pub(super) fn middle(&self) -> Complex<f64> {
@@ -29,55 +23,34 @@ impl Enclosed {
     }
 
     pub(super) fn conj(self) -> Self {
-        Self {
-            re: self.re,
-            im: -self.im,
-        }
+        Self { re: self.re, im: -self.im }
     }
 
     pub(super) fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
+        Self { re: self.re + other.re, im: self.im + other.im }
     }
 
     pub(super) fn sub(self, other: Self) -> Self {
-        Self {
-            re: self.re - other.re,
-            im: self.im - other.im,
-        }
+        Self { re: self.re - other.re, im: self.im - other.im }
     }
 
     pub(super) fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
+        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
     }
 
     pub(super) fn times(self, factor: Ball) -> Self {
-        Self {
-            re: self.re * factor,
-            im: self.im * factor,
-        }
+        Self { re: self.re * factor, im: self.im * factor }
     }
 
     /// The quotient; not finite where the divisor may be 0.
     pub(super) fn div(self, other: Self) -> Self {
         let square = other.re * other.re + other.im * other.im;
         let product = self.mul(other.conj());
-        Self {
-            re: product.re / square,
-            im: product.im / square,
-        }
+        Self { re: product.re / square, im: product.im / square }
     }
 
     pub(super) fn scale(self, exponent: i32) -> Self {
-        Self {
-            re: self.re.scale(exponent),
-            im: self.im.scale(exponent),
-        }
+        Self { re: self.re.scale(exponent), im: self.im.scale(exponent) }
     }
 
     pub(super) fn contains_zero(&self) -> bool {
@@ -98,17 +71,11 @@ impl Enclosed {
     }
 
     pub(super) fn hull(&self, other: &Self) -> Self {
-        Self {
-            re: self.re.hull(&other.re),
-            im: self.im.hull(&other.im),
-        }
+        Self { re: self.re.hull(&other.re), im: self.im.hull(&other.im) }
     }
 
     pub(super) fn with_added_radius(&self, radius: f64) -> Self {
-        Self {
-            re: self.re.with_added_radius(radius),
-            im: self.im.with_added_radius(radius),
-        }
+        Self { re: self.re.with_added_radius(radius), im: self.im.with_added_radius(radius) }
     }
 }
 

@@ -15,9 +15,7 @@ mod complex;
 mod split;
 
 use crate::expr::{ExprId, Pool, ZeroVerdict};
-use crate::linearize::{
-    LinearizeError, Linearized, Slopes, Structure, Units, WithMultipliers, ZeroMode, constant,
-};
+use crate::linearize::{LinearizeError, Linearized, Slopes, Structure, Units, WithMultipliers, ZeroMode, constant};
 use crate::model::Model;
 use crate::modes::{Kind, Options};
 use crate::number::Number;
@@ -63,10 +61,7 @@ impl Sensitivities {
             Some(squares.sqrt()).filter(Ball::is_finite)
         };
         let both = self.omega.iter().zip(&self.growth);
-        Some(
-            both.map(|(omega, growth)| Uncertainty::new(of(omega), of(growth)))
-                .collect(),
-        )
+        Some(both.map(|(omega, growth)| Uncertainty::new(of(omega), of(growth))).collect())
     }
 }
 
@@ -85,10 +80,7 @@ pub fn put_uncertainties(
     let found = if options.vectors {
         sensitivities(linearized, modes)
     } else {
-        let options = Options {
-            vectors: true,
-            ..options.clone()
-        };
+        let options = Options { vectors: true, ..options.clone() };
         sensitivities(linearized, &normal_modes(linearized, &options)?)
     };
     put(linearized, modes, &found);
@@ -114,17 +106,13 @@ pub fn has_uncertainties(model: &Model) -> bool {
 /// shapes.
 #[must_use]
 pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivities {
-    let parameters: Vec<usize> = (0..linearized.model().parameters.len())
-        .filter(|parameter| linearized.can_vary(*parameter))
-        .collect();
+    let parameters: Vec<usize> =
+        (0..linearized.model().parameters.len()).filter(|parameter| linearized.can_vary(*parameter)).collect();
     let modes = &*in_units(linearized, modes);
     let rate = linearized.units().map_or(0, Units::rate);
     let whole = linearized.with_multipliers();
     let groups = groups(&modes.modes);
-    let spaces: Vec<Option<Space>> = groups
-        .iter()
-        .map(|group| space(&whole, linearized, modes, group))
-        .collect();
+    let spaces: Vec<Option<Space>> = groups.iter().map(|group| space(&whole, linearized, modes, group)).collect();
     let count = modes.modes.len();
     let mut omega = vec![vec![None; parameters.len()]; count];
     let mut growth = omega.clone();
@@ -141,11 +129,7 @@ pub fn sensitivities(linearized: &Linearized, modes: &NormalModes) -> Sensitivit
             }
         }
     }
-    Sensitivities {
-        parameters,
-        omega,
-        growth,
-    }
+    Sensitivities { parameters, omega, growth }
 }
 
 /// Modes that bounds do not separate, zeros apart, by the number of the first.
@@ -170,19 +154,9 @@ enum Space {
     /// gyroscopic forces between these would leave fewer.
     Zero(usize, Option<Rows<Ball>>),
     /// Modes of M and K: ω², vectors and XᵀMX.
-    Real {
-        square: Ball,
-        vectors: Rows<Ball>,
-        gram: Rows<Ball>,
-    },
+    Real { square: Ball, vectors: Rows<Ball>, gram: Rows<Ball> },
     /// An exponent, its vectors and left vectors, and Yᴴ(2λM + D)X.
-    Complex {
-        place: Place,
-        x: Rows<Enclosed>,
-        y: Rows<Enclosed>,
-        slope: Rows<Enclosed>,
-        kept: Kept,
-    },
+    Complex { place: Place, x: Rows<Enclosed>, y: Rows<Enclosed>, slope: Rows<Enclosed>, kept: Kept },
 }
 
 /// What an exponent keeps to, however parameters change.
@@ -199,12 +173,7 @@ fn hull(balls: impl Iterator<Item = Ball>) -> Option<Ball> {
     balls.reduce(|all, one| all.hull(&one))
 }
 
-fn space(
-    whole: &WithMultipliers,
-    linearized: &Linearized,
-    modes: &NormalModes,
-    group: &[usize],
-) -> Option<Space> {
+fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, group: &[usize]) -> Option<Space> {
     let structure = linearized.structure();
     let own = || group.iter().map(|at| &modes.modes[*at]);
     let first = own().next()?;
@@ -228,51 +197,30 @@ fn space(
         if !linearized.is_constrained() && !cut {
             let vectors = own().map(|mode| {
                 let x = mode.vector.iter();
-                x.map(|x| Ball::from(*x).with_added_radius(mode.vector_error_bound))
-                    .collect::<Vec<Ball>>()
+                x.map(|x| Ball::from(*x).with_added_radius(mode.vector_error_bound)).collect::<Vec<Ball>>()
             });
             let vectors: Rows<Ball> = vectors.collect();
-            if vectors.iter().flatten().all(Ball::is_finite)
-                && vectors.iter().all(|x| x.len() == whole.order)
-            {
+            if vectors.iter().flatten().all(Ball::is_finite) && vectors.iter().all(|x| x.len() == whole.order) {
                 return Some(Space::real(whole, square, vectors));
             }
         }
-        let exponent = Enclosed {
-            re: hull(own().map(|mode| mode.growth))?,
-            im: hull(own().map(|mode| mode.omega))?,
-        };
-        let square_of_exponent = Enclosed {
-            re: -square,
-            im: Ball::ZERO,
-        };
-        let place = Place {
-            exponent,
-            square: square_of_exponent,
-        };
+        let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
+        let square_of_exponent = Enclosed { re: -square, im: Ball::ZERO };
+        let place = Place { exponent, square: square_of_exponent };
         let kernel = bordered::kernel(whole, place, count, true)?;
         let real = |x: Vec<Enclosed>| x.into_iter().map(|x| x.re).collect();
         let vectors = kernel.x.into_iter().map(real).collect();
         return Some(Space::real(whole, square, vectors));
     }
-    let exponent = Enclosed {
-        re: hull(own().map(|mode| mode.growth))?,
-        im: hull(own().map(|mode| mode.omega))?,
-    };
+    let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
     let square = exponent.mul(exponent);
     let place = Place { exponent, square };
     let kernel = bordered::kernel(whole, place, count, false)?;
     let mut slope = form(whole.order, &whole.mass, &kernel.x, &kernel.y);
     let double = exponent.scale(1);
-    slope
-        .iter_mut()
-        .flatten()
-        .for_each(|entry| *entry = entry.mul(double));
+    slope.iter_mut().flatten().for_each(|entry| *entry = entry.mul(double));
     if let Some(velocity) = &whole.velocity {
-        add(
-            &mut slope,
-            form(whole.order, velocity, &kernel.x, &kernel.y),
-        );
+        add(&mut slope, form(whole.order, velocity, &kernel.x, &kernel.y));
     }
     let kept = if count > 1 {
         Kept::Nothing
@@ -283,13 +231,7 @@ fn space(
     } else {
         Kept::Nothing
     };
-    Some(Space::Complex {
-        place,
-        x: kernel.x,
-        y: kernel.y,
-        slope,
-        kept,
-    })
+    Some(Space::Complex { place, x: kernel.x, y: kernel.y, slope, kept })
 }
 
 /// More coordinates than this are not asked for in symbols.
@@ -298,10 +240,7 @@ const MOST_IN_SYMBOLS: usize = 40;
 /// Whether zero modes are such whatever the values of the parameters are: by a symmetry that holds identically, or because Kz = 0 does,
 /// with the parameters as symbols.
 fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
-    let others: Vec<&ZeroMode> = zeros
-        .iter()
-        .filter(|zero| !zero.holds_everywhere())
-        .collect();
+    let others: Vec<&ZeroMode> = zeros.iter().filter(|zero| !zero.holds_everywhere()).collect();
     if others.is_empty() {
         return true;
     }
@@ -311,8 +250,7 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
     let mut own = linearized.symbolic();
     let pool = &mut own.pool;
     let zero = |pool: &mut Pool, row: &[ExprId], vector: &[Number]| {
-        let terms: Vec<(ExprId, Number)> =
-            row.iter().copied().zip(vector.iter().cloned()).collect();
+        let terms: Vec<(ExprId, Number)> = row.iter().copied().zip(vector.iter().cloned()).collect();
         let image = pool.linear(&terms);
         pool.is_zero(image) == ZeroVerdict::Zero
     };
@@ -360,11 +298,7 @@ fn add(sums: &mut Rows<Enclosed>, more: Rows<Enclosed>) {
 }
 
 /// Xᵀ(A - sB)X for symmetric matrices, column by column.
-fn symmetric_form(
-    order: usize,
-    matrix: impl Fn(usize) -> Option<Ball>,
-    vectors: &Rows<Ball>,
-) -> Rows<Ball> {
+fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors: &Rows<Ball>) -> Rows<Ball> {
     let m = vectors.len();
     let mut sums = vec![vec![Ball::ZERO; m]; m];
     for j in 0..order {
@@ -374,21 +308,14 @@ fn symmetric_form(
             };
             for (p, x) in vectors.iter().enumerate() {
                 for (q, y) in vectors.iter().enumerate().take(p + 1) {
-                    let product = if i == j {
-                        x[i] * y[i]
-                    } else {
-                        x[i] * y[j] + x[j] * y[i]
-                    };
+                    let product = if i == j { x[i] * y[i] } else { x[i] * y[j] + x[j] * y[i] };
                     sums[p][q] = sums[p][q] + entry * product;
                 }
             }
         }
     }
     // The other triangle.
-    (0..m * m)
-        .map(|at| (at / m, at % m))
-        .filter(|(p, q)| q > p)
-        .for_each(|(p, q)| sums[p][q] = sums[q][p]);
+    (0..m * m).map(|at| (at / m, at % m)).filter(|(p, q)| q > p).for_each(|(p, q)| sums[p][q] = sums[q][p]);
     sums
 }
 
@@ -403,38 +330,25 @@ fn beginning(
     let real = |re: Ball| Enclosed { re, im: Ball::ZERO };
     let root = square.abs().sqrt();
     let exponent = if square.is_positive() {
-        Enclosed {
-            re: Ball::ZERO,
-            im: root,
-        }
+        Enclosed { re: Ball::ZERO, im: root }
     } else if square.is_negative() {
         real(root)
     } else {
         return None;
     };
-    let x: Rows<Enclosed> = vectors
-        .iter()
-        .map(|x| x.iter().copied().map(real).collect())
-        .collect();
+    let x: Rows<Enclosed> = vectors.iter().map(|x| x.iter().copied().map(real).collect()).collect();
     let weighted = |matrix: &[Ball], factor: Enclosed| -> Rows<Enclosed> {
         let form = form(order, matrix, &x, &x).into_iter();
-        form.map(|row| row.into_iter().map(|entry| entry.mul(factor)).collect())
-            .collect()
+        form.map(|row| row.into_iter().map(|entry| entry.mul(factor)).collect()).collect()
     };
     // -(λ² dM + λ dD + dS) and 2 λ M.
     let mut change = weighted(&slopes.stiffness, real(-Ball::ONE));
     add(&mut change, weighted(&slopes.mass, real(square)));
     if let Some(velocity) = &slopes.velocity {
-        add(
-            &mut change,
-            weighted(velocity, Enclosed::ZERO.sub(exponent)),
-        );
+        add(&mut change, weighted(velocity, Enclosed::ZERO.sub(exponent)));
     }
     let double = exponent.scale(1);
-    let slope: Rows<Enclosed> = gram
-        .iter()
-        .map(|row| row.iter().map(|entry| double.times(*entry)).collect())
-        .collect();
+    let slope: Rows<Enclosed> = gram.iter().map(|row| row.iter().map(|entry| double.times(*entry)).collect()).collect();
     split::general(&change, &slope)
 }
 
@@ -442,11 +356,7 @@ impl Space {
     fn real(whole: &WithMultipliers, square: Ball, vectors: Rows<Ball>) -> Self {
         let mass = |at: usize| Some(whole.mass[at]).filter(|entry| !entry.is_zero());
         let gram = symmetric_form(whole.order, mass, &vectors);
-        Self::Real {
-            square,
-            vectors,
-            gram,
-        }
+        Self::Real { square, vectors, gram }
     }
 
     /// d growth + i d omega of each exponent.
@@ -458,10 +368,7 @@ impl Space {
                 let stays = match (coupled, &slopes.velocity) {
                     (Some(vectors), Some(velocity)) => {
                         let whole = |x: &Vec<Ball>| {
-                            let part = |re: &Ball| Enclosed {
-                                re: *re,
-                                im: Ball::ZERO,
-                            };
+                            let part = |re: &Ball| Enclosed { re: *re, im: Ball::ZERO };
                             x.iter().map(part).collect::<Vec<Enclosed>>()
                         };
                         let order = velocity.len().isqrt();
@@ -470,18 +377,13 @@ impl Space {
                             let change = form(order, velocity, &vectors, &vectors);
                             change.iter().flatten().all(Enclosed::is_zero)
                         };
-                        velocity.iter().all(Ball::is_zero)
-                            || vectors.iter().all(|x| x.len() == order) && unchanged()
+                        velocity.iter().all(Ball::is_zero) || vectors.iter().all(|x| x.len() == order) && unchanged()
                     }
                     _ => true,
                 };
                 stays.then(|| vec![Enclosed::ZERO; *count])
             }
-            Self::Real {
-                square,
-                vectors,
-                gram,
-            } => {
+            Self::Real { square, vectors, gram } => {
                 let order = vectors.first()?.len();
                 let acts = |matrix: &Vec<Ball>| matrix.iter().any(|entry| !entry.is_zero());
                 if slopes.drags || slopes.velocity.as_ref().is_some_and(acts) {
@@ -489,11 +391,7 @@ impl Space {
                 }
                 let change = |at: usize| {
                     let (k, m) = (slopes.stiffness[at], slopes.mass[at]);
-                    if m.is_zero() {
-                        Some(k).filter(|k| !k.is_zero())
-                    } else {
-                        Some(k - *square * m)
-                    }
+                    if m.is_zero() { Some(k).filter(|k| !k.is_zero()) } else { Some(k - *square * m) }
                 };
                 let change = symmetric_form(order, change, vectors);
                 let mut moved = match (change.as_slice(), gram.as_slice()) {
@@ -518,13 +416,7 @@ impl Space {
                 };
                 moved.into_iter().map(part).collect()
             }
-            Self::Complex {
-                place,
-                x,
-                y,
-                slope,
-                kept,
-            } => {
+            Self::Complex { place, x, y, slope, kept } => {
                 let order = x.first()?.len();
                 let mut change = form(order, &slopes.stiffness, x, y);
                 let mut more = |matrix: &[Ball], factor: Enclosed| {
@@ -539,10 +431,8 @@ impl Space {
                 if let Some(velocity) = &slopes.velocity {
                     more(velocity, place.exponent);
                 }
-                let change: Rows<Enclosed> = change
-                    .into_iter()
-                    .map(|row| row.into_iter().map(|x| Enclosed::ZERO.sub(x)).collect())
-                    .collect();
+                let change: Rows<Enclosed> =
+                    change.into_iter().map(|row| row.into_iter().map(|x| Enclosed::ZERO.sub(x)).collect()).collect();
                 let mut moved = split::general(&change, slope)?;
                 for moved in &mut moved {
                     match kept {

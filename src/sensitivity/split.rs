@@ -21,11 +21,8 @@ fn largest_row(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
 /// Johnson, Matrix Analysis, 2nd ed. (2013), theorems 4.3.1 and 4.5.9).
 pub(super) fn symmetric(a: &Rows<Ball>, g: &Rows<Ball>) -> Option<Vec<Ball>> {
     let m = a.len();
-    let middle = |matrix: &Rows<Ball>| {
-        DMatrix::from_fn(m, m, |i, j| {
-            0.5 * (matrix[i][j].mid_f64() + matrix[j][i].mid_f64())
-        })
-    };
+    let middle =
+        |matrix: &Rows<Ball>| DMatrix::from_fn(m, m, |i, j| 0.5 * (matrix[i][j].mid_f64() + matrix[j][i].mid_f64()));
     // In units in which the middle of G is 1.
     let factor = middle(g).cholesky()?.l();
     let inverse = factor.try_inverse()?;
@@ -69,18 +66,12 @@ pub(super) fn symmetric(a: &Rows<Ball>, g: &Rows<Ball>) -> Option<Vec<Ball>> {
     }
     let stretch = Ball::ZERO.with_added_radius(f);
     let mut values: Vec<Ball> = (0..m).map(|i| a[i][i]).collect();
-    values.sort_by(|x, y| {
-        x.mid
-            .partial_cmp(&y.mid)
-            .unwrap_or(std::cmp::Ordering::Equal)
-    });
+    values.sort_by(|x, y| x.mid.partial_cmp(&y.mid).unwrap_or(std::cmp::Ordering::Equal));
     // Weyl holds for the middles in their order; each is off by its own radius, and the largest of these serves all.
     let radius = values.iter().fold(0.0_f64, |most, x| most.max(x.radius));
     let values: Vec<Ball> = values
         .into_iter()
-        .map(|value| {
-            Ball::from(value.mid).with_added_radius(up(radius + e)) / (Ball::ONE + stretch)
-        })
+        .map(|value| Ball::from(value.mid).with_added_radius(up(radius + e)) / (Ball::ONE + stretch))
         .collect();
     values.iter().all(Ball::is_finite).then_some(values)
 }
@@ -104,9 +95,7 @@ pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Encl
     if !product.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
         return None;
     }
-    let product = Mat::from_fn(m, m, |i, j| {
-        c64::new(product[(i, j)].re, product[(i, j)].im)
-    });
+    let product = Mat::from_fn(m, m, |i, j| c64::new(product[(i, j)].re, product[(i, j)].im));
     let eigen = product.eigen().ok()?;
     let vectors = Dense::from_fn(m, m, |i, j| {
         let entry = eigen.U()[(i, j)];
@@ -120,10 +109,7 @@ pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Encl
     let (vectors, inverse) = (exact(&vectors), exact(&inverse));
     let turned = |matrix: &Rows<Enclosed>| times(&inverse, &times(matrix, &vectors));
     let (h, g) = (turned(a), turned(g));
-    let one = Enclosed {
-        re: Ball::ONE,
-        im: Ball::ZERO,
-    };
+    let one = Enclosed { re: Ball::ONE, im: Ball::ZERO };
     let f = largest_row(m, |i, j| {
         let unit = if i == j { one } else { Enclosed::ZERO };
         g[i][j].sub(unit).size()
@@ -172,9 +158,7 @@ fn joined(mut discs: Vec<Enclosed>) -> Vec<Enclosed> {
 
 fn times(a: &Rows<Enclosed>, b: &Rows<Enclosed>) -> Rows<Enclosed> {
     let m = b.len();
-    let entry = |row: &Vec<Enclosed>, j: usize| {
-        (0..m).fold(Enclosed::ZERO, |sum, k| sum.add(row[k].mul(b[k][j])))
-    };
+    let entry = |row: &Vec<Enclosed>, j: usize| (0..m).fold(Enclosed::ZERO, |sum, k| sum.add(row[k].mul(b[k][j])));
     let row = |row: &Vec<Enclosed>| (0..m).map(|j| entry(row, j)).collect();
     a.iter().map(row).collect()
 }

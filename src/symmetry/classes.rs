@@ -49,9 +49,7 @@ impl Classes {
             GroupKind::Other => of_other(symmetry)?,
         };
         names.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let weight = terms
-            .iter()
-            .fold(1.0, |sum, (factor, _)| sum + factor.abs());
+        let weight = terms.iter().fold(1.0, |sum, (factor, _)| sum + factor.abs());
         let mut factors = vec![0.0; symmetry.active.len()];
         let mut touched = Vec::new();
         let column = |i: usize| -> Vec<(usize, f64)> {
@@ -64,17 +62,10 @@ impl Classes {
             touched.sort_unstable();
             touched.dedup();
             let entries = touched.iter();
-            entries
-                .map(|to| (*to, std::mem::take(&mut factors[*to])))
-                .collect()
+            entries.map(|to| (*to, std::mem::take(&mut factors[*to]))).collect()
         };
         let sum = (0..symmetry.active.len()).map(column).collect();
-        Some(Self {
-            sum,
-            weight,
-            names,
-            active: symmetry.active.clone(),
-        })
+        Some(Self { sum, weight, names, active: symmetry.active.clone() })
     }
 
     /// The class of a vector whose components are known within `error`; `None` where it has parts in
@@ -89,10 +80,7 @@ impl Classes {
         if error.is_nan() || allowed > 1e-3 * largest {
             return None;
         }
-        let outside = vector
-            .iter()
-            .zip(&self.active)
-            .filter(|(_, active)| !**active);
+        let outside = vector.iter().zip(&self.active).filter(|(_, active)| !**active);
         if outside.into_iter().any(|(value, _)| value.abs() > allowed) {
             return None;
         }
@@ -106,17 +94,11 @@ impl Classes {
         let product: f64 = vector.iter().zip(&sum).map(|(x, y)| x * y).sum();
         let value = product / square;
         let pairs = sum.iter().zip(vector);
-        if pairs
-            .into_iter()
-            .any(|(y, x)| (y - value * x).abs() > self.weight * allowed)
-        {
+        if pairs.into_iter().any(|(y, x)| (y - value * x).abs() > self.weight * allowed) {
             return None;
         }
-        let mut nearest: Vec<(f64, &str)> = self
-            .names
-            .iter()
-            .map(|(at, name)| ((at - value).abs(), name.as_str()))
-            .collect();
+        let mut nearest: Vec<(f64, &str)> =
+            self.names.iter().map(|(at, name)| ((at - value).abs(), name.as_str())).collect();
         nearest.sort_by(|a, b| a.0.total_cmp(&b.0));
         match nearest.as_slice() {
             [(distance, name), rest @ ..] => {
@@ -137,18 +119,13 @@ fn of_mirrors(symmetry: &Symmetry, mirrors: &[SignedPermutation]) -> Option<Told
     }
     let weights: Vec<f64> = (0..mirrors.len()).map(|at| 3_f64.powi(at as i32)).collect();
     let names = (0_u32..1 << mirrors.len()).map(|signs| {
-        let odd: Vec<bool> = (0..mirrors.len())
-            .map(|at| signs & (1 << at) != 0)
-            .collect();
+        let odd: Vec<bool> = (0..mirrors.len()).map(|at| signs & (1 << at) != 0).collect();
         let values = weights.iter().zip(&odd);
         let value = values.map(|(weight, odd)| if *odd { -weight } else { *weight });
         (value.sum(), symmetry.class_under_mirrors(&odd))
     });
     let names = names.collect();
-    Some((
-        weights.into_iter().zip(mirrors.iter().cloned()).collect(),
-        names,
-    ))
+    Some((weights.into_iter().zip(mirrors.iter().cloned()).collect(), names))
 }
 
 /// The name of the class of a wave number.
@@ -160,9 +137,7 @@ pub fn wave_number(j: usize) -> String {
 fn of_ring(turn: &SignedPermutation, length: usize) -> Told {
     let terms = vec![(1.0, turn.clone()), (1.0, turn.inverse())];
     let angle = std::f64::consts::TAU / length as f64;
-    let names = (0..=length / 2)
-        .map(|j| (2.0 * (angle * j as f64).cos(), wave_number(j)))
-        .collect();
+    let names = (0..=length / 2).map(|j| (2.0 * (angle * j as f64).cos(), wave_number(j))).collect();
     (terms, names)
 }
 

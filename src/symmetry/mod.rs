@@ -260,18 +260,13 @@ impl Symmetry {
         };
         let is_mirror = unsigned.order == 2.0 && unsigned.generators.iter().all(acts_everywhere);
         let plain = Self::of(unsigned.generators, unsigned.order, &active, &parts);
-        let is_ring = |found: &Self| {
-            matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0)
-        };
+        let is_ring = |found: &Self| matches!(found.kind, GroupKind::Ring { .. }) && parts.iter().all(|p| *p == 0);
         if is_mirror || plain.as_ref().is_some_and(is_ring) {
             return plain;
         }
         match Self::find_signed(pattern) {
             Some(signed) if signed.order > unsigned.order => Some(signed),
-            Some(_) | None => plain.map(|plain| Self {
-                whole: true,
-                ..plain
-            }),
+            Some(_) | None => plain.map(|plain| Self { whole: true, ..plain }),
         }
     }
 
@@ -286,8 +281,7 @@ impl Symmetry {
     #[must_use]
     pub fn may_have_classes(pattern: &Pattern) -> bool {
         let active = pattern.active();
-        pattern.all_differ(&active) == Some(false)
-            && !classes::too_many(pattern.most_alike(&active), pattern.len())
+        pattern.all_differ(&active) == Some(false) && !classes::too_many(pattern.most_alike(&active), pattern.len())
     }
 
     /// The whole group with signs.
@@ -295,30 +289,15 @@ impl Symmetry {
     pub fn find_signed(pattern: &Pattern) -> Option<Self> {
         let active = pattern.active();
         let signed = pattern.signed_permutations(&active, EFFORT)?;
-        let found = Self::of(
-            signed.generators,
-            signed.order,
-            &active,
-            &pattern.components(),
-        );
-        found.map(|found| Self {
-            whole: true,
-            ..found
-        })
+        let found = Self::of(signed.generators, signed.order, &active, &pattern.components());
+        found.map(|found| Self { whole: true, ..found })
     }
 
-    fn of(
-        generators: Vec<SignedPermutation>,
-        order: f64,
-        active: &[bool],
-        parts: &[usize],
-    ) -> Option<Self> {
+    fn of(generators: Vec<SignedPermutation>, order: f64, active: &[bool], parts: &[usize]) -> Option<Self> {
         if generators.is_empty() {
             return None;
         }
-        let kind = ring(&generators, order, active)
-            .or_else(|| mirrors(&generators))
-            .unwrap_or(GroupKind::Other);
+        let kind = ring(&generators, order, active).or_else(|| mirrors(&generators)).unwrap_or(GroupKind::Other);
         let flips = parts.iter().max().map_or(0, |last| last + 1);
         Some(Self {
             generators,
@@ -327,10 +306,7 @@ impl Symmetry {
             active: active.to_vec(),
             parts: parts.to_vec(),
             whole: false,
-            flips: (0..flips)
-                .filter(|_| flips > 1)
-                .map(|part| flipped(parts, |own| own == part))
-                .collect(),
+            flips: (0..flips).filter(|_| flips > 1).map(|part| flipped(parts, |own| own == part)).collect(),
             points: None,
         })
     }
@@ -360,11 +336,7 @@ impl Symmetry {
     #[must_use]
     pub fn kept(&self, keeps: &mut dyn FnMut(&SignedPermutation) -> bool) -> Option<Self> {
         let count = self.parts.iter().max().map_or(0, |last| last + 1);
-        let masks = if count <= MOST_PARTS {
-            (0..1_u32 << count).collect()
-        } else {
-            vec![0, u32::MAX]
-        };
+        let masks = if count <= MOST_PARTS { (0..1_u32 << count).collect() } else { vec![0, u32::MAX] };
         let signs = |mask: &u32| {
             let turned = |part: usize| mask >> part.min(31) & 1 == 1;
             flipped(&self.parts, turned)
@@ -375,8 +347,7 @@ impl Symmetry {
             all.sort_by_cached_key(|g| (g.negatives(), g.clone()));
             all.into_iter().find(|g| keeps(g))
         };
-        let lifts: Vec<Option<SignedPermutation>> =
-            self.generators.iter().map(&mut lifted).collect();
+        let lifts: Vec<Option<SignedPermutation>> = self.generators.iter().map(&mut lifted).collect();
         let all_stand = lifts.iter().all(Option::is_some);
         let mut generators: Vec<SignedPermutation> = lifts.into_iter().flatten().collect();
         let mut order = self.order;
@@ -409,23 +380,14 @@ impl Symmetry {
     /// The class of vectors that are odd under some of the mirrors that are its kind.
     #[must_use]
     pub fn class_under_mirrors(&self, odd: &[bool]) -> String {
-        let words: Vec<&str> = odd
-            .iter()
-            .map(|odd| if *odd { "odd" } else { "even" })
-            .collect();
+        let words: Vec<&str> = odd.iter().map(|odd| if *odd { "odd" } else { "even" }).collect();
         let (GroupKind::Mirrors(mirrors), Some(points)) = (&self.kind, &self.points) else {
             return words.join(", ");
         };
-        let mut all = vec![(
-            SignedPermutation::unsigned((0..self.parts.len()).collect()),
-            1.0,
-        )];
+        let mut all = vec![(SignedPermutation::unsigned((0..self.parts.len()).collect()), 1.0)];
         for (mirror, odd) in mirrors.iter().zip(odd) {
             let sign = if *odd { -1.0 } else { 1.0 };
-            let more: Vec<_> = all
-                .iter()
-                .map(|(g, own)| (mirror.after(g), own * sign))
-                .collect();
+            let more: Vec<_> = all.iter().map(|(g, own)| (mirror.after(g), own * sign)).collect();
             all.extend(more);
         }
         let character = |g: &SignedPermutation| {
@@ -438,10 +400,7 @@ impl Symmetry {
 
 /// The change of sign of some parts.
 fn flipped(parts: &[usize], which: impl Fn(usize) -> bool) -> SignedPermutation {
-    SignedPermutation {
-        image: (0..parts.len()).collect(),
-        negative: parts.iter().map(|part| which(*part)).collect(),
-    }
+    SignedPermutation { image: (0..parts.len()).collect(), negative: parts.iter().map(|part| which(*part)).collect() }
 }
 
 /// Mirrors undo themselves and each other's order does not matter.
@@ -470,11 +429,8 @@ fn ring(generators: &[SignedPermutation], order: f64, active: &[bool]) -> Option
             moved == turn || moved == back
         };
         let cycle = cycles(&turn);
-        let joins =
-            |g: &SignedPermutation| (0..g.len()).any(|i| active[i] && cycle[g.of(i).0] != cycle[i]);
-        if (order == turns || order == 2.0 * turns)
-            && generators.iter().all(|g| keeps(g) && !joins(g))
-        {
+        let joins = |g: &SignedPermutation| (0..g.len()).any(|i| active[i] && cycle[g.of(i).0] != cycle[i]);
+        if (order == turns || order == 2.0 * turns) && generators.iter().all(|g| keeps(g) && !joins(g)) {
             return Some(GroupKind::Ring { turn, length });
         }
     }

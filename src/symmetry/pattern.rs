@@ -28,11 +28,7 @@ impl Pattern {
     /// A pattern without entries.
     #[must_use]
     pub fn new(coordinates: usize) -> Self {
-        Self {
-            rows: vec![Vec::new(); coordinates],
-            diagonal: vec![0; coordinates],
-            held: vec![false; coordinates],
-        }
+        Self { rows: vec![Vec::new(); coordinates], diagonal: vec![0; coordinates], held: vec![false; coordinates] }
     }
 
     /// How many coordinates there are.
@@ -49,10 +45,7 @@ impl Pattern {
 
     /// Says what stands on the diagonal; `held` where the stiffness is not 0.
     pub fn set_diagonal(&mut self, coordinate: usize, label: u64, held: bool) {
-        if let (Some(own), Some(is_held)) = (
-            self.diagonal.get_mut(coordinate),
-            self.held.get_mut(coordinate),
-        ) {
+        if let (Some(own), Some(is_held)) = (self.diagonal.get_mut(coordinate), self.held.get_mut(coordinate)) {
             *own = label;
             *is_held |= held;
         }
@@ -126,9 +119,7 @@ impl Pattern {
     /// from all others.
     fn colours(&self, active: &[bool]) -> Vec<u64> {
         let diagonal = self.diagonal.iter().zip(active).enumerate();
-        diagonal
-            .map(|(i, (label, active))| if *active { 2 * label } else { 2 * i as u64 + 1 })
-            .collect()
+        diagonal.map(|(i, (label, active))| if *active { 2 * label } else { 2 * i as u64 + 1 }).collect()
     }
 
     /// Whether no two coordinates can be exchanged, whatever the signs; `None` where the effort does
@@ -143,23 +134,15 @@ impl Pattern {
             let labels = row.iter().map(|(j, label)| (*j, label.unsigned_abs()));
             labels.collect()
         };
-        let graph = Graph {
-            colours: self.colours(active),
-            rows: self.rows.iter().map(row).collect(),
-            opposites: false,
-        };
+        let graph =
+            Graph { colours: self.colours(active), rows: self.rows.iter().map(row).collect(), opposites: false };
         graph.all_differ(super::EFFORT)
     }
 
     /// The graph for permutations without signs.
     fn unsigned(&self, active: &[bool]) -> Graph {
-        let row =
-            |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
-        Graph {
-            colours: self.colours(active),
-            rows: self.rows.iter().map(row).collect(),
-            opposites: false,
-        }
+        let row = |row: &Vec<(usize, i64)>| row.iter().map(|(j, label)| (*j, *label as u64)).collect();
+        Graph { colours: self.colours(active), rows: self.rows.iter().map(row).collect(), opposites: false }
     }
 
     /// The largest number of coordinates of which any two can be exchanged while all others stay.
@@ -171,25 +154,15 @@ impl Pattern {
     pub(super) fn permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
         let found = self.unsigned(active).automorphisms(effort)?;
         let generators = found.generators.into_iter();
-        Some(Permutations {
-            generators: generators.map(SignedPermutation::unsigned).collect(),
-            order: found.order,
-        })
+        Some(Permutations { generators: generators.map(SignedPermutation::unsigned).collect(), order: found.order })
     }
 
     /// The permutations with signs, without those that only change signs.
     ///
     /// Coordinate i becomes two vertices, 2i for itself and 2i + 1 for its opposite, joined by an edge
     /// of a label of its own; an entry joins equal ends by its label and opposite ones by the opposite.
-    pub(super) fn signed_permutations(
-        &self,
-        active: &[bool],
-        effort: usize,
-    ) -> Option<Permutations> {
-        let mut graph = Graph {
-            opposites: true,
-            ..Graph::default()
-        };
+    pub(super) fn signed_permutations(&self, active: &[bool], effort: usize) -> Option<Permutations> {
+        let mut graph = Graph { opposites: true, ..Graph::default() };
         for (i, colour) in self.colours(active).into_iter().enumerate() {
             for opposite in [0, 1] {
                 let mut row: Vec<(usize, u64)> = vec![(2 * i + 1 - opposite, 0)];

@@ -65,11 +65,7 @@ fn moved(bodies: &Bodies, axes: &SignedPermutation) -> Option<Element> {
         let mut image = vec![0; place.len()];
         for (k, value) in place.iter().enumerate() {
             let (to, negative) = axes.of(k);
-            image[to] = if negative {
-                crate::expr::neg_mod(*value)
-            } else {
-                *value
-            };
+            image[to] = if negative { crate::expr::neg_mod(*value) } else { *value };
         }
         let other = *at.get(image.as_slice())?;
         fixes_bodies &= other == body;
@@ -79,21 +75,13 @@ fn moved(bodies: &Bodies, axes: &SignedPermutation) -> Option<Element> {
             moves.negative[own[body]] = negative;
         }
     }
-    Some(Element {
-        moves,
-        axes: axes.clone(),
-        fixes_bodies,
-    })
+    Some(Element { moves, axes: axes.clone(), fixes_bodies })
 }
 
 impl Symmetry {
     /// The symmetry of bodies: the turns and mirrors of the axes that leave the energies unchanged, as they act
     /// where some force holds.
-    pub(super) fn of_bodies(
-        bodies: &Bodies,
-        pattern: &Pattern,
-        energies: &mut Invariance,
-    ) -> Option<Self> {
+    pub(super) fn of_bodies(bodies: &Bodies, pattern: &Pattern, energies: &mut Invariance) -> Option<Self> {
         let active = pattern.active();
         let parts = pattern.components();
         let width = bodies.axes.len();
@@ -129,9 +117,8 @@ impl Symmetry {
         own.flips.clear();
         own.whole = true;
         let straight = row(bodies).filter(|_| width == 3);
-        let straight = straight.is_some_and(|k| {
-            energies.turns_freely(&bodies.axes[(k + 1) % 3], &bodies.axes[(k + 2) % 3])
-        });
+        let straight =
+            straight.is_some_and(|k| energies.turns_freely(&bodies.axes[(k + 1) % 3], &bodies.axes[(k + 2) % 3]));
         own.points = (faithful && elements.len() > 2).then_some(PointGroup { elements, straight });
         Some(own)
     }
@@ -209,15 +196,9 @@ impl PointGroup {
     }
 
     /// The name of a class, given what each element is on it, divided by how many vectors belong together.
-    pub(super) fn name(
-        &self,
-        character: &dyn Fn(&SignedPermutation) -> Option<f64>,
-    ) -> Option<String> {
-        let all: Option<Vec<(&Element, f64)>> = self
-            .elements
-            .iter()
-            .map(|element| Some((element, character(&element.moves)?)))
-            .collect();
+    pub(super) fn name(&self, character: &dyn Fn(&SignedPermutation) -> Option<f64>) -> Option<String> {
+        let all: Option<Vec<(&Element, f64)>> =
+            self.elements.iter().map(|element| Some((element, character(&element.moves)?))).collect();
         let all = all?;
         let with = |turn: Turn| all.iter().filter(move |(own, _)| own.turn() == turn);
         let sign = |turn: Turn| with(turn).next().map(|(_, value)| *value > 0.0);
@@ -285,8 +266,7 @@ impl PointGroup {
         }
         // The mirror of x and z before that of y and z, which is the plane of a plane molecule.
         let flips_second = |own: &Element| axis.is_some_and(|k| own.keeps((k + 2) % 3, true));
-        references
-            .sort_by_key(|(own, _)| (own.fixes_bodies, !own.along_axes(), !flips_second(own)));
+        references.sort_by_key(|(own, _)| (own.fixes_bodies, !own.along_axes(), !flips_second(own)));
         let number = number(references.first().map(|(_, value)| *value > 0.0));
         Some(format!("{letter}{number}{parity}"))
     }

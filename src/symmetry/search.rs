@@ -70,12 +70,7 @@ impl Graph {
 
     /// Colours vertices anew by what they see until that tells no more of them apart. A hash that
     /// comes out equal by chance tells too few apart, which costs time and nothing else.
-    fn refine(
-        &self,
-        mixed: &[Vec<(usize, u64)>],
-        colours: &mut Vec<u64>,
-        effort: &mut Effort,
-    ) -> Option<Vec<u64>> {
+    fn refine(&self, mixed: &[Vec<(usize, u64)>], colours: &mut Vec<u64>, effort: &mut Effort) -> Option<Vec<u64>> {
         let mut before = sorted(colours);
         let mut count = distinct(&before);
         let mut rounds = 1;
@@ -103,8 +98,7 @@ impl Graph {
 
     /// The rows with labels in which every bit counts.
     fn mixed(&self) -> Vec<Vec<(usize, u64)>> {
-        let row =
-            |row: &Vec<(usize, u64)>| row.iter().map(|(j, label)| (*j, mix(*label))).collect();
+        let row = |row: &Vec<(usize, u64)>| row.iter().map(|(j, label)| (*j, mix(*label))).collect();
         self.rows.iter().map(row).collect()
     }
 
@@ -125,9 +119,7 @@ impl Graph {
         let mut labels: Vec<u64> = Vec::new();
         for (i, row) in self.rows.iter().enumerate() {
             let seen = |j: usize, label: u64| mix(j as u64 ^ mix(label));
-            let sum = row.iter().fold(mix(self.colours[i]), |sum, (j, label)| {
-                sum.wrapping_add(seen(*j, *label))
-            });
+            let sum = row.iter().fold(mix(self.colours[i]), |sum, (j, label)| sum.wrapping_add(seen(*j, *label)));
             labels.clear();
             labels.extend(row.iter().map(|(_, label)| *label));
             labels.sort_unstable();
@@ -139,9 +131,7 @@ impl Graph {
         keys.sort_unstable();
         let alike = keys.chunk_by(|a, b| a.0 == b.0).map(|group| {
             let first = group[0].1;
-            let exchanged = group[1..]
-                .iter()
-                .filter(|(_, i)| self.exchange(first, *i).is_some());
+            let exchanged = group[1..].iter().filter(|(_, i)| self.exchange(first, *i).is_some());
             1 + exchanged.count()
         });
         alike.max().unwrap_or(0)
@@ -175,55 +165,34 @@ impl Graph {
         kept.then(|| (0..self.rows.len()).map(image).collect())
     }
 
-    fn level(
-        &self,
-        mixed: &[Vec<(usize, u64)>],
-        mut colours: Vec<u64>,
-        effort: &mut Effort,
-    ) -> Option<Level> {
+    fn level(&self, mixed: &[Vec<(usize, u64)>], mut colours: Vec<u64>, effort: &mut Effort) -> Option<Level> {
         let sorted = self.refine(mixed, &mut colours, effort)?;
         let base = smallest_cell(&colours, &sorted);
-        Some(Level {
-            colours,
-            sorted,
-            base,
-        })
+        Some(Level { colours, sorted, base })
     }
 
     /// Whether a permutation keeps colours and edges.
     fn keeps(&self, image: &[usize]) -> bool {
         let mut row_image: Vec<(usize, u64)> = Vec::new();
-        self.rows
-            .iter()
-            .zip(&self.colours)
-            .enumerate()
-            .all(|(i, (row, colour))| {
-                let Some(to) = image.get(i).copied() else {
-                    return false;
-                };
-                row_image.clear();
-                row_image.extend(
-                    row.iter()
-                        .filter_map(|(j, label)| Some((*image.get(*j)?, *label))),
-                );
-                row_image.sort_unstable();
-                self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
-            })
+        self.rows.iter().zip(&self.colours).enumerate().all(|(i, (row, colour))| {
+            let Some(to) = image.get(i).copied() else {
+                return false;
+            };
+            row_image.clear();
+            row_image.extend(row.iter().filter_map(|(j, label)| Some((*image.get(*j)?, *label))));
+            row_image.sort_unstable();
+            self.colours.get(to) == Some(colour) && self.rows.get(to) == Some(&row_image)
+        })
     }
 
     /// The automorphism group; `None` where the effort does not suffice.
     pub(super) fn automorphisms(&self, effort: usize) -> Option<Automorphisms> {
         let mut effort = Effort(effort);
-        let mut found = Automorphisms {
-            generators: Vec::new(),
-            order: 1.0,
-        };
+        let mut found = Automorphisms { generators: Vec::new(), order: 1.0 };
         let mixed = self.mixed();
         let mut levels = vec![self.level(&mixed, self.colours.clone(), &mut effort)?];
         while let Some(base) = levels.last().and_then(|level| level.base) {
-            let colours = levels
-                .last()
-                .map_or_else(Vec::new, |level| level.colours.clone());
+            let colours = levels.last().map_or_else(Vec::new, |level| level.colours.clone());
             levels.push(self.level(&mixed, singled_out(colours, base), &mut effort)?);
         }
         for depth in (0..levels.len()).rev() {
@@ -238,10 +207,7 @@ impl Graph {
             let mut refused: Vec<usize> = Vec::new();
             for to in 0..self.rows.len() {
                 let known = orbits.of(to);
-                if levels[depth].colours[to] != colour
-                    || known == orbits.of(base)
-                    || refused.contains(&known)
-                {
+                if levels[depth].colours[to] != colour || known == orbits.of(base) || refused.contains(&known) {
                     continue;
                 }
                 // Base vertices are the first of their kind, so that the search would find no other.
@@ -259,9 +225,7 @@ impl Graph {
                 }
             }
             let own = orbits.of(base);
-            let size = (0..self.rows.len())
-                .filter(|i| orbits.of(*i) == own)
-                .count();
+            let size = (0..self.rows.len()).filter(|i| orbits.of(*i) == own).count();
             found.order *= size as f64;
         }
         Some(found)
@@ -297,8 +261,7 @@ impl Graph {
                     open.extend(choices.into_iter().map(|j| (colours.clone(), depth + 1, j)));
                 }
                 None => {
-                    let mut places: Vec<(u64, usize)> =
-                        colours.iter().copied().zip(0..colours.len()).collect();
+                    let mut places: Vec<(u64, usize)> = colours.iter().copied().zip(0..colours.len()).collect();
                     places.sort_unstable();
                     let image: Vec<usize> = source
                         .colours
@@ -330,9 +293,7 @@ fn singled_out(mut colours: Vec<u64>, vertex: usize) -> Vec<u64> {
 fn smallest_cell(colours: &[u64], sorted: &[u64]) -> Option<usize> {
     let cells = sorted.chunk_by(|a, b| a == b).filter(|cell| cell.len() > 1);
     let smallest = cells.min_by_key(|cell| cell.len())?;
-    colours
-        .iter()
-        .position(|colour| Some(colour) == smallest.first())
+    colours.iter().position(|colour| Some(colour) == smallest.first())
 }
 
 /// Vertices that can be taken to each other.
@@ -370,17 +331,8 @@ mod tests {
 
     /// Every vertex beside every other, by labels and colours that are given.
     fn complete(count: usize, label: impl Fn(usize, usize) -> u64, colours: Vec<u64>) -> Graph {
-        let row = |i: usize| {
-            (0..count)
-                .filter(|j| *j != i)
-                .map(|j| (j, label(i, j)))
-                .collect()
-        };
-        Graph {
-            colours,
-            rows: (0..count).map(row).collect(),
-            opposites: false,
-        }
+        let row = |i: usize| (0..count).filter(|j| *j != i).map(|j| (j, label(i, j))).collect();
+        Graph { colours, rows: (0..count).map(row).collect(), opposites: false }
     }
 
     #[test]
@@ -390,11 +342,7 @@ mod tests {
         assert_eq!(complete(7, one, vec![0, 0, 1, 1, 1, 1, 0]).most_alike(), 4);
         // The edges of a ring of six have a label of their own: its turns exchange no two vertices alone.
         let ring = |i: usize, j: usize| {
-            if [1, 5].contains(&i.abs_diff(j)) {
-                2
-            } else {
-                1
-            }
+            if [1, 5].contains(&i.abs_diff(j)) { 2 } else { 1 }
         };
         assert_eq!(complete(6, ring, vec![0; 6]).most_alike(), 1);
         // The hub of a star is like none of its ends, which have no edges between them.

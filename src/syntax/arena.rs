@@ -6,9 +6,7 @@
 
 use std::fmt::{self, Debug, Formatter};
 
-use super::ast::{
-    Comparison, Expr, ExprKind, ExprRef, Factor, Indices, Name, Term, Unit, UnitKind, UnitRef,
-};
+use super::ast::{Comparison, Expr, ExprKind, ExprRef, Factor, Indices, Name, Term, Unit, UnitKind, UnitRef};
 use crate::span::Span;
 
 /// Texts, most of which come again and again.
@@ -33,9 +31,7 @@ impl Texts {
             None => 0,
         };
         let end = self.ends.get(at).copied().unwrap_or(start);
-        self.letters
-            .get(start as usize..end as usize)
-            .unwrap_or_default()
+        self.letters.get(start as usize..end as usize).unwrap_or_default()
     }
 
     fn add(&mut self, text: &str) -> u32 {
@@ -46,9 +42,7 @@ impl Texts {
             self.recent.resize(slots, u32::MAX);
         }
         // The hash of Fowler, Noll and Vo.
-        let hash = text.bytes().fold(0x811c_9dc5_u32, |hash, byte| {
-            (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193)
-        });
+        let hash = text.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
         // A power of two.
         let slot = (hash ^ hash >> 16) as usize & (self.recent.len() - 1);
         if let Some(&number) = self.recent.get(slot)
@@ -252,40 +246,19 @@ impl Expressions {
         let (first, second) = (self.child(payload), self.child(payload + 1));
         let members = |at| list(&self.children, at, node.length(), |length| length);
         let name = |number: ExprRef| &self.names[number.0 as usize];
-        let compare = |operator| ExprKind::Compare {
-            operator,
-            left: first,
-            right: second,
-        };
+        let compare = |operator| ExprKind::Compare { operator, left: first, right: second };
         let kind = match node.form() {
             Form::Number => ExprKind::Number(self.texts.get(payload as u32)),
             Form::Name => ExprKind::Name(self.texts.get(payload as u32)),
-            Form::Index => ExprKind::Index {
-                base: first,
-                indices: members(payload + 1),
-            },
-            Form::Field => ExprKind::Field {
-                base: first,
-                field: name(second),
-            },
+            Form::Index => ExprKind::Index { base: first, indices: members(payload + 1) },
+            Form::Field => ExprKind::Field { base: first, field: name(second) },
             Form::Prime => ExprKind::Prime(only),
             Form::Negate => ExprKind::Negate(only),
-            Form::Power => ExprKind::Power {
-                base: first,
-                exponent: second,
-            },
-            Form::Product => {
-                ExprKind::Product(list(&self.factors, payload, node.length(), Factor::value))
-            }
+            Form::Power => ExprKind::Power { base: first, exponent: second },
+            Form::Product => ExprKind::Product(list(&self.factors, payload, node.length(), Factor::value)),
             Form::Sum => ExprKind::Sum(list(&self.terms, payload, node.length(), Term::value)),
-            Form::Call => ExprKind::Call {
-                function: name(first),
-                arguments: members(payload + 1),
-            },
-            Form::SumOver => ExprKind::SumOver {
-                indices: &self.indices[first.0 as usize],
-                body: second,
-            },
+            Form::Call => ExprKind::Call { function: name(first), arguments: members(payload + 1) },
+            Form::SumOver => ExprKind::SumOver { indices: &self.indices[first.0 as usize], body: second },
             Form::Vector => ExprKind::Vector(members(payload)),
             Form::Equal => compare(Comparison::Equal),
             Form::NotEqual => compare(Comparison::NotEqual),
@@ -297,10 +270,7 @@ impl Expressions {
             Form::And => ExprKind::And(members(payload)),
             Form::Or => ExprKind::Or(members(payload)),
         };
-        Expr {
-            span: node.span,
-            kind,
-        }
+        Expr { span: node.span, kind }
     }
 
     /// Adds an expression, whose children are there already.
@@ -339,10 +309,7 @@ impl Expressions {
                 length = push_list(&mut self.terms, terms, |n| Term::new(false, n));
                 (Form::Sum, here)
             }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
+            ExprKind::Call { function, arguments } => {
                 let function = self.push_name(function);
                 self.children.push(function);
                 list(&mut self.children, arguments);
@@ -358,11 +325,7 @@ impl Expressions {
                 list(&mut self.children, members);
                 (Form::Vector, here)
             }
-            ExprKind::Compare {
-                operator,
-                left,
-                right,
-            } => {
+            ExprKind::Compare { operator, left, right } => {
                 self.children.extend([left, right]);
                 let form = match operator {
                     Comparison::Equal => Form::Equal,
@@ -385,10 +348,7 @@ impl Expressions {
             }
         };
         let word = (payload as u32) << LENGTH_BITS | length as u32;
-        self.nodes.push(Node {
-            span: expr.span,
-            word: word << FORM_BITS | form as u32,
-        });
+        self.nodes.push(Node { span: expr.span, word: word << FORM_BITS | form as u32 });
         ExprRef(self.nodes.len() as u32 - 1)
     }
 
@@ -493,16 +453,10 @@ impl Units {
         let kind = match form {
             UnitForm::One => UnitKind::One,
             UnitForm::Name(number) => UnitKind::Name(self.texts.get(number)),
-            UnitForm::Product(start, end) => UnitKind::Product(
-                self.factors
-                    .get(start as usize..end as usize)
-                    .unwrap_or_default(),
-            ),
-            UnitForm::Power(base, numerator, denominator) => UnitKind::Power {
-                base,
-                numerator,
-                denominator,
-            },
+            UnitForm::Product(start, end) => {
+                UnitKind::Product(self.factors.get(start as usize..end as usize).unwrap_or_default())
+            }
+            UnitForm::Power(base, numerator, denominator) => UnitKind::Power { base, numerator, denominator },
         };
         Unit { span, kind }
     }
@@ -522,11 +476,7 @@ impl Units {
                 self.factors.extend(factors);
                 UnitForm::Product(start, self.factors.len() as u32)
             }
-            UnitKind::Power {
-                base,
-                numerator,
-                denominator,
-            } => UnitForm::Power(base, numerator, denominator),
+            UnitKind::Power { base, numerator, denominator } => UnitForm::Power(base, numerator, denominator),
         };
         self.nodes.push((unit.span, form));
         UnitRef(self.nodes.len() as u32 - 1)

@@ -42,19 +42,13 @@ impl File {
     /// The expression behind a reference of this file; an empty vector behind one of another.
     #[must_use]
     pub fn expr(&self, at: ExprRef) -> Expr<'_> {
-        self.expressions.get(at).unwrap_or(Expr {
-            span: Span::default(),
-            kind: ExprKind::Vector(&[]),
-        })
+        self.expressions.get(at).unwrap_or(Expr { span: Span::default(), kind: ExprKind::Vector(&[]) })
     }
 
     /// The unit behind a reference of this file; a pure number behind one of another.
     #[must_use]
     pub fn unit(&self, at: UnitRef) -> Unit<'_> {
-        self.units.get(at).unwrap_or(Unit {
-            span: Span::default(),
-            kind: UnitKind::One,
-        })
+        self.units.get(at).unwrap_or(Unit { span: Span::default(), kind: UnitKind::One })
     }
 }
 
@@ -343,11 +337,7 @@ impl Member {
     const INVERTED: u32 = 1 << 31;
 
     const fn new(inverted: bool, value: ExprRef) -> Self {
-        Self(if inverted {
-            value.0 | Self::INVERTED
-        } else {
-            value.0
-        })
+        Self(if inverted { value.0 | Self::INVERTED } else { value.0 })
     }
 
     const fn inverted(self) -> bool {
@@ -361,12 +351,7 @@ impl Member {
 
 impl Debug for Member {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}{:?}",
-            if self.inverted() { "inverted " } else { "" },
-            self.value()
-        )
+        write!(f, "{}{:?}", if self.inverted() { "inverted " } else { "" }, self.value())
     }
 }
 

@@ -40,21 +40,13 @@ struct Open {
 
 impl Open {
     fn new() -> Self {
-        Self {
-            start: None,
-            piece: 0,
-            plain: true,
-            signs: Vec::new(),
-        }
+        Self { start: None, piece: 0, plain: true, signs: Vec::new() }
     }
 
     fn end(self, end: u32) -> Option<Region> {
         let start = self.start?;
         let cut = self.plain && !self.signs.is_empty();
-        cut.then_some(Region {
-            span: Span::new(start, end),
-            signs: self.signs,
-        })
+        cut.then_some(Region { span: Span::new(start, end), signs: self.signs })
     }
 }
 
@@ -71,8 +63,7 @@ pub(super) fn regions(source: &str, statement: Span, least: u32) -> Vec<Region> 
     };
     let mut end = word.end;
     for token in tokens {
-        let operand_before =
-            previous.is_some_and(|before| !expects_operand(before.kind, before.text(source)));
+        let operand_before = previous.is_some_and(|before| !expects_operand(before.kind, before.text(source)));
         match token.kind {
             TokenKind::Close | TokenKind::Comma | TokenKind::Equals | TokenKind::PlusMinus => {
                 found.extend(open.pop().and_then(|region| region.end(end)));
@@ -83,23 +74,15 @@ pub(super) fn regions(source: &str, statement: Span, least: u32) -> Vec<Region> 
             _ => {}
         }
         if let Some(region) = open.last_mut() {
-            let delimiter = matches!(
-                token.kind,
-                TokenKind::Comma | TokenKind::Equals | TokenKind::PlusMinus
-            );
+            let delimiter = matches!(token.kind, TokenKind::Comma | TokenKind::Equals | TokenKind::PlusMinus);
             if region.start.is_none() && !delimiter {
                 region.start = Some(token.start);
                 region.piece = token.start;
             }
             match token.kind {
-                TokenKind::Plus | TokenKind::Minus
-                    if operand_before && token.start - region.piece >= least =>
-                {
+                TokenKind::Plus | TokenKind::Minus if operand_before && token.start - region.piece >= least => {
                     region.piece = token.end;
-                    region.signs.push(Sign {
-                        span: token.span(),
-                        subtracted: token.kind == TokenKind::Minus,
-                    });
+                    region.signs.push(Sign { span: token.span(), subtracted: token.kind == TokenKind::Minus });
                 }
                 TokenKind::Comparison | TokenKind::Range | TokenKind::Colon => {
                     region.plain = false;

@@ -40,11 +40,7 @@ const GAP: usize = 2;
 pub fn format(source: &str) -> Result<String, Vec<SyntaxError>> {
     let file = super::parse(source)?;
     let first_line = source.split_inclusive('\n').next().unwrap_or("");
-    let line_end = if first_line.ends_with("\r\n") {
-        "\r\n"
-    } else {
-        "\n"
-    };
+    let line_end = if first_line.ends_with("\r\n") { "\r\n" } else { "\n" };
     let mut formatter = Formatter {
         source,
         file: &file,
@@ -127,9 +123,7 @@ impl<'f> Formatter<'_, 'f> {
 
     fn shares_line(&self, above: Option<&Statement>, below: Option<&Statement>) -> bool {
         match (above, below) {
-            (Some(above), Some(below)) => {
-                !self.text(above.span.end, below.span.start).contains('\n')
-            }
+            (Some(above), Some(below)) => !self.text(above.span.end, below.span.start).contains('\n'),
             (Some(_), None) | (None, Some(_)) | (None, None) => false,
         }
     }
@@ -151,22 +145,14 @@ impl<'f> Formatter<'_, 'f> {
 
     /// Whether an uncertainty was written with `+/-`.
     fn ascii_sign(&self, statement: &Statement) -> bool {
-        let StatementKind::Param(Binding {
-            value: Some(value),
-            uncertainty: Some(uncertainty),
-            ..
-        }) = &statement.kind
+        let StatementKind::Param(Binding { value: Some(value), uncertainty: Some(uncertainty), .. }) = &statement.kind
         else {
             return false;
         };
         let (value, uncertainty) = (self.file.expr(*value), self.file.expr(*uncertainty));
         self.text(value.span.end, uncertainty.span.start)
             .lines()
-            .any(|line| {
-                line.split('#')
-                    .next()
-                    .is_some_and(|code| code.contains("+/-"))
-            })
+            .any(|line| line.split('#').next().is_some_and(|code| code.contains("+/-")))
     }
 
     /// Statements that shared a line, if they still can.
@@ -202,9 +188,7 @@ impl<'f> Formatter<'_, 'f> {
     /// The comment that stands behind a place, which is the end of a statement.
     fn take_end_comment(&mut self, end: u32) -> Option<&'f super::ast::Comment> {
         let file = self.file;
-        let following = file
-            .statements
-            .get(file.statements.partition_point(|s| s.span.start < end));
+        let following = file.statements.get(file.statements.partition_point(|s| s.span.start < end));
         let at = self.end_comment(self.comment, following)?;
         let comment = file.comments.get(at)?;
         self.comment = at + 1;
@@ -215,20 +199,12 @@ impl<'f> Formatter<'_, 'f> {
     fn statement(&mut self, statement: &'f Statement, following: Option<&Statement>) {
         let file = self.file;
         let first = self.comment;
-        let inside = file
-            .comments
-            .iter()
-            .skip(first)
-            .take_while(|comment| comment.span.start < statement.span.end)
-            .count();
+        let inside =
+            file.comments.iter().skip(first).take_while(|comment| comment.span.start < statement.span.end).count();
         let behind = first + inside;
         let end = self.end_comment(behind, following);
         let split = self.is_split(statement);
-        let written = if inside == 0 {
-            self.written_sign(statement)
-        } else {
-            None
-        };
+        let written = if inside == 0 { self.written_sign(statement) } else { None };
         let source = self.source;
         self.pieces(statement);
         let pieces = self.printer.out();
@@ -263,9 +239,7 @@ impl<'f> Formatter<'_, 'f> {
         };
         let kind = &self.file.expr(value).kind;
         if let ExprKind::Sum(terms) = kind {
-            terms
-                .windows(2)
-                .any(|two| apart(two[0].value(), two[1].value()))
+            terms.windows(2).any(|two| apart(two[0].value(), two[1].value()))
         } else if let ExprKind::Vector(entries) = kind {
             entries.windows(2).any(|two| apart(two[0], two[1]))
         } else {
@@ -296,10 +270,8 @@ impl<'f> Formatter<'_, 'f> {
             return None;
         }
         let head = self.text(start, end + equals as u32);
-        (!head.contains('\n')).then(|| Written {
-            column: width(margin) + width(head),
-            padded: head.len() > head.trim_end().len() + 1,
-        })
+        (!head.contains('\n'))
+            .then(|| Written { column: width(margin) + width(head), padded: head.len() > head.trim_end().len() + 1 })
     }
 }
 

@@ -79,14 +79,10 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         Rule::equals => Some("`=`"),
         Rule::uncertainty => Some("`±`"),
         Rule::indices => Some("indices in brackets"),
-        Rule::index | Rule::rows | Rule::range | Rule::unnamed | Rule::sum_indices => {
-            Some("an index")
-        }
+        Rule::index | Rule::rows | Rule::range | Rule::unnamed | Rule::sum_indices => Some("an index"),
         Rule::in_word => Some("`in`"),
         Rule::where_word | Rule::filter => Some("`where`"),
-        Rule::unit_part | Rule::unit | Rule::unit_factor | Rule::unit_one | Rule::unit_name => {
-            Some("a unit")
-        }
+        Rule::unit_part | Rule::unit | Rule::unit_factor | Rule::unit_one | Rule::unit_name => Some("a unit"),
         Rule::exponent | Rule::integer | Rule::natural => Some("an exponent"),
         Rule::EOI
         | Rule::file

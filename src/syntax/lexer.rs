@@ -65,11 +65,7 @@ impl Token {
 
 /// Whether a name may begin with the character.
 pub(super) fn is_letter(c: char) -> bool {
-    if c.is_ascii() {
-        c.is_ascii_alphabetic() || c == '_'
-    } else {
-        pest::unicode::LETTER(c)
-    }
+    if c.is_ascii() { c.is_ascii_alphabetic() || c == '_' } else { pest::unicode::LETTER(c) }
 }
 
 /// Whether a name may go on with the character.
@@ -102,21 +98,12 @@ pub(super) struct Lexer<'s> {
 impl<'s> Lexer<'s> {
     /// The tokens of `source` within `span`.
     pub(super) fn new(source: &'s str, span: Span) -> Self {
-        Self {
-            source,
-            at: span.range().start,
-            end: span.range().end.min(source.len()),
-            first_on_line: true,
-        }
+        Self { source, at: span.range().start, end: span.range().end.min(source.len()), first_on_line: true }
     }
 
     fn byte(&self, ahead: usize) -> u8 {
         let at = self.at + ahead;
-        if at < self.end {
-            self.source.as_bytes()[at]
-        } else {
-            0
-        }
+        if at < self.end { self.source.as_bytes()[at] } else { 0 }
     }
 
     fn character(&self) -> Option<char> {

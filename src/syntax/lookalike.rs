@@ -37,9 +37,7 @@ pub(super) fn advice(run: &str) -> Lookalike {
     let scripts: String = run.chars().filter_map(plain_script).collect();
     if !scripts.is_empty() {
         return match first {
-            '₀'..='₉' => {
-                Lookalike::Say("write an index in brackets, `x[1]`, or in the name, `x1`")
-            }
+            '₀'..='₉' => Lookalike::Say("write an index in brackets, `x[1]`, or in the name, `x1`"),
             _ => Lookalike::Write(format!("^{scripts}")),
         };
     }
@@ -118,11 +116,7 @@ fn typeset(command: &str) -> Lookalike {
 fn in_parentheses(operand: &str) -> String {
     let operand = operand.trim();
     let name = operand.strip_prefix('\\').unwrap_or(operand);
-    if name.chars().all(|c| c.is_alphanumeric() || c == '_') {
-        name.to_owned()
-    } else {
-        format!("({operand})")
-    }
+    if name.chars().all(|c| c.is_alphanumeric() || c == '_') { name.to_owned() } else { format!("({operand})") }
 }
 
 fn said(character: char) -> Lookalike {

@@ -31,8 +31,8 @@ mod words;
 
 pub use arena::{Expressions, Units};
 pub use ast::{
-    Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Factor, File, IndexEntry,
-    IndexKind, Indices, Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
+    Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Factor, File, IndexEntry, IndexKind, Indices,
+    Name, Statement, StatementKind, Term, Unit, UnitKind, UnitRef,
 };
 pub use error::SyntaxError;
 #[cfg(feature = "format")]
@@ -76,17 +76,10 @@ const PIECE: u32 = 1 << 14;
 
 fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
     if source.len() > MOST_BYTES {
-        return Err(vec![SyntaxError::FileTooLarge {
-            bytes: source.len(),
-            most: MOST_BYTES,
-        }]);
+        return Err(vec![SyntaxError::FileTooLarge { bytes: source.len(), most: MOST_BYTES }]);
     }
     let mark = '\u{feff}';
-    let start = if source.starts_with(mark) {
-        mark.len_utf8() as u32
-    } else {
-        0
-    };
+    let start = if source.starts_with(mark) { mark.len_utf8() as u32 } else { 0 };
     let pieces = split::split(source, start);
     let mut errors = pieces.errors;
     let mut builder = Builder::new(pieces.comments, pieces.statements.len(), piece);
@@ -99,10 +92,7 @@ fn parse_in_pieces(source: &str, piece: u32) -> Result<File, Vec<SyntaxError>> {
         }
         if let Err(error) = builder.statement(source, piece.span) {
             let place = error.span();
-            let lost = matches!(
-                error,
-                SyntaxError::UnknownStatement { .. } | SyntaxError::MissingStatementWord { .. }
-            );
+            let lost = matches!(error, SyntaxError::UnknownStatement { .. } | SyntaxError::MissingStatementWord { .. });
             errors.push(error);
             if lost {
                 let rest = Span::new(place.start, piece.span.end);
@@ -131,8 +121,7 @@ fn without_follow_ons(source: &str, mut errors: Vec<SyntaxError>) -> Vec<SyntaxE
     if !declared.is_empty() {
         errors.retain(|error| {
             let used = source.get(error.span().range());
-            matches!(error, SyntaxError::ReservedName { .. })
-                || used.is_none_or(|word| !declared.contains(word))
+            matches!(error, SyntaxError::ReservedName { .. }) || used.is_none_or(|word| !declared.contains(word))
         });
     }
     errors

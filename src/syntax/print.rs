@@ -161,12 +161,7 @@ pub fn print_file(file: &File) -> String {
 
 impl<'f, S: Sink<'f>> Printer<'f, S> {
     pub(super) fn new(file: &'f File, out: S) -> Self {
-        Self {
-            file,
-            out,
-            stack: Vec::new(),
-            next: Vec::new(),
-        }
+        Self { file, out, stack: Vec::new(), next: Vec::new() }
     }
 
     /// What has been written to.

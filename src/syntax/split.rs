@@ -134,10 +134,7 @@ impl<'s> Splitter<'s> {
         }
         if token.kind == TokenKind::Word && self.begins_statement(token, rest) {
             self.finish();
-            self.current = Some(Piece {
-                span: token.span(),
-                broken: false,
-            });
+            self.current = Some(Piece { span: token.span(), broken: false });
             self.word = token.text(self.source);
             self.lost = false;
         } else if token.kind == TokenKind::Semicolon && self.brackets.is_empty() {
@@ -181,20 +178,14 @@ impl<'s> Splitter<'s> {
             && matches!(word, "T" | "V")
             && matches!(
                 previous.kind,
-                TokenKind::Colon
-                    | TokenKind::Star
-                    | TokenKind::Slash
-                    | TokenKind::Open
-                    | TokenKind::Caret
+                TokenKind::Colon | TokenKind::Star | TokenKind::Slash | TokenKind::Open | TokenKind::Caret
             )
         {
             return false;
         }
         // `param T = 300` declares a reserved name; on a line of its own `T` is a statement.
         let names = previous.start == current.span.start && words::is_naming(self.word)
-            || previous.kind == TokenKind::Comma
-                && self.word == "coord"
-                && self.brackets.is_empty();
+            || previous.kind == TokenKind::Comma && self.word == "coord" && self.brackets.is_empty();
         if names && !token.first_on_line {
             return false;
         }
@@ -215,10 +206,7 @@ impl<'s> Splitter<'s> {
             next.kind == TokenKind::Word && !next.first_on_line && !words::is_connective(follower)
         } else {
             token.first_on_line
-                && matches!(
-                    next.kind,
-                    TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Minus
-                )
+                && matches!(next.kind, TokenKind::Word | TokenKind::Number | TokenKind::Open | TokenKind::Minus)
                 && !words::is_connective(follower)
         }
     }
@@ -234,10 +222,7 @@ impl<'s> Splitter<'s> {
         let text = token.text(self.source);
         let span = token.span();
         match token.kind {
-            TokenKind::HalfNumber => Some(SyntaxError::HalfNumber {
-                fix: whole_number(text),
-                span,
-            }),
+            TokenKind::HalfNumber => Some(SyntaxError::HalfNumber { fix: whole_number(text), span }),
             TokenKind::OpenText => Some(SyntaxError::OpenText { span }),
             TokenKind::DoubleStar => Some(SyntaxError::DoubleStar { span }),
             TokenKind::Illegal => {
@@ -246,12 +231,7 @@ impl<'s> Splitter<'s> {
                     Lookalike::Say(hint) => (None, Some(hint)),
                     Lookalike::Unknown => (None, None),
                 };
-                Some(SyntaxError::IllegalCharacter {
-                    character: shown(text),
-                    hint,
-                    fix,
-                    span,
-                })
+                Some(SyntaxError::IllegalCharacter { character: shown(text), hint, fix, span })
             }
             TokenKind::Comment
             | TokenKind::Word
@@ -280,10 +260,7 @@ impl<'s> Splitter<'s> {
     fn deepen(&mut self, token: Token) {
         self.levels += 1;
         if self.levels == MOST_LEVELS + 1 && !self.current.is_some_and(|piece| piece.broken) {
-            self.report(SyntaxError::NestingTooDeep {
-                most: MOST_LEVELS,
-                span: token.span(),
-            });
+            self.report(SyntaxError::NestingTooDeep { most: MOST_LEVELS, span: token.span() });
         }
     }
 
@@ -322,10 +299,7 @@ impl<'s> Splitter<'s> {
         let character = self.source.as_bytes()[token.start as usize];
         self.end_condition();
         let Some(bracket) = self.brackets.pop() else {
-            self.report(SyntaxError::StrayBracket {
-                bracket: char::from(character),
-                span: token.span(),
-            });
+            self.report(SyntaxError::StrayBracket { bracket: char::from(character), span: token.span() });
             return;
         };
         self.levels -= 1;
@@ -349,13 +323,11 @@ impl<'s> Splitter<'s> {
             self.report(error);
         }
         let first = self.current.map(|piece| piece.span.start);
-        let operand_before = self.previous.is_some_and(|p| {
-            Some(p.start) != first && !expects_operand(p.kind, p.text(self.source))
-        });
+        let operand_before =
+            self.previous.is_some_and(|p| Some(p.start) != first && !expects_operand(p.kind, p.text(self.source)));
         match token.kind {
             TokenKind::Open => {
-                let subscript =
-                    operand_before && self.source.as_bytes()[token.start as usize] == b'[';
+                let subscript = operand_before && self.source.as_bytes()[token.start as usize] == b'[';
                 self.open(token, subscript);
             }
             TokenKind::Close => self.close(token),
@@ -375,11 +347,9 @@ impl<'s> Splitter<'s> {
                 "and" | "or" | "where" | "in" => self.end_condition(),
                 _ => {}
             },
-            TokenKind::Plus
-            | TokenKind::Star
-            | TokenKind::DoubleStar
-            | TokenKind::Slash
-            | TokenKind::Comparison => self.end_operand(),
+            TokenKind::Plus | TokenKind::Star | TokenKind::DoubleStar | TokenKind::Slash | TokenKind::Comparison => {
+                self.end_operand()
+            }
             TokenKind::Range | TokenKind::PlusMinus => self.end_condition(),
             TokenKind::Comma => {
                 self.end_condition();
@@ -396,10 +366,7 @@ impl<'s> Splitter<'s> {
             TokenKind::Semicolon => {
                 if let Some(bracket) = self.brackets.last() {
                     let open = bracket.span;
-                    self.report(SyntaxError::SemicolonInBrackets {
-                        span: token.span(),
-                        open,
-                    });
+                    self.report(SyntaxError::SemicolonInBrackets { span: token.span(), open });
                 }
             }
             TokenKind::Comment
@@ -436,8 +403,7 @@ impl<'s> Splitter<'s> {
 }
 
 fn next_token(rest: Lexer<'_>) -> Option<Token> {
-    rest.into_iter()
-        .find(|token| token.kind != TokenKind::Comment)
+    rest.into_iter().find(|token| token.kind != TokenKind::Comment)
 }
 
 /// `1.` as `1.0`, `.5` as `0.5`.

@@ -1,10 +1,5 @@
 //! Cutting a statement changes nothing: neither its tree and places nor what is wrong with it.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -13,11 +8,7 @@ use super::{File, SyntaxError, parse_in_pieces};
 
 /// Everything a file says, with its places, whatever the order in its arenas.
 fn written(file: &File) -> String {
-    let expressions: Vec<String> = file
-        .expressions
-        .iter()
-        .map(|expr| format!("{expr:?}"))
-        .collect();
+    let expressions: Vec<String> = file.expressions.iter().map(|expr| format!("{expr:?}")).collect();
     let units: Vec<String> = file.units.iter().map(|unit| format!("{unit:?}")).collect();
     let mut out = format!("{} expressions", expressions.len());
     let mut rest = vec![format!("{:?} {:?}", file.statements, file.comments)];
@@ -29,11 +20,7 @@ fn written(file: &File) -> String {
         let (before, after) = text.split_at(at + "Ref(".len());
         let (number, after) = after.split_once(')').unwrap();
         let number: usize = number.parse().unwrap();
-        let list = if before.ends_with("UnitRef(") {
-            &units
-        } else {
-            &expressions
-        };
+        let list = if before.ends_with("UnitRef(") { &units } else { &expressions };
         out += before;
         rest.push(after.to_owned());
         rest.push(list[number].clone());
@@ -54,13 +41,7 @@ fn check(source: &str) {
 
 #[test]
 fn cut_files_are_the_same() {
-    for folder in [
-        "models",
-        "tests/language",
-        "tests/errors",
-        "tests/syntax",
-        "tests/syntax_errors",
-    ] {
+    for folder in ["models", "tests/language", "tests/errors", "tests/syntax", "tests/syntax_errors"] {
         for entry in std::fs::read_dir(folder).unwrap() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|extension| extension == "lag") {

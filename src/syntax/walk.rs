@@ -29,10 +29,9 @@ impl StatementKind {
     /// The energy that a statement gives, or the dissipation function.
     pub(crate) fn energy(&self) -> Option<ExprRef> {
         match self {
-            Self::Kinetic(value)
-            | Self::Potential(value)
-            | Self::Lagrangian(value)
-            | Self::Dissipation(value) => Some(*value),
+            Self::Kinetic(value) | Self::Potential(value) | Self::Lagrangian(value) | Self::Dissipation(value) => {
+                Some(*value)
+            }
             Self::Model { .. }
             | Self::Param(_)
             | Self::Coord { .. }
@@ -108,13 +107,10 @@ impl Indices {
 impl File {
     /// All indices, of statements and of sums.
     pub(crate) fn indices(&self) -> impl Iterator<Item = &Indices> {
-        let sums = self.expressions.iter().filter_map(|expr| {
-            if let ExprKind::SumOver { indices, .. } = expr.kind {
-                Some(indices)
-            } else {
-                None
-            }
-        });
+        let sums = self
+            .expressions
+            .iter()
+            .filter_map(|expr| if let ExprKind::SumOver { indices, .. } = expr.kind { Some(indices) } else { None });
         let statements = self.statements.iter();
         statements.flat_map(|own| own.kind.indices()).chain(sums)
     }

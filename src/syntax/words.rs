@@ -85,10 +85,7 @@ pub(super) fn is_function_statement(word: &str) -> bool {
 
 /// Statement words behind which a name stands.
 pub(super) fn is_naming(word: &str) -> bool {
-    matches!(
-        word,
-        "model" | "param" | "coord" | "let" | "guess" | "equilibrium" | "table"
-    )
+    matches!(word, "model" | "param" | "coord" | "let" | "guess" | "equilibrium" | "table")
 }
 
 /// Words between operands: none of them can be an operand.
@@ -118,8 +115,9 @@ pub(super) fn reserved_for(word: &str) -> Option<&'static str> {
 /// The statement word that somebody means who writes `word`, where the spelling doesn't tell.
 pub(super) fn synonym(word: &str) -> Option<&'static str> {
     match word {
-        "parameter" | "parameters" | "params" | "const" | "constant" | "var" | "variable"
-        | "set" | "par" => Some("param"),
+        "parameter" | "parameters" | "params" | "const" | "constant" | "var" | "variable" | "set" | "par" => {
+            Some("param")
+        }
         "coordinate" | "coordinates" | "coords" | "dof" | "generalized" | "q" => Some("coord"),
         "def" | "define" => Some("let"),
         "kinetic" | "kinetic_energy" | "K" | "KE" | "Ekin" | "E_kin" | "Tkin" => Some("T"),

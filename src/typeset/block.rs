@@ -19,10 +19,7 @@ impl Block {
     /// A block of one line.
     #[must_use]
     pub fn line(text: &str) -> Self {
-        Self {
-            lines: vec![text.to_owned()],
-            base: 0,
-        }
+        Self { lines: vec![text.to_owned()], base: 0 }
     }
 
     /// How many columns wide it is.
@@ -50,10 +47,7 @@ impl Block {
             let lines = blocks.iter().flat_map(|block| &block.lines);
             let mut line = String::with_capacity(lines.clone().map(String::len).sum());
             lines.for_each(|text| line.push_str(text));
-            return Self {
-                lines: vec![line],
-                base: 0,
-            };
+            return Self { lines: vec![line], base: 0 };
         }
         let above = blocks.iter().map(|block| block.base).max().unwrap_or(0);
         let below = blocks.iter().map(|block| block.height() - block.base).max();
@@ -85,10 +79,7 @@ impl Block {
     fn fraction(above: &Self, below: &Self) -> Self {
         let width = above.width().max(below.width());
         let bar = Self::line(&"─".repeat(width));
-        Self {
-            base: above.height(),
-            lines: Self::stacked(&[above.clone(), bar, below.clone()]),
-        }
+        Self { base: above.height(), lines: Self::stacked(&[above.clone(), bar, below.clone()]) }
     }
 
     /// A matrix in square brackets, columns in the middle.
@@ -113,11 +104,7 @@ impl Block {
                     cells.push(Self::line("  "));
                 }
                 cells.push(Self {
-                    lines: cell
-                        .lines
-                        .iter()
-                        .map(|line| centred(line, *width))
-                        .collect(),
+                    lines: cell.lines.iter().map(|line| centred(line, *width)).collect(),
                     base: cell.base,
                 });
             }
@@ -125,10 +112,7 @@ impl Block {
         }
         let width = lines.iter().map(|line| line.width()).max().unwrap_or(0);
         let lines: Vec<String> = lines.iter().map(|line| centred(line, width)).collect();
-        let inner = Self {
-            base: lines.len().saturating_sub(1) / 2,
-            lines,
-        };
+        let inner = Self { base: lines.len().saturating_sub(1) / 2, lines };
         inner.enclosed(['[', '⎡', '⎢', '⎣'], [']', '⎤', '⎥', '⎦'])
     }
 
@@ -144,9 +128,7 @@ impl Block {
         let lines = self.lines.iter().enumerate();
         Self {
             base: self.base,
-            lines: lines
-                .map(|(at, line)| format!("{}{line}{}", side(left, at), side(right, at)))
-                .collect(),
+            lines: lines.map(|(at, line)| format!("{}{line}{}", side(left, at), side(right, at))).collect(),
         }
     }
 
@@ -158,11 +140,7 @@ impl Block {
     fn raised(self, exponent: &Self) -> Self {
         let (width, high) = (self.width(), exponent.height());
         let blank = " ".repeat(exponent.width());
-        let mut lines: Vec<String> = exponent
-            .lines
-            .iter()
-            .map(|line| format!("{}{line}", " ".repeat(width)))
-            .collect();
+        let mut lines: Vec<String> = exponent.lines.iter().map(|line| format!("{}{line}", " ".repeat(width))).collect();
         // What is tall has its exponent beside its first line.
         let overlap = usize::from(self.height() > 1);
         for (at, line) in self.lines.iter().enumerate() {
@@ -174,10 +152,7 @@ impl Block {
                 lines.push(format!("{line}{blank}"));
             }
         }
-        Self {
-            lines,
-            base: self.base + high - overlap,
-        }
+        Self { lines, base: self.base + high - overlap }
     }
 }
 
@@ -199,9 +174,7 @@ impl Formula {
                 Block::line(&format!("{digits}·10{raised}"))
             }
             Self::Symbol(symbol) => Block::line(&symbol_text(symbol)),
-            Self::Indexed(inner, feet) => {
-                Block::beside(&[inner.block(), Block::line(&feet_text(feet))])
-            }
+            Self::Indexed(inner, feet) => Block::beside(&[inner.block(), Block::line(&feet_text(feet))]),
             Self::Product(factors) => product(factors),
             Self::Sum(terms) => {
                 let mut blocks = Vec::new();
@@ -226,28 +199,17 @@ impl Formula {
             Self::Root(inner) => {
                 let simple = matches!(**inner, Self::Symbol(_) | Self::Number(_));
                 let inner = inner.block();
-                let under = if simple {
-                    inner
-                } else {
-                    inner.in_parentheses()
-                };
+                let under = if simple { inner } else { inner.in_parentheses() };
                 Block::beside(&[Block::line("√"), under])
             }
-            Self::Function {
-                name,
-                power,
-                arguments,
-            } => function(name, power.as_deref(), arguments),
+            Self::Function { name, power, arguments } => function(name, power.as_deref(), arguments),
             Self::Bars { double, inner } => {
                 let bar = if *double { '‖' } else { '│' };
                 inner.block().enclosed([bar; 4], [bar; 4])
             }
             Self::Parentheses(inner) => inner.block().in_parentheses(),
             Self::Matrix(rows) => {
-                let rows: Vec<Vec<Block>> = rows
-                    .iter()
-                    .map(|row| row.iter().map(Self::block).collect())
-                    .collect();
+                let rows: Vec<Vec<Block>> = rows.iter().map(|row| row.iter().map(Self::block).collect()).collect();
                 Block::matrix(&rows)
             }
             Self::Between { cross, sides } => {
@@ -268,10 +230,7 @@ impl Formula {
                 let base = parts.iter().map(Block::height).sum();
                 parts.push(Block::line("Σ"));
                 parts.push(Block::beside(&commas.collect::<Vec<_>>()));
-                let total = Block {
-                    lines: Block::stacked(&parts),
-                    base,
-                };
+                let total = Block { lines: Block::stacked(&parts), base };
                 Block::beside(&[total, Block::line(" "), body.block()])
             }
             Self::Relation(parts) => {
@@ -360,14 +319,8 @@ impl Formula {
                 let whole = self.block();
                 // What is above a bar comes down only where the fraction fits no line at all.
                 let brackets_last = matches!(self, Self::Product(f) if matches!(f.last(), Some(Self::Parentheses(_))));
-                let wide = width.is_some_and(|width| {
-                    whole.width()
-                        > if brackets_last {
-                            width / 2
-                        } else {
-                            width - width.min(8)
-                        }
-                });
+                let wide = width
+                    .is_some_and(|width| whole.width() > if brackets_last { width / 2 } else { width - width.min(8) });
                 match self.with_sum_last().filter(|_| wide).as_deref() {
                     Some([before @ .., Self::Parentheses(inner)]) => {
                         let first = out.len();
@@ -401,11 +354,7 @@ fn product(factors: &[Formula]) -> Block {
     let mut blocks = Vec::new();
     for (at, factor) in factors.iter().enumerate() {
         if at > 0 {
-            let between = if factor.begins_with_digit() {
-                " · "
-            } else {
-                " "
-            };
+            let between = if factor.begins_with_digit() { " · " } else { " " };
             blocks.push(Block::line(between));
         }
         blocks.push(factor.block());
@@ -414,11 +363,7 @@ fn product(factors: &[Formula]) -> Block {
 }
 
 fn function(name: &str, power: Option<&Formula>, arguments: &[Formula]) -> Block {
-    let name = if name == "exp" && arguments.is_empty() {
-        "e"
-    } else {
-        name
-    };
+    let name = if name == "exp" && arguments.is_empty() { "e" } else { name };
     let mut head = Block::line(name);
     if let Some(power) = power {
         head = match superscript_of(power) {
@@ -522,11 +467,7 @@ fn replaced(text: &str, by: impl Fn(char) -> Option<char>) -> Option<String> {
 }
 
 fn symbol_text(symbol: &Symbol) -> String {
-    format!(
-        "{}{}",
-        symbol.unicode_letter(),
-        feet_text(&symbol.subscript)
-    )
+    format!("{}{}", symbol.unicode_letter(), feet_text(&symbol.subscript))
 }
 
 /// Subscripts where Unicode has them: single digits side by side, else what remains in brackets.
@@ -537,12 +478,7 @@ fn feet_text(feet: &[Subscript]) -> String {
     };
     let texts: Vec<String> = feet.iter().map(plain).collect();
     let short = texts.len() > 1 && texts.iter().all(|text| text.chars().count() == 1);
-    if short
-        && let Some(all) = texts
-            .iter()
-            .map(|text| lowered(text))
-            .collect::<Option<String>>()
-    {
+    if short && let Some(all) = texts.iter().map(|text| lowered(text)).collect::<Option<String>>() {
         return all;
     }
     let mut out = String::new();
@@ -567,10 +503,7 @@ mod tests {
 
     fn text(source: &str) -> String {
         let formula = Notation::new(["phi[1]", "x"]).read(source);
-        formula.map_or_else(
-            || format!("unread: {source}"),
-            |formula| formula.text(60).join("\n"),
-        )
+        formula.map_or_else(|| format!("unread: {source}"), |formula| formula.text(60).join("\n"))
     }
 
     #[test]
@@ -603,11 +536,6 @@ mod tests {
         let lines = text(&terms.join(" + "));
         assert!(lines.lines().count() > 2);
         assert!(lines.lines().all(|line| line.chars().count() <= 60));
-        assert!(
-            lines
-                .lines()
-                .skip(1)
-                .all(|line| line.starts_with("     + "))
-        );
+        assert!(lines.lines().skip(1).all(|line| line.starts_with("     + ")));
     }
 }

@@ -24,9 +24,7 @@ impl Formula {
         }
         let (head, body) = match self {
             Self::Relation(parts) => match parts.as_slice() {
-                [left, sign @ Self::Sign(_), right @ ..] => {
-                    (format!("{} &{} ", left.latex(), sign.latex()), right)
-                }
+                [left, sign @ Self::Sign(_), right @ ..] => (format!("{} &{} ", left.latex(), sign.latex()), right),
                 _ => return self.latex(),
             },
             _ => ("& ".to_owned(), std::slice::from_ref(self)),
@@ -128,11 +126,7 @@ impl Formula {
                 inner.write(out);
                 out.push('}');
             }
-            Self::Function {
-                name,
-                power,
-                arguments,
-            } => write_function(name, power.as_deref(), arguments, out),
+            Self::Function { name, power, arguments } => write_function(name, power.as_deref(), arguments, out),
             Self::Bars { double, inner } => {
                 let bar = if *double { r"\Vert" } else { r"\vert" };
                 out.push_str(&format!(r"\left{bar} "));
@@ -220,17 +214,9 @@ impl Formula {
             Self::Sum(terms) => terms.iter().map(|(_, term)| term.weight() + 2).sum(),
             Self::Fraction(above, below) => above.weight().max(below.weight()) + 1,
             Self::Power(base, exponent) => base.weight() + exponent.weight().div_ceil(2),
-            Self::Root(inner) | Self::Bars { inner, .. } | Self::Parentheses(inner) => {
-                inner.weight() + 2
-            }
-            Self::Function {
-                name, arguments, ..
-            } => name.len() + all(arguments) + 1,
-            Self::Matrix(rows) => rows
-                .iter()
-                .map(|row| all(row) + 2 * row.len())
-                .max()
-                .unwrap_or(0),
+            Self::Root(inner) | Self::Bars { inner, .. } | Self::Parentheses(inner) => inner.weight() + 2,
+            Self::Function { name, arguments, .. } => name.len() + all(arguments) + 1,
+            Self::Matrix(rows) => rows.iter().map(|row| all(row) + 2 * row.len()).max().unwrap_or(0),
             Self::Between { sides, .. } => sides.0.weight() + sides.1.weight() + 2,
             Self::Rate(inner) => inner.weight() + 3,
             Self::Total { body, .. } => body.weight() + 4,
@@ -243,11 +229,7 @@ impl Formula {
     /// Whether the formula is higher than a line, so that brackets have to grow.
     pub(super) fn is_tall(&self) -> bool {
         match self {
-            Self::Number(_)
-            | Self::Scientific { .. }
-            | Self::Symbol(_)
-            | Self::Sign(_)
-            | Self::Verbatim(_) => false,
+            Self::Number(_) | Self::Scientific { .. } | Self::Symbol(_) | Self::Sign(_) | Self::Verbatim(_) => false,
             Self::Fraction(..) | Self::Matrix(_) | Self::Rate(_) | Self::Total { .. } => true,
             Self::Product(parts) | Self::Relation(parts) => parts.iter().any(Self::is_tall),
             Self::Sum(terms) => terms.iter().any(|(_, term)| term.is_tall()),
@@ -285,10 +267,7 @@ struct Piece {
 
 impl Piece {
     fn of(formula: &Formula) -> Self {
-        Self {
-            text: formula.latex(),
-            weight: formula.weight(),
-        }
+        Self { text: formula.latex(), weight: formula.weight() }
     }
 }
 
@@ -363,11 +342,7 @@ fn write_function(name: &str, power: Option<&Formula>, arguments: &[Formula], ou
 }
 
 fn write_parentheses(inner: &Formula, out: &mut String) {
-    let (open, close) = if inner.is_tall() {
-        (r"\left( ", r" \right)")
-    } else {
-        ("(", ")")
-    };
+    let (open, close) = if inner.is_tall() { (r"\left( ", r" \right)") } else { ("(", ")") };
     out.push_str(open);
     inner.write(out);
     out.push_str(close);
@@ -401,35 +376,21 @@ mod tests {
     use super::*;
 
     fn latex(text: &str) -> String {
-        Notation::new(["phi[1]", "x"])
-            .read(text)
-            .map_or_else(|| format!("unread: {text}"), |formula| formula.latex())
+        Notation::new(["phi[1]", "x"]).read(text).map_or_else(|| format!("unread: {text}"), |formula| formula.latex())
     }
 
     #[test]
     fn what_a_physicist_writes() {
         for (text, expected) in [
-            (
-                "1/2*m*l^2*phi[1]'^2",
-                r"\frac{1}{2} m l^{2} \dot{\varphi}_{1}^{2}",
-            ),
-            (
-                "m[1]*g*l[1]*(1 - cos(phi[1]))",
-                r"m_{1} g l_{1} (1 - \cos \varphi_{1})",
-            ),
-            (
-                "g/l[1] + k12*L^2/(m[1]*l[1]^2)",
-                r"\frac{g}{l_{1}} + \frac{k_{12} L^{2}}{m_{1} l_{1}^{2}}",
-            ),
+            ("1/2*m*l^2*phi[1]'^2", r"\frac{1}{2} m l^{2} \dot{\varphi}_{1}^{2}"),
+            ("m[1]*g*l[1]*(1 - cos(phi[1]))", r"m_{1} g l_{1} (1 - \cos \varphi_{1})"),
+            ("g/l[1] + k12*L^2/(m[1]*l[1]^2)", r"\frac{g}{l_{1}} + \frac{k_{12} L^{2}}{m_{1} l_{1}^{2}}"),
             ("3/2*k/m", r"\frac{3 k}{2 m}"),
             ("1/2*k/m", r"\frac{k}{2 m}"),
             ("1/m", r"\frac{1}{m}"),
             ("sqrt(2)/2", r"\frac{\sqrt{2}}{2}"),
             ("x''", r"\ddot{x}"),
-            (
-                "delta_x' + p_x - p_phi[2]",
-                r"\delta \dot{x} + p_{x} - p_{\varphi_{2}}",
-            ),
+            ("delta_x' + p_x - p_phi[2]", r"\delta \dot{x} + p_{x} - p_{\varphi_{2}}"),
             ("sin(phi[1])^2*m", r"\sin^{2} \varphi_{1} \, m"),
             ("cos(phi[1] - phi[2])", r"\cos(\varphi_{1} - \varphi_{2})"),
             ("-(a - b)*c", r"-(a - b) c"),
@@ -443,10 +404,7 @@ mod tests {
             ("exp(-x/a)", r"\mathrm{e}^{-\frac{x}{a}}"),
             ("atan2(y, x)", r"\operatorname{atan2}(y, x)"),
             ("abs(x)", r"\left\vert x \right\vert"),
-            (
-                "norm(r[1] - r[2])^2",
-                r"\left\Vert r_{1} - r_{2} \right\Vert^{2}",
-            ),
+            ("norm(r[1] - r[2])^2", r"\left\Vert r_{1} - r_{2} \right\Vert^{2}"),
             ("dot(u, v)*cross(u, v)[1]", r"(u \cdot v) (u \times v)_{1}"),
             ("[x, 0]", r"\begin{pmatrix} x \\ 0 \end{pmatrix}"),
             ("(x*y)'", r"\frac{\mathrm{d}}{\mathrm{d}t} (x y)"),
@@ -455,10 +413,7 @@ mod tests {
                 "sum(i in 1..N, j in 1..N where i < j, x[i] + x[j])",
                 r"\sum_{i = 1}^{N} \sum_{j = 1,\, i < j}^{N} (x_{i} + x_{j})",
             ),
-            (
-                "sum(b in bonds, b.k*(x[b.i] - 1)^2)",
-                r"\sum_{b \in \mathrm{bonds}} b_{k} (x_{b_{i}} - 1)^{2}",
-            ),
+            ("sum(b in bonds, b.k*(x[b.i] - 1)^2)", r"\sum_{b \in \mathrm{bonds}} b_{k} (x_{b_{i}} - 1)^{2}"),
         ] {
             assert_eq!(latex(text), expected, "{text}");
         }
@@ -470,10 +425,7 @@ mod tests {
         let left = Formula::Symbol(Symbol::of("V"));
         let sum = Formula::read(&terms.join(" + ")).unwrap_or(Formula::Number(String::new()));
         let text = Formula::equation(left, sum).latex_display();
-        assert!(
-            text.starts_with("\\begin{aligned}\nV &= k x_{1}^{2} + "),
-            "{text}"
-        );
+        assert!(text.starts_with("\\begin{aligned}\nV &= k x_{1}^{2} + "), "{text}");
         assert!(text.lines().count() > 3 && text.lines().all(|line| line.len() < 400));
     }
 }

@@ -4,9 +4,7 @@ use std::collections::BTreeSet;
 
 use super::symbol::Subscript;
 use super::{Formula, Sign, Symbol};
-use crate::syntax::{
-    Comparison, ExprKind, ExprRef, Factor, File, IndexKind, Indices, StatementKind, Term, parse,
-};
+use crate::syntax::{Comparison, ExprKind, ExprRef, Factor, File, IndexKind, Indices, StatementKind, Term, parse};
 
 /// What the names of an expression stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -22,9 +20,7 @@ impl Notation {
     #[must_use]
     pub fn new<'a>(coordinates: impl IntoIterator<Item = &'a str>) -> Self {
         let family = |name: &str| name.split('[').next().unwrap_or(name).to_owned();
-        Self {
-            coordinates: coordinates.into_iter().map(family).collect(),
-        }
+        Self { coordinates: coordinates.into_iter().map(family).collect() }
     }
 
     /// The formula of an expression in the model language; `None` if the text is none.
@@ -73,10 +69,9 @@ impl Notation {
         };
         match text.split_once(" - ") {
             // `V - T0` is no expression of the language.
-            Some((left, right)) if name(left) && name(right) => Some(Formula::Sum(vec![
-                (false, self.symbol(left)),
-                (true, self.symbol(right)),
-            ])),
+            Some((left, right)) if name(left) && name(right) => {
+                Some(Formula::Sum(vec![(false, self.symbol(left)), (true, self.symbol(right))]))
+            }
             _ if name(text) => Some(self.symbol(text)),
             _ => self.read(text),
         }
@@ -111,10 +106,7 @@ impl Notation {
             ExprKind::Power { base, exponent } => power(lower(base), lower(exponent)),
             ExprKind::Product(factors) => self.product(file, factors),
             ExprKind::Sum(terms) => self.sum(file, terms),
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
+            ExprKind::Call { function, arguments } => {
                 let arguments = arguments.iter().map(|at| lower(*at)).collect();
                 call(&function.text, arguments)
             }
@@ -129,18 +121,10 @@ impl Notation {
                 });
                 Formula::Matrix(rows.collect())
             }
-            ExprKind::Compare {
-                operator,
-                left,
-                right,
-            } => Formula::Relation(vec![
-                lower(left),
-                Formula::Sign(comparison(operator)),
-                lower(right),
-            ]),
-            ExprKind::Not(inner) => {
-                Formula::Relation(vec![Formula::Sign(Sign::Not), condition(lower(inner))])
+            ExprKind::Compare { operator, left, right } => {
+                Formula::Relation(vec![lower(left), Formula::Sign(comparison(operator)), lower(right)])
             }
+            ExprKind::Not(inner) => Formula::Relation(vec![Formula::Sign(Sign::Not), condition(lower(inner))]),
             ExprKind::And(parts) => joined(Sign::And, parts.iter().map(|at| lower(*at))),
             ExprKind::Or(parts) => joined(Sign::Or, parts.iter().map(|at| lower(*at))),
         }
@@ -153,10 +137,7 @@ impl Notation {
     }
 
     fn named(&self, name: &str) -> Symbol {
-        let known = |prefix: &str| {
-            name.strip_prefix(prefix)
-                .filter(|rest| self.coordinates.contains(*rest))
-        };
+        let known = |prefix: &str| name.strip_prefix(prefix).filter(|rest| self.coordinates.contains(*rest));
         if let Some(coordinate) = known("delta_") {
             let mut symbol = Symbol::of(coordinate);
             symbol.delta = true;
@@ -187,8 +168,7 @@ impl Notation {
         // `1/2*...` keeps its fraction to itself where nothing else stands below.
         if let [first, second, others @ ..] = factors
             && second.divided()
-            && let (Some(a), Some(b)) =
-                (literal(file, first.value()), literal(file, second.value()))
+            && let (Some(a), Some(b)) = (literal(file, first.value()), literal(file, second.value()))
         {
             numbers = vec![Formula::Number(a), Formula::Number(b)];
             rest = others;
@@ -220,11 +200,8 @@ impl Notation {
             above.remove(0);
         }
         let above = side_by_side(above);
-        let formula = if below.is_empty() {
-            above
-        } else {
-            Formula::Fraction(Box::new(above), Box::new(side_by_side(below)))
-        };
+        let formula =
+            if below.is_empty() { above } else { Formula::Fraction(Box::new(above), Box::new(side_by_side(below))) };
         negated(negative, formula)
     }
 
@@ -239,9 +216,7 @@ impl Notation {
                     let from = self.formula(file, *from);
                     above = Some(Box::new(self.formula(file, *to)));
                     vec![match variable {
-                        Some(name) => {
-                            Formula::equation(Formula::Symbol(Symbol::of(&name.text)), from)
-                        }
+                        Some(name) => Formula::equation(Formula::Symbol(Symbol::of(&name.text)), from),
                         None => from,
                     }]
                 }
@@ -256,11 +231,7 @@ impl Notation {
             {
                 below.push(self.formula(file, filter));
             }
-            body = Formula::Total {
-                below,
-                above,
-                body: Box::new(body),
-            };
+            body = Formula::Total { below, above, body: Box::new(body) };
         }
         body
     }
@@ -276,10 +247,9 @@ fn literal(file: &File, at: ExprRef) -> Option<String> {
 
 fn number(text: &str) -> Formula {
     match text.split_once(['e', 'E']) {
-        Some((digits, exponent)) => Formula::Scientific {
-            digits: digits.to_owned(),
-            exponent: exponent.trim_start_matches('+').to_owned(),
-        },
+        Some((digits, exponent)) => {
+            Formula::Scientific { digits: digits.to_owned(), exponent: exponent.trim_start_matches('+').to_owned() }
+        }
         None => Formula::Number(text.to_owned()),
     }
 }
@@ -289,20 +259,14 @@ fn indexed(base: Formula, feet: impl IntoIterator<Item = Subscript>) -> Formula 
         Formula::Symbol(mut symbol) => {
             // The index of a momentum belongs to its coordinate.
             let foot = match symbol.subscript.as_mut_slice() {
-                [Subscript::Index(Formula::Symbol(coordinate))] if symbol.letter == "p" => {
-                    coordinate
-                }
+                [Subscript::Index(Formula::Symbol(coordinate))] if symbol.letter == "p" => coordinate,
                 _ => &mut symbol,
             };
             foot.subscript.extend(feet);
             Formula::Symbol(symbol)
         }
         other => {
-            let inner = if other.is_atom() {
-                other
-            } else {
-                other.bracketed()
-            };
+            let inner = if other.is_atom() { other } else { other.bracketed() };
             Formula::Indexed(Box::new(inner), feet.into_iter().collect())
         }
     }
@@ -311,9 +275,7 @@ fn indexed(base: Formula, feet: impl IntoIterator<Item = Subscript>) -> Formula 
 /// A leading minus sign taken off.
 fn signed(formula: Formula) -> (bool, Formula) {
     match formula {
-        Formula::Sum(mut terms) if terms.len() == 1 => {
-            terms.pop().unwrap_or((false, Formula::Sum(Vec::new())))
-        }
+        Formula::Sum(mut terms) if terms.len() == 1 => terms.pop().unwrap_or((false, Formula::Sum(Vec::new()))),
         other => (false, other),
     }
 }
@@ -387,23 +349,14 @@ fn side_by_side(factors: Vec<Formula>) -> Formula {
 }
 
 fn power(base: Formula, exponent: Formula) -> Formula {
-    let half = Formula::Fraction(
-        Box::new(Formula::Number("1".to_owned())),
-        Box::new(Formula::Number("2".to_owned())),
-    );
+    let half = Formula::Fraction(Box::new(Formula::Number("1".to_owned())), Box::new(Formula::Number("2".to_owned())));
     if exponent == half {
         return Formula::Root(Box::new(base));
     }
     match base {
-        Formula::Function {
-            name,
-            power: None,
-            arguments,
-        } if matches!(exponent, Formula::Number(_)) => Formula::Function {
-            name,
-            power: Some(Box::new(exponent)),
-            arguments,
-        },
+        Formula::Function { name, power: None, arguments } if matches!(exponent, Formula::Number(_)) => {
+            Formula::Function { name, power: Some(Box::new(exponent)), arguments }
+        }
         // Dots in place of the exponent would be taken for one.
         Formula::Symbol(ref symbol) if symbol.dots > 3 => {
             Formula::Power(Box::new(base.bracketed()), Box::new(exponent))
@@ -433,16 +386,11 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
     let only = arguments.len() == 1;
     match (function, arguments.as_mut_slice()) {
         ("sqrt", [_]) => Formula::Root(Box::new(arguments.swap_remove(0))),
-        ("abs" | "norm", [_]) => Formula::Bars {
-            double: function == "norm",
-            inner: Box::new(arguments.swap_remove(0)),
-        },
+        ("abs" | "norm", [_]) => {
+            Formula::Bars { double: function == "norm", inner: Box::new(arguments.swap_remove(0)) }
+        }
         ("exp", [_]) => {
-            let e = Formula::Function {
-                name: "exp",
-                power: None,
-                arguments: Vec::new(),
-            };
+            let e = Formula::Function { name: "exp", power: None, arguments: Vec::new() };
             Formula::Power(Box::new(e), Box::new(arguments.swap_remove(0)))
         }
         ("dot" | "cross", [_, _]) => {
@@ -452,25 +400,14 @@ fn call(function: &str, mut arguments: Vec<Formula>) -> Formula {
             };
             let second = side(arguments.swap_remove(1));
             let first = side(arguments.swap_remove(0));
-            Formula::Between {
-                cross: function == "cross",
-                sides: Box::new((first, second)),
-            }
+            Formula::Between { cross: function == "cross", sides: Box::new((first, second)) }
         }
         _ => match FUNCTIONS.iter().find(|(name, _)| *name == function) {
-            Some((_, name)) => Formula::Function {
-                name,
-                power: None,
-                arguments,
-            },
+            Some((_, name)) => Formula::Function { name, power: None, arguments },
             // No function of the language: a name with what it is given.
             None => {
                 let name = Formula::Symbol(Symbol::of(function));
-                let inner = if only {
-                    arguments.swap_remove(0)
-                } else {
-                    joined(Sign::Comma, arguments.into_iter())
-                };
+                let inner = if only { arguments.swap_remove(0) } else { joined(Sign::Comma, arguments.into_iter()) };
                 Formula::Product(vec![name, inner.bracketed()])
             }
         },

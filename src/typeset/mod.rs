@@ -149,9 +149,7 @@ impl Formula {
     fn with_sum_last(&self) -> Option<Vec<Self>> {
         match self {
             Self::Product(factors) => match factors.as_slice() {
-                [.., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
-                    Some(factors.clone())
-                }
+                [.., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => Some(factors.clone()),
                 [before @ .., last @ Self::Fraction(..)] => {
                     let own = last.with_sum_last()?;
                     Some(before.iter().cloned().chain(own).collect())
@@ -162,9 +160,7 @@ impl Formula {
                 let (rest, sum) = match &**above {
                     Self::Sum(_) => (Self::Number("1".to_owned()), above.clone()),
                     Self::Product(factors) => match factors.as_slice() {
-                        [before @ .., Self::Parentheses(inner)]
-                            if matches!(**inner, Self::Sum(_)) =>
-                        {
+                        [before @ .., Self::Parentheses(inner)] if matches!(**inner, Self::Sum(_)) => {
                             let rest = match before {
                                 [one] => one.clone(),
                                 several => Self::Product(several.to_vec()),

@@ -64,9 +64,7 @@ const GREEK: &[(&str, &str, &str)] = &[
 
 /// By its name or as the letter itself.
 fn greek(name: &str) -> Option<(&'static str, &'static str)> {
-    let found = GREEK
-        .iter()
-        .find(|(known, _, letter)| *known == name || *letter == name);
+    let found = GREEK.iter().find(|(known, _, letter)| *known == name || *letter == name);
     found.map(|(_, latex, unicode)| (*latex, *unicode))
 }
 
@@ -97,23 +95,14 @@ impl Symbol {
         let mut parts = name.split('_').filter(|part| !part.is_empty());
         let head = parts.next().unwrap_or(name);
         let letters = head.trim_end_matches(|c: char| c.is_ascii_digit());
-        let (letter, digits) = if letters.is_empty() {
-            (head, "")
-        } else {
-            head.split_at(letters.len())
-        };
+        let (letter, digits) = if letters.is_empty() { (head, "") } else { head.split_at(letters.len()) };
         let word = |part: &str| Subscript::Word(part.to_owned());
         let mut subscript = Vec::new();
         if !digits.is_empty() {
             subscript.push(word(digits));
         }
         subscript.extend(parts.map(word));
-        Self {
-            letter: letter.to_owned(),
-            subscript,
-            dots: 0,
-            delta: false,
-        }
+        Self { letter: letter.to_owned(), subscript, dots: 0, delta: false }
     }
 
     /// The letter alone in LaTeX, with its dots.
@@ -126,11 +115,7 @@ impl Symbol {
             3 => format!(r"\dddot{{{letter}}}"),
             more => format!(r"{letter}^{{({more})}}"),
         };
-        if self.delta {
-            format!(r"\delta {dotted}")
-        } else {
-            dotted
-        }
+        if self.delta { format!(r"\delta {dotted}") } else { dotted }
     }
 
     /// The letter alone in Unicode, with its dots.

@@ -46,34 +46,19 @@ fn with_energies(declared: &str, potential: &str) -> String {
 fn what_grows_is_named_with_its_place() {
     let cases = [
         // Flat sums of sums: quadratic memory.
-        (
-            with_energies(
-                "let u[0] = x\nlet u[k in 1..5000] = u[k-1] + sin(u[k-1])",
-                "u[5000]",
-            ),
-            "V",
-        ),
+        (with_energies("let u[0] = x\nlet u[k in 1..5000] = u[k-1] + sin(u[k-1])", "u[5000]"), "V"),
         (with_energies("param p[1..20000000] = 1", "p[1]*x^2"), "`p`"),
         (with_energies("coord y[1..20000000]", "x^2"), "`y`"),
         (with_energies("coord z[1..2000, 1..2000]", "x^2"), "`z`"),
-        (
-            with_energies("param H = sum(i in 1..20000000, 1/i)", "H*x^2"),
-            "`H`",
-        ),
+        (with_energies("param H = sum(i in 1..20000000, 1/i)", "H*x^2"), "`H`"),
         (with_energies("", "sum(i in 1..20000000, sin(i*x))"), "V"),
-        (
-            with_energies("let w[k in 1..20000000] = k*x", "dot(w, w)"),
-            "V",
-        ),
+        (with_energies("let w[k in 1..20000000] = k*x", "dot(w, w)"), "V"),
     ];
     for (text, what) in cases {
         let (code, message, place) = refused(&text, &model(&text).unwrap_err());
         assert_eq!(code, "E0901", "{text}");
         assert_eq!(message, format!("the budget of 20 MB is used up by {what}"));
-        assert!(
-            place.contains(what.trim_matches('`')) || what == "V",
-            "{place}"
-        );
+        assert!(place.contains(what.trim_matches('`')) || what == "V", "{place}");
         assert!(!place.is_empty());
     }
 }
@@ -88,31 +73,13 @@ fn numbers_end_at_a_hundred_thousand_bits() {
             ),
             "r*u[k-1]*(1 - u[k-1])",
         ),
-        (
-            with_energies(
-                "param f[0] = 1\nparam f[k in 1..20000] = k*f[k-1]",
-                "f[20000]*x^2",
-            ),
-            "k*f[k-1]",
-        ),
-        (
-            with_energies(
-                "let f[0] = 1\nlet f[k in 1..20000] = k*f[k-1]",
-                "f[20000]*x^2",
-            ),
-            "k*f[k-1]",
-        ),
+        (with_energies("param f[0] = 1\nparam f[k in 1..20000] = k*f[k-1]", "f[20000]*x^2"), "k*f[k-1]"),
+        (with_energies("let f[0] = 1\nlet f[k in 1..20000] = k*f[k-1]", "f[20000]*x^2"), "k*f[k-1]"),
         (with_energies("param k = 2^(2^40)", "k*x^2"), "2^(2^40)"),
         (with_energies("", "x^2*10^(10^9)"), "10^(10^9)"),
-        (
-            with_energies("param k = 1e999999999", "k*x^2"),
-            "1e999999999",
-        ),
+        (with_energies("param k = 1e999999999", "k*x^2"), "1e999999999"),
         (with_energies("param k = 1e-40000", "k*x^2"), "1e-40000"),
-        (
-            with_energies("param a = 7^30000  param b = a*a", "b*x^2"),
-            "a*a",
-        ),
+        (with_energies("param a = 7^30000  param b = a*a", "b*x^2"), "a*a"),
     ];
     for (text, where_) in cases {
         // Room for the numbers that do fit.
@@ -128,8 +95,7 @@ fn numbers_end_at_a_hundred_thousand_bits() {
 
 #[test]
 fn every_stage_asks_the_same_budget() {
-    let many =
-        "coord x[1..5000]\nT = sum(i in 1..5000, 1/2*x[i]'^2)\nV = sum(i in 1..5000, x[i]^2)";
+    let many = "coord x[1..5000]\nT = sum(i in 1..5000, 1/2*x[i]'^2)\nV = sum(i in 1..5000, x[i]^2)";
     let error = derive(&model(many).unwrap(), &Parts::all()).unwrap_err();
     assert_eq!(only(&error.into()).code, Some("E0901"));
     // Stopped from outside, a stage has nothing but that to say.
@@ -155,10 +121,7 @@ fn memory_that_is_given_back_may_be_used_again() {
 fn the_command_line_has_a_clock() {
     let turns = "coord a, b, c\nlet R = rot_x(a)*rot_y(b)*rot_z(c)\nlet S = R*R\nlet w = angular_velocity(S*S)\n\
                  T = 1/2*dot(w, w)\nV = a^2 + b^2 + c^2\n";
-    let run = with_input(
-        &["derive", "-", "--budget", "1s", "--message-format", "json"],
-        turns,
-    );
+    let run = with_input(&["derive", "-", "--budget", "1s", "--message-format", "json"], turns);
     assert_eq!(run.status, 1, "{}", run.err);
     let told: serde_json::Value = serde_json::from_str(&run.err).unwrap();
     assert_eq!(told["code"], "E0901");
@@ -168,9 +131,7 @@ fn the_command_line_has_a_clock() {
 
 #[test]
 fn budgets_are_read() {
-    for limits in [
-        "60s", "10min", "1h", "4GB", "500MB", "60s,4GB", "4GB, 60s", "none",
-    ] {
+    for limits in ["60s", "10min", "1h", "4GB", "500MB", "60s,4GB", "4GB, 60s", "none"] {
         let run = with_input(&["modes", "-", "--budget", limits], SPRING);
         assert_eq!((run.status, run.err.as_str()), (0, ""), "{limits}");
     }
@@ -189,9 +150,5 @@ fn long_formulas_are_refused_before_they_are_written() {
     text += "T = 1/2*x'^2\nV = a60\n";
     let run = with_input(&["derive", "-", "--budget", "2s,200MB"], &text);
     assert_eq!(run.status, 1, "{}", run.err);
-    assert!(
-        run.err.contains("E0901") && run.err.len() < 2000,
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("E0901") && run.err.len() < 2000, "{}", run.err);
 }

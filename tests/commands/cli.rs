@@ -60,10 +60,7 @@ fn matrices_as_text() {
 #[test]
 fn a_large_model_stays_readable() {
     let text = printed(&["modes", "models/ubiquitin.lag"]);
-    assert!(
-        text.lines().all(|line| line.chars().count() <= 110),
-        "{text}"
-    );
+    assert!(text.lines().all(|line| line.chars().count() <= 110), "{text}");
     assert!(text.lines().count() > 228);
     assert!(text.contains("together are"));
 }
@@ -127,15 +124,9 @@ fn tables_stand_beside_the_model() {
 #[test]
 fn check_says_one_line() {
     let text = printed(&["check", PENDULUMS]);
-    assert_eq!(
-        text,
-        "three_pendulums: 3 coordinates, T and V are in order\n"
-    );
+    assert_eq!(text, "three_pendulums: 3 coordinates, T and V are in order\n");
     let run = with_input(&["check", "-"], "coord x  lagrangian = x'^2 - x^2");
-    assert_eq!(
-        run.out,
-        "<stdin>: 1 coordinate, the lagrangian is in order\n"
-    );
+    assert_eq!(run.out, "<stdin>: 1 coordinate, the lagrangian is in order\n");
     let run = with_input(&["check", "-"], "coord x  T = x'^2");
     assert_eq!(run.out, "<stdin>: 1 coordinate, T is in order, V is 0\n");
 }
@@ -154,30 +145,9 @@ fn exit_statuses() {
         (&["floquet", "models/mathieu.lag"], 0),
         (&["floquet", "models/mathieu.lag", "--digits", "31"], 2),
         (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3"], 2),
-        (
-            &["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "q=0"],
-            2,
-        ),
-        (
-            &[
-                "floquet",
-                "models/mathieu.lag",
-                "--map",
-                "a=0..1:3",
-                "a=0..1:3",
-            ],
-            2,
-        ),
-        (
-            &[
-                "floquet",
-                "models/mathieu.lag",
-                "--map",
-                "a=0..1:3",
-                "b=0..1:3",
-            ],
-            1,
-        ),
+        (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "q=0"], 2),
+        (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "a=0..1:3"], 2),
+        (&["floquet", "models/mathieu.lag", "--map", "a=0..1:3", "b=0..1:3"], 1),
         (&["floquet", PENDULUMS, "--map", "g=1..2:3", "L=1..2:3"], 1),
         (&["help"], 2),
         (&["modes", PENDULUMS, "--latex"], 2),
@@ -203,10 +173,7 @@ fn exit_statuses() {
             assert_eq!(run.err, "", "{arguments:?}");
         } else {
             assert_eq!(run.out, "", "{arguments:?}");
-            assert!(
-                run.err.starts_with("error") || arguments.is_empty(),
-                "{arguments:?}"
-            );
+            assert!(run.err.starts_with("error") || arguments.is_empty(), "{arguments:?}");
         }
     }
 }
@@ -219,17 +186,8 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
         assert!(run.err.contains("comes without a unit"), "{}", run.err);
     }
     let run = run(&["modes", PENDULUMS, "--set", "m[1..2]=7"]);
-    assert!(
-        run.err.contains("one member is set at a time"),
-        "{}",
-        run.err
-    );
-    assert_eq!(
-        run.err.matches("can't read the setting").count(),
-        1,
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("one member is set at a time"), "{}", run.err);
+    assert_eq!(run.err.matches("can't read the setting").count(), 1, "{}", run.err);
     // omega = sqrt(g/l): d omega = omega dl/(2 l)
     let sigma = |settings: &[&str]| {
         let own = [&["sensitivity", PENDULUM, "--json"], settings].concat();
@@ -243,16 +201,12 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
     // The modes of a sweep have it too; that of a value put in for the parameter itself stays.
     let text = "param k = 4 ± 1/10  param g = 1  coord x, y  T = 1/2*(x'^2 + y'^2)
         V = 1/2*k*x^2 + 1/2*g*y^2";
-    for (over, sigmas) in [
-        ("g=1..9:2", [[0.0, 0.025], [0.025, 0.0]]),
-        ("k=9..16:2", [[0.0, 0.1 / 6.0], [0.0, 0.1 / 8.0]]),
-    ] {
+    for (over, sigmas) in
+        [("g=1..9:2", [[0.0, 0.025], [0.025, 0.0]]), ("k=9..16:2", [[0.0, 0.1 / 6.0], [0.0, 0.1 / 8.0]])]
+    {
         for flag in ["--json", "--no-vectors"] {
-            let run = with_input(
-                &["sweep", "-", "--over", over, "--json", flag]
-                    [..5 + usize::from(flag != "--json")],
-                text,
-            );
+            let run =
+                with_input(&["sweep", "-", "--over", over, "--json", flag][..5 + usize::from(flag != "--json")], text);
             assert!(!run.err.contains("left out"), "{}", run.err);
             let json: serde_json::Value = serde_json::from_str(&run.out).unwrap();
             for (place, sigmas) in sigmas.iter().enumerate() {
@@ -263,19 +217,11 @@ fn settings_have_no_unit_and_may_have_an_uncertainty() {
             }
         }
         let run = with_input(&["sweep", "-", "--over", over], text);
-        assert!(
-            run.err.contains("the uncertainty of `k` is left out"),
-            "{}",
-            run.err
-        );
+        assert!(run.err.contains("the uncertainty of `k` is left out"), "{}", run.err);
     }
     // What is left out is said, where it is.
     let run = cli_support::run(&["period", PENDULUM, "--amplitude", "1", "--set", "l=1 ± 0.1"]);
-    assert!(
-        run.err.contains("the uncertainty of `l` is left out here"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("the uncertainty of `l` is left out here"), "{}", run.err);
 }
 
 #[test]
@@ -289,19 +235,12 @@ fn contradictory_constraints_are_no_derivation() {
         for command in ["modes", "derive"] {
             let run = with_input(&[command, "-"], &format!("{bodies}  {constraints}"));
             assert_eq!(run.status, 1, "{command} {constraints}: {}", run.out);
-            assert!(
-                run.err.contains("E0313"),
-                "{command} {constraints}: {}",
-                run.err
-            );
+            assert!(run.err.contains("E0313"), "{command} {constraints}: {}", run.err);
             assert!(run.out.is_empty(), "{}", run.out);
         }
     }
     // What follows from the others is no contradiction.
-    let run = with_input(
-        &["derive", "-"],
-        &format!("{bodies}  constraint x + y = 1  constraint 2*x + 2*y = 2"),
-    );
+    let run = with_input(&["derive", "-"], &format!("{bodies}  constraint x + y = 1  constraint 2*x + 2*y = 2"));
     assert_eq!(run.status, 0, "{}", run.err);
 }
 
@@ -309,17 +248,12 @@ fn contradictory_constraints_are_no_derivation() {
 fn many_groups_of_equal_modes_are_told_in_one_line() {
     let told = |model: &str| -> Vec<String> {
         let text = printed(&["modes", model]);
-        let lines = text
-            .lines()
-            .filter(|line| line.contains("equal within their bounds"));
+        let lines = text.lines().filter(|line| line.contains("equal within their bounds"));
         lines.map(str::to_owned).collect()
     };
     let many = told("models/square_lattice.lag");
     assert_eq!(many.len(), 1, "{many:?}");
-    assert!(
-        many[0].starts_with("modes 1 and 2; 3 and 4;") && many[0].contains("31 groups more"),
-        "{many:?}"
-    );
+    assert!(many[0].starts_with("modes 1 and 2; 3 and 4;") && many[0].contains("31 groups more"), "{many:?}");
     let [few] = &told("models/tetrahedron.lag")[..] else {
         panic!("no line, or several");
     };
@@ -354,16 +288,7 @@ fn help_teaches() {
     ] {
         assert!(text.contains(command));
     }
-    for command in [
-        "modes",
-        "check",
-        "derive",
-        "sweep",
-        "sensitivity",
-        "amplitude",
-        "floquet",
-        "inertia",
-    ] {
+    for command in ["modes", "check", "derive", "sweep", "sensitivity", "amplitude", "floquet", "inertia"] {
         assert!(printed(&[command, "--help"]).contains("--set <NAME=VALUE>"));
     }
 }
@@ -422,11 +347,7 @@ fn files_that_are_no_text() {
     let path = scratch("latin.lag", b"coord x\nparam gr\xf6\xdfe = 1\n");
     let run = run(&["check", path.to_str().unwrap()]);
     assert_eq!(run.status, 1);
-    assert!(
-        run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("not UTF-8 text (byte 16 in line 2, 0xf6)"), "{}", run.err);
     let run = finish(command(&["check", "-"]), b"\xff\xfe");
     assert_eq!(run.status, 1);
     assert!(run.err.contains("not UTF-8"), "{}", run.err);
@@ -466,22 +387,14 @@ fn colour_only_where_it_is_wanted() {
     let bare: String = forced
         .split('\u{1b}')
         .enumerate()
-        .map(|(at, part)| {
-            if at == 0 {
-                part
-            } else {
-                part.split_once('m').unwrap().1
-            }
-        })
+        .map(|(at, part)| if at == 0 { part } else { part.split_once('m').unwrap().1 })
         .collect();
     assert_eq!(bare, plain.out);
 }
 
 #[test]
 fn a_reader_that_leaves_is_no_error() {
-    let mut child = command(&["modes", "models/ubiquitin.lag", "--json"])
-        .spawn()
-        .unwrap();
+    let mut child = command(&["modes", "models/ubiquitin.lag", "--json"]).spawn().unwrap();
     drop(child.stdout.take());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(0));
@@ -489,12 +402,7 @@ fn a_reader_that_leaves_is_no_error() {
 }
 
 fn keys(value: &Value) -> Vec<&str> {
-    value
-        .as_object()
-        .unwrap()
-        .keys()
-        .map(String::as_str)
-        .collect()
+    value.as_object().unwrap().keys().map(String::as_str).collect()
 }
 
 #[test]
@@ -503,22 +411,10 @@ fn modes_as_json() {
     let json: Value = serde_json::from_str(&text).unwrap();
     assert_eq!(
         keys(&json),
-        [
-            "model",
-            "coordinates",
-            "equilibrium",
-            "equilibrium_error_bound",
-            "stability",
-            "secular",
-            "modes",
-            "units"
-        ]
+        ["model", "coordinates", "equilibrium", "equilibrium_error_bound", "stability", "secular", "modes", "units"]
     );
     assert_eq!(json["model"], "three_pendulums");
-    assert_eq!(
-        json["coordinates"],
-        serde_json::json!(["phi[1]", "phi[2]", "phi[3]"])
-    );
+    assert_eq!(json["coordinates"], serde_json::json!(["phi[1]", "phi[2]", "phi[3]"]));
     assert_eq!(json["equilibrium"], serde_json::json!([0.0, 0.0, 0.0]));
     assert_eq!(json["stability"], "stable");
     let modes = json["modes"].as_array().unwrap();
@@ -540,14 +436,8 @@ fn modes_as_json() {
                 "vector_error_bound"
             ]
         );
-        assert_eq!(
-            (&mode["kind"], &mode["symmetry"]),
-            (&"oscillation".into(), &symmetry.into())
-        );
-        assert_eq!(
-            (&mode["growth"], &mode["growth_digits"]),
-            (&0.0.into(), &"0".into())
-        );
+        assert_eq!((&mode["kind"], &mode["symmetry"]), (&"oscillation".into(), &symmetry.into()));
+        assert_eq!((&mode["growth"], &mode["growth_digits"]), (&0.0.into(), &"0".into()));
         assert!(mode["vector_error_bound"].as_f64().unwrap() < 1e-13);
     }
     assert_eq!(modes[0]["omega"].as_f64().unwrap(), 9.81_f64.sqrt());
@@ -558,42 +448,25 @@ fn modes_as_json() {
     let bound = modes[0]["error_bound"].as_f64().unwrap();
     assert!((1e-17..=4.4e-16).contains(&bound), "{bound}");
     let components = modes[0]["vector"].as_array().unwrap();
-    assert!(
-        components
-            .iter()
-            .all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13)
-    );
+    assert!(components.iter().all(|part| (part.as_f64().unwrap() - 0.5).abs() < 1e-13));
 }
 
 #[test]
 fn json_of_other_kinds_of_modes() {
-    let json: Value =
-        serde_json::from_str(&printed(&["modes", "models/egg_box_saddle.lag", "--json"])).unwrap();
+    let json: Value = serde_json::from_str(&printed(&["modes", "models/egg_box_saddle.lag", "--json"])).unwrap();
     assert_eq!(json["stability"], "unstable");
     let (unstable, stable) = (&json["modes"][0], &json["modes"][1]);
-    assert_eq!(
-        (&unstable["kind"], &unstable["omega"]),
-        (&"unstable".into(), &0.0.into())
-    );
+    assert_eq!((&unstable["kind"], &unstable["omega"]), (&"unstable".into(), &0.0.into()));
     assert_eq!(unstable["omega_digits"], "0");
     assert!(unstable["growth"].as_f64().unwrap() > 0.0);
     assert!(unstable["omega_squared"].as_f64().unwrap() < 0.0);
     assert_eq!(stable["growth_digits"], "0");
 
-    let json: Value = serde_json::from_str(&printed(&[
-        "modes",
-        "models/water.lag",
-        "--json",
-        "--no-vectors",
-    ]))
-    .unwrap();
+    let json: Value = serde_json::from_str(&printed(&["modes", "models/water.lag", "--json", "--no-vectors"])).unwrap();
     assert_eq!(json["stability"], "neutral");
     assert_eq!(json["zero_motions"].as_array().unwrap().len(), 6);
     let zero = &json["modes"][0];
-    assert_eq!(
-        (&zero["kind"], &zero["error_bound"]),
-        (&"zero".into(), &0.0.into())
-    );
+    assert_eq!((&zero["kind"], &zero["error_bound"]), (&"zero".into(), &0.0.into()));
     assert_eq!(zero["digits_error_bound"], 0.0);
     assert!(zero.get("vector").is_none() && zero.get("vector_error_bound").is_none());
 
@@ -632,21 +505,13 @@ fn matrices_as_json() {
             "force_vanishes"
         ]
     );
-    assert_eq!(
-        json["equations"][2],
-        "m[3]*l[3]^2*phi[3]'' + L^2*k23*(phi[3] - phi[2]) + g*m[3]*l[3]*sin(phi[3]) = 0"
-    );
+    assert_eq!(json["equations"][2], "m[3]*l[3]^2*phi[3]'' + L^2*k23*(phi[3] - phi[2]) + g*m[3]*l[3]*sin(phi[3]) = 0");
     assert_eq!(json["equilibrium"], serde_json::json!(["0", "0", "0"]));
     assert_eq!(json["mass"][0][1], "0");
     assert_eq!(json["stiffness"][0][1], json["stiffness"][1][0]);
     // Entries are expressions of the language.
     for matrix in ["mass", "stiffness"] {
-        for entry in json[matrix]
-            .as_array()
-            .unwrap()
-            .iter()
-            .flat_map(|row| row.as_array().unwrap())
-        {
+        for entry in json[matrix].as_array().unwrap().iter().flat_map(|row| row.as_array().unwrap()) {
             let text = format!("let entry = {}", entry.as_str().unwrap());
             assert!(librate::syntax::parse(&text).is_ok(), "{text}");
         }

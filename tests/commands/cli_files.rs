@@ -15,9 +15,7 @@ const NEAT: &str = "coord x\nT = 1/2*x'^2\nV = 2*x^2\n";
 
 /// An empty folder of a test's own.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("cli_files")
-        .join(name);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_files").join(name);
     let _ = fs::remove_dir_all(&folder);
     fs::create_dir_all(&folder).unwrap();
     folder
@@ -42,9 +40,7 @@ fn shell(folder: &Path, line: &str) -> Run {
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> = entries
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<String> = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -77,10 +73,7 @@ fn nothing_is_ever_cut() {
         let text = model_of(MOST + over, comment);
         fs::write(&file, &text).unwrap();
         for command in ["check", "fmt", "inertia"] {
-            is_fault(
-                &within(&folder, &[command, "long.lag"]),
-                "the file is too large",
-            );
+            is_fault(&within(&folder, &[command, "long.lag"]), "the file is too large");
         }
         is_fault(&shell(&folder, "\"$L\" fmt - < long.lag"), "too large");
         assert_eq!(fs::read_to_string(&file).unwrap(), text);
@@ -91,46 +84,24 @@ fn nothing_is_ever_cut() {
     fs::write(folder.join("m.lag"), model).unwrap();
     let table = fs::File::create(folder.join("q.csv")).unwrap();
     table.set_len((256 << 20) + 1).unwrap();
-    is_fault(
-        &within(&folder, &["check", "m.lag"]),
-        "it is larger than 256 MB",
-    );
+    is_fault(&within(&folder, &["check", "m.lag"]), "it is larger than 256 MB");
     fs::remove_file(folder.join("q.csv")).unwrap();
 }
 
 #[test]
 fn pipes_and_devices_keep_nobody_waiting() {
     let folder = folder("devices");
-    assert!(
-        Command::new("mkfifo")
-            .arg(folder.join("pipe.lag"))
-            .status()
-            .unwrap()
-            .success()
-    );
+    assert!(Command::new("mkfifo").arg(folder.join("pipe.lag")).status().unwrap().success());
     symlink("/dev/zero", folder.join("zero.lag")).unwrap();
     symlink("/dev/zero", folder.join("zero.csv")).unwrap();
     for file in ["pipe.lag", "zero.lag", "zero.csv", "/dev/zero"] {
         for command in ["check", "modes", "inertia", "fmt"] {
-            is_fault(
-                &within(&folder, &[command, file]),
-                "a pipe or a device and no file",
-            );
+            is_fault(&within(&folder, &[command, file]), "a pipe or a device and no file");
         }
     }
-    fs::write(
-        folder.join("m.lag"),
-        "table q = \"pipe.lag\"  coord x  T = x'^2",
-    )
-    .unwrap();
-    is_fault(
-        &within(&folder, &["check", "m.lag"]),
-        "a pipe or a device and no file",
-    );
-    is_fault(
-        &shell(&folder, "\"$L\" modes - < /dev/zero"),
-        "the file is too large",
-    );
+    fs::write(folder.join("m.lag"), "table q = \"pipe.lag\"  coord x  T = x'^2").unwrap();
+    is_fault(&within(&folder, &["check", "m.lag"]), "a pipe or a device and no file");
+    is_fault(&shell(&folder, "\"$L\" modes - < /dev/zero"), "the file is too large");
     // What a shell hands over is read to its end.
     fs::write(folder.join("neat.lag"), NEAT).unwrap();
     let run = shell(&folder, "cat neat.lag | \"$L\" modes /dev/fd/0");
@@ -146,12 +117,7 @@ fn tables_lie_in_or_below_the_folder_of_the_model() {
     fs::create_dir_all(inside.join("below")).unwrap();
     fs::create_dir(folder.join("other")).unwrap();
     let secret = "hidden,words\n1,2\n";
-    for place in [
-        "outside.csv",
-        "inside/own.csv",
-        "inside/below/own.csv",
-        "other/q.csv",
-    ] {
+    for place in ["outside.csv", "inside/own.csv", "inside/below/own.csv", "other/q.csv"] {
         fs::write(folder.join(place), secret).unwrap();
     }
     symlink("../outside.csv", inside.join("link.csv")).unwrap();
@@ -163,37 +129,15 @@ fn tables_lie_in_or_below_the_folder_of_the_model() {
         let text = format!("table q = \"{path}\"  coord x  T = x'^2  V = q[1].secret*x^2");
         fs::write(inside.join("m.lag"), text).unwrap();
     };
-    for path in [
-        "own.csv",
-        "below/own.csv",
-        "below/../own.csv",
-        "fine.csv",
-        "../inside/own.csv",
-        &absolute,
-    ] {
+    for path in ["own.csv", "below/own.csv", "below/../own.csv", "fine.csv", "../inside/own.csv", &absolute] {
         model(path);
-        is_fault(
-            &within(&folder, &["check", "inside/m.lag"]),
-            "its columns are hidden, words",
-        );
-        is_fault(
-            &within(&inside, &["check", "m.lag"]),
-            "its columns are hidden, words",
-        );
-        is_fault(
-            &shell(&inside, "\"$L\" check - < m.lag"),
-            "its columns are hidden, words",
-        );
+        is_fault(&within(&folder, &["check", "inside/m.lag"]), "its columns are hidden, words");
+        is_fault(&within(&inside, &["check", "m.lag"]), "its columns are hidden, words");
+        is_fault(&shell(&inside, "\"$L\" check - < m.lag"), "its columns are hidden, words");
     }
-    for path in [
-        "../outside.csv",
-        "../nothing.csv",
-        "link.csv",
-        "folder/q.csv",
-        "/etc/passwd",
-        "/etc/nothing",
-        &outside,
-    ] {
+    for path in
+        ["../outside.csv", "../nothing.csv", "link.csv", "folder/q.csv", "/etc/passwd", "/etc/nothing", &outside]
+    {
         model(path);
         for run in [
             within(&folder, &["check", "inside/m.lag"]),
@@ -201,47 +145,29 @@ fn tables_lie_in_or_below_the_folder_of_the_model() {
             shell(&inside, "\"$L\" check - < m.lag"),
             within(&inside, &["check", "m.lag", "--allow-path", "below"]),
         ] {
-            is_fault(
-                &run,
-                "there is no such file in or below the folder of the model",
-            );
+            is_fault(&run, "there is no such file in or below the folder of the model");
             assert!(!run.err.contains("hidden"), "{}", run.err);
         }
     }
     for path in ["../outside.csv", "link.csv", "folder/q.csv", &outside] {
         model(path);
-        for arguments in [
-            &["--allow-path", ".."][..],
-            &["--allow-path", "../other", "--allow-path=.."],
-        ] {
+        for arguments in [&["--allow-path", ".."][..], &["--allow-path", "../other", "--allow-path=.."]] {
             let run = within(&inside, &[&["check", "m.lag"], arguments].concat());
             is_fault(&run, "its columns are hidden, words");
         }
     }
-    is_fault(
-        &within(&inside, &["check", "m.lag", "--allow-path", "none"]),
-        "can't use the folder `none`",
-    );
+    is_fault(&within(&inside, &["check", "m.lag", "--allow-path", "none"]), "can't use the folder `none`");
     // A model that is a link has its tables where it leads to.
     model("own.csv");
     symlink("inside/m.lag", folder.join("m.lag")).unwrap();
     symlink("inside/own.csv", folder.join("own.csv")).unwrap();
-    is_fault(
-        &within(&folder, &["check", "m.lag"]),
-        "its columns are hidden, words",
-    );
+    is_fault(&within(&folder, &["check", "m.lag"]), "its columns are hidden, words");
     // Of what is read, no more is quoted than it takes to see what it is.
-    let header: Vec<String> = (0..40)
-        .map(|i| format!("{i}{}", "secret ".repeat(30)))
-        .collect();
+    let header: Vec<String> = (0..40).map(|i| format!("{i}{}", "secret ".repeat(30))).collect();
     fs::write(inside.join("own.csv"), header.join(",")).unwrap();
     let run = within(&inside, &["check", "m.lag"]);
     assert_eq!(run.status, 1);
-    assert!(
-        run.err.len() < 1000 && !run.err.contains("8secret"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.len() < 1000 && !run.err.contains("8secret"), "{}", run.err);
 }
 
 #[test]
@@ -256,18 +182,8 @@ fn results_are_not_written_over_what_was_read() {
     let before = names(&folder);
     let motion = ["--start", "x=1", "--until", "1", "--samples", "2", "--svg"];
     for model in ["own.lag", "hard.lag", "soft.lag"] {
-        for picture in [
-            "own.lag",
-            "./own.lag",
-            "hard.lag",
-            "soft.lag",
-            "q.csv",
-            "soft.csv",
-        ] {
-            let run = within(
-                &folder,
-                &[&["motion", model], &motion[..], &[picture]].concat(),
-            );
+        for picture in ["own.lag", "./own.lag", "hard.lag", "soft.lag", "q.csv", "soft.csv"] {
+            let run = within(&folder, &[&["motion", model], &motion[..], &[picture]].concat());
             is_fault(&run, "this command reads that file");
         }
     }
@@ -277,23 +193,11 @@ fn results_are_not_written_over_what_was_read() {
     is_fault(&shell(&folder, &line), "has written it already");
     fs::remove_file(folder.join("out")).unwrap();
     let period = ["period", "own.lag", "--over", "energy=1..2:2", "--svg"];
-    is_fault(
-        &within(&folder, &[&period[..], &["hard.lag"]].concat()),
-        "this command reads that file",
-    );
+    is_fault(&within(&folder, &[&period[..], &["hard.lag"]].concat()), "this command reads that file");
     fs::copy("models/mathieu.lag", folder.join("z.lag")).unwrap();
     let chart = ["floquet", "z.lag", "--map", "a=0..1:2", "q=0..1:2"];
-    is_fault(
-        &within(&folder, &[&chart[..], &["--borders", "z.lag"]].concat()),
-        "this command reads that file",
-    );
-    is_fault(
-        &within(
-            &folder,
-            &[&chart[..], &["--borders", "b", "--svg", "./b"]].concat(),
-        ),
-        "has written it already",
-    );
+    is_fault(&within(&folder, &[&chart[..], &["--borders", "z.lag"]].concat()), "this command reads that file");
+    is_fault(&within(&folder, &[&chart[..], &["--borders", "b", "--svg", "./b"]].concat()), "has written it already");
     fs::remove_file(folder.join("b")).unwrap();
     fs::remove_file(folder.join("z.lag")).unwrap();
     assert_eq!(fs::read_to_string(folder.join("own.lag")).unwrap(), text);
@@ -305,9 +209,7 @@ fn pictures_are_whole_and_keep_permissions_and_links() {
     let folder = folder("pictures");
     fs::write(folder.join("m.lag"), NEAT).unwrap();
     let draw = |picture: &str| {
-        let arguments = [
-            "motion", "m.lag", "--start", "x=1", "--until", "1", "--svg", picture,
-        ];
+        let arguments = ["motion", "m.lag", "--start", "x=1", "--until", "1", "--svg", picture];
         within(&folder, &arguments)
     };
     assert_eq!(draw("new.svg").status, 0);
@@ -336,16 +238,7 @@ fn pictures_are_whole_and_keep_permissions_and_links() {
     is_fault(&draw("."), "it is a directory");
     fs::set_permissions(folder.join("old.svg"), PermissionsExt::from_mode(0o444)).unwrap();
     is_fault(&draw("old.svg"), "writing it is not permitted");
-    let all = [
-        "dangling.svg",
-        "hard.svg",
-        "later.svg",
-        "m.lag",
-        "made",
-        "new.svg",
-        "old.svg",
-        "soft.svg",
-    ];
+    let all = ["dangling.svg", "hard.svg", "later.svg", "m.lag", "made", "new.svg", "old.svg", "soft.svg"];
     assert_eq!(names(&folder), all);
 }
 
@@ -369,10 +262,7 @@ fn formatting_keeps_hard_links_long_names_and_what_others_write() {
     // While a large file is formatted, somebody saves another one.
     let file = folder.join("large.lag");
     fs::write(&file, format!("{MESSY}{}", "param a=(1)\n".repeat(200_000))).unwrap();
-    let mut child = command(&["fmt", "large.lag"])
-        .current_dir(&folder)
-        .spawn()
-        .unwrap();
+    let mut child = command(&["fmt", "large.lag"]).current_dir(&folder).spawn().unwrap();
     std::thread::sleep(std::time::Duration::from_millis(100));
     let still = child.try_wait().unwrap().is_none();
     if still {
@@ -391,7 +281,8 @@ fn formatting_keeps_hard_links_long_names_and_what_others_write() {
 /// No control characters but the ends of lines, no colours where none are asked for, no marks of direction.
 fn is_clean(text: &str) -> bool {
     !text.chars().any(|c| {
-        c.is_control() && c != '\n' || matches!(c, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+        c.is_control() && c != '\n'
+            || matches!(c, '\u{61c}' | '\u{200e}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
     })
 }
 
@@ -412,35 +303,16 @@ fn nothing_hidden_reaches_a_terminal() {
     ];
     for model in &models {
         fs::write(folder.join(&name), model).unwrap();
-        for arguments in [
-            &["check", &name][..],
-            &["fmt", "--check", &name],
-            &["modes", &name],
-            &["check", &name, &name],
-        ] {
+        for arguments in
+            [&["check", &name][..], &["fmt", "--check", &name], &["modes", &name], &["check", &name, &name]]
+        {
             let run = within(&folder, arguments);
-            assert!(
-                is_clean(&run.out) && is_clean(&run.err),
-                "{}{}",
-                run.out,
-                run.err
-            );
-            let run = within(
-                &folder,
-                &[arguments, &["--message-format", "json"]].concat(),
-            );
-            assert!(
-                is_clean(&run.out) && is_clean(&run.err),
-                "{}{}",
-                run.out,
-                run.err
-            );
+            assert!(is_clean(&run.out) && is_clean(&run.err), "{}{}", run.out, run.err);
+            let run = within(&folder, &[arguments, &["--message-format", "json"]].concat());
+            assert!(is_clean(&run.out) && is_clean(&run.err), "{}{}", run.out, run.err);
             // With colours there are ours and no others.
             let mut colored = command(arguments);
-            colored
-                .current_dir(&folder)
-                .env("CLICOLOR_FORCE", "1")
-                .env_remove("NO_COLOR");
+            colored.current_dir(&folder).env("CLICOLOR_FORCE", "1").env_remove("NO_COLOR");
             let run = finish(colored, b"");
             let bare = (run.out + &run.err).replace("\u{1b}[", "");
             assert!(is_clean(&bare) && !bare.contains("a31m"), "{bare}");
@@ -470,17 +342,10 @@ fn a_result_that_can_not_be_written_is_no_success() {
         "--version > /dev/full",
         "fmt - < models/three_pendulums.lag >&-",
     ] {
-        is_fault(
-            &shell(here, &format!("\"$L\" {line}")),
-            "can't write the result",
-        );
+        is_fault(&shell(here, &format!("\"$L\" {line}")), "can't write the result");
     }
     let quiet = "modes models/three_pendulums.lag 2>&1 1<> /dev/null";
-    for line in [
-        quiet,
-        "modes models/three_pendulums.lag | true",
-        "fmt models/three_pendulums.lag >&-",
-    ] {
+    for line in [quiet, "modes models/three_pendulums.lag | true", "fmt models/three_pendulums.lag >&-"] {
         let run = shell(here, &format!("\"$L\" {line}"));
         assert_eq!((run.status, run.err.as_str()), (0, ""), "{line}");
     }
@@ -492,26 +357,14 @@ fn long_tables_are_written_row_by_row() {
     let text = "coord x  T = 1/2*x'^2  V = 1/2*x^2";
     let rows = 350_001;
     let arguments = |more: &'static [&'static str]| {
-        let own = [
-            "motion",
-            "-",
-            "--start",
-            "x=1",
-            "--until",
-            "7",
-            "--tolerance",
-            "1e-12",
-        ];
+        let own = ["motion", "-", "--start", "x=1", "--until", "7", "--tolerance", "1e-12"];
         [&own[..], more].concat()
     };
     let short = with_input(&arguments(&["--samples", "8"]), text);
     let long = with_input(&arguments(&["--samples", "350001", "--linear"]), text);
     assert_eq!(long.status, 0, "{}", long.err);
     let lines: Vec<&str> = long.out.lines().collect();
-    assert_eq!(
-        (lines.len(), lines[0]),
-        (rows + 1, "t,x,x',linear x,linear x'")
-    );
+    assert_eq!((lines.len(), lines[0]), (rows + 1, "t,x,x',linear x,linear x'"));
     for (at, line) in short.out.lines().skip(1).enumerate() {
         assert!(lines[1 + 50_000 * at].starts_with(line), "{line}");
     }
@@ -519,10 +372,7 @@ fn long_tables_are_written_row_by_row() {
     assert_eq!(json.status, 0, "{}", json.err);
     let json: serde_json::Value = serde_json::from_str(&json.out).unwrap();
     let speeds = json["columns"][1]["values"].as_array().unwrap();
-    assert_eq!(
-        (speeds.len(), json["times"].as_array().unwrap().len()),
-        (rows, rows)
-    );
+    assert_eq!((speeds.len(), json["times"].as_array().unwrap().len()), (rows, rows));
     for at in (0..rows).step_by(9_999) {
         let off = speeds[at].as_f64().unwrap() + (at as f64 * 2e-5).sin();
         assert!(off.abs() < 1e-10, "{at}: {off:e}");
@@ -533,21 +383,9 @@ fn long_tables_are_written_row_by_row() {
 #[test]
 fn a_table_ends_with_its_reader() {
     use std::io::{BufRead, BufReader};
-    let mut reader = command(&[
-        "motion",
-        "models/simple_pendulum.lag",
-        "--start",
-        "phi=1",
-        "--until",
-        "5",
-        "--samples",
-        "1e15",
-    ]);
-    let mut running = reader
-        .stdout(std::process::Stdio::piped())
-        .stderr(std::process::Stdio::null())
-        .spawn()
-        .unwrap();
+    let mut reader =
+        command(&["motion", "models/simple_pendulum.lag", "--start", "phi=1", "--until", "5", "--samples", "1e15"]);
+    let mut running = reader.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::null()).spawn().unwrap();
     let mut lines = BufReader::new(running.stdout.take().unwrap()).lines();
     assert_eq!(lines.next().unwrap().unwrap(), "t,phi,phi'");
     assert_eq!(lines.next().unwrap().unwrap(), "0.0,1.000000000,0");

@@ -36,19 +36,15 @@ fn fmt(arguments: &[&str], input: &[u8], folder: &Path) -> Run {
 
 /// An empty folder of a test's own.
 fn folder(name: &str) -> PathBuf {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"))
-        .join("cli_fmt")
-        .join(name);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("cli_fmt").join(name);
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).unwrap();
     folder
 }
 
 fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = std::fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-        .collect();
+    let mut names: Vec<String> =
+        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
     names.sort();
     names
 }
@@ -64,10 +60,7 @@ fn files_are_rewritten_where_they_stand() {
     std::fs::write(folder.join("b.lag"), MESSY.replace('\n', "\r\n")).unwrap();
     std::fs::write(folder.join("c.lag"), NEAT).unwrap();
     let long_ago = std::time::UNIX_EPOCH;
-    let neat = std::fs::File::options()
-        .append(true)
-        .open(folder.join("c.lag"))
-        .unwrap();
+    let neat = std::fs::File::options().append(true).open(folder.join("c.lag")).unwrap();
     neat.set_modified(long_ago).unwrap();
     assert!(silent(&fmt(&["a.lag", "b.lag", "c.lag"], b"", &folder)));
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
@@ -76,21 +69,14 @@ fn files_are_rewritten_where_they_stand() {
     // What is in order isn't touched, and nothing is left lying about.
     assert_eq!(neat.metadata().unwrap().modified().unwrap(), long_ago);
     assert_eq!(names(&folder), ["a.lag", "b.lag", "c.lag"]);
-    assert!(silent(&fmt(
-        &["--check", "a.lag", "b.lag", "c.lag"],
-        b"",
-        &folder
-    )));
+    assert!(silent(&fmt(&["--check", "a.lag", "b.lag", "c.lag"], b"", &folder)));
 }
 
 #[test]
 fn standard_input_goes_to_standard_output() {
     let here = Path::new(".");
     let run = fmt(&["-"], MESSY.as_bytes(), here);
-    assert_eq!(
-        (run.status, run.out.as_str(), run.err.as_str()),
-        (0, NEAT, "")
-    );
+    assert_eq!((run.status, run.out.as_str(), run.err.as_str()), (0, NEAT, ""));
     let run = fmt(&["-"], NEAT.as_bytes(), here);
     assert_eq!((run.status, run.out.as_str()), (0, NEAT));
     let run = fmt(&["-", "--check"], NEAT.as_bytes(), here);
@@ -105,18 +91,10 @@ fn check_shows_the_difference_and_writes_nothing() {
     let run = fmt(&["--check", "neat.lag", "messy.lag"], b"", &folder);
     assert_eq!((run.status, run.err.as_str()), (1, ""));
     insta::assert_snapshot!(run.out);
-    assert_eq!(
-        std::fs::read_to_string(folder.join("messy.lag")).unwrap(),
-        MESSY
-    );
+    assert_eq!(std::fs::read_to_string(folder.join("messy.lag")).unwrap(), MESSY);
     let run = fmt(&["--check", "-"], MESSY.as_bytes(), &folder);
     assert_eq!(run.status, 1);
-    assert!(
-        run.out
-            .starts_with("--- <stdin>\n+++ <stdin> (formatted)\n"),
-        "{}",
-        run.out
-    );
+    assert!(run.out.starts_with("--- <stdin>\n+++ <stdin> (formatted)\n"), "{}", run.out);
 }
 
 #[test]
@@ -127,18 +105,11 @@ fn mistakes_leave_a_file_alone_and_the_others_are_done() {
     std::fs::write(folder.join("messy.lag"), MESSY).unwrap();
     let run = fmt(&["broken.lag", "no_such.lag", "messy.lag"], b"", &folder);
     assert_eq!((run.status, run.out.as_str()), (1, ""));
-    assert!(
-        run.err.contains("the multiplication sign is missing"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("the multiplication sign is missing"), "{}", run.err);
     assert!(run.err.contains("broken.lag:2:5"), "{}", run.err);
     assert!(run.err.contains("there is no such file"), "{}", run.err);
     let read = |name: &str| std::fs::read_to_string(folder.join(name)).unwrap();
-    assert_eq!(
-        (read("broken.lag").as_str(), read("messy.lag").as_str()),
-        (broken, NEAT)
-    );
+    assert_eq!((read("broken.lag").as_str(), read("messy.lag").as_str()), (broken, NEAT));
     assert_eq!(names(&folder), ["broken.lag", "messy.lag"]);
     let run = fmt(&["-"], broken.as_bytes(), &folder);
     assert_eq!((run.status, run.out.as_str()), (1, ""));
@@ -147,12 +118,7 @@ fn mistakes_leave_a_file_alone_and_the_others_are_done() {
 #[test]
 fn wrong_usage() {
     let here = Path::new(".");
-    for arguments in [
-        &[][..],
-        &["--check"],
-        &["--set", "a=1", "-"],
-        &["--json", "-"],
-    ] {
+    for arguments in [&[][..], &["--check"], &["--set", "a=1", "-"], &["--json", "-"]] {
         let run = fmt(arguments, b"", here);
         assert_eq!((run.status, run.out.as_str()), (2, ""), "{arguments:?}");
         assert!(!run.err.is_empty());
@@ -172,10 +138,7 @@ fn models_are_canonical() {
     assert!(files.len() > 50);
     let files: Vec<&str> = files.iter().map(String::as_str).collect();
     let run = fmt(&files, b"", here);
-    assert_eq!(
-        (run.status, run.out.as_str(), run.err.as_str()),
-        (0, "", "")
-    );
+    assert_eq!((run.status, run.out.as_str(), run.err.as_str()), (0, "", ""));
 }
 
 #[cfg(unix)]
@@ -190,23 +153,13 @@ fn permissions_and_links_stay() {
     assert!(silent(&fmt(&["link.lag"], b"", &folder)));
     assert_eq!(std::fs::read_to_string(&file).unwrap(), NEAT);
     assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o754);
-    assert!(
-        folder
-            .join("link.lag")
-            .symlink_metadata()
-            .unwrap()
-            .is_symlink()
-    );
+    assert!(folder.join("link.lag").symlink_metadata().unwrap().is_symlink());
     assert_eq!(names(&folder), ["link.lag", "real.lag"]);
     // A file that mustn't be written isn't.
     std::fs::write(&file, MESSY).unwrap();
     std::fs::set_permissions(&file, PermissionsExt::from_mode(0o444)).unwrap();
     let run = fmt(&["real.lag"], b"", &folder);
     assert_eq!(run.status, 1);
-    assert!(
-        run.err.contains("writing it is not permitted"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("writing it is not permitted"), "{}", run.err);
     assert_eq!(std::fs::read_to_string(&file).unwrap(), MESSY);
 }

@@ -17,9 +17,7 @@ V = sum(i in 1..N, 1/2*k*y^2) + sum(i in 1..N, x[i]^2)
 ";
 
 fn lines(text: &str) -> Vec<Value> {
-    text.lines()
-        .map(|line| serde_json::from_str(line).unwrap())
-        .collect()
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
 #[test]
@@ -46,10 +44,7 @@ fn an_equilibrium_that_runs_away_is_remarked_unless_it_was_given() {
         let run = with_input(&["modes", "-", "--message-format", "json"], &model);
         assert_eq!(run.status, 0);
         let codes = lines(&run.err);
-        codes
-            .iter()
-            .map(|line| line["code"].as_str().unwrap().to_owned())
-            .collect::<Vec<_>>()
+        codes.iter().map(|line| line["code"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(code(format!("{falling} - y^2")), ["W0101"]);
     assert_eq!(code(format!("{falling} + y^2")), ["W0102"]);
@@ -69,9 +64,7 @@ fn a_period_without_time_is_told() {
     assert!(warned("V = 1/2*W*x^2  dissipation = x'^2  period 2*pi/W"));
     assert!(!warned("V = 1/2*x^2*cos(W*t)  period 2*pi/W"));
     assert!(!warned("let f = cos(W*t)  V = 1/2*x^2*f  period 2*pi/W"));
-    assert!(!warned(
-        "V = x^2  dissipation = (1 + cos(W*t)/2)*x'^2  period 2*pi/W"
-    ));
+    assert!(!warned("V = x^2  dissipation = (1 + cos(W*t)/2)*x'^2  period 2*pi/W"));
     assert!(!warned("V = 1/2*W*x^2"));
 }
 
@@ -88,14 +81,10 @@ fn velocities_guessed_in_vain_are_told() {
     assert!(warned("check", "V = x^2 + y^2"));
     assert!(warned("check", &format!("{driven}  equilibrium x = 0")));
     assert!(!warned("floquet", driven));
-    let model =
-        "coord x : cm  param m : kg = 1  param k : N/m = 2  T = 1/2*m*x'^2  V = 1/2*k*x^2*cos(t/1)
+    let model = "coord x : cm  param m : kg = 1  param k : N/m = 2  T = 1/2*m*x'^2  V = 1/2*k*x^2*cos(t/1)
         guess x' : m = 1";
     let run = with_input(&["check", "-", "--message-format", "json"], model);
-    let wrong = lines(&run.err)
-        .into_iter()
-        .find(|line| line["code"] == "E0205")
-        .expect("a length is no velocity");
+    let wrong = lines(&run.err).into_iter().find(|line| line["code"] == "E0205").expect("a length is no velocity");
     let message = wrong["message"].as_str().unwrap_or_default();
     assert!(message.contains("`x'` is a velocity"), "{message}");
 }
@@ -115,27 +104,19 @@ fn messages_for_programs() {
     assert_eq!(one["code"], "E0007");
     assert_eq!(one["file"], "<stdin>");
     assert_eq!(one["message"], "the multiplication sign is missing");
-    let (start, end) = (
-        one["primary"]["start"].as_u64().unwrap() as usize,
-        one["primary"]["end"].as_u64().unwrap() as usize,
-    );
+    let (start, end) =
+        (one["primary"]["start"].as_u64().unwrap() as usize, one["primary"]["end"].as_u64().unwrap() as usize);
     assert_eq!(&model[start..end], "2 x");
     assert_eq!(one["primary"]["line"], 3);
     assert_eq!(one["primary"]["column"], 15);
     assert_eq!(one["primary"]["end_column"], 18);
 
-    let run = with_input(
-        &["check", "-", "--message-format", "json"],
-        &model.replace("2 x", "2*x"),
-    );
+    let run = with_input(&["check", "-", "--message-format", "json"], &model.replace("2 x", "2*x"));
     let all = lines(&run.err);
     assert_eq!(all.len(), 2, "{}", run.err);
     assert_eq!(all[0]["primary"]["line"], 2);
     // Columns count characters.
-    assert_eq!(
-        (&all[1]["code"], &all[1]["primary"]["line"]),
-        (&"E0101".into(), &5.into())
-    );
+    assert_eq!((&all[1]["code"], &all[1]["primary"]["line"]), (&"E0101".into(), &5.into()));
     assert_eq!(all[1]["primary"]["column"], 9);
 
     let run = run_json_failure(&["modes", "no_such_file.lag"]);

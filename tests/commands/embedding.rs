@@ -89,9 +89,7 @@ fn a_later_table_takes_the_place_of_an_earlier_one() {
         "table rods = \"t.csv\"  coord x[1..rows(rods)]  T = 1/2*dot(x', x')  V = 1/2*dot(x, x)",
     )
     .unwrap();
-    let count = |tables: &TableTexts| {
-        elaborate(&file, tables, &Settings::new()).map(|model| model.coordinates.len())
-    };
+    let count = |tables: &TableTexts| elaborate(&file, tables, &Settings::new()).map(|model| model.coordinates.len());
     let one = TableTexts::new().with("t.csv", "k\n1\n");
     assert_eq!(count(&one).unwrap(), 1);
     let two = one.with("other.csv", "k\n").with("t.csv", "k\n1\n2\n");
@@ -113,40 +111,17 @@ fn coordinates_are_counted_before_the_energies_are_worked_out() {
     seven.add("N=7").unwrap();
     for (text, settings, expected) in [
         ("coord x, y[1..3], z[1..2, 0..4]", Settings::new(), 14),
-        (
-            "param N = 3  param M = 2*N - 1  coord x[1..M]",
-            seven.clone(),
-            13,
-        ),
-        (
-            "param N = 3  param m[1..N] = 1  coord x, y[i in 1..N where i != 2]",
-            seven,
-            7,
-        ),
-        (
-            "table rods = \"t.csv\"  param k = 3  coord x[b in rods], y[1..k*rows(rods)]",
-            Settings::new(),
-            8,
-        ),
-        (
-            "param n[1..2] = [4, 5]  coord x[1..n[2]], y[i in 1..3, j in i..3]",
-            Settings::new(),
-            11,
-        ),
+        ("param N = 3  param M = 2*N - 1  coord x[1..M]", seven.clone(), 13),
+        ("param N = 3  param m[1..N] = 1  coord x, y[i in 1..N where i != 2]", seven, 7),
+        ("table rods = \"t.csv\"  param k = 3  coord x[b in rods], y[1..k*rows(rods)]", Settings::new(), 8),
+        ("param n[1..2] = [4, 5]  coord x[1..n[2]], y[i in 1..3, j in i..3]", Settings::new(), 11),
     ] {
         let text = format!("{text}  coord s  T = 1/2*s'^2");
         let file = librate::syntax::parse(&text).unwrap();
         let model = elaborate(&file, &tables, &settings).unwrap();
         assert_eq!(model.coordinates.len(), expected + 1, "{text}");
-        assert_eq!(
-            coordinate_count(&file, &tables, &settings),
-            expected + 1,
-            "{text}"
-        );
+        assert_eq!(coordinate_count(&file, &tables, &settings), expected + 1, "{text}");
     }
     assert_eq!(check_size(MOST_COORDINATES), Ok(()));
-    assert!(matches!(
-        check_size(MOST_COORDINATES + 1),
-        Err(LinearizeError::TooLarge { .. })
-    ));
+    assert!(matches!(check_size(MOST_COORDINATES + 1), Err(LinearizeError::TooLarge { .. })));
 }

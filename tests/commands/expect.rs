@@ -50,11 +50,8 @@ fn other_forms_of_the_same_are_accepted() {
     // With parameters tied, any of the equal ones will do, in any order, multiplied out or not.
     assert_derives!(
         &derived("three_pendulums"),
-        frequencies = [
-            "g/l[2] + L^2*k23*(m[2] + 2*m[3])/(m[3]*m[2]*l[1]*l[3])",
-            "g/l[3] + L^2*k12/(m[3]*l[2]^2)",
-            "g/l[1]",
-        ],
+        frequencies =
+            ["g/l[2] + L^2*k23*(m[2] + 2*m[3])/(m[3]*m[2]*l[1]*l[3])", "g/l[3] + L^2*k12/(m[3]*l[2]^2)", "g/l[1]",],
     );
     // Displacements from an equilibrium that is not 0, roots and inverse functions.
     assert_derives!(
@@ -92,10 +89,7 @@ fn what_differs_is_shown_with_what_was_found() {
       found:    1/2*(l[1]^2*(m[1] + m[2])*th[1]'^2 + l[2]^2*m[2]*th[2]'^2 + 2*l[1]*l[2]*m[2]*th[1]'*th[2]')
     ");
     let panic = std::panic::catch_unwind(|| {
-        assert_derives!(
-            &derivation,
-            stiffness = "[[g*l[1]*m[1], 0], [0, g*l[2]*m[2]]]"
-        );
+        assert_derives!(&derivation, stiffness = "[[g*l[1]*m[1], 0], [0, g*l[2]*m[2]]]");
     });
     let message = *panic.unwrap_err().downcast::<String>().unwrap();
     insta::assert_snapshot!(message, @r"
@@ -112,24 +106,10 @@ fn frequencies_are_compared_as_a_set() {
     let derivation = derived("ball_in_bowl");
     assert_derives!(&derivation, frequencies = ["g/R", "g/R"]);
     let once = mismatches(&derivation, Expected::new().frequencies(["g/R"]));
-    let [
-        Mismatch::Differs {
-            expected, found, ..
-        },
-    ] = once.as_slice()
-    else {
-        panic!("{once:?}")
-    };
+    let [Mismatch::Differs { expected, found, .. }] = once.as_slice() else { panic!("{once:?}") };
     assert_eq!((expected.as_str(), found.as_str()), ("no more", "g/R"));
     let wrong = mismatches(&derivation, Expected::new().frequencies(["g/R", "g/(2*R)"]));
-    let [
-        Mismatch::Differs {
-            expected, found, ..
-        },
-    ] = wrong.as_slice()
-    else {
-        panic!("{wrong:?}")
-    };
+    let [Mismatch::Differs { expected, found, .. }] = wrong.as_slice() else { panic!("{wrong:?}") };
     assert_eq!((expected.as_str(), found.as_str()), ("g/(2*R)", "g/R"));
 }
 
@@ -140,11 +120,7 @@ fn equations_are_the_same_up_to_a_factor_and_no_further() {
         T = 1/2*m*x'^2 + 1/2*m*(1 + x^2)*y'^2  V = 1/2*k*x^2 + 1/2*l*y^2";
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let second = "(1 + x^2)*y'' + 2*x*x'*y' + l/m*y = 0";
-    assert_derives!(
-        &derivation,
-        equations = ["-x'' = (k/m - y'^2)*x", second],
-        mass = "[[m, 0], [0, m]]",
-    );
+    assert_derives!(&derivation, equations = ["-x'' = (k/m - y'^2)*x", second], mass = "[[m, 0], [0, m]]",);
     for wrong in [
         "x'' = (k/m - y'^2)*x",
         "x'' + k/m*x = 0",
@@ -153,10 +129,7 @@ fn equations_are_the_same_up_to_a_factor_and_no_further() {
         "0 = 0",
     ] {
         let found = mismatches(&derivation, Expected::new().equations([wrong, second]));
-        assert!(
-            matches!(found.as_slice(), [Mismatch::Differs { .. }]),
-            "{wrong}: {found:?}"
-        );
+        assert!(matches!(found.as_slice(), [Mismatch::Differs { .. }]), "{wrong}: {found:?}");
     }
 }
 
@@ -167,10 +140,7 @@ fn what_cannot_be_compared_says_why() {
     let unknown = kind(Expected::new().mass("[[M*l^2]]"));
     assert!(unknown.contains("`M` is no name of the model"), "{unknown}");
     let shape = kind(Expected::new().stiffness("[[g, 0], [0, g]]"));
-    assert!(
-        shape.contains("2 by 2") && shape.contains("1 by 1"),
-        "{shape}"
-    );
+    assert!(shape.contains("2 by 2") && shape.contains("1 by 1"), "{shape}");
     let flat = kind(Expected::new().stiffness("g"));
     assert!(flat.contains("by rows"), "{flat}");
     let count = kind(Expected::new().momenta(["1", "2"]));
@@ -181,11 +151,7 @@ fn what_cannot_be_compared_says_why() {
     assert!(syntax.contains("multiplication"), "{syntax}");
     let two = kind(Expected::new().potential("g  param x = 2"));
     assert!(two.contains("single"), "{two}");
-    let plain = derive(
-        &load("models/simple_pendulum.lag".as_ref()),
-        &Parts::default(),
-    )
-    .unwrap();
+    let plain = derive(&load("models/simple_pendulum.lag".as_ref()), &Parts::default()).unwrap();
     for expected in [
         Expected::new().equations(["phi'' = 0"]),
         Expected::new().momenta(["phi'"]),
@@ -193,15 +159,9 @@ fn what_cannot_be_compared_says_why() {
         Expected::new().frequencies(["1"]),
     ] {
         let found = mismatches(&plain, expected);
-        assert!(
-            matches!(found.as_slice(), [Mismatch::NotThere { .. }]),
-            "{found:?}"
-        );
+        assert!(matches!(found.as_slice(), [Mismatch::NotThere { .. }]), "{found:?}");
     }
     let falling = derived("heavy_roller_on_incline");
     let found = mismatches(&falling, Expected::new().mass("[[1]]"));
-    assert!(
-        found[0].to_string().contains("no mass and stiffness"),
-        "{found:?}"
-    );
+    assert!(found[0].to_string().contains("no mass and stiffness"), "{found:?}");
 }

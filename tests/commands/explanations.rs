@@ -30,10 +30,8 @@ use librate::syntax::{self, format};
 
 /// Mistakes of files too large for a page, of binary files and of the command line, and those that no text is known to
 /// make.
-const WITHOUT_A_MODEL: [&str; 11] = [
-    "E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609",
-    "E0806",
-];
+const WITHOUT_A_MODEL: [&str; 11] =
+    ["E0001", "E0036", "E0310", "E0411", "E0420", "E0421", "E0422", "E0604", "E0608", "E0609", "E0806"];
 
 /// Longest line of a page, for terminals.
 const WIDTH: usize = 100;
@@ -55,10 +53,7 @@ fn codes_of_the_sources() -> BTreeSet<String> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 folders.push(path);
-            } else if ["codes.rs", "error.rs", "warning.rs"]
-                .iter()
-                .any(|name| path.ends_with(name))
-            {
+            } else if ["codes.rs", "error.rs", "warning.rs"].iter().any(|name| path.ends_with(name)) {
                 let source = std::fs::read_to_string(&path).unwrap();
                 for code in codes_in(&source) {
                     assert!(found.insert(code.to_owned()), "{code} is given twice");
@@ -132,10 +127,7 @@ fn blocks(page: &str) -> Vec<Block<'_>> {
     inside
         .map(|part| {
             let (words, text) = part.split_once('\n').unwrap();
-            Block {
-                words: words.split_whitespace().collect(),
-                text,
-            }
+            Block { words: words.split_whitespace().collect(), text }
         })
         .collect()
 }
@@ -194,11 +186,7 @@ fn asked_period(block: &Block<'_>) -> Option<Request> {
 fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
     let code = |diagnostic: Diagnostic| diagnostic.code.unwrap();
     let mut settings = Settings::new();
-    for setting in block
-        .words
-        .iter()
-        .filter_map(|word| word.strip_prefix("set="))
-    {
+    for setting in block.words.iter().filter_map(|word| word.strip_prefix("set=")) {
         if let Err(error) = settings.add(setting) {
             return vec![error.code()];
         }
@@ -207,11 +195,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         Ok(file) => file,
         Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
     };
-    let tables = files
-        .iter()
-        .fold(TableTexts::new(), |tables, (name, text)| {
-            tables.with((*name).to_owned(), *text)
-        });
+    let tables = files.iter().fold(TableTexts::new(), |tables, (name, text)| tables.with((*name).to_owned(), *text));
     if block.words.contains(&"inertia") {
         let model = elaborate_tensors(&file, &tables, &settings).unwrap();
         let errors = inertia::of_model(&model, 10).err().unwrap_or_default();
@@ -221,10 +205,7 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         Ok(checked) => checked,
         Err(errors) => return errors.iter().map(|error| code(error.into())).collect(),
     };
-    let mut told: Vec<&str> = model::warnings(&file, &checked)
-        .iter()
-        .map(|warning| code(warning.into()))
-        .collect();
+    let mut told: Vec<&str> = model::warnings(&file, &checked).iter().map(|warning| code(warning.into())).collect();
     let impossible = inertia::warnings(&checked);
     told.extend(impossible.iter().map(|warning| code(warning.into())));
     if block.words.contains(&"check") {
@@ -235,13 +216,9 @@ fn told(block: &Block<'_>, files: &BTreeMap<&str, &str>) -> Vec<&'static str> {
         return told;
     }
     let word = |name: &str| block.words.iter().find_map(|word| word.strip_prefix(name));
-    if let Some(error) = asked_motion(
-        &checked,
-        word("start="),
-        word("mode="),
-        word("until="),
-        block.words.contains(&"proved"),
-    ) {
+    if let Some(error) =
+        asked_motion(&checked, word("start="), word("mode="), word("until="), block.words.contains(&"proved"))
+    {
         told.extend(error.diagnostics().into_iter().map(code));
         return told;
     }
@@ -341,8 +318,7 @@ fn models_on_the_pages_do_what_the_pages_say() {
                 [kind @ ("points" | "stl"), rest @ ..] => {
                     let body = match *kind {
                         "points" => inertia::of_points(block.text, 10),
-                        _ => Mesh::read_stl(block.text.as_bytes())
-                            .and_then(|mesh| mesh.body(&Amount::Unit, 10)),
+                        _ => Mesh::read_stl(block.text.as_bytes()).and_then(|mesh| mesh.body(&Amount::Unit, 10)),
                     };
                     let told = body.err().map(|error| error.code());
                     let expected = rest.contains(&"wrong").then_some(code);

@@ -12,33 +12,24 @@ use librate::oscillation::{NormalMode, normal_modes};
 #[test]
 fn blocks_of_the_guide_run() {
     let guide = std::fs::read_to_string("docs/language.md").unwrap();
-    let blocks: Vec<&str> = guide
-        .split("```lag\n")
-        .skip(1)
-        .map(|rest| rest.split("```").next().unwrap())
-        .collect();
+    let blocks: Vec<&str> = guide.split("```lag\n").skip(1).map(|rest| rest.split("```").next().unwrap()).collect();
     assert!(blocks.len() >= 5);
     for block in blocks {
         let file = librate::syntax::parse(block).unwrap_or_else(|e| panic!("{block}\n{e:?}"));
-        let model = elaborate(&file, &TableTexts::new(), &Settings::new())
-            .unwrap_or_else(|e| panic!("{block}\n{e:?}"));
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap_or_else(|e| panic!("{block}\n{e:?}"));
         let linearized = linearize(model).unwrap_or_else(|e| panic!("{block}\n{e}"));
         let normal = normal_modes(&linearized, &Options::default()).unwrap();
         assert_eq!(normal.modes.len(), linearized.dimension());
         // What turns steadily is free to.
         let turns = linearized.model().rates.iter().any(Option::is_some);
-        let moves = |mode: &NormalMode| {
-            mode.omega.mid_f64() > 0.0 || turns && mode.kind == librate::modes::Kind::Zero
-        };
+        let moves = |mode: &NormalMode| mode.omega.mid_f64() > 0.0 || turns && mode.kind == librate::modes::Kind::Zero;
         assert!(normal.modes.iter().all(moves), "{block}");
     }
 }
 
 /// What stands between fences of plain text behind a phrase.
 fn shown<'a>(text: &'a str, phrase: &str) -> &'a str {
-    let (_, rest) = text
-        .split_once(phrase)
-        .unwrap_or_else(|| panic!("{phrase}"));
+    let (_, rest) = text.split_once(phrase).unwrap_or_else(|| panic!("{phrase}"));
     let (_, rest) = rest.split_once("```text\n").unwrap();
     rest.split_once("```").unwrap().0
 }
@@ -48,9 +39,7 @@ fn assert_shows(shown: &str, printed: &str) {
     let mut rest = printed;
     let parts = shown.split("…\n").map(|part| part.trim_end_matches('\n'));
     for part in parts.filter(|part| !part.is_empty()) {
-        let (_, after) = rest
-            .split_once(part)
-            .unwrap_or_else(|| panic!("not printed any more:\n{part}\n---\n{rest}"));
+        let (_, after) = rest.split_once(part).unwrap_or_else(|| panic!("not printed any more:\n{part}\n---\n{rest}"));
         rest = after;
     }
 }
@@ -60,10 +49,7 @@ fn the_readme_shows_what_is_printed() {
     let readme = std::fs::read_to_string("README.md").unwrap();
     let file = "models/three_pendulums.lag";
     let modes = printed(&["modes", file]);
-    assert_eq!(
-        shown(&readme, &format!("modes {file}")).trim_end(),
-        modes.trim_end()
-    );
+    assert_eq!(shown(&readme, &format!("modes {file}")).trim_end(), modes.trim_end());
     let derived = printed(&["derive", file]);
     assert_shows(shown(&readme, "**Symbols first.**"), &derived);
     // The model itself, less the comments that its file has besides.
@@ -74,12 +60,8 @@ fn the_readme_shows_what_is_printed() {
     };
     assert_eq!(bare(shown(&readme, "that they come from.")), bare(&model));
     let mistake = shown(&readme, "**Mistakes explained.**");
-    let bad =
-        "model bad\nparam g = 9.81\nparam l = 1\nV = 2 g*l*(1 - cos(phy))\ncoord phi\nT = phi'^2\n";
+    let bad = "model bad\nparam g = 9.81\nparam l = 1\nV = 2 g*l*(1 - cos(phy))\ncoord phi\nT = phi'^2\n";
     let told = with_input(&["modes", "-"], bad).err;
     let told = told.replace("<stdin>", "bad.lag");
-    assert_eq!(
-        mistake.trim_end(),
-        told.split("\n\n").next().unwrap().trim_end()
-    );
+    assert_eq!(mistake.trim_end(), told.split("\n\n").next().unwrap().trim_end());
 }

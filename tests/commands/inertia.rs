@@ -30,12 +30,7 @@ fn assert_near(what: &str, own: &Big, want: &Value) {
     let want = big(want);
     let off = (own - &want).abs();
     let slack = want.mid_f64().abs() * 1e-39 + own.radius().to_f64();
-    assert!(
-        off.mid_f64() <= slack,
-        "{what}: {} is not {}",
-        own.mid_f64(),
-        want.mid_f64()
-    );
+    assert!(off.mid_f64() <= slack, "{what}: {} is not {}", own.mid_f64(), want.mid_f64());
 }
 
 fn check_body(name: &str, body: &Body) {
@@ -62,11 +57,7 @@ fn check_axis(name: &str, body: &Body, at: usize) {
     let largest = body.principal.moments[2].value.mid_f64();
     assert!(moment.axis_error_bound < 1e-15, "{name}");
     for row in &body.tensor {
-        let image: f64 = row
-            .iter()
-            .zip(&moment.axis)
-            .map(|(e, n)| e.mid_f64() * n)
-            .sum();
+        let image: f64 = row.iter().zip(&moment.axis).map(|(e, n)| e.mid_f64() * n).sum();
         let at = std::ptr::from_ref(row) as usize - body.tensor.as_ptr() as usize;
         let n = moment.axis[at / size_of::<[Big; 3]>()];
         assert!((image - value * n).abs() < 1e-14 * largest, "{name}");
@@ -99,11 +90,7 @@ fn printed_digits_are_those_of_the_references() {
             let out = printed(&["inertia", file, "--json", "--digits", &digits.to_string()]);
             let own: Value = serde_json::from_str(&out).unwrap();
             let same = |own: &Value, want: &Value| {
-                assert_eq!(
-                    own.as_str().unwrap(),
-                    big(want).decimal(digits).text,
-                    "{name}"
-                );
+                assert_eq!(own.as_str().unwrap(), big(want).decimal(digits).text, "{name}");
             };
             same(&own["mass_digits"], &want["mass"]);
             for i in 0..3 {
@@ -157,11 +144,7 @@ fn a_turned_box_keeps_its_moments() {
     .unwrap();
     let [own] = found.as_slice() else { panic!() };
     let zeros = |digits: usize| "0".repeat(digits);
-    let want = [
-        format!("5.{}", zeros(59)),
-        format!("10.{}", zeros(58)),
-        format!("13.{}", zeros(58)),
-    ];
+    let want = [format!("5.{}", zeros(59)), format!("10.{}", zeros(58)), format!("13.{}", zeros(58))];
     assert_eq!(moments(own, 60), want);
     let (a, b) = (0.7_f64, 1.1_f64);
     // The columns of R, for the moments 13, 10, 5 about x, y and z of the box; the largest component positive.
@@ -171,10 +154,7 @@ fn a_turned_box_keeps_its_moments() {
         [a.cos(), a.sin(), 0.0],
     ];
     for (moment, column) in own.principal.moments.iter().zip(columns) {
-        let largest = column.iter().fold(
-            0.0_f64,
-            |most, x| if x.abs() > most.abs() { *x } else { most },
-        );
+        let largest = column.iter().fold(0.0_f64, |most, x| if x.abs() > most.abs() { *x } else { most });
         for (own, want) in moment.axis.iter().zip(column) {
             assert!((own - want * largest.signum()).abs() < 1e-15);
         }
@@ -202,11 +182,7 @@ fn equal_and_vanishing_moments_are_proved() {
         let found = found.iter().find(|tensor| tensor.name == name);
         let principal = &found.unwrap().principal;
         let zeros = principal.moments.iter().filter(|m| m.value.is_zero());
-        let equal: Vec<_> = principal
-            .equal
-            .iter()
-            .map(|e| (e.moments.clone(), e.proved, e.across))
-            .collect();
+        let equal: Vec<_> = principal.equal.iter().map(|e| (e.moments.clone(), e.proved, e.across)).collect();
         assert!(principal.impossible.is_none(), "{name}");
         (zeros.count(), equal)
     };
@@ -230,22 +206,13 @@ fn tensors_that_no_body_has_are_told() {
     )
     .unwrap();
     let why: Vec<Option<Impossible>> = found.iter().map(|t| t.principal.impossible).collect();
-    assert_eq!(
-        why,
-        [Some(Impossible::Triangle), Some(Impossible::Negative), None]
-    );
+    assert_eq!(why, [Some(Impossible::Triangle), Some(Impossible::Negative), None]);
     // What the file says to be a stiffness may have any eigenvalues.
-    let stiffness = tensors(
-        "param k : N/m = 1  let K = k*[[1, 0, 0], [0, 1, 0], [0, 0, 5]]",
-        10,
-    );
+    let stiffness = tensors("param k : N/m = 1  let K = k*[[1, 0, 0], [0, 1, 0], [0, 0, 5]]", 10);
     let stiffness = stiffness.unwrap();
     assert_eq!(stiffness[0].unit.as_deref(), Some("N/m"));
     assert_eq!(stiffness[0].warning(), None);
-    let body = tensors(
-        "param A : kg*m^2 = 1  let I = A*[[1, 0, 0], [0, 1, 0], [0, 0, 5]]",
-        10,
-    );
+    let body = tensors("param A : kg*m^2 = 1  let I = A*[[1, 0, 0], [0, 1, 0], [0, 0, 5]]", 10);
     assert_eq!(body.unwrap()[0].warning().unwrap().code(), "W0201");
 }
 
@@ -258,12 +225,9 @@ fn other_commands_warn_where_a_tensor_turns() {
              let w = angular_velocity(rot_x(a)*rot_y(b))  T = 1/2*{energy}  V = a^2 + b^2"
         )
     };
-    for (energy, warned) in [
-        ("dot(w, I*w)", true),
-        ("dot(I*w, w)", true),
-        ("dot(w, 2*I*w)", false),
-        ("(a'^2 + b'^2 + 0*I[1,1])", false),
-    ] {
+    for (energy, warned) in
+        [("dot(w, I*w)", true), ("dot(I*w, w)", true), ("dot(w, 2*I*w)", false), ("(a'^2 + b'^2 + 0*I[1,1])", false)]
+    {
         for command in ["check", "modes"] {
             let run = with_input(&[command, "-"], &model(energy));
             assert_eq!(run.status, 0, "{}", run.err);
@@ -281,25 +245,16 @@ fn tensors_that_no_body_has_are_told_where_they_are_used() {
         for energy in [
             format!("let I = {matrix}  T = 1/2*about(I, [0, 0, 1])*a'^2"),
             format!("let I = {matrix}  T = 1/2*about(steiner(I, 2, [1, 0, 0]), [0, 0, 1])*a'^2"),
-            format!(
-                "let I = rot_x(1)*{matrix}*transpose(rot_x(1))  T = 1/2*about(I, [0, 0, 1])*a'^2"
-            ),
+            format!("let I = rot_x(1)*{matrix}*transpose(rot_x(1))  T = 1/2*about(I, [0, 0, 1])*a'^2"),
             format!("T = 1/2*about({matrix}, [0, 0, 1])*a'^2"),
             format!("T = 1/2*about(p*{matrix}, [0, 0, 1])*a'^2"),
-            format!(
-                "let I = {matrix}  T = 1/2*about(rot_x(p)*I*transpose(rot_x(p)), [0, 0, 1])*a'^2"
-            ),
+            format!("let I = {matrix}  T = 1/2*about(rot_x(p)*I*transpose(rot_x(p)), [0, 0, 1])*a'^2"),
             format!("let w = angular_velocity(rot_x(a))  T = 1/2*dot(w, {matrix}*w)"),
         ] {
             let model = format!("param p = 3  coord a  {energy} + 0*p*a'^2  V = a^2");
             let run = with_input(&["modes", "-"], &model);
             assert_eq!(run.status, 0, "{}", run.err);
-            assert_eq!(
-                run.err.matches("W0201").count(),
-                warned,
-                "{model}: {}",
-                run.err
-            );
+            assert_eq!(run.err.matches("W0201").count(), warned, "{model}: {}", run.err);
         }
     }
     // What depends on an index or on a coordinate is left alone, and so is what lacks a value.
@@ -316,41 +271,19 @@ fn tensors_that_no_body_has_are_told_where_they_are_used() {
 fn what_is_no_tensor_is_told() {
     let error = |text: &str| {
         let errors = tensors(text, 10).unwrap_err();
-        errors
-            .iter()
-            .map(|error| (error.code(), error.to_string()))
-            .collect::<Vec<_>>()
+        errors.iter().map(|error| (error.code(), error.to_string())).collect::<Vec<_>>()
     };
     assert_eq!(error("param m = 1  let J = [m, m, m]")[0].0, "E0401");
-    let run = with_input(
-        &["inertia", "-"],
-        "coord x  let R = rot_x(x)  T = x'^2  V = x^2",
-    );
+    let run = with_input(&["inertia", "-"], "coord x  let R = rot_x(x)  T = x'^2  V = x^2");
     assert_eq!(run.status, 1);
-    assert!(
-        run.err.contains("E0401") && run.err.contains("depends on `x`"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("E0401") && run.err.contains("depends on `x`"), "{}", run.err);
     let run = with_input(&["inertia", "-"], "param a = 1  let R = rot_x(a)");
-    assert!(
-        run.err
-            .contains("not symmetric: entries (2, 3) and (3, 2) differ"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("not symmetric: entries (2, 3) and (3, 2) differ"), "{}", run.err);
     // Every one without a value is named.
     let missing = error("param m  param r = 1  let A = inertia_sphere(m, r)  let B = 2*A");
     assert_eq!(missing.len(), 2);
-    assert!(
-        missing
-            .iter()
-            .all(|(code, text)| *code == "E0402" && text.contains("`m`"))
-    );
-    let run = with_input(
-        &["inertia", "-", "--set", "m=5/2"],
-        "param m  let A = inertia_sphere(m, 1)",
-    );
+    assert!(missing.iter().all(|(code, text)| *code == "E0402" && text.contains("`m`")));
+    let run = with_input(&["inertia", "-", "--set", "m=5/2"], "param m  let A = inertia_sphere(m, 1)");
     assert!(run.out.contains("1.000000000"), "{}", run.out);
 }
 
@@ -390,12 +323,7 @@ fn energy_is_that_of_the_centre_and_of_rotation() {
     let mut sum = Vec::new();
     for point in 0..8 {
         let sign = |bit: usize| if point >> bit & 1 == 1 { "" } else { "-" };
-        text.push_str(&format!(
-            "let e{point} = r + R*[{}a, {}b, {}c]/(2*sqrt(3))\n",
-            sign(0),
-            sign(1),
-            sign(2)
-        ));
+        text.push_str(&format!("let e{point} = r + R*[{}a, {}b, {}c]/(2*sqrt(3))\n", sign(0), sign(1), sign(2)));
         sum.push(format!("dot(e{point}', e{point}')"));
     }
     let points = format!("m/16*({})", sum.join(" + "));
@@ -409,12 +337,8 @@ fn energy_is_that_of_the_centre_and_of_rotation() {
 fn energy_about_another_point_is_that_of_the_moved_tensor() {
     let at_rest = "let p = R*d  let T0 = 1/2*m*dot(p', p') + 1/2*dot(w, I*w)";
     let moved = "1/2*dot(w, steiner(I, m, d)*w)";
-    assert!(vanishes(&format!(
-        "{TURNED} {at_rest} let D = T0 - {moved}"
-    )));
-    assert!(!vanishes(&format!(
-        "{TURNED} {at_rest} let D = T0 - 1/2*dot(w, I*w)"
-    )));
+    assert!(vanishes(&format!("{TURNED} {at_rest} let D = T0 - {moved}")));
+    assert!(!vanishes(&format!("{TURNED} {at_rest} let D = T0 - 1/2*dot(w, I*w)")));
 }
 
 /// About its axis with the motion of the centre, or about the line of contact.
@@ -425,16 +349,12 @@ fn a_rolling_cylinder_has_one_energy() {
         let centre = 1/2*m*x'^2 + 1/2*about(I, n)*phi'^2
         let contact = 1/2*about(steiner(I, m, [0, r, 0]), n)*phi'^2";
     assert!(vanishes(&format!("{text} let D = centre - contact")));
-    assert!(vanishes(&format!(
-        "{text} let D = contact - 3/4*m*r^2*phi'^2"
-    )));
+    assert!(vanishes(&format!("{text} let D = contact - 3/4*m*r^2*phi'^2")));
 }
 
 fn schema(value: &Value) {
     let mut all = Schemas::new();
-    let index = Compiler::new()
-        .compile("schema/inertia.schema.json", &mut all)
-        .unwrap();
+    let index = Compiler::new().compile("schema/inertia.schema.json", &mut all).unwrap();
     if let Err(error) = all.validate(value, index) {
         panic!("{value}: {error}");
     }
@@ -467,13 +387,7 @@ fn what_is_printed() {
         &["models/physical_pendulum_steiner.lag"],
         &["models/data/body_points.csv"],
         &["models/data/box_with_cavity.stl"],
-        &[
-            "models/data/tetrahedron.stl",
-            "--density",
-            "2700",
-            "--digits",
-            "5",
-        ],
+        &["models/data/tetrahedron.stl", "--density", "2700", "--digits", "5"],
     ] {
         let mut all = vec!["inertia"];
         all.extend(arguments);
@@ -488,27 +402,14 @@ fn usage_is_checked() {
     let mesh = "models/data/box.stl";
     assert_eq!(status(&["inertia", mesh, "--mass", "0"]), 2);
     assert_eq!(status(&["inertia", mesh, "--density", "x"]), 2);
-    assert_eq!(
-        status(&["inertia", mesh, "--density", "1", "--mass", "1"]),
-        2
-    );
+    assert_eq!(status(&["inertia", mesh, "--density", "1", "--mass", "1"]), 2);
     assert_eq!(status(&["inertia", mesh, "--set", "m=1"]), 2);
-    assert_eq!(
-        status(&["inertia", "models/box_on_gimbals.lag", "--mass", "1"]),
-        2
-    );
+    assert_eq!(status(&["inertia", "models/box_on_gimbals.lag", "--mass", "1"]), 2);
     assert_eq!(status(&["inertia", "models/data/none.stl"]), 1);
     assert_eq!(status(&["inertia", "models"]), 1);
-    let run = with_input(
-        &["inertia", "-"],
-        "mass, x, y, z\n1, 0, 0, 0\n-2, 0, 0, 1\n",
-    );
+    let run = with_input(&["inertia", "-"], "mass, x, y, z\n1, 0, 0, 0\n-2, 0, 0, 1\n");
     assert_eq!(run.status, 1);
-    assert!(
-        run.err.contains("E0408") && run.err.contains("<stdin>:3:1"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.contains("E0408") && run.err.contains("<stdin>:3:1"), "{}", run.err);
 }
 
 /// Angles that are singular at the equilibrium, at rest, in a steady motion, with friction and under a constraint.
@@ -525,16 +426,9 @@ fn gimbal_lock_is_told_for_every_kind_of_model() {
         let run = with_input(&["modes", "-"], &format!("{turning}{rest}"));
         assert_eq!(run.status, 1, "{rest}");
         assert!(run.err.contains("E0318"), "{rest}: {}", run.err);
-        assert!(
-            run.err.contains("along a - c") && run.err.contains("gimbal lock"),
-            "{}",
-            run.err
-        );
+        assert!(run.err.contains("along a - c") && run.err.contains("gimbal lock"), "{}", run.err);
     }
     // A coordinate without inertia anywhere is another mistake.
-    let run = with_input(
-        &["modes", "-"],
-        "coord a, b, x  T = a'^2 + x'^2  V = a^2 + b^2 + x^2  constraint x = a",
-    );
+    let run = with_input(&["modes", "-"], "coord a, b, x  T = a'^2 + x'^2  V = a^2 + b^2 + x^2  constraint x = a");
     assert!(run.err.contains("E0306"), "{}", run.err);
 }

@@ -8,17 +8,8 @@ type Triangle = [[f32; 3]; 3];
 
 fn cube(low: f32, high: f32) -> Vec<Triangle> {
     let corner = |bits: usize| [0, 1, 2].map(|axis| if bits >> axis & 1 == 1 { high } else { low });
-    let faces = [
-        [0, 2, 3, 1],
-        [4, 5, 7, 6],
-        [0, 1, 5, 4],
-        [2, 6, 7, 3],
-        [0, 4, 6, 2],
-        [1, 3, 7, 5],
-    ];
-    let halves = faces
-        .iter()
-        .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let halves = faces.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]);
     halves.map(|half| half.map(corner)).collect()
 }
 
@@ -62,11 +53,7 @@ fn tensor(body: &Body) -> [[f64; 3]; 3] {
 #[test]
 fn both_forms_of_a_file_are_read() {
     let mesh = cube(-1.0, 1.0);
-    let code = |bytes: &[u8]| {
-        Mesh::read_stl(bytes)
-            .map(|_| ())
-            .map_err(|error| error.code())
-    };
+    let code = |bytes: &[u8]| Mesh::read_stl(bytes).map(|_| ()).map_err(|error| error.code());
     assert_eq!(code(&binary(&mesh)), Ok(()));
     assert_eq!(code(text(&mesh).as_bytes()), Ok(()));
     // Some programs begin the head of a binary file with the word of the other form.
@@ -88,11 +75,7 @@ fn damaged_files_are_told_apart() {
     // Every shorter file, and a longer one.
     for length in 0..whole.len() {
         let code = error(&whole[..length]).code();
-        assert_eq!(
-            code,
-            if length < 84 { "E0410" } else { "E0411" },
-            "{length}"
-        );
+        assert_eq!(code, if length < 84 { "E0410" } else { "E0411" }, "{length}");
     }
     let mut longer = whole.clone();
     longer.push(0);
@@ -101,13 +84,7 @@ fn damaged_files_are_told_apart() {
     let mut greedy = whole.clone();
     greedy[80..84].copy_from_slice(&4_000_000_000_u32.to_le_bytes());
     let told = error(&greedy);
-    assert!(matches!(
-        told,
-        InertiaError::WrongLength {
-            declared: 4_000_000_000,
-            room: 12
-        }
-    ));
+    assert!(matches!(told, InertiaError::WrongLength { declared: 4_000_000_000, room: 12 }));
     assert_eq!(error(&[0; 84]).code(), "E0410");
     assert_eq!(error(&vec![0xff; 5000]).code(), "E0411");
     let ascii = text(&mesh);
@@ -116,29 +93,13 @@ fn damaged_files_are_told_apart() {
         assert!(["E0410", "E0412", "E0413"].contains(&code), "{end}: {code}");
     }
     let infinite = ascii.replacen("VERTEX -1e0", "VERTEX inf", 1);
-    assert!(matches!(
-        error(infinite.as_bytes()),
-        InertiaError::NotFinite { triangle: 1 }
-    ));
+    assert!(matches!(error(infinite.as_bytes()), InertiaError::NotFinite { triangle: 1 }));
     let word = ascii.replacen("VERTEX 1e0", "VERTEX one", 1);
     let told = error(word.as_bytes());
-    assert!(
-        matches!(
-            told,
-            InertiaError::BadTriangle {
-                triangle: 1,
-                line: Some(2),
-                ..
-            }
-        ),
-        "{told:?}"
-    );
+    assert!(matches!(told, InertiaError::BadTriangle { triangle: 1, line: Some(2), .. }), "{told:?}");
     let mut not = mesh.clone();
     not[5][1][2] = f32::NAN;
-    assert!(matches!(
-        error(&binary(&not)),
-        InertiaError::NotFinite { triangle: 6 }
-    ));
+    assert!(matches!(error(&binary(&not)), InertiaError::NotFinite { triangle: 6 }));
     // Zeros that are no zip file, no text, nothing.
     assert_eq!(error(b"PK\x03\x04").code(), "E0410");
     assert_eq!(error(b"solid").code(), "E0412");
@@ -150,26 +111,19 @@ fn surfaces_that_bound_no_body_are_told_apart() {
     let mesh = cube(-1.0, 1.0);
     let error = |mesh: &[Triangle]| Mesh::new(mesh).unwrap_err();
     let open = error(&mesh[1..]);
-    let InertiaError::OpenMesh { edge, edges } = &open else {
-        panic!("{open}")
-    };
+    let InertiaError::OpenMesh { edge, edges } = &open else { panic!("{open}") };
     assert_eq!((*edges, edge.count, edge.triangles.len()), (3, 1, 1));
     assert!(open.to_string().contains("(and 2 more edges)"), "{open}");
     let mut turned = mesh.clone();
     turned[3].swap(0, 1);
     let turned = error(&turned);
-    let InertiaError::TurnedTriangle { edge, edges } = &turned else {
-        panic!("{turned}")
-    };
+    let InertiaError::TurnedTriangle { edge, edges } = &turned else { panic!("{turned}") };
     assert!(*edges == 3 && edge.triangles.contains(&4), "{turned}");
     let mut twice = mesh.clone();
     twice.push(mesh[0]);
     assert_eq!(error(&twice).code(), "E0417");
     let inside_out = error(&turned_over(&mesh));
-    assert_eq!(
-        inside_out.to_string(),
-        "the mesh is inside out: its volume is -8.00000"
-    );
+    assert_eq!(inside_out.to_string(), "the mesh is inside out: its volume is -8.00000");
     let mut flat: Vec<Triangle> = mesh[..1].to_vec();
     flat.extend(turned_over(&mesh[..1]));
     assert_eq!(error(&flat).code(), "E0419");
@@ -182,16 +136,7 @@ fn surfaces_that_bound_no_body_are_told_apart() {
     let mut beside = cube(-2.0, 2.0);
     beside.extend(turned_over(&cube(3.0, 4.0)));
     let beside = error(&beside);
-    assert!(
-        matches!(
-            beside,
-            InertiaError::InsideOut {
-                vertex: Some(_),
-                ..
-            }
-        ),
-        "{beside}"
-    );
+    assert!(matches!(beside, InertiaError::InsideOut { vertex: Some(_), .. }), "{beside}");
 }
 
 #[test]
@@ -240,9 +185,7 @@ fn star() -> impl Strategy<Value = Vec<Triangle>> {
             let bit = |at: usize| usize::from(corner[at] > 0.0) << at;
             corner.map(|x| x * sizes[bit(0) | bit(1) | bit(2)])
         };
-        mesh.into_iter()
-            .map(|triangle| triangle.map(place))
-            .collect()
+        mesh.into_iter().map(|triangle| triangle.map(place)).collect()
     })
 }
 

@@ -47,11 +47,7 @@ fn stages_import_only_from_above() {
                 let reaches = code.contains(&format!("crate::{other}::"))
                     || code.contains(&format!("crate::{other};"))
                     || code.contains(&format!("crate::{{{other}"));
-                assert!(
-                    !reaches || later <= place,
-                    "{}: `{module}` reaches forward to `{other}`",
-                    path.display()
-                );
+                assert!(!reaches || later <= place, "{}: `{module}` reaches forward to `{other}`", path.display());
             }
         }
     }
@@ -74,11 +70,7 @@ fn modes_know_no_names_and_expressions() {
         let text = std::fs::read_to_string(&path).unwrap();
         for other in ["expr", "model", "linearize", "syntax", "number"] {
             let code = text.split("#[cfg(test)]").next().unwrap();
-            assert!(
-                !code.contains(&format!("crate::{other}")),
-                "{} uses {other}",
-                path.display()
-            );
+            assert!(!code.contains(&format!("crate::{other}")), "{} uses {other}", path.display());
         }
     }
 }

@@ -1,10 +1,5 @@
 //! The command line, its files, messages and schemas; documents; the layout of the house.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod budget;
 mod cli;

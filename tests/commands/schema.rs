@@ -16,9 +16,7 @@ impl Schema {
     fn read(name: &str) -> Self {
         let mut all = Schemas::new();
         let mut compiler = Compiler::new();
-        let index = compiler
-            .compile(&format!("schema/{name}.schema.json"), &mut all)
-            .unwrap();
+        let index = compiler.compile(&format!("schema/{name}.schema.json"), &mut all).unwrap();
         Self { all, index }
     }
 
@@ -76,9 +74,7 @@ fn modes_and_derivations_of_all_models() {
         for mode in value["modes"].as_array().unwrap() {
             assert_eq!(mode["vector"].as_array().unwrap().len(), count, "{file}");
         }
-        let tied = std::fs::read_to_string(&file)
-            .unwrap()
-            .contains("\nconstraint ");
+        let tied = std::fs::read_to_string(&file).unwrap().contains("\nconstraint ");
         if count <= 12 && !tied {
             let run = run(&["derive", &file, "--json"]);
             assert_eq!(run.status, 0, "{file}: {}", run.err);
@@ -95,10 +91,7 @@ fn modes_and_derivations_of_all_models() {
 fn messages_about_all_mistakes() {
     let schema = Schema::read("diagnostic");
     let mut checked = 0;
-    for file in files("tests/errors")
-        .into_iter()
-        .chain(files("tests/syntax_errors"))
-    {
+    for file in files("tests/errors").into_iter().chain(files("tests/syntax_errors")) {
         let run = run(&["modes", &file, "--message-format", "json"]);
         for line in run.err.lines() {
             let value: Value = serde_json::from_str(line).unwrap();
@@ -126,13 +119,7 @@ fn periods() {
         assert_eq!(run.status, 0, "{request:?}: {}", run.err);
         schema.check(pendulum, &serde_json::from_str(&run.out).unwrap());
     }
-    let quartic = printed(&[
-        "period",
-        "models/period/quartic.lag",
-        "--amplitude",
-        "1",
-        "--json",
-    ]);
+    let quartic = printed(&["period", "models/period/quartic.lag", "--amplitude", "1", "--json"]);
     let mut value: Value = serde_json::from_str(&quartic).unwrap();
     assert!(value["small_amplitude_period"].is_null());
     schema.check("quartic", &value);
@@ -165,15 +152,7 @@ fn motions_with_and_without_a_proof() {
     let schema = Schema::read("motion");
     for how in [&["--proved"][..], &[], &["--tolerance", "1e-9"]] {
         let mut arguments = vec!["motion", "models/spring_pendulum.lag", "--mode", "1"];
-        arguments.extend([
-            "--amplitude",
-            "1/100",
-            "--until",
-            "1",
-            "--samples",
-            "3",
-            "--json",
-        ]);
+        arguments.extend(["--amplitude", "1/100", "--until", "1", "--samples", "3", "--json"]);
         arguments.extend(how);
         let run = run(&arguments);
         assert_eq!(run.status, 0, "{}", run.err);
@@ -181,15 +160,9 @@ fn motions_with_and_without_a_proof() {
         schema.check("a motion", &value);
         assert_eq!(value["proved"], how == ["--proved"]);
         let columns = value["columns"].as_array().unwrap();
-        assert_eq!(
-            columns.len(),
-            2 * value["coordinates"].as_array().unwrap().len()
-        );
+        assert_eq!(columns.len(), 2 * value["coordinates"].as_array().unwrap().len());
         if how == ["--proved"] {
-            value["columns"][0]
-                .as_object_mut()
-                .unwrap()
-                .remove("error_bounds");
+            value["columns"][0].as_object_mut().unwrap().remove("error_bounds");
             assert!(schema.refuses(&value));
         }
     }

@@ -30,11 +30,7 @@ fn printed(path: &Path) -> String {
         Ok(linearized) => linearized,
         Err(error) => {
             let diagnostic = Diagnostic::from(&error);
-            return format!(
-                "{}\nhelp: {}\n",
-                diagnostic.message,
-                diagnostic.help.unwrap()
-            );
+            return format!("{}\nhelp: {}\n", diagnostic.message, diagnostic.help.unwrap());
         }
     };
     let count = linearized.dimension();
@@ -67,20 +63,13 @@ fn check_digits(path: &Path, json: &str) {
                 continue;
             }
             let significant = |text: &str| {
-                text.chars()
-                    .take_while(|c| *c != 'e')
-                    .filter(char::is_ascii_digit)
-                    .skip_while(|c| *c == '0')
-                    .count()
+                text.chars().take_while(|c| *c != 'e').filter(char::is_ascii_digit).skip_while(|c| *c == '0').count()
             };
             assert_eq!(significant(digits), 10, "{name}: {digits}");
             // At ten digits a double can tell whether the rounding is right, but for ties.
             let (own, want): (f64, f64) = (digits.parse().unwrap(), want.parse().unwrap());
             let unit = 10.0_f64.powf(want.abs().log10().floor() - 9.0);
-            assert!(
-                (own - want).abs() <= 0.5000001 * unit,
-                "{name}: {digits} is not {want}"
-            );
+            assert!((own - want).abs() <= 0.5000001 * unit, "{name}: {digits} is not {want}");
         }
     }
 }

@@ -9,29 +9,14 @@ use serde_json::Value;
 
 #[test]
 fn each_place_is_what_a_setting_gives() {
-    let csv = run(&[
-        "sweep",
-        "models/three_pendulums.lag",
-        "--over",
-        "k12=0..8:5",
-    ]);
+    let csv = run(&["sweep", "models/three_pendulums.lag", "--over", "k12=0..8:5"]);
     assert_eq!(csv.status, 0, "{}", csv.err);
-    let lines: Vec<Vec<&str>> = csv
-        .out
-        .lines()
-        .map(|line| line.split(',').collect())
-        .collect();
+    let lines: Vec<Vec<&str>> = csv.out.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(lines[0], ["k12", "omega1", "omega2", "omega3"]);
     assert_eq!(lines.len(), 6);
     for line in &lines[1..] {
         let set = format!("k12={}", line[0]);
-        let modes = run(&[
-            "modes",
-            "models/three_pendulums.lag",
-            "--json",
-            "--set",
-            &set,
-        ]);
+        let modes = run(&["modes", "models/three_pendulums.lag", "--json", "--set", &set]);
         let modes: Value = serde_json::from_str(&modes.out).unwrap();
         for (cell, mode) in line[1..].iter().zip(modes["modes"].as_array().unwrap()) {
             assert_eq!(*cell, mode["omega_digits"].as_str().unwrap());
@@ -42,27 +27,14 @@ fn each_place_is_what_a_setting_gives() {
 #[test]
 fn growth_has_columns_where_there_is_some() {
     // omega² = W² sin² - …: the bottom of the hoop is unstable beyond W² = g/R = 49.05.
-    let csv = run(&[
-        "sweep",
-        "models/bead_on_hoop_bottom.lag",
-        "--over",
-        "W=0..10:2",
-        "--digits",
-        "5",
-    ]);
+    let csv = run(&["sweep", "models/bead_on_hoop_bottom.lag", "--over", "W=0..10:2", "--digits", "5"]);
     assert_eq!(csv.status, 0, "{}", csv.err);
     assert_eq!(csv.out, "W,omega1,growth1\n0.0,7.0036,0\n10.0,0,7.1379\n");
 }
 
 #[test]
 fn json_has_the_modes_at_each_value() {
-    let over = [
-        "sweep",
-        "models/three_pendulums.lag",
-        "--over",
-        "m[2]=1..4:4",
-        "--json",
-    ];
+    let over = ["sweep", "models/three_pendulums.lag", "--over", "m[2]=1..4:4", "--json"];
     let found: Value = serde_json::from_str(&run(&over).out).unwrap();
     let places = found.as_array().unwrap();
     assert_eq!(places.len(), 4);
@@ -75,30 +47,12 @@ fn json_has_the_modes_at_each_value() {
 
 #[test]
 fn places_without_modes_are_empty_and_told() {
-    let csv = run(&[
-        "sweep",
-        "models/chain_walls.lag",
-        "--over",
-        "N=1..3:5",
-        "--lowest",
-        "1",
-    ]);
+    let csv = run(&["sweep", "models/chain_walls.lag", "--over", "N=1..3:5", "--lowest", "1"]);
     assert_eq!(csv.status, 0);
-    let cells: Vec<&str> = csv
-        .out
-        .lines()
-        .map(|line| line.split_once(',').unwrap().1)
-        .collect();
+    let cells: Vec<&str> = csv.out.lines().map(|line| line.split_once(',').unwrap().1).collect();
     assert_eq!(cells[2], "");
-    assert!(
-        cells[1].starts_with("1.414") && cells[3].starts_with("1.000"),
-        "{cells:?}"
-    );
-    assert!(
-        csv.err.contains("at N = 1.5: 3/2 is not a whole number"),
-        "{}",
-        csv.err
-    );
+    assert!(cells[1].starts_with("1.414") && cells[3].starts_with("1.000"), "{cells:?}");
+    assert!(csv.err.contains("at N = 1.5: 3/2 is not a whole number"), "{}", csv.err);
     let none = run(&["sweep", "models/chain_walls.lag", "--over", "N=1/3..1/2:2"]);
     assert_eq!((none.status, none.out.as_str()), (1, ""));
 }

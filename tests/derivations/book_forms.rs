@@ -52,8 +52,7 @@ fn matrices_are_the_books_and_as_short() {
     for entry in file.split("\n\n").skip(1) {
         let mut lines = entry.lines();
         let name = lines.next().unwrap();
-        let form =
-            |line: Option<&str>, letter| line.unwrap().strip_prefix(letter).unwrap().to_owned();
+        let form = |line: Option<&str>, letter| line.unwrap().strip_prefix(letter).unwrap().to_owned();
         let mass = form(lines.next(), "M = ");
         let stiffness = form(lines.next(), "K = ");
         let model = load(format!("models/{name}.lag").as_ref());
@@ -63,10 +62,7 @@ fn matrices_are_the_books_and_as_short() {
             panic!("{name}: {mismatches}");
         }
         let linear = derivation.linear.as_ref().unwrap();
-        for (letter, own, book) in [
-            ("M", &linear.mass, mass),
-            ("K", &linear.stiffness, stiffness),
-        ] {
+        for (letter, own, book) in [("M", &linear.mass, mass), ("K", &linear.stiffness, stiffness)] {
             let rows = own.iter().map(|row| {
                 let row: Vec<String> = row.iter().map(|e| derivation.pool.display(*e)).collect();
                 format!("[{}]", row.join(", "))

@@ -51,10 +51,7 @@ fn references(name: &str) -> Vec<Ball> {
     let reference: Value = serde_json::from_str(&text).unwrap();
     let modes = reference["modes"].as_array().unwrap();
     let squared = modes.iter().map(|mode| {
-        let (omega, growth) = (
-            ball(mode["omega"].as_str().unwrap()),
-            ball(mode["growth"].as_str().unwrap()),
-        );
+        let (omega, growth) = (ball(mode["omega"].as_str().unwrap()), ball(mode["growth"].as_str().unwrap()));
         omega.mul(&omega).sub(&growth.mul(&growth))
     });
     let mut all: Vec<Ball> = squared.collect();
@@ -71,8 +68,7 @@ fn check(name: &str, json: &Value, values: &[Ball]) {
         for _ in 0..entry["multiplicity"].as_u64().unwrap() {
             let near = |w: &Ball| (w.mid_f64() - value.mid_f64()).abs() <= 1e-14 * scale;
             let at = left.iter().position(near);
-            let at =
-                at.unwrap_or_else(|| panic!("{name}: {entry} is {value:?}, not among {want:?}"));
+            let at = at.unwrap_or_else(|| panic!("{name}: {entry} is {value:?}, not among {want:?}"));
             left.remove(at);
         }
     }
@@ -99,10 +95,7 @@ fn closed_forms_agree_with_references() {
         // Where the equilibrium was searched for, coordinates stand for themselves.
         let searched = |(name, at): (&Value, &Value)| name == at;
         let pairs = json["coordinates"].as_array().unwrap().iter();
-        if pairs
-            .zip(json["equilibrium"].as_array().unwrap())
-            .any(searched)
-        {
+        if pairs.zip(json["equilibrium"].as_array().unwrap()).any(searched) {
             continue;
         }
         let expressions: Vec<String> = entries
@@ -144,45 +137,21 @@ fn closed_forms_agree_with_references() {
 
 fn forms(case: &Case, text: impl Fn(librate::expr::ExprId) -> String) -> Vec<(String, usize)> {
     let forms = case.frequencies.iter();
-    forms
-        .map(|f| (text(f.omega_squared), f.multiplicity))
-        .collect()
+    forms.map(|f| (text(f.omega_squared), f.multiplicity)).collect()
 }
 
 #[test]
 fn the_odd_class_of_three_pendulums_is_the_one_of_the_text() {
     let text = std::fs::read_to_string("models/three_pendulums.lag").unwrap();
-    let derivation = derive(
-        &model_in(&text, Path::new("models"), &[]),
-        &Parts::default().frequencies(true),
-    )
-    .unwrap();
+    let derivation = derive(&model_in(&text, Path::new("models"), &[]), &Parts::default().frequencies(true)).unwrap();
     let found = derivation.linear.unwrap().frequencies.unwrap();
     assert!(found.general.frequencies.is_empty());
     let tied = found.tied.unwrap();
     let symmetry = tied.symmetry.unwrap();
-    assert_eq!(
-        symmetry.ties,
-        [
-            vec!["m[1]", "m[3]"],
-            vec!["l[1]", "l[3]"],
-            vec!["k12", "k23"]
-        ]
-    );
-    let odd = tied
-        .frequencies
-        .iter()
-        .find(|f| f.symmetry.as_deref() == Some("odd"))
-        .unwrap();
-    assert_eq!(
-        derivation.pool.display(odd.omega_squared),
-        "g/l[1] + L^2*k12/(m[1]*l[1]^2)"
-    );
-    let block = tied
-        .blocks
-        .iter()
-        .find(|block| block.class == "odd")
-        .unwrap();
+    assert_eq!(symmetry.ties, [vec!["m[1]", "m[3]"], vec!["l[1]", "l[3]"], vec!["k12", "k23"]]);
+    let odd = tied.frequencies.iter().find(|f| f.symmetry.as_deref() == Some("odd")).unwrap();
+    assert_eq!(derivation.pool.display(odd.omega_squared), "g/l[1] + L^2*k12/(m[1]*l[1]^2)");
+    let block = tied.blocks.iter().find(|block| block.class == "odd").unwrap();
     assert_eq!(block.basis, [vec![(0, 1), (2, -1)]]);
 }
 
@@ -190,11 +159,7 @@ fn the_odd_class_of_three_pendulums_is_the_one_of_the_text() {
 fn parameters_without_values_are_drawn() {
     let text = "param k  param m  coord x, y
         T = 1/2*m*(x'^2 + y'^2)  V = 1/2*k*(x^2 + y^2 + (x - y)^2)";
-    let derivation = derive(
-        &model_in(text, Path::new("."), &[]),
-        &Parts::default().frequencies(true),
-    )
-    .unwrap();
+    let derivation = derive(&model_in(text, Path::new("."), &[]), &Parts::default().frequencies(true)).unwrap();
     let found = derivation.linear.unwrap().frequencies.unwrap();
     let pool = &derivation.pool;
     let forms = forms(&found.general, |e| pool.display(e));
@@ -204,22 +169,11 @@ fn parameters_without_values_are_drawn() {
 #[test]
 fn equalities_that_would_make_a_symmetry_are_told() {
     let text = std::fs::read_to_string("models/three_pendulums_unequal.lag").unwrap();
-    let derivation = derive(
-        &model_in(&text, Path::new("models"), &[]),
-        &Parts::default().frequencies(true),
-    )
-    .unwrap();
+    let derivation = derive(&model_in(&text, Path::new("models"), &[]), &Parts::default().frequencies(true)).unwrap();
     let found = derivation.linear.unwrap().frequencies.unwrap();
     assert!(found.general.symmetry.is_none() && found.tied.is_none());
     let would_be = found.would_be.unwrap();
-    assert_eq!(
-        would_be.ties,
-        [
-            vec!["m[1]", "m[3]"],
-            vec!["l[1]", "l[3]"],
-            vec!["k12", "k23"]
-        ]
-    );
+    assert_eq!(would_be.ties, [vec!["m[1]", "m[3]"], vec!["l[1]", "l[3]"], vec!["k12", "k23"]]);
 }
 
 #[test]
@@ -232,10 +186,8 @@ fn limits_and_series_of_closed_forms() {
     let value = |derivation: &librate::derive::Derivation| -> Vec<f64> {
         let json: Value = serde_json::from_str(&derive_json(derivation)).unwrap();
         let entries = json["frequencies"].as_array().unwrap();
-        let expressions: Vec<String> = entries
-            .iter()
-            .map(|entry| entry["omega_squared"].as_str().unwrap().to_owned())
-            .collect();
+        let expressions: Vec<String> =
+            entries.iter().map(|entry| entry["omega_squared"].as_str().unwrap().to_owned()).collect();
         let settings = ["k1=1", "k2=1/1000", "m1=2"];
         let values = values(&text, Path::new("models"), &settings, &expressions);
         values.iter().map(Ball::mid_f64).collect()
@@ -257,11 +209,7 @@ fn a_cubic_is_solved_on_request() {
     // Zeros of the Laguerre polynomial L_3 (SymPy: laguerre_poly(3).nroots()), times g/l.
     let want = [0.415774556783479, 2.29428036027904, 6.28994508293748];
     let text = std::fs::read_to_string("models/triple_pendulum.lag").unwrap();
-    let model = model_in(
-        &text,
-        Path::new("models"),
-        &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"],
-    );
+    let model = model_in(&text, Path::new("models"), &["g=1", "l[1]=1", "l[2]=1", "l[3]=1"]);
     let plain = frequencies(&model);
     assert!(plain.get("frequencies").is_none());
     let parts = Parts::default().frequencies(true).cubic(true);
@@ -361,18 +309,10 @@ fn what_a_page_abbreviates_is_what_programs_read() {
             continue;
         };
         // Equilibria that are searched for have symbols of their own.
-        let Some(found) = derivation
-            .linear
-            .as_ref()
-            .ok()
-            .and_then(|linear| linear.frequencies.as_ref())
-        else {
+        let Some(found) = derivation.linear.as_ref().ok().and_then(|linear| linear.frequencies.as_ref()) else {
             continue;
         };
-        for case in [Some(&found.general), found.tied.as_ref()]
-            .into_iter()
-            .flatten()
-        {
+        for case in [Some(&found.general), found.tied.as_ref()].into_iter().flatten() {
             for solved in &case.solved {
                 let mut known: Vec<(String, f64)> = Vec::new();
                 for parameter in &model.parameters {
@@ -445,17 +385,9 @@ fn closed_forms_of_numbers_far_from_usual_ones() {
         frequencies(&model_in(&text, Path::new("."), &[]))
     };
     let near = chain("2", "3");
-    assert!(
-        near["frequencies"]
-            .as_array()
-            .is_some_and(|all| all.len() == 2)
-    );
+    assert!(near["frequencies"].as_array().is_some_and(|all| all.len() == 2));
     assert!(!near["normal_coordinates"].is_null());
-    for (m, k) in [
-        ("1e300", "1e250"),
-        ("1e-300", "exp(-800)"),
-        ("1e-300", "1e290"),
-    ] {
+    for (m, k) in [("1e300", "1e250"), ("1e-300", "exp(-800)"), ("1e-300", "1e290")] {
         let far = chain(m, k);
         for part in ["frequencies", "normal_coordinates"] {
             assert_eq!(far[part], near[part], "{m} {k} {part}");

@@ -22,10 +22,7 @@ fn the_equations_are_those_of_the_lecture() {
         ],
         mass = "[[m1 + m2, m2*l], [m2*l, m2*l^2]]",
         stiffness = "[[k, 0], [0, m2*g*l]]",
-        momenta = [
-            "(m1 + m2)*x' + m2*l*cos(phi)*phi'",
-            "m2*l*(l*phi' + cos(phi)*x')"
-        ],
+        momenta = ["(m1 + m2)*x' + m2*l*cos(phi)*phi'", "m2*l*(l*phi' + cos(phi)*x')"],
     );
 }
 
@@ -73,10 +70,7 @@ fn the_squares_of_the_frequencies_solve_the_quadratic() {
     let root = format!("sqrt(({middle})^2 - 4*k*g*m1*l)");
     assert_derives!(
         &derivation,
-        frequencies = [
-            format!("({middle} - {root})/(2*m1*l)"),
-            format!("({middle} + {root})/(2*m1*l)"),
-        ],
+        frequencies = [format!("({middle} - {root})/(2*m1*l)"), format!("({middle} + {root})/(2*m1*l)"),],
     );
 }
 
@@ -88,9 +82,7 @@ fn the_chapter_shows_this_code() {
     let blocks = |language: &str| -> Vec<String> {
         let fence = format!("```{language}\n");
         let parts = chapter.split(&fence).skip(1);
-        parts
-            .map(|rest| rest.split("```").next().unwrap().to_owned())
-            .collect()
+        parts.map(|rest| rest.split("```").next().unwrap().to_owned()).collect()
     };
     let code = blocks("rust");
     assert!(code.len() >= 4);

@@ -73,13 +73,8 @@ fn all_models() -> Vec<(String, Model)> {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         (name, load(path))
     });
-    let driven = DRIVEN
-        .iter()
-        .map(|(name, text)| ((*name).to_owned(), model(text)));
-    files
-        .chain(driven)
-        .filter(|(_, model)| model.coordinates.len() <= MOST && model.constraints.is_empty())
-        .collect()
+    let driven = DRIVEN.iter().map(|(name, text)| ((*name).to_owned(), model(text)));
+    files.chain(driven).filter(|(_, model)| model.coordinates.len() <= MOST && model.constraints.is_empty()).collect()
 }
 
 #[test]
@@ -100,9 +95,7 @@ fn printed_equations_have_the_reference_values() {
         for point in reference["points"].as_array().unwrap() {
             let list = |key: &str| -> Vec<String> {
                 let values = point[key].as_array().unwrap().iter();
-                values
-                    .map(|value| value.as_str().unwrap().to_owned())
-                    .collect()
+                values.map(|value| value.as_str().unwrap().to_owned()).collect()
             };
             let own = values(&model, &texts, &[list("q"), list("v"), list("a")], BITS);
             let want = list("lhs");
@@ -177,11 +170,7 @@ fn equations_momenta_and_energies_agree_with_brute_force() {
                     same("conserved momentum", &mut pool, rate, equation);
                 }
                 Conserved::Energy { .. } => same("conserved energy", &mut pool, rate, work),
-                Conserved::Motion {
-                    momenta: sum,
-                    value,
-                    ..
-                } => {
+                Conserved::Motion { momenta: sum, value, .. } => {
                     let own = brute.expression(&mut pool, sum, &momenta);
                     let in_velocities = brute.expression(&mut pool, value, &momenta);
                     same("sum of momenta", &mut pool, own, in_velocities);
@@ -194,11 +183,7 @@ fn equations_momenta_and_energies_agree_with_brute_force() {
                         };
                         let equation = brute.equation(&mut pool, *i);
                         let product = pool.mul(term.coefficient, equation);
-                        want = if term.negative {
-                            pool.sub(want, product)
-                        } else {
-                            pool.add(want, product)
-                        };
+                        want = if term.negative { pool.sub(want, product) } else { pool.add(want, product) };
                     }
                     same("conserved sum", &mut pool, rate, want);
                     sums += 1;
@@ -213,15 +198,10 @@ fn equations_momenta_and_energies_agree_with_brute_force() {
 fn conserved(text: &str) -> Vec<String> {
     let derivation = derive(&model(text), &Parts::default().energy(true)).unwrap();
     let energy = derivation.energy.as_ref().unwrap();
-    let sums = energy
-        .conserved
-        .iter()
-        .filter_map(|quantity| match quantity {
-            Conserved::Motion {
-                motion, momenta, ..
-            } => Some(format!("{} ({motion})", derivation.text(momenta))),
-            _ => None,
-        });
+    let sums = energy.conserved.iter().filter_map(|quantity| match quantity {
+        Conserved::Motion { motion, momenta, .. } => Some(format!("{} ({motion})", derivation.text(momenta))),
+        _ => None,
+    });
     sums.collect()
 }
 
@@ -265,11 +245,7 @@ fn conditions_read_as_a_physicist_writes_them() {
         let texts = roots.filter_map(|root| {
             let signs = root["if_signs"].as_array().unwrap().iter();
             let signs: Vec<&str> = signs.map(|sign| sign.as_str().unwrap()).collect();
-            Some(format!(
-                "{} with {}",
-                root["if"].as_str()?,
-                signs.join(", ")
-            ))
+            Some(format!("{} with {}", root["if"].as_str()?, signs.join(", ")))
         });
         texts.collect::<Vec<_>>()
     };
@@ -281,16 +257,10 @@ fn conditions_read_as_a_physicist_writes_them() {
     // A torque on a pendulum: at the largest one there still is a point of rest.
     let torque = "param g = 10  param l = 1  param m = 1  param D = -3  coord a
         T = 1/2*m*l^2*a'^2  V = -m*g*l*cos(a) - D*a";
-    assert_eq!(
-        conditions(torque),
-        ["-D <= g*l*m with g > 0, l > 0, m > 0, D < 0"]
-    );
+    assert_eq!(conditions(torque), ["-D <= g*l*m with g > 0, l > 0, m > 0, D < 0"]);
     let sum = "param g = 10  param l = 1  param m[1..2] = 1  param k = 3  coord a
         T = a'^2  V = -(m[1] + m[2])*g*l*cos(a) - k^3*a";
-    assert_eq!(
-        conditions(sum),
-        ["k^3 <= g*l*(m[1] + m[2]) with g > 0, l > 0, m[1] > 0, m[2] > 0, k > 0"]
-    );
+    assert_eq!(conditions(sum), ["k^3 <= g*l*(m[1] + m[2]) with g > 0, l > 0, m[1] > 0, m[2] > 0, k > 0"]);
 }
 
 /// The condition is the inequality |value| <= 1 itself, at any values of the parameters.
@@ -311,9 +281,7 @@ fn conditions_say_that_the_value_is_one_of_a_sine() {
                 let negative = |at: usize| {
                     let symbol = symbols[at];
                     let taken = condition.signs.iter();
-                    taken
-                        .clone()
-                        .any(|(e, minus)| *minus && pool.as_symbol(*e) == Some(symbol))
+                    taken.clone().any(|(e, minus)| *minus && pool.as_symbol(*e) == Some(symbol))
                 };
                 let point: Vec<f64> = (0..symbols.len())
                     .map(|at| {
@@ -322,9 +290,7 @@ fn conditions_say_that_the_value_is_one_of_a_sine() {
                     })
                     .collect();
                 let values = tape.evaluate::<f64>(&point, &mut Vec::new());
-                let [value, left, right] = values.as_slice() else {
-                    panic!()
-                };
+                let [value, left, right] = values.as_slice() else { panic!() };
                 let holds = match condition.relation {
                     Relation::Less => left < right,
                     Relation::LessOrEqual => left <= right,
@@ -349,10 +315,7 @@ fn linearized_equations_are_the_matrices() {
         };
         let matrices = librate::linearize::derive(model).unwrap();
         let mut pool = derivation.pool.clone();
-        let pairs = [
-            (&linear.mass, &matrices.mass),
-            (&linear.stiffness, &matrices.stiffness),
-        ];
+        let pairs = [(&linear.mass, &matrices.mass), (&linear.stiffness, &matrices.stiffness)];
         for (own, other) in pairs {
             for (own, other) in own.iter().flatten().zip(other.iter().flatten()) {
                 // Both pools grew from the model's in the same way up to the matrices.
@@ -365,27 +328,19 @@ fn linearized_equations_are_the_matrices() {
 }
 
 fn page(text: &str) -> String {
-    derive_text(
-        &derive(&model(text), &Parts::all()).unwrap(),
-        &Style::default(),
-    )
+    derive_text(&derive(&model(text), &Parts::all()).unwrap(), &Style::default())
 }
 
 #[test]
 fn models_beyond_modes_have_equations() {
-    let texts = DRIVEN
-        .iter()
-        .map(|(name, text)| format!("## {name}\n{}", page(text)));
+    let texts = DRIVEN.iter().map(|(name, text)| format!("## {name}\n{}", page(text)));
     insta::assert_snapshot!(texts.collect::<Vec<_>>().join("\n"));
 }
 
 #[test]
 fn what_has_no_matrices_says_why() {
     let swing = derive(&model(DRIVEN[0].1), &Parts::all()).unwrap();
-    assert!(matches!(
-        swing.linear,
-        Err(LinearizeError::TimeDependent { .. })
-    ));
+    assert!(matches!(swing.linear, Err(LinearizeError::TimeDependent { .. })));
     let json: Value = serde_json::from_str(&derive_json(&swing)).unwrap();
     assert!(json.get("mass").is_none());
     let reason = json["not_linearized"].as_str().unwrap();
@@ -404,16 +359,8 @@ fn coordinates_that_lose_a_motion_are_told() {
     let euler = "T = 1/2*m*(th'^2 + psi'^2*sin(th)^2) + 1/2*l*(phi' + psi'*cos(th))^2  V = th^2";
     let cases = [
         ("param m  param l  coord th, phi", spherical, "`phi`"),
-        (
-            "param m = 2  param l = 3  coord th, phi",
-            spherical,
-            "`phi`",
-        ),
-        (
-            "param m  param l  coord psi, th, phi",
-            euler,
-            "along psi - phi",
-        ),
+        ("param m = 2  param l = 3  coord th, phi", spherical, "`phi`"),
+        ("param m  param l  coord psi, th, phi", euler, "along psi - phi"),
     ];
     for (names, energies, motion) in cases {
         let derivation = derive(&model(&format!("{names}  {energies}")), &Parts::all()).unwrap();
@@ -434,38 +381,20 @@ fn coordinates_that_lose_a_motion_are_told() {
 #[test]
 fn parameters_that_decide_whether_a_force_acts() {
     // The sign of a root, and what vanishes for some values only.
-    let spring =
-        "param k  param l  param h  coord x  T = 1/2*x'^2  V = 1/2*k*(sqrt(x^2 + h^2) - l)^2";
+    let spring = "param k  param l  param h  coord x  T = 1/2*x'^2  V = 1/2*k*(sqrt(x^2 + h^2) - l)^2";
     let cases = [
-        (
-            format!("{spring}  equilibrium x = sqrt(l^2 - h^2)"),
-            "abs(l)",
-        ),
-        (
-            "param a  param b  coord x  T = x'^2  V = x^2 - 2*a*x  equilibrium x = b".to_owned(),
-            "a - 2*b",
-        ),
+        (format!("{spring}  equilibrium x = sqrt(l^2 - h^2)"), "abs(l)"),
+        ("param a  param b  coord x  T = x'^2  V = x^2 - 2*a*x  equilibrium x = b".to_owned(), "a - 2*b"),
     ];
     for (text, force) in cases {
-        let error = derive(&model(&text), &Parts::all())
-            .unwrap()
-            .linear
-            .unwrap_err();
-        assert!(
-            matches!(error, LinearizeError::ForceOfParameters { .. }),
-            "{error}"
-        );
+        let error = derive(&model(&text), &Parts::all()).unwrap().linear.unwrap_err();
+        assert!(matches!(error, LinearizeError::ForceOfParameters { .. }), "{error}");
         assert!(error.to_string().contains(force), "{error}");
     }
     // With values the sign is known.
-    let valued = spring
-        .replace("param k", "param k = 2")
-        .replace("param l", "param l = 5")
-        .replace("param h", "param h = 3");
-    let derivation = derive(
-        &model(&format!("{valued}  equilibrium x = sqrt(l^2 - h^2)")),
-        &Parts::all(),
-    );
+    let valued =
+        spring.replace("param k", "param k = 2").replace("param l", "param l = 5").replace("param h", "param h = 3");
+    let derivation = derive(&model(&format!("{valued}  equilibrium x = sqrt(l^2 - h^2)")), &Parts::all());
     assert!(derivation.unwrap().linear.is_ok());
 }
 
@@ -501,16 +430,11 @@ fn equations_read_as_a_person_writes_them() {
     // A free particle, a coordinate that occurs nowhere, one without inertia.
     assert_eq!(printed("coord x  T = 1/2*x'^2"), "x'' = 0");
     assert_eq!(printed("coord x, y  T = 1/2*x'^2"), "x'' = 0\n0 = 0");
-    assert_eq!(
-        printed("param k  coord x  T = 0*x'  V = 1/2*k*x^2"),
-        "k*x = 0"
-    );
+    assert_eq!(printed("param k  coord x  T = 0*x'  V = 1/2*k*x^2"), "k*x = 0");
     // Parameters that are numbers stay symbols, those made of others are written out, integers that set
     // ranges are numbers.
     assert_eq!(
-        printed(
-            "param N = 2  param k = 3  param c = 2*k  coord x[1..N]  T = sum(i in 1..N, x[i]'^2)  V = c*N*x[1]^2"
-        ),
+        printed("param N = 2  param k = 3  param c = 2*k  coord x[1..N]  T = sum(i in 1..N, x[i]'^2)  V = c*N*x[1]^2"),
         "2*x[1]'' + 8*k*x[1] = 0\n2*x[2]'' = 0"
     );
     assert_eq!(

@@ -23,16 +23,10 @@ fn tangent(derivation: &Derivation) -> (&Linear, &Tangent) {
 
 /// The values of expressions in the parameters.
 fn values(model: &Model, pool: &mut Pool, roots: &[ExprId]) -> Vec<Ball> {
-    let known: Substitution = model
-        .parameters
-        .iter()
-        .map(|parameter| (parameter.symbol, parameter.value.unwrap()))
-        .collect();
+    let known: Substitution =
+        model.parameters.iter().map(|parameter| (parameter.symbol, parameter.value.unwrap())).collect();
     let closed = pool.substitute(roots, &known);
-    closed
-        .into_iter()
-        .map(|root| librate::linearize::constant(pool, root).unwrap())
-        .collect()
+    closed.into_iter().map(|root| librate::linearize::constant(pool, root).unwrap()).collect()
 }
 
 #[test]
@@ -55,13 +49,7 @@ fn a_pendulum_in_x_and_y() {
     assert_eq!(show(constraints.expressions[0]), "x^2 + y^2 - l^2");
     let (_, tangent) = tangent(&derivation);
     assert_eq!(show(tangent.multipliers[0]), "-1/2*g*m/l");
-    assert_eq!(
-        tangent.gradients[0]
-            .iter()
-            .map(|e| show(*e))
-            .collect::<Vec<_>>(),
-        ["0", "-2*l"]
-    );
+    assert_eq!(tangent.gradients[0].iter().map(|e| show(*e)).collect::<Vec<_>>(), ["0", "-2*l"]);
     let energy = derivation.energy.as_ref().unwrap();
     assert!(energy.hamiltonian.is_none());
 }
@@ -126,10 +114,7 @@ fn a_point_off_the_constraint_is_an_error() {
         equilibrium x = 0
         equilibrium y = -2*l";
     let error = derive(&model(text), &Parts::all()).unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::ConstraintBroken { .. }),
-        "{error:?}"
-    );
+    assert!(matches!(error, LinearizeError::ConstraintBroken { .. }), "{error:?}");
 }
 
 #[test]
@@ -143,14 +128,7 @@ fn what_is_found_numerically_stands_for_itself() {
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let (linear, tangent) = tangent(&derivation);
     let show = |e: ExprId| derivation.pool.display(e);
-    assert_eq!(
-        linear
-            .equilibrium
-            .iter()
-            .map(|e| show(*e))
-            .collect::<Vec<_>>(),
-        ["x", "y"]
-    );
+    assert_eq!(linear.equilibrium.iter().map(|e| show(*e)).collect::<Vec<_>>(), ["x", "y"]);
     assert_eq!(show(tangent.multipliers[0]), "lambda");
     assert_eq!(show(linear.stiffness[0][0]), "k - 2*lambda");
     // Along the circle, in terms of x: delta_y = -x/y delta_x, M_r = 1 + x^2/y^2 and, with the curvature of the circle,
@@ -185,10 +163,7 @@ fn what_is_found_numerically_stands_for_itself() {
     assert!((own - want).abs() < 1e-12 * want, "{own} {want}");
     // What stands for its value is told.
     let text = derive_text(&derivation, &Style::default().ascii(true));
-    assert!(
-        text.contains("standing for its value below: x, y, lambda\n"),
-        "{text}"
-    );
+    assert!(text.contains("standing for its value below: x, y, lambda\n"), "{text}");
     let latex = derive_latex(&derivation, false);
     assert!(latex.contains("below: $x$, $y$, $\\lambda$.\n"), "{latex}");
 }
@@ -220,10 +195,7 @@ fn every_model_with_constraints_has_a_page_that_agrees_with_its_modes() {
             let left = equation.expression(&mut pool, |_, _| zero);
             let left = pool.substitute_one(left, &rest);
             let left = values(&model, &mut pool, &[left])[0];
-            assert!(
-                left.contains_zero() && left.radius < 1e-24,
-                "{name}: {left:?}"
-            );
+            assert!(left.contains_zero() && left.radius < 1e-24, "{name}: {left:?}");
         }
         // The matrices of what is left have the frequencies of the other path.
         let reduced = tangent.reduced.as_ref().unwrap();
@@ -237,19 +209,12 @@ fn every_model_with_constraints_has_a_page_that_agrees_with_its_modes() {
         };
         let (mass, stiffness) = (matrix(&page.mass), matrix(&page.stiffness));
         let root = mass.cholesky().unwrap().l().try_inverse().unwrap();
-        let mut squares: Vec<f64> = (&root * stiffness * root.transpose())
-            .symmetric_eigenvalues()
-            .iter()
-            .copied()
-            .collect();
+        let mut squares: Vec<f64> =
+            (&root * stiffness * root.transpose()).symmetric_eigenvalues().iter().copied().collect();
         squares.sort_by(f64::total_cmp);
         let linearized = linearize(model.clone()).unwrap();
         let modes = normal_modes(&linearized, &Options::default()).unwrap();
-        let mut certified: Vec<f64> = modes
-            .modes
-            .iter()
-            .map(|mode| mode.omega_squared.unwrap().mid_f64())
-            .collect();
+        let mut certified: Vec<f64> = modes.modes.iter().map(|mode| mode.omega_squared.unwrap().mid_f64()).collect();
         certified.sort_by(f64::total_cmp);
         assert_eq!(squares.len(), certified.len(), "{name}");
         let largest = certified.iter().fold(0.0_f64, |most, x| most.max(x.abs()));

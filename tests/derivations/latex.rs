@@ -93,12 +93,7 @@ fn a_parser_reads_the_energies_as_written() {
 
 #[test]
 fn pages_read_like_the_book() {
-    for name in [
-        "three_pendulums",
-        "double_pendulum",
-        "simple_pendulum",
-        "spring_pendulum",
-    ] {
+    for name in ["three_pendulums", "double_pendulum", "simple_pendulum", "spring_pendulum"] {
         let path = Path::new("models").join(format!("{name}.lag"));
         let page = derive_latex(&derivation(&path).unwrap(), true);
         insta::assert_snapshot!(format!("latex__{name}"), page);
@@ -107,16 +102,11 @@ fn pages_read_like_the_book() {
 
 /// The first TeX engine that is installed.
 fn engine() -> Option<&'static str> {
-    ["pdflatex", "lualatex", "xelatex", "tectonic"]
-        .into_iter()
-        .find(|engine| {
-            let mut command = Command::new(engine);
-            command
-                .arg("--version")
-                .stdout(Stdio::null())
-                .stderr(Stdio::null());
-            command.status().is_ok_and(|status| status.success())
-        })
+    ["pdflatex", "lualatex", "xelatex", "tectonic"].into_iter().find(|engine| {
+        let mut command = Command::new(engine);
+        command.arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+        command.status().is_ok_and(|status| status.success())
+    })
 }
 
 #[test]
@@ -138,11 +128,7 @@ fn an_engine_typesets_every_page_where_one_is_installed() {
             command.args(["-interaction=nonstopmode", "-halt-on-error"]);
         }
         let output = command.arg(&file).current_dir(&folder).output().unwrap();
-        assert!(
-            output.status.success(),
-            "{path:?}: {}",
-            String::from_utf8_lossy(&output.stdout)
-        );
+        assert!(output.status.success(), "{path:?}: {}", String::from_utf8_lossy(&output.stdout));
     }
     std::fs::remove_dir_all(&folder).unwrap();
 }

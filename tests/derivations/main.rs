@@ -1,10 +1,5 @@
 //! Derivations: equations, closed forms, normal coordinates, LaTeX, book forms.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod book_forms;
 mod closed_forms;

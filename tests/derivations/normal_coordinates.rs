@@ -40,9 +40,8 @@ fn references(path: &Path) -> Vec<f64> {
     let reference: Value = serde_json::from_str(&text).unwrap();
     let number = |value: &Value| -> f64 { value.as_str().unwrap().parse().unwrap() };
     let modes = reference["modes"].as_array().unwrap().iter();
-    let mut all: Vec<f64> = modes
-        .map(|mode| number(&mode["omega"]).powi(2) - number(&mode["growth"]).powi(2))
-        .collect();
+    let mut all: Vec<f64> =
+        modes.map(|mode| number(&mode["omega"]).powi(2) - number(&mode["growth"]).powi(2)).collect();
     all.sort_by(f64::total_cmp);
     all
 }
@@ -81,9 +80,7 @@ fn amplitudes_make_both_matrices_diagonal() {
                 amplitudes.map(move |text| {
                     let text = text.as_str().unwrap();
                     match mode.get("omega") {
-                        Some(omega) => {
-                            text.replace(omega.as_str().unwrap(), &format!("sqrt({square})"))
-                        }
+                        Some(omega) => text.replace(omega.as_str().unwrap(), &format!("sqrt({square})")),
                         None => text.to_owned(),
                     }
                 })
@@ -110,10 +107,7 @@ fn amplitudes_make_both_matrices_diagonal() {
             for s in 0..n {
                 let unit = if r == s { 1.0 } else { 0.0 };
                 let own = form(&mass, r, s);
-                assert!(
-                    (own.mid_f64() - unit).abs() < 1e-12,
-                    "{name} {r} {s}: {own:?}"
-                );
+                assert!((own.mid_f64() - unit).abs() < 1e-12, "{name} {r} {s}: {own:?}");
                 let want = if r == s { *square } else { 0.0 };
                 let own = form(&stiffness, r, s);
                 let off = (own.mid_f64() - want).abs();
@@ -169,10 +163,8 @@ fn page_amplitudes(model: &Model, normal: &NormalCoordinates, pool: &Pool) -> Ve
     }
     let evaluate = |pool: &Pool, known: &[(Symbol, f64)], e| {
         let symbols = pool.symbols(e);
-        let point: Vec<f64> = symbols
-            .iter()
-            .map(|symbol| known.iter().find(|(own, _)| own == symbol).unwrap().1)
-            .collect();
+        let point: Vec<f64> =
+            symbols.iter().map(|symbol| known.iter().find(|(own, _)| own == symbol).unwrap().1).collect();
         let tape = Tape::compile(pool, &[e], &symbols).unwrap();
         tape.evaluate::<f64>(&point, &mut Vec::new())[0]
     };
@@ -192,11 +184,7 @@ fn page_amplitudes(model: &Model, normal: &NormalCoordinates, pool: &Pool) -> Ve
                     // Ratios that are given mode by mode.
                     for other in &normal.abbreviations {
                         let name = &other.names[0];
-                        if other
-                            .modes
-                            .as_ref()
-                            .is_some_and(|(_, modes)| modes.contains(r))
-                        {
+                        if other.modes.as_ref().is_some_and(|(_, modes)| modes.contains(r)) {
                             let own = name.replace(&format!("[{letter}]"), &format!("[{}]", r + 1));
                             let own = pool.variable(&own);
                             let any = pool.symbol(name);
@@ -218,13 +206,13 @@ fn page_amplitudes(model: &Model, normal: &NormalCoordinates, pool: &Pool) -> Ve
                 .coordinates
                 .iter()
                 .map(|sum| {
-                    let e = sum.expression(&mut pool, |pool, motion| {
-                        if motion == Motion::Normal(r) {
-                            pool.one()
-                        } else {
-                            pool.zero()
-                        }
-                    });
+                    let e =
+                        sum.expression(
+                            &mut pool,
+                            |pool, motion| {
+                                if motion == Motion::Normal(r) { pool.one() } else { pool.zero() }
+                            },
+                        );
                     evaluate(&pool, &known, e)
                 })
                 .collect()
@@ -244,25 +232,14 @@ fn the_page_says_the_same_with_its_abbreviations() {
         let Ok(derivation) = derive(&model, &parts) else {
             continue;
         };
-        let Some(found) = derivation
-            .linear
-            .as_ref()
-            .ok()
-            .and_then(|l| l.frequencies.as_ref())
-        else {
+        let Some(found) = derivation.linear.as_ref().ok().and_then(|l| l.frequencies.as_ref()) else {
             continue;
         };
-        for case in [Some(&found.general), found.tied.as_ref()]
-            .into_iter()
-            .flatten()
-        {
+        for case in [Some(&found.general), found.tied.as_ref()].into_iter().flatten() {
             let Some(normal) = &case.normal else {
                 continue;
             };
-            for (r, own) in page_amplitudes(&model, normal, &derivation.pool)
-                .iter()
-                .enumerate()
-            {
+            for (r, own) in page_amplitudes(&model, normal, &derivation.pool).iter().enumerate() {
                 let pool = &derivation.pool;
                 let want: Vec<f64> = normal.modes[r]
                     .amplitudes
@@ -274,12 +251,8 @@ fn the_page_says_the_same_with_its_abbreviations() {
                             .iter()
                             .map(|symbol| {
                                 // The frequency of the mode.
-                                if normal.modes[r]
-                                    .omega
-                                    .is_some_and(|omega| pool.as_symbol(omega) == Some(*symbol))
-                                {
-                                    return page_value(&model, pool, normal.modes[r].omega_squared)
-                                        .sqrt();
+                                if normal.modes[r].omega.is_some_and(|omega| pool.as_symbol(omega) == Some(*symbol)) {
+                                    return page_value(&model, pool, normal.modes[r].omega_squared).sqrt();
                                 }
                                 let mut all = model.parameters.iter();
                                 let own = all.find(|p| p.symbol == *symbol).unwrap();
@@ -324,24 +297,11 @@ fn names_of_the_model_are_left_alone() {
         V = 1/2*a*x^2 + 1/2*L*(x - y)^2 + 1/2*omega*y^2 + r*y^4";
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let linear = derivation.linear.as_ref().unwrap();
-    let normal = linear
-        .frequencies
-        .as_ref()
-        .unwrap()
-        .best()
-        .normal
-        .as_ref()
-        .unwrap();
+    let normal = linear.frequencies.as_ref().unwrap().best().normal.as_ref().unwrap();
     assert_eq!(normal.lagrangian_name, "lagrangian");
     assert_eq!(normal.omega, "Omega");
-    assert_eq!(
-        derivation.displaced_text(&normal.coordinates[0]),
-        "B[1]*eta[1] + B[2]*eta[2]"
-    );
-    assert_eq!(
-        derivation.displaced_text(&normal.coordinates[1]),
-        "b[1]*B[1]*eta[1] + b[2]*B[2]*eta[2]"
-    );
+    assert_eq!(derivation.displaced_text(&normal.coordinates[0]), "B[1]*eta[1] + B[2]*eta[2]");
+    assert_eq!(derivation.displaced_text(&normal.coordinates[1]), "b[1]*B[1]*eta[1] + b[2]*B[2]*eta[2]");
     assert_eq!(normal.abbreviations[0].names, ["b[s]"]);
     assert_eq!(
         derivation.displaced_text(&normal.lagrangian),
@@ -470,17 +430,7 @@ fn wave_columns(model: &Model, case: &Case, pool: &Pool) -> Vec<Vec<f64>> {
 fn chains_with_all_kinds_of_ends() {
     // What stands at the first and the last mass: a spring of the chain to a wall, nothing, a spring of twice the stiffness (a wall
     // half a distance off).
-    for (left, right) in [
-        (1, 1),
-        (0, 0),
-        (2, 2),
-        (1, 0),
-        (0, 1),
-        (2, 1),
-        (1, 2),
-        (0, 2),
-        (2, 0),
-    ] {
+    for (left, right) in [(1, 1), (0, 0), (2, 2), (1, 0), (0, 1), (2, 1), (1, 2), (0, 2), (2, 0)] {
         let text = format!(
             "param m = 3  param k = 2  coord y[1..7]
             T = 1/2*m*sum(i in 1..7, y[i]'^2)
@@ -499,14 +449,10 @@ fn chains_with_all_kinds_of_ends() {
         for (r, x) in columns.iter().enumerate() {
             let size: f64 = x.iter().map(|x| 3.0 * x * x).sum();
             assert!((size - 1.0).abs() < 1e-13, "{left} {right} {r}: {size}");
-            let force =
-                |i: usize| -> f64 { (0..7).map(|j| stiffness[i + 7 * j].mid_f64() * x[j]).sum() };
+            let force = |i: usize| -> f64 { (0..7).map(|j| stiffness[i + 7 * j].mid_f64() * x[j]).sum() };
             let square: f64 = (0..7).map(|i| x[i] * force(i)).sum();
             for (i, x) in x.iter().enumerate() {
-                assert!(
-                    (force(i) - 3.0 * square * x).abs() < 1e-13,
-                    "{left} {right} {r}"
-                );
+                assert!((force(i) - 3.0 * square * x).abs() < 1e-13, "{left} {right} {r}");
             }
             own.push(square);
         }
@@ -525,10 +471,7 @@ fn sums_of_sines_as_they_stand_on_the_page() {
         let text = derive_text(&derivation, &Style::default().ascii(true));
         let latex = derive_latex(&derivation, false);
         let at = text.find("\nnormal coordinates").unwrap();
-        let lines = text[at..]
-            .lines()
-            .skip(2)
-            .map(|line| line.trim().to_owned());
+        let lines = text[at..].lines().skip(2).map(|line| line.trim().to_owned());
         (lines.collect::<Vec<_>>(), latex)
     };
     // A family that begins elsewhere, and coordinates that are none.

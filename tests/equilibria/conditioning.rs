@@ -26,9 +26,7 @@ fn of_text(text: &str) -> Option<Warning> {
 
 fn parameter_and_change(warning: Option<Warning>) -> (Option<String>, String) {
     match warning {
-        Some(Warning::IllConditioned {
-            parameter, change, ..
-        }) => (parameter, change),
+        Some(Warning::IllConditioned { parameter, change, .. }) => (parameter, change),
         other => panic!("{other:?}"),
     }
 }
@@ -39,11 +37,7 @@ fn parameter_and_change(warning: Option<Warning>) -> (Option<String>, String) {
 fn the_speed_of_the_hoop_matters_most() {
     let hoop = "param g = 10  param R = 0.1  param W = 10.0000001  coord th
         T = 1/2*R^2*(th'^2 + W^2*sin(th)^2)  V = -g*R*cos(th)";
-    for place in [
-        "equilibrium th = acos(g/(W^2*R))",
-        "guess th = acos(g/(W^2*R))",
-        "guess th = 1e-4",
-    ] {
+    for place in ["equilibrium th = acos(g/(W^2*R))", "guess th = acos(g/(W^2*R))", "guess th = 1e-4"] {
         let (parameter, change) = parameter_and_change(of_text(&format!("{hoop}  {place}")));
         assert_eq!(parameter.as_deref(), Some("W"), "{place}");
         assert_eq!(change, "2e-10", "{place}");
@@ -51,23 +45,14 @@ fn the_speed_of_the_hoop_matters_most() {
     // At the bottom, just below the critical speed, omega^2 = g/R - W^2 is 2*e*W^2.
     let slow = hoop.replace("10.0000001", "9.9999999");
     let (parameter, change) = parameter_and_change(of_text(&slow));
-    assert_eq!(
-        (parameter.as_deref(), change.as_str()),
-        (Some("W"), "2e-10")
-    );
+    assert_eq!((parameter.as_deref(), change.as_str()), (Some("W"), "2e-10"));
     // A guess that is exact, also where it is no function of the parameters.
     let (parameter, change) = parameter_and_change(of_text(&format!("{slow}  guess th = 0")));
-    assert_eq!(
-        (parameter.as_deref(), change.as_str()),
-        (Some("W"), "2e-10")
-    );
+    assert_eq!((parameter.as_deref(), change.as_str()), (Some("W"), "2e-10"));
     let flat = "param k = 1  param c = 2  coord x  T = 1/2*x'^2
         V = 1/2*k*(x - 2)^2 - 1/2*(1 - 1e-8)*(x - c)^2  guess x = 2";
     let (parameter, change) = parameter_and_change(of_text(flat));
-    assert_eq!(
-        (parameter.as_deref(), change.as_str()),
-        (Some("k"), "2e-10")
-    );
+    assert_eq!((parameter.as_deref(), change.as_str()), (Some("k"), "2e-10"));
     // Well above it nothing cancels.
     let fast = hoop.replace("10.0000001", "20");
     assert!(of_text(&format!("{fast}  guess th = 1")).is_none());
@@ -147,9 +132,7 @@ fn shapes_of_a_wide_cluster_are_orthonormal() {
          V = sum(a in 1..N, 1/2*k*x[a]^2) + sum(a in 1..N-1, 1/2*c*(x[a+1] - x[a])^2)",
     );
     let linearized = linearize(model).unwrap();
-    let modes = normal_modes(&linearized, &Options::default())
-        .unwrap()
-        .modes;
+    let modes = normal_modes(&linearized, &Options::default()).unwrap().modes;
     for (a, left) in modes.iter().enumerate() {
         for (b, right) in modes.iter().enumerate() {
             let parts = left.vector.iter().zip(&right.vector);

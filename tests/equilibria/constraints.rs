@@ -11,17 +11,14 @@ use librate::oscillation::normal_modes;
 fn omegas(text: &str) -> Vec<[f64; 2]> {
     let linearized = linearize(model(text)).unwrap();
     let modes = normal_modes(&linearized, &Options::default().digits(15)).unwrap();
-    let of = |mode: &librate::oscillation::NormalMode| {
-        [mode.omega.mid_f64(), mode.omega.mid_f64_error()]
-    };
+    let of = |mode: &librate::oscillation::NormalMode| [mode.omega.mid_f64(), mode.omega.mid_f64_error()];
     modes.modes.iter().map(of).collect()
 }
 
 /// A double pendulum whose rods are vectors of fixed direction, and the one in angles.
 #[test]
 fn rods_as_vectors_are_the_pendulum_in_angles() {
-    let parameters =
-        "param g = 9.81  param l[1..2] = [1, 0.7]  param m[1..2] = [2, 3]  coord th[1..2]";
+    let parameters = "param g = 9.81  param l[1..2] = [1, 0.7]  param m[1..2] = [2, 3]  coord th[1..2]";
     let tied = omegas(&format!(
         "{parameters}  coord r[1..2, 1..2]
          T = sum(i in 1..2, 1/2*m[i]*dot(r[i]', r[i]'))
@@ -39,10 +36,7 @@ fn rods_as_vectors_are_the_pendulum_in_angles() {
     ));
     assert_eq!((tied.len(), angles.len()), (2, 2));
     for (tied, angles) in tied.iter().zip(&angles) {
-        assert!(
-            (tied[0] - angles[0]).abs() <= tied[1] + angles[1],
-            "{tied:?} {angles:?}"
-        );
+        assert!((tied[0] - angles[0]).abs() <= tied[1] + angles[1], "{tied:?} {angles:?}");
     }
 }
 
@@ -60,26 +54,19 @@ fn families_of_vectors_are_tied_member_by_member() {
     let want = [1.0, 1.0, 2.0, 2.0, 3.0, 3.0_f64];
     assert_eq!(found.len(), want.len());
     for (found, want) in found.iter().zip(want) {
-        assert!(
-            (found[0] - want.sqrt()).abs() <= found[1] + 1e-15,
-            "{found:?}"
-        );
+        assert!((found[0] - want.sqrt()).abs() <= found[1] + 1e-15, "{found:?}");
     }
 }
 
 #[test]
 fn sides_of_different_shapes_are_a_mistake() {
     for sides in ["r = [x, x, 0]", "r = x", "r = [[x, x]]"] {
-        let text =
-            format!("coord r[1..2], x  T = dot(r', r') + x'^2  V = dot(r, r)  constraint {sides}");
+        let text = format!("coord r[1..2], x  T = dot(r', r') + x'^2  V = dot(r, r)  constraint {sides}");
         let file = librate::syntax::parse(&text).unwrap();
         let errors = librate::model::elaborate(&file, &Default::default(), &Default::default());
         let errors = errors.unwrap_err();
         assert_eq!(errors[0].code(), "E0112", "{errors:?}");
-        assert!(
-            errors[0].to_string().contains("sides of a constraint"),
-            "{errors:?}"
-        );
+        assert!(errors[0].to_string().contains("sides of a constraint"), "{errors:?}");
     }
 }
 
@@ -97,41 +84,13 @@ fn nearly_equal_constraints_are_told_apart() {
         ("constraint x = y  constraint x*(1 + 1e-32) = y", 1, vec![]),
         ("constraint x = y  constraint x*(1 + 1e-200) = y", 1, vec![]),
         ("constraint x = y  constraint x = y + 1e-40*z", 1, vec![]),
-        (
-            "constraint x = y  constraint y = z  constraint x = z + 1e-50*y",
-            0,
-            vec![],
-        ),
-        (
-            "constraint x = y  constraint y = z  constraint x = z",
-            1,
-            vec![2],
-        ),
-        (
-            "constraint x = y  constraint 1e-200*x = 1e-200*y",
-            2,
-            vec![1],
-        ),
-        (
-            "constraint x = y  constraint sqrt(2)*x = sqrt(2)*y",
-            2,
-            vec![1],
-        ),
-        (
-            "constraint x = y  constraint pi*x = (pi + 1e-40)*y",
-            1,
-            vec![],
-        ),
-        (
-            "constraint x = y  constraint sin(x) = sin(y)  guess x = 1/10",
-            2,
-            vec![1],
-        ),
-        (
-            "constraint x = y  constraint sin(x) = sin(y)*(1 + 1e-36)",
-            1,
-            vec![],
-        ),
+        ("constraint x = y  constraint y = z  constraint x = z + 1e-50*y", 0, vec![]),
+        ("constraint x = y  constraint y = z  constraint x = z", 1, vec![2]),
+        ("constraint x = y  constraint 1e-200*x = 1e-200*y", 2, vec![1]),
+        ("constraint x = y  constraint sqrt(2)*x = sqrt(2)*y", 2, vec![1]),
+        ("constraint x = y  constraint pi*x = (pi + 1e-40)*y", 1, vec![]),
+        ("constraint x = y  constraint sin(x) = sin(y)  guess x = 1/10", 2, vec![1]),
+        ("constraint x = y  constraint sin(x) = sin(y)*(1 + 1e-36)", 1, vec![]),
     ] {
         assert_eq!(left(constraints), (dimension, dependent), "{constraints}");
     }

@@ -31,12 +31,7 @@ fn growth_is_exactly_zero_where_no_friction_acts() {
     let b = 3.0_f64.sqrt() / 4.0;
     let root = (1.0 + b * b).sqrt();
     let damped = std::f64::consts::PI / 10.0;
-    let want = [
-        (root - b, 0.0),
-        (2.0_f64.powf(0.25), 0.0),
-        (root + b, 0.0),
-        ((3.0 - damped * damped).sqrt(), -damped),
-    ];
+    let want = [(root - b, 0.0), (2.0_f64.powf(0.25), 0.0), (root + b, 0.0), ((3.0 - damped * damped).sqrt(), -damped)];
     let mut want = want.to_vec();
     want.sort_by(|a, b| a.0.total_cmp(&b.0));
     assert_eq!(found.modes.len(), 4);
@@ -44,11 +39,7 @@ fn growth_is_exactly_zero_where_no_friction_acts() {
         assert!((mode.omega.mid_f64() - omega).abs() < 1e-15, "{mode:?}");
         assert!((mode.growth.mid_f64() - growth).abs() < 1e-15, "{mode:?}");
         assert_eq!(mode.growth.is_zero(), growth == 0.0, "{mode:?}");
-        let kind = if growth == 0.0 {
-            Kind::Oscillation
-        } else {
-            Kind::Damped
-        };
+        let kind = if growth == 0.0 { Kind::Oscillation } else { Kind::Damped };
         assert_eq!(mode.kind, kind);
         assert_eq!((mode.vector.len(), mode.limit), (4, None));
     }
@@ -60,18 +51,9 @@ fn parts_are_ordered_and_cut_as_one() {
     let omegas: Vec<f64> = all.modes.iter().map(|mode| mode.omega.mid_f64()).collect();
     assert!(omegas.is_sorted(), "{omegas:?}");
     let (_, lowest) = solve(SEPARATE, &Options::default().lowest(2));
-    let cut: Vec<f64> = lowest
-        .modes
-        .iter()
-        .map(|mode| mode.omega.mid_f64())
-        .collect();
+    let cut: Vec<f64> = lowest.modes.iter().map(|mode| mode.omega.mid_f64()).collect();
     assert_eq!(cut, omegas[..2]);
-    assert!(
-        all.modes
-            .iter()
-            .enumerate()
-            .all(|(at, mode)| mode.cluster as usize == at)
-    );
+    assert!(all.modes.iter().enumerate().all(|(at, mode)| mode.cluster as usize == at));
 }
 
 /// c² = 4 m k in numbers that are irrational, beside anything else: -c/2m twice with one vector. One unit off in the
@@ -86,11 +68,7 @@ fn irrational_critical_damping_is_recognised() {
             let (_, found) = solve(&text, &Options::default().digits(digits));
             assert_eq!(found.stability, Stability::Stable);
             let want = (2.0_f64 * 7.0 / 3.0).sqrt();
-            let double: Vec<_> = found
-                .modes
-                .iter()
-                .filter(|mode| mode.omega.is_zero())
-                .collect();
+            let double: Vec<_> = found.modes.iter().filter(|mode| mode.omega.is_zero()).collect();
             assert_eq!((found.modes.len(), double.len()), (3, 2));
             for mode in double {
                 assert_eq!(mode.kind, Kind::Overdamped);
@@ -106,14 +84,8 @@ fn irrational_critical_damping_is_recognised() {
     for (sign, kind) in [("+", Kind::Overdamped), ("-", Kind::Damped)] {
         let text = format!("{energies}  dissipation = sqrt(k*m)*(1 {sign} 1e-30)*x'^2");
         let (_, found) = solve(&text, &Options::default());
-        assert!(
-            found.modes.iter().any(|mode| mode.kind == kind),
-            "{found:?}"
-        );
-        assert!(
-            found.modes.iter().all(|mode| mode.limit.is_none()),
-            "{found:?}"
-        );
+        assert!(found.modes.iter().any(|mode| mode.kind == kind), "{found:?}");
+        assert!(found.modes.iter().all(|mode| mode.limit.is_none()), "{found:?}");
     }
 }
 
@@ -125,12 +97,7 @@ fn equal_exponents_of_parts_are_one_cluster() {
         V = sqrt(2)/2*(a^2 + b^2) + sqrt(2)/2*c^2 + sqrt(5)/2*d^2 + 1/7*c*d
         dissipation = pi/10*d'^2";
     let (_, found) = solve(text, &Options::default());
-    let free: Vec<u32> = found
-        .modes
-        .iter()
-        .filter(|mode| mode.growth.is_zero())
-        .map(|mode| mode.cluster)
-        .collect();
+    let free: Vec<u32> = found.modes.iter().filter(|mode| mode.growth.is_zero()).map(|mode| mode.cluster).collect();
     assert_eq!(free.len(), 2);
     assert_eq!(free[0], free[1]);
 }
@@ -154,17 +121,10 @@ fn what_grows_has_both_exponents_as_before() {
         T = 1/2*(x'^2 + y'^2)  V = -sqrt(2)/2*x^2 + y^2  dissipation = pi/10*y'^2";
     let (_, found) = solve(text, &Options::default());
     assert_eq!(found.stability, Stability::Unstable);
-    let growths: Vec<f64> = found
-        .modes
-        .iter()
-        .map(|mode| mode.growth.mid_f64())
-        .collect();
+    let growths: Vec<f64> = found.modes.iter().map(|mode| mode.growth.mid_f64()).collect();
     let s = 2.0_f64.powf(0.25);
     assert!((growths[0] - s).abs() < 1e-14, "{growths:?}");
-    assert!(
-        growths.iter().any(|growth| (growth + s).abs() < 1e-14),
-        "{growths:?}"
-    );
+    assert!(growths.iter().any(|growth| (growth + s).abs() < 1e-14), "{growths:?}");
 }
 
 /// Oil that turns does work round loops, more than it takes out where it turns fast; a belt in a straight line does
@@ -179,14 +139,8 @@ fn friction_that_drives_loops_is_told() {
         ("1/10*(x'*y - y'*x)", true),
         ("-1/10*u*x'^2", true),
     ] {
-        let (linearized, modes) = solve(
-            &format!("{energies}  dissipation = {friction}"),
-            &Options::default(),
-        );
-        let codes: Vec<&str> = warnings(&linearized, &modes)
-            .iter()
-            .map(|warning| warning.code())
-            .collect();
+        let (linearized, modes) = solve(&format!("{energies}  dissipation = {friction}"), &Options::default());
+        let codes: Vec<&str> = warnings(&linearized, &modes).iter().map(|warning| warning.code()).collect();
         assert_eq!(codes.contains(&"W0106"), told, "{friction}: {codes:?}");
     }
 }
@@ -198,11 +152,7 @@ type Repeated = (f64, f64, &'static [usize]);
 /// are orthonormal.
 fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated]) {
     let (linearized, found) = solve(text, &Options::default());
-    assert_eq!(
-        (found.stability, found.secular),
-        (stability, Some(secular)),
-        "{text}"
-    );
+    assert_eq!((found.stability, found.secular), (stability, Some(secular)), "{text}");
     let n = linearized.dimension();
     let mass = linearized.mass();
     let (velocity, stiffness) = linearized.velocity_and_stiffness();
@@ -210,9 +160,7 @@ fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated])
         let own: Vec<_> = found
             .modes
             .iter()
-            .filter(|mode| {
-                (mode.growth.mid_f64() - growth).hypot(mode.omega.mid_f64() - omega) < 1e-9
-            })
+            .filter(|mode| (mode.growth.mid_f64() - growth).hypot(mode.omega.mid_f64() - omega) < 1e-9)
             .collect();
         let sizes: Vec<usize> = own
             .iter()
@@ -236,10 +184,7 @@ fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated])
                     let k = i + n * j;
                     let l = times(times(lambda, lambda), (mass[k].mid_f64(), 0.0));
                     let d = times(lambda, (velocity[k].mid_f64(), 0.0));
-                    let term = times(
-                        (l.0 + d.0 + stiffness[k].mid_f64(), l.1 + d.1),
-                        shape(at, j),
-                    );
+                    let term = times((l.0 + d.0 + stiffness[k].mid_f64(), l.1 + d.1), shape(at, j));
                     sum = (sum.0 + term.0, sum.1 + term.1);
                 }
                 assert!(sum.0.hypot(sum.1) < 1e-11, "{text}: {sum:?} {:?}", own[at]);
@@ -256,10 +201,7 @@ fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated])
                 }
                 let size = product.0.hypot(product.1);
                 let same = own[at].vector == own[other].vector;
-                assert!(
-                    (size - if same { 1.0 } else { 0.0 }).abs() < 1e-12,
-                    "{text}: {size}"
-                );
+                assert!((size - if same { 1.0 } else { 0.0 }).abs() < 1e-12, "{text}: {size}");
             }
         }
         // One shape a block; a block of even size at 0 without friction has half as many entries.
@@ -269,9 +211,7 @@ fn holds(text: &str, stability: Stability, secular: bool, repeated: &[Repeated])
         let mut at = 0;
         while at < sizes.len() {
             let entries = match own[at].kind {
-                Kind::Zero if sizes[at] > 2 => {
-                    sizes.iter().filter(|size| **size == sizes[at]).count()
-                }
+                Kind::Zero if sizes[at] > 2 => sizes.iter().filter(|size| **size == sizes[at]).count(),
                 Kind::Zero => 1,
                 _ => sizes[at],
             };
@@ -382,12 +322,7 @@ fn jordan_blocks_have_their_sizes() {
             &[(-0.1, 2.99_f64.sqrt(), &[1, 1])],
         ),
         // Irrational numbers: friction alone leaves both matrices symmetric, and equal real exponents have their shapes.
-        (
-            format!("{two}  V = sqrt(2)/2*(x^2 + y^2)  dissipation = 2*(x'^2 + y'^2)"),
-            Stability::Stable,
-            false,
-            &[],
-        ),
+        (format!("{two}  V = sqrt(2)/2*(x^2 + y^2)  dissipation = 2*(x'^2 + y'^2)"), Stability::Stable, false, &[]),
     ];
     for (text, stability, secular, repeated) in cases {
         holds(text, *stability, *secular, repeated);
@@ -416,9 +351,7 @@ fn the_kernel_is_named_as_a_whole() {
     let zero = &found.modes[..2];
     assert_eq!(zero[0].vector, [0.0, 0.0, 1.0]);
     let half = 0.5_f64.sqrt();
-    assert!(
-        (zero[1].vector[0] - half).abs() < 1e-15 && (zero[1].imaginary[1] - half).abs() < 1e-15
-    );
+    assert!((zero[1].vector[0] - half).abs() < 1e-15 && (zero[1].imaginary[1] - half).abs() < 1e-15);
 }
 
 /// Without friction and rotation, forces that go round leave pairs ±s: n entries, the growing one of a real pair, both of
@@ -438,20 +371,12 @@ fn circulatory_forces_alone_leave_pairs() {
         (
             "V = -x^2/2 - 2*y^2  dissipation = (x'*y - y'*x)/8",
             Stability::Unstable,
-            &[
-                (Unstable, root((5.0 + split) / 2.0), 0.0),
-                (Unstable, root((5.0 - split) / 2.0), 0.0),
-                (Zero, 0.0, 0.0),
-            ],
+            &[(Unstable, root((5.0 + split) / 2.0), 0.0), (Unstable, root((5.0 - split) / 2.0), 0.0), (Zero, 0.0, 0.0)],
         ),
         (
             "V = x^2/2 + y^2 + z^2/2  dissipation = 2*(x'*y - y'*x)",
             Stability::Unstable,
-            &[
-                (Unstable, flutter.0, flutter.1),
-                (Oscillation, 0.0, 1.0),
-                (Damped, -flutter.0, flutter.1),
-            ],
+            &[(Unstable, flutter.0, flutter.1), (Oscillation, 0.0, 1.0), (Damped, -flutter.0, flutter.1)],
         ),
         (
             "V = sqrt(2)/2*z^2  dissipation = exp(1)*(x'*y - y'*x)",
@@ -496,31 +421,14 @@ fn circulatory_forces_alone_leave_pairs() {
         }
     }
     // A block of 4 at 0 that no arithmetic decides is said to be open.
-    let (_, open) = solve(
-        "param c = exp(1)  coord x, z  T = 1/2*(x'^2 + z'^2)  dissipation = c/20*x*z'",
-        &Options::default(),
-    );
+    let (_, open) =
+        solve("param c = exp(1)  coord x, z  T = 1/2*(x'^2 + z'^2)  dissipation = c/20*x*z'", &Options::default());
     assert_eq!(open.stability, Stability::Undecided);
     assert!(open.modes.iter().all(|mode| mode.kind == Kind::Undecided));
     let repeated: &[(&str, Stability, bool, &[Repeated])] = &[
-        (
-            "V = 1/2*(x^2 + y^2)  dissipation = 1/2*x'*y",
-            Stability::Neutral,
-            true,
-            &[(0.0, 1.0, &[2, 2])],
-        ),
-        (
-            "V = -1/2*(x^2 + y^2)  dissipation = 1/2*x'*y",
-            Stability::Unstable,
-            false,
-            &[(1.0, 0.0, &[2, 2])],
-        ),
-        (
-            "dissipation = x'*y",
-            Stability::Neutral,
-            true,
-            &[(0.0, 0.0, &[4, 4])],
-        ),
+        ("V = 1/2*(x^2 + y^2)  dissipation = 1/2*x'*y", Stability::Neutral, true, &[(0.0, 1.0, &[2, 2])]),
+        ("V = -1/2*(x^2 + y^2)  dissipation = 1/2*x'*y", Stability::Unstable, false, &[(1.0, 0.0, &[2, 2])]),
+        ("dissipation = x'*y", Stability::Neutral, true, &[(0.0, 0.0, &[4, 4])]),
     ];
     for (text, stability, secular, repeated) in repeated {
         let text = format!("coord x, y  T = 1/2*(x'^2 + y'^2)  {text}");
@@ -536,10 +444,7 @@ fn zero_modes_of_circulatory_forces_are_named() {
          V = 1/2*x^2 - x*y  dissipation = x'*y - y'*x",
         &Options::default(),
     );
-    assert_eq!(
-        found.zero_motions,
-        ["z is free", "no restoring force to second order"]
-    );
+    assert_eq!(found.zero_motions, ["z is free", "no restoring force to second order"]);
 }
 
 /// Square roots in the entries that units take away: boundaries of gyroscopic stability, blocks at 0; and a searched equilibrium
@@ -591,10 +496,7 @@ fn blocks_of_irrational_models_are_decided() {
 #[test]
 fn critical_damping_at_algebraic_equilibria_is_decided() {
     let cases: &[(&str, &[Repeated])] = &[
-        (
-            "coord x  T = 1/2*x'^2  V = (x^2 - 2)^2/4  dissipation = 2*x'^2  guess x = 3/2",
-            &[(-2.0, 0.0, &[2, 2])],
-        ),
+        ("coord x  T = 1/2*x'^2  V = (x^2 - 2)^2/4  dissipation = 2*x'^2  guess x = 3/2", &[(-2.0, 0.0, &[2, 2])]),
         // The golden section, where V'' is the root of 5.
         (
             "coord x  T = 1/2*x'^2  V = x^3/3 - x^2/2 - x  dissipation = 5^(1/4)*x'^2  guess x = 3/2",
@@ -647,20 +549,11 @@ fn repeated_exponents_of_irrational_combinations_are_decided() {
              T = 1/2*(u'^2 + v'^2)  V = 3/2*u^2  dissipation = u'^2*sqrt(3) + 1/2*v'^2",
             Stability::Neutral,
             false,
-            &[
-                (-1.732_050_807_568_877_2, 0.0, &[2, 2]),
-                (0.0, 0.0, &[1]),
-                (-1.0, 0.0, &[1]),
-            ],
+            &[(-1.732_050_807_568_877_2, 0.0, &[2, 2]), (0.0, 0.0, &[1]), (-1.0, 0.0, &[1])],
         ),
     ];
     for (text, stability, secular, repeated) in cases {
-        holds(
-            &format!("coord x, y  {text}"),
-            *stability,
-            *secular,
-            repeated,
-        );
+        holds(&format!("coord x, y  {text}"), *stability, *secular, repeated);
     }
 }
 
@@ -679,20 +572,12 @@ fn the_triangle_of_lagrange_is_decided() {
     for (rate, side, place) in [
         (1.0, "W = 1  param a = 3^(1/3)", given.as_str()),
         (3.0_f64.sqrt(), "W = sqrt(3)  param a = 1", given.as_str()),
-        (
-            3.0_f64.powf(-0.25),
-            "W = (1/3)^(1/4)  param a = sqrt(3)",
-            given.as_str(),
-        ),
+        (3.0_f64.powf(-0.25), "W = (1/3)^(1/4)  param a = sqrt(3)", given.as_str()),
         (3.0_f64.sqrt(), "W = sqrt(3)", guessed),
     ] {
         let text = format!("param {side}  coord x[1..3], y[1..3]  {law}  {place}");
         let (_, found) = solve(&text, &Options::default());
-        assert_eq!(
-            (found.stability, found.secular),
-            (Stability::Unstable, Some(true)),
-            "{text}"
-        );
+        assert_eq!((found.stability, found.secular), (Stability::Unstable, Some(true)), "{text}");
         let rounded = |x: f64| (x * 1e10).round() / 1e10;
         let entries = found.modes.iter().map(|mode| {
             let [growth, omega] = [mode.growth, mode.omega].map(|x| x.mid_f64() / rate);
@@ -730,11 +615,7 @@ fn steady_rotation_beside_friction_is_neutral() {
              equilibrium th' = W"
         );
         let (_, found) = solve(&text, &Options::default());
-        assert_eq!(
-            (found.stability, found.secular),
-            (Stability::Neutral, Some(false)),
-            "{text}"
-        );
+        assert_eq!((found.stability, found.secular), (Stability::Neutral, Some(false)), "{text}");
         let kinds: Vec<Kind> = found.modes.iter().map(|mode| mode.kind).collect();
         assert_eq!(kinds, [Kind::Zero, Kind::Damped], "{text}");
         assert_eq!(found.zero_motions, ["th is free"]);
@@ -745,12 +626,9 @@ fn steady_rotation_beside_friction_is_neutral() {
 #[test]
 fn rates_far_apart_are_found() {
     let relative = |found: f64, want: f64| (found / want - 1.0).abs();
-    for (mass, damping, stiffness) in [
-        ("1", "1", "1e-17"),
-        ("1e-30", "1", "sqrt(2)*1e-20"),
-        ("7", "1e30", "1e-30"),
-        ("pi*1e-25", "3e20", "1e-30"),
-    ] {
+    for (mass, damping, stiffness) in
+        [("1", "1", "1e-17"), ("1e-30", "1", "sqrt(2)*1e-20"), ("7", "1e30", "1e-30"), ("pi*1e-25", "3e20", "1e-30")]
+    {
         let text = format!(
             "param m = {mass}  param c = {damping}  param k = {stiffness}
              coord x  T = 1/2*m*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2"
@@ -761,11 +639,7 @@ fn rates_far_apart_are_found() {
         let c = value(&linearized.damping().unwrap());
         let k = value(&linearized.stiffness());
         assert_eq!(found.stability, Stability::Stable, "{text}");
-        let growths: Vec<f64> = found
-            .modes
-            .iter()
-            .map(|mode| mode.growth.mid_f64())
-            .collect();
+        let growths: Vec<f64> = found.modes.iter().map(|mode| mode.growth.mid_f64()).collect();
         assert_eq!(growths.len(), 2, "{text}");
         assert!(relative(growths[0], -k / c) < 1e-14, "{text}: {growths:?}");
         assert!(relative(growths[1], -c / m) < 1e-14, "{text}: {growths:?}");
@@ -858,9 +732,8 @@ fn units_far_from_usual_ones_change_nothing() {
                     assert!(off <= 1e-13 * want.mid_f64().abs(), "{at}: {x:?} {want:?}");
                 }
                 // Shapes are those of the plain model, in units of energy and rate too; their sign is that of the largest component.
-                let size = |mode: &NormalMode, i: usize| {
-                    mode.vector[i].hypot(mode.imaginary.get(i).copied().unwrap_or(0.0))
-                };
+                let size =
+                    |mode: &NormalMode, i: usize| mode.vector[i].hypot(mode.imaginary.get(i).copied().unwrap_or(0.0));
                 for i in 0..2 {
                     let unit = &ten(lengths[i]) * &ten(energy).sqrt();
                     let number = |x: f64| &Big::from_f64(x, 200) * &unit;
@@ -878,11 +751,7 @@ fn units_far_from_usual_ones_change_nothing() {
 #[test]
 fn exponents_far_apart_are_decided() {
     // Of one coordinate by itself: m, c, k.
-    for (c, slow, fast) in [
-        ("1e70", -70, 70),
-        ("1e140", -140, 140),
-        ("1e150", -150, 150),
-    ] {
+    for (c, slow, fast) in [("1e70", -70, 70), ("1e140", -140, 140), ("1e150", -150, 150)] {
         let text = format!("coord x  T = x'^2/2  V = x^2/2  dissipation = {c}*x'^2/2");
         let (_, found) = solve(&text, &Options::default());
         assert_eq!(found.stability, Stability::Stable);
@@ -916,10 +785,7 @@ fn exponential_parameters_have_frequencies() {
     for power in [-1400_i32, -800, 700, 800, 1300] {
         let text = format!("param k = exp({power})  coord x  T = x'^2/2  V = k*x^2/2");
         let (_, found) = solve(&text, &Options::default());
-        assert_eq!(
-            (found.stability, found.modes[0].kind),
-            (Stability::Stable, Kind::Oscillation)
-        );
+        assert_eq!((found.stability, found.modes[0].kind), (Stability::Stable, Kind::Oscillation));
         let want = f64::from(power / 2).exp();
         let off = (found.modes[0].omega.mid_f64() - want).abs();
         assert!(off <= 1e-13 * want, "{power}: {:?}", found.modes[0]);
@@ -964,11 +830,7 @@ fn roundings_next_to_a_tie_are_decided() {
         ("1.23455 - 1e-45", 5, "1.2345"),
         ("1.2345678915 - 1e-60", 10, "1.234567891"),
     ] {
-        assert_eq!(
-            omega(w, "1", digits),
-            (want.to_owned(), Rounding::Correct),
-            "{w}"
-        );
+        assert_eq!(omega(w, "1", digits), (want.to_owned(), Rounding::Correct), "{w}");
         let far = (format!("{want}e120"), Rounding::Correct);
         assert_eq!(omega(w, "1e120", digits), far, "{w} far");
     }
@@ -987,8 +849,5 @@ fn roundings_next_to_a_tie_are_decided() {
     let rotor = rotor.replace("V = 0", "param a = 2.5 + 1e-40");
     let (_, found) = solve(&rotor, &Options::default().digits(1));
     let last = exponent(&found.modes[1])[0].decimal(1);
-    assert_eq!(
-        (last.text.as_str(), last.rounding),
-        ("3", Rounding::Correct)
-    );
+    assert_eq!((last.text.as_str(), last.rounding), ("3", Rounding::Correct));
 }

@@ -32,11 +32,7 @@ fn the_equilibrium_near_the_guess_is_found() {
         assert!((x - std::f64::consts::PI).abs() < 1e-15, "{guess}: {x}");
     }
     // Two wells and the hill between them.
-    let well = |guess: &str| {
-        found(&format!(
-            "coord x  T = x'^2  V = (x^2 - 1)^2  guess x = {guess}"
-        ))[0]
-    };
+    let well = |guess: &str| found(&format!("coord x  T = x'^2  V = (x^2 - 1)^2  guess x = {guess}"))[0];
     assert_eq!(well("0.7"), 1.0);
     assert_eq!(well("5"), 1.0);
     assert_eq!(well("-0.6"), -1.0);
@@ -45,8 +41,7 @@ fn the_equilibrium_near_the_guess_is_found() {
 
 #[test]
 fn wells_far_apart_in_scale_are_found() {
-    let deep =
-        "coord x  T = x'^2  V = -1e6*exp(-1e8*(x - 1e-3)^2) - exp(-x^2)  guess x = 0.0010001";
+    let deep = "coord x  T = x'^2  V = -1e6*exp(-1e8*(x - 1e-3)^2) - exp(-x^2)  guess x = 0.0010001";
     assert!((found(deep)[0] - 1e-3).abs() < 1e-9);
     let shallow = "coord x  T = x'^2  V = -1e6*exp(-1e8*(x - 5)^2) - exp(-x^2)  guess x = 0.3";
     assert!(found(shallow)[0].abs() < 1e-30);
@@ -76,40 +71,23 @@ fn neutral_directions_are_no_obstacle() {
 fn without_an_equilibrium_the_force_is_named() {
     let text = "param F = 3  coord x, y  T = x'^2 + y'^2  V = -F*x + y^2";
     let error = at(text).unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "there is no equilibrium: the force on `x` is F = 3 everywhere"
-    );
+    assert_eq!(error.to_string(), "there is no equilibrium: the force on `x` is F = 3 everywhere");
     // Two bodies that hold each other but fall together.
     let text = "coord a, b  T = a'^2 + b'^2  V = (a - b)^2 - sin(1)*a - b";
     let error = at(text).unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::NoEquilibrium { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, LinearizeError::NoEquilibrium { .. }), "{error}");
     // A force that falls off, but never vanishes.
     let error = at("coord x  T = x'^2  V = exp(-x)").unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::EquilibriumNotFound { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, LinearizeError::EquilibriumNotFound { .. }), "{error}");
 }
 
 #[test]
 fn a_claimed_equilibrium_is_verified() {
     let error = at("coord x  T = x'^2  V = (x - 1)^2  equilibrium x = 1.0000000001").unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }), "{error}");
     // The other coordinate is searched for, then the given one is verified.
-    let error =
-        at("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2 + 2*x  equilibrium x = 0")
-            .unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
-        "{error}"
-    );
+    let error = at("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2 + 2*x  equilibrium x = 0").unwrap_err();
+    assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }), "{error}");
     let fine = found("coord x, y  T = x'^2 + y'^2  V = (x - y)^2 + (y - 1)^2  equilibrium x = 1");
     assert_eq!(fine, [1.0, 1.0]);
 }
@@ -147,23 +125,14 @@ fn a_force_within_its_bound_is_not_called_none() {
     let x = linearized.equilibrium().values[0];
     assert!(x.lower() <= 1e-8 && x.upper() >= 1e-8);
     let error = at(&format!("{energies}  equilibrium x = 0")).unwrap_err();
-    assert!(
-        matches!(error, LinearizeError::NotAnEquilibrium { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, LinearizeError::NotAnEquilibrium { .. }), "{error}");
 }
 
 /// Coordinates, V or `lagrangian`, and what is to blame; T is that of unit masses where none is given.
 const UNDEFINED: &[(&str, &str)] = &[
     ("coord x, y  V = -1/sqrt(x^2 + y^2)", "sqrt(x^2 + y^2)"),
-    (
-        "param k  coord x, y  V = -k/norm([x, y])",
-        "sqrt(x^2 + y^2)",
-    ),
-    (
-        "param k  coord x, y  V = k*(norm([x, y]) - 1)^2",
-        "sqrt(x^2 + y^2)",
-    ),
+    ("param k  coord x, y  V = -k/norm([x, y])", "sqrt(x^2 + y^2)"),
+    ("param k  coord x, y  V = k*(norm([x, y]) - 1)^2", "sqrt(x^2 + y^2)"),
     ("param k  coord x, y  V = -k/(x^4 + y^4)", "x^4 + y^4"),
     ("coord x, y  V = ln(x^2 + y^2)", "ln(x^2 + y^2)"),
     ("coord x, y  V = (x^2 + y^2)^(3/4)", "(x^2 + y^2)^(1/4)"),
@@ -176,21 +145,12 @@ const UNDEFINED: &[(&str, &str)] = &[
     // The derivative of a logarithm is defined where the logarithm is not.
     ("coord x  V = x^2/2 + ln(x - 3)", "ln(x - 3)"),
     ("coord x  V = x + ln(x - 1)  equilibrium x = 0", "ln(x - 1)"),
-    (
-        "param k  param a  coord x  V = -k/(x - a)^2  equilibrium x = a",
-        "(x - a)^2",
-    ),
+    ("param k  param a  coord x  V = -k/(x - a)^2  equilibrium x = a", "(x - a)^2"),
     ("coord x  T = x'^2/x  V = x^2", "x"),
     ("param c  coord x  V = x^2  dissipation = c*x'^2/x", "x"),
-    (
-        "coord x, y  lagrangian = x'^2 + y'^2 + (x*y' - y*x')/(x^2 + y^2) - x^2 - y^2",
-        "x^2 + y^2",
-    ),
+    ("coord x, y  lagrangian = x'^2 + y'^2 + (x*y' - y*x')/(x^2 + y^2) - x^2 - y^2", "x^2 + y^2"),
     ("coord x, y  V = x^2 + y^2  constraint y = abs(x)", "abs(x)"),
-    (
-        "coord x, y  V = y  constraint norm([x, y]) = 0",
-        "sqrt(x^2 + y^2)",
-    ),
+    ("coord x, y  V = y  constraint norm([x, y]) = 0", "sqrt(x^2 + y^2)"),
 ];
 
 /// Where an energy or a force has no value, there is no equilibrium: neither in numbers nor in symbols, whether parameters
@@ -200,28 +160,20 @@ fn where_a_force_is_undefined_there_is_no_equilibrium() {
     for (text, blamed) in UNDEFINED {
         let mut text = (*text).to_owned();
         if !text.contains("T =") && !text.contains("lagrangian") {
-            text += if text.contains(", y") {
-                "  T = x'^2 + y'^2"
-            } else {
-                "  T = x'^2"
-            };
+            text += if text.contains(", y") { "  T = x'^2 + y'^2" } else { "  T = x'^2" };
         }
-        let valued = ["k", "a", "c"].iter().fold(text.clone(), |text, name| {
-            text.replace(&format!("param {name} "), &format!("param {name} = 2 "))
-        });
+        let valued = ["k", "a", "c"]
+            .iter()
+            .fold(text.clone(), |text, name| text.replace(&format!("param {name} "), &format!("param {name} = 2 ")));
         let derived = |text: &str| {
             let file = parse(text).unwrap();
             let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
             librate::linearize::derive(model).map(|_| ())
         };
-        let numeric = at(&valued).and_then(|linearized| {
-            normal_modes(&linearized, &librate::modes::Options::default()).map(|_| ())
-        });
+        let numeric = at(&valued)
+            .and_then(|linearized| normal_modes(&linearized, &librate::modes::Options::default()).map(|_| ()));
         for result in [derived(&text), derived(&valued), numeric] {
-            let Err(LinearizeError::NotFinite {
-                cause: Some(cause), ..
-            }) = result
-            else {
+            let Err(LinearizeError::NotFinite { cause: Some(cause), .. }) = result else {
                 panic!("{text}: {result:?}");
             };
             assert!(cause.contains(&format!("`{blamed}")), "{text}: {cause}");
@@ -262,19 +214,12 @@ fn corners_are_as_sharp_as_their_power() {
     for more in ["abs(y - x)^3", "(x - y)^2*abs(y - x)", "abs(x*y)^3"] {
         let linearized = at(&format!("{wells} + {more}")).unwrap();
         let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
-        let omegas: Vec<f64> = modes
-            .modes
-            .iter()
-            .map(|mode| mode.omega.mid_f64())
-            .collect();
+        let omegas: Vec<f64> = modes.modes.iter().map(|mode| mode.omega.mid_f64()).collect();
         assert_eq!(omegas, [1.0, 2.0], "{more}");
     }
     for (text, what) in [
         ("V = x^2 + x*abs(x)", "a second derivative of the energies"),
-        (
-            "V = x^2 + abs(x)^3/x",
-            "a second derivative of the energies",
-        ),
+        ("V = x^2 + abs(x)^3/x", "a second derivative of the energies"),
         ("V = x^2 + x^2/abs(x)", "the force"),
     ] {
         let found = at(&format!("coord x  T = 1/2*x'^2  {text}"))
@@ -287,10 +232,7 @@ fn corners_are_as_sharp_as_their_power() {
     for friction in ["abs(x')", "x'*abs(x')", "abs(x')^(3/2)", "abs(x')*abs(x)"] {
         let text = format!("coord x  T = 1/2*x'^2  V = x^2  dissipation = {friction}");
         let found = at(&text);
-        assert!(
-            matches!(found, Err(LinearizeError::FrictionNotSmooth { .. })),
-            "{text}"
-        );
+        assert!(matches!(found, Err(LinearizeError::FrictionNotSmooth { .. })), "{text}");
     }
 }
 
@@ -299,33 +241,17 @@ fn corners_are_as_sharp_as_their_power() {
 fn matrices_are_exact_beside_angles_of_pi() {
     for (text, omegas) in [
         // Kepler's circle: r and ph at omega 1, th at omega 1, by nothing but the force law.
-        (
-            format!("{SPHERE}  V = -1/r  equilibrium r = 1  equilibrium ph' = 1"),
-            [0.0, 1.0, 1.0],
-        ),
-        (
-            format!("{SPHERE}  V = -1/r  guess r = 0.9  equilibrium ph' = 1"),
-            [0.0, 1.0, 1.0],
-        ),
-        (
-            format!("{SPHERE}  V = -8/r  guess r = 2.3  equilibrium ph' = 1"),
-            [0.0, 1.0, 1.0],
-        ),
+        (format!("{SPHERE}  V = -1/r  equilibrium r = 1  equilibrium ph' = 1"), [0.0, 1.0, 1.0]),
+        (format!("{SPHERE}  V = -1/r  guess r = 0.9  equilibrium ph' = 1"), [0.0, 1.0, 1.0]),
+        (format!("{SPHERE}  V = -8/r  guess r = 2.3  equilibrium ph' = 1"), [0.0, 1.0, 1.0]),
         // An oscillator that is the same in all directions, on a circle: r at twice its frequency.
-        (
-            format!("{SPHERE}  V = 9/2*r^2  equilibrium r = 2  equilibrium ph' = 3"),
-            [0.0, 3.0, 6.0],
-        ),
+        (format!("{SPHERE}  V = 9/2*r^2  equilibrium r = 2  equilibrium ph' = 3"), [0.0, 3.0, 6.0]),
     ] {
         let linearized = at(&text).unwrap();
         assert!(linearized.integers().is_some(), "{text}");
         let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
         for (mode, omega) in modes.modes.iter().zip(omegas) {
-            assert!(
-                (mode.omega.mid_f64() - omega).abs() < 1e-12,
-                "{text}: {:?}",
-                mode.omega
-            );
+            assert!((mode.omega.mid_f64() - omega).abs() < 1e-12, "{text}: {:?}", mode.omega);
             assert!(mode.growth.is_zero(), "{text}: {:?}", mode.growth);
         }
         assert_eq!(modes.modes.len(), 3, "{text}");
@@ -345,10 +271,7 @@ fn matrices_are_exact_beside_angles_of_pi() {
         let modes = normal_modes(&linearized, &librate::modes::Options::default()).unwrap();
         assert_eq!(modes.modes[0].kind, librate::modes::Kind::Zero);
         assert!((modes.modes[1].omega.mid_f64() - 4.0).abs() < 1e-14);
-        assert_eq!(
-            modes.zero_motions,
-            ["ph is free", "no restoring force to second order"]
-        );
+        assert_eq!(modes.zero_motions, ["ph is free", "no restoring force to second order"]);
     }
     // A bowl z = r^4/4 turns at ph' = 3 where r is 1.
     let bowl = "coord r, ph, z  T = 1/2*(r'^2 + r^2*ph'^2 + z'^2)  V = 9*z

@@ -26,9 +26,7 @@ fn number(text: &str) -> Number {
 /// Whether `own` holds a number known to 40 digits.
 fn holds(own: &Big, want: &Big) -> bool {
     let slack = want.abs_upper().to_f64() * 1e-39;
-    (own - want)
-        .with_added_radius(Magnitude::from_f64(slack))
-        .contains_zero()
+    (own - want).with_added_radius(Magnitude::from_f64(slack)).contains_zero()
 }
 
 fn check(linearized: &Linearized, want: &[Big]) {
@@ -40,18 +38,10 @@ fn check(linearized: &Linearized, want: &[Big]) {
         let own = &equilibrium.values[i];
         assert!(holds(&Big::from_ball(own, 400), want), "{own:?} {want:?}");
         let more = &precise.equilibrium[i];
-        assert!(
-            holds(more, want),
-            "{} {}",
-            more.decimal(45).text,
-            want.decimal(45).text
-        );
+        assert!(holds(more, want), "{} {}", more.decimal(45).text, want.decimal(45).text);
         if equilibrium.origins[i] == Origin::Found {
             assert!(own.radius <= 1e-26 * scale.max(1e-300), "{own:?}");
-            assert!(
-                more.radius().to_f64() <= 1e-110 * scale.max(1e-300),
-                "{more:?}"
-            );
+            assert!(more.radius().to_f64() <= 1e-110 * scale.max(1e-300), "{more:?}");
         }
     }
 }
@@ -60,10 +50,7 @@ fn all_entries(linearized: &Linearized) {
     // M and K in balls hold those at 400 bits.
     let precise = linearized.precisely(400).unwrap();
     let (velocity, stiffness) = linearized.velocity_and_stiffness();
-    let mut pairs = vec![
-        (linearized.mass(), &precise.mass),
-        (stiffness, &precise.stiffness),
-    ];
+    let mut pairs = vec![(linearized.mass(), &precise.mass), (stiffness, &precise.stiffness)];
     pairs.extend(precise.velocity.as_ref().map(|own| (velocity, own)));
     for (balls, bigs) in pairs {
         for (ball, big) in balls.iter().zip(bigs) {
@@ -127,10 +114,7 @@ fn a_degenerate_equilibrium_is_not_called_proved() {
     let equilibrium = flat.equilibrium();
     assert!(!equilibrium.proved);
     let precise = flat.precisely(200).unwrap();
-    assert_eq!(
-        precise.equilibrium[0].to_ball().mid_f64(),
-        equilibrium.values[0].mid_f64()
-    );
+    assert_eq!(precise.equilibrium[0].to_ball().mid_f64(), equilibrium.values[0].mid_f64());
     // Where it is a simple number no force acts there exactly, and that is seen.
     for (well, want) in [("x^4", 0.0), ("(x - 3/2)^4", 1.5), ("(x + 1)^6 - 7", -1.0)] {
         let simple = at(&format!("coord x  T = 1/2*x'^2  V = {well}  guess x = 1"));
@@ -152,28 +136,16 @@ fn a_degenerate_equilibrium_is_not_called_proved() {
 /// cos th = g/(R w^2), just above the critical speed: th is small and K smaller.
 #[test]
 fn near_a_bifurcation_the_radius_is_honest() {
-    for (speed, digits) in [
-        ("1.01", 25),
-        ("1.0001", 22),
-        ("1.0000001", 17),
-        ("1.0000000001", 11),
-    ] {
-        let text = format!(
-            "coord th  T = 1/2*th'^2  V = -1/2*{speed}*sin(th)^2 - cos(th)  guess th = 3*({speed} - 1)^(1/2)"
-        );
+    for (speed, digits) in [("1.01", 25), ("1.0001", 22), ("1.0000001", 17), ("1.0000000001", 11)] {
+        let text =
+            format!("coord th  T = 1/2*th'^2  V = -1/2*{speed}*sin(th)^2 - cos(th)  guess th = 3*({speed} - 1)^(1/2)");
         let found = at(&text);
         assert!(found.equilibrium().proved, "{speed}");
         let cos = &Big::one(400) / &Big::from_number(&number(speed), 400);
         let want = cos.acos();
         let own = &found.equilibrium().values[0];
-        assert!(
-            (&Big::from_ball(own, 400) - &want).contains_zero(),
-            "{own:?}"
-        );
-        assert!(
-            own.radius <= own.mid_f64() * 10f64.powi(-digits),
-            "{speed}: {own:?}"
-        );
+        assert!((&Big::from_ball(own, 400) - &want).contains_zero(), "{own:?}");
+        assert!(own.radius <= own.mid_f64() * 10f64.powi(-digits), "{speed}: {own:?}");
         let precise = &found.precisely(400).unwrap().equilibrium[0];
         assert!((precise - &want).contains_zero());
         assert!(precise.radius().to_f64() < 1e-90);
@@ -246,12 +218,9 @@ fn a_given_coordinate_fixes_the_others() {
 /// In SI a molecule is tiny, light and stiff; a planet is not.
 #[test]
 fn scales_are_no_obstacle() {
-    for (mass, length, energy) in [
-        ("1e-26", "1e-10", "1e-19"),
-        ("1e24", "1e11", "1e33"),
-        ("1", "1e-30", "1"),
-        ("1e-30", "1", "1e30"),
-    ] {
+    for (mass, length, energy) in
+        [("1e-26", "1e-10", "1e-19"), ("1e24", "1e11", "1e33"), ("1", "1e-30", "1"), ("1e-30", "1", "1e30")]
+    {
         let text = format!(
             "param m = {mass}  param a = {length}  param e = {energy}
              coord x, y
@@ -340,10 +309,6 @@ fn an_irrational_ratio_is_not_taken_for_a_fraction() {
         assert!(mode.vector[2].is_zero());
         let normal = normal_modes(&found, &Options::default()).unwrap();
         let kinds: Vec<Kind> = normal.modes.iter().map(|mode| mode.kind).collect();
-        assert_eq!(
-            kinds,
-            [Kind::Zero, Kind::Oscillation, Kind::Oscillation],
-            "{square}"
-        );
+        assert_eq!(kinds, [Kind::Zero, Kind::Oscillation, Kind::Oscillation], "{square}");
     }
 }

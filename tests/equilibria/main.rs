@@ -1,10 +1,5 @@
 //! Equilibria: the search and its proofs, constraints, zero modes, symmetries, parts apart from each other.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 #[cfg(feature = "engine")]
 #[path = "../common/mod.rs"]

@@ -70,12 +70,7 @@ fn pattern(mass: &Matrix, stiffness: &Matrix) -> Pattern {
         pattern.set_diagonal(i, own.unsigned_abs(), stiffness[i][i] != 0);
         for j in (0..n).filter(|j| *j != i) {
             if (mass[i][j], stiffness[i][j]) != (0, 0) {
-                pattern.push(
-                    i,
-                    j,
-                    label(mass[i][j], stiffness[i][j]),
-                    stiffness[i][j] != 0,
-                );
+                pattern.push(i, j, label(mass[i][j], stiffness[i][j]), stiffness[i][j] != 0);
             }
         }
     }
@@ -95,11 +90,7 @@ fn model(mass: &Matrix, stiffness: &Matrix) -> Model {
         }
         terms.join(" + ")
     };
-    let text = format!(
-        "coord x[1..{n}]\nT = {}\nV = {}",
-        form(mass, "'"),
-        form(stiffness, "")
-    );
+    let text = format!("coord x[1..{n}]\nT = {}\nV = {}", form(mass, "'"), form(stiffness, ""));
     elaborate(&parse(&text).unwrap(), &TableTexts::new(), &Settings::new()).unwrap()
 }
 
@@ -118,29 +109,11 @@ fn generators(which: usize) -> (Vec<Element>, f64) {
             (vec![g], 2.0)
         }
         // Two mirrors that commute.
-        2 => (
-            vec![
-                plain([1, 0, 3, 2, 5, 4, 7, 6]),
-                plain([2, 3, 0, 1, 6, 7, 4, 5]),
-            ],
-            4.0,
-        ),
+        2 => (vec![plain([1, 0, 3, 2, 5, 4, 7, 6]), plain([2, 3, 0, 1, 6, 7, 4, 5])], 4.0),
         // A ring of four cells with two coordinates each.
-        3 => (
-            vec![
-                plain([1, 2, 3, 0, 5, 6, 7, 4]),
-                plain([0, 3, 2, 1, 4, 7, 6, 5]),
-            ],
-            8.0,
-        ),
+        3 => (vec![plain([1, 2, 3, 0, 5, 6, 7, 4]), plain([0, 3, 2, 1, 4, 7, 6, 5])], 8.0),
         // All permutations of three cells.
-        _ => (
-            vec![
-                plain([1, 0, 2, 4, 3, 5, 6, 7]),
-                plain([1, 2, 0, 4, 5, 3, 6, 7]),
-            ],
-            6.0,
-        ),
+        _ => (vec![plain([1, 0, 2, 4, 3, 5, 6, 7]), plain([1, 2, 0, 4, 5, 3, 6, 7])], 6.0),
     }
 }
 
@@ -162,17 +135,8 @@ fn filled(entries: &[i64], heavy: i64) -> Matrix {
 }
 
 /// M and K with a planted group, the group's elements, and its order.
-fn planted(
-    which: usize,
-    entries: &[i64],
-    order: &[usize],
-    signs: &[bool],
-) -> (Matrix, Matrix, Vec<Element>, f64) {
-    let by: Element = order
-        .iter()
-        .zip(signs)
-        .map(|(i, s)| (*i, if *s { -1 } else { 1 }))
-        .collect();
+fn planted(which: usize, entries: &[i64], order: &[usize], signs: &[bool]) -> (Matrix, Matrix, Vec<Element>, f64) {
+    let by: Element = order.iter().zip(signs).map(|(i, s)| (*i, if *s { -1 } else { 1 })).collect();
     let (generators, count) = generators(which);
     let generators: Vec<Element> = generators.iter().map(|g| conjugated(g, &by)).collect();
     let elements = group(&generators);
@@ -313,10 +277,7 @@ fn a_thousand_in_a_ring_and_in_a_row() {
         }
         let found = Symmetry::find(&pattern).unwrap();
         assert_eq!(found.order, order);
-        assert_eq!(
-            matches!(found.kind, GroupKind::Ring { length: 1000, .. }),
-            ring
-        );
+        assert_eq!(matches!(found.kind, GroupKind::Ring { length: 1000, .. }), ring);
     }
 }
 
@@ -325,12 +286,8 @@ fn classes(text: &str) -> Vec<String> {
     let file = parse(text).unwrap_or_else(|_| panic!("{text}"));
     let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
     let modes = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap();
-    let held = modes
-        .modes
-        .into_iter()
-        .filter(|mode| mode.omega.mid_f64() > 0.0);
-    held.map(|mode| mode.symmetry.unwrap_or_else(|| "-".to_owned()))
-        .collect()
+    let held = modes.modes.into_iter().filter(|mode| mode.omega.mid_f64() > 0.0);
+    held.map(|mode| mode.symmetry.unwrap_or_else(|| "-".to_owned())).collect()
 }
 
 /// The blocks of a derivation and how it writes its exchanges.
@@ -340,10 +297,7 @@ fn derived(text: &str) -> (Vec<String>, usize) {
     let frequencies = derivation.linear.unwrap().frequencies.unwrap();
     let case = frequencies.best();
     let blocks = case.blocks.iter().map(|block| block.class.clone());
-    let exchanges = case
-        .symmetry
-        .as_ref()
-        .map_or(0, |found| found.generators.len());
+    let exchanges = case.symmetry.as_ref().map_or(0, |found| found.generators.len());
     (blocks.collect(), exchanges)
 }
 
@@ -372,9 +326,7 @@ fn bending_and_symmetric_stretching_of_water_are_even() {
         water(
             "coord r[1..3, 1..2]",
             vectors,
-            &format!(
-                "equilibrium r[1] = [-{s}, c]  equilibrium r[2] = [0, 0]  equilibrium r[3] = [{s}, c]"
-            ),
+            &format!("equilibrium r[1] = [-{s}, c]  equilibrium r[2] = [0, 0]  equilibrium r[3] = [{s}, c]"),
         ),
         water(
             "coord r[1..3, 1..2]",
@@ -386,16 +338,12 @@ fn bending_and_symmetric_stretching_of_water_are_even() {
         water(
             "coord r[1..3, 1..3]",
             vectors,
-            &format!(
-                "equilibrium r[1] = [0, {s}, c]  equilibrium r[2] = [0, 0, 0]  equilibrium r[3] = [0, -{s}, c]"
-            ),
+            &format!("equilibrium r[1] = [0, {s}, c]  equilibrium r[2] = [0, 0, 0]  equilibrium r[3] = [0, -{s}, c]"),
         ),
         water(
             "coord x1, y1, x2, y2, x3, y3",
             alone,
-            &format!(
-                "equilibrium x1 = -{s}  equilibrium y1 = c  equilibrium x3 = {s}  equilibrium y3 = c"
-            ),
+            &format!("equilibrium x1 = -{s}  equilibrium y1 = c  equilibrium x3 = {s}  equilibrium y3 = c"),
         ),
     ] {
         assert_eq!(classes(&text), expected, "{text}");
@@ -436,16 +384,11 @@ fn classes_of_point_groups() {
              equilibrium r[a in 1..{bodies}] = {places}"
         )
     };
-    let all = |n: &str, length: &str| {
-        format!("sum(a in 1..{n}, b in a+1..{n}, 1/2*(norm(r[a] - r[b]) - {length})^2)")
-    };
+    let all = |n: &str, length: &str| format!("sum(a in 1..{n}, b in a+1..{n}, 1/2*(norm(r[a] - r[b]) - {length})^2)");
     // The tetrahedron: omega^2 = 1 (E), 2 (T2), 4 (A1); Landau and Lifshitz, Quantum Mechanics, §100.
     let corners = "param c[1..4, 1..3] = [[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]\n";
     let tetrahedron = springs("4", 3, &all("4", "2*sqrt(2)"), "c[a]");
-    assert_eq!(
-        classes(&format!("{corners}{tetrahedron}")),
-        ["E", "E", "T2", "T2", "T2", "A1"]
-    );
+    assert_eq!(classes(&format!("{corners}{tetrahedron}")), ["E", "E", "T2", "T2", "T2", "A1"]);
     // A square with diagonals in its plane: the group of the square acts as C4v does. Breathing is A1; the sides stretched
     // in turn, x against y, is B1 or B2 as the corners lie.
     let square = "param c[1..4, 1..2] = [[1, 1], [-1, 1], [-1, -1], [1, -1]]\n";
@@ -458,10 +401,7 @@ fn classes_of_point_groups() {
     assert_eq!(found.len(), 5);
     // An equilateral triangle: of what C3v would say, the mirror's part; breathing is even.
     let triangle = "param c[1..3, 1..2] = [[-1, 0], [1, 0], [0, sqrt(3)]]\n";
-    let found = classes(&format!(
-        "{triangle}{}",
-        springs("3", 2, &all("3", "2"), "c[a]")
-    ));
+    let found = classes(&format!("{triangle}{}", springs("3", 2, &all("3", "2"), "c[a]")));
     assert_eq!(found.last().unwrap(), "even");
     // Formaldehyde, C2v about y: out of the plane is B1, in the plane and across B2.
     let formaldehyde = "param m[1..4] = [1, 1, 12, 16]
@@ -490,11 +430,7 @@ fn totally_symmetric_modes_of_larger_molecules() {
     found.sort();
     let three = |name: &str| vec![name.to_owned(); 3];
     let mut expected = vec!["A1g".to_owned(), "Eg".to_owned(), "Eg".to_owned()];
-    expected.extend(
-        ["T1u", "T1u", "T2g", "T2u"]
-            .iter()
-            .flat_map(|name| three(name)),
-    );
+    expected.extend(["T1u", "T1u", "T2g", "T2u"].iter().flat_map(|name| three(name)));
     assert_eq!(found, expected);
     // Ammonia, of whose C3v one mirror permutes the axes: two A1 are even, each E is even and odd.
     let ammonia = "param c[1..4, 1..3] = [[0, 0, 0.4], [1, 0, 0], [-1/2, sqrt(3)/2, 0], [-1/2, -sqrt(3)/2, 0]]

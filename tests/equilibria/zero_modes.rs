@@ -21,9 +21,7 @@ fn motions(text: &str) -> Vec<String> {
 
 /// Springs between all points of a range, at rest as given.
 fn body(from: usize, to: usize) -> String {
-    format!(
-        "sum(a in {from}..{to}, b in a+1..{to}, 1/2*(norm(r[a] - r[b]) - norm(rest[a] - rest[b]))^2)"
-    )
+    format!("sum(a in {from}..{to}, b in a+1..{to}, 1/2*(norm(r[a] - r[b]) - norm(rest[a] - rest[b]))^2)")
 }
 
 #[test]
@@ -83,15 +81,7 @@ fn what_slides_or_turns_alone_is_named() {
            + 1/4*(u^2 + v^2 - 1)^2
          equilibrium u = 1",
     );
-    assert_eq!(
-        found,
-        [
-            "translation of x[1..3]",
-            "translation of x[4..5]",
-            "phi is free",
-            "rotation of u, v",
-        ]
-    );
+    assert_eq!(found, ["translation of x[1..3]", "translation of x[4..5]", "phi is free", "rotation of u, v",]);
     let discs = motions(
         "param I : kg*m^2 = 1  param k : N*m = 1  coord a : rad, b : rad, x : m
          param m : kg = 1  T = I*a'^2 + I*b'^2 + m*x'^2  V = k*(1 - cos(a - b))",
@@ -136,8 +126,7 @@ type Entries = BTreeMap<(usize, usize), Number>;
 /// Decimals of so many digits are all of those that are used here.
 fn rows(entries: &Entries) -> String {
     let rows = entries.iter();
-    rows.map(|((i, j), value)| format!("{i},{j},{}\n", value.to_decimal(60)))
-        .collect()
+    rows.map(|((i, j), value)| format!("{i},{j},{}\n", value.to_decimal(60))).collect()
 }
 
 fn add(entries: &mut Entries, i: usize, j: usize, value: &Number) {
@@ -152,12 +141,7 @@ fn chain(sites: std::ops::Range<usize>, spring: &str, unit: impl Fn(usize) -> Nu
     for i in sites.start..sites.end - 1 {
         for (a, b) in [(i, i), (i, i + 1), (i + 1, i), (i + 1, i + 1)] {
             let value = spring.mul(&unit(a)).mul(&unit(b));
-            add(
-                &mut entries,
-                a,
-                b,
-                &if a == b { value } else { value.neg() },
-            );
+            add(&mut entries, a, b, &if a == b { value } else { value.neg() });
         }
     }
     entries
@@ -312,12 +296,7 @@ fn a_guess_that_is_right_is_taken_exactly() {
     );
     assert!(found.equilibrium().proved && found.equilibrium().steps == 0);
     let precise = found.precisely(512).unwrap();
-    assert!(
-        precise
-            .equilibrium
-            .iter()
-            .all(|x| x.to_ball().radius < 1e-30)
-    );
+    assert!(precise.equilibrium.iter().all(|x| x.to_ball().radius < 1e-30));
     // V'' = 8 x² = 16 for x.
     let stiffness = &precise.stiffness[0];
     assert!((stiffness - &Big::from_f64(16.0, 512)).abs_upper() < Magnitude::ONE.scale(-480));

@@ -11,10 +11,7 @@ use proptest::prelude::*;
 fn contains(ball: &Ball, value: &RBig) -> bool {
     let low = exact::double_double(ball.mid) - exact::double(ball.radius);
     let high = exact::double_double(ball.mid) + exact::double(ball.radius);
-    low <= *value
-        && *value <= high
-        && exact::double(ball.lower()) <= low
-        && high <= exact::double(ball.upper())
+    low <= *value && *value <= high && exact::double(ball.lower()) <= low && high <= exact::double(ball.upper())
 }
 
 /// A ball and a number in it.
@@ -22,20 +19,12 @@ fn inhabited() -> impl Strategy<Value = (Ball, RBig)> {
     let radii = prop_oneof![Just(0.0), Just(1e-32), Just(1e-20), Just(1e-3), Just(3.0)];
     let scales = prop_oneof![Just(-300), Just(-40), Just(0), Just(0), Just(37), Just(200)];
     let small = prop_oneof![Just(0.0), Just(1.0)];
-    (
-        -8.0..8.0f64,
-        -1.0..1.0f64,
-        small,
-        radii,
-        -1.0..=1.0f64,
-        scales,
-    )
-        .prop_map(|(a, b, l, r, t, e)| {
-            let mid = DoubleDouble::new(a, a * b * l * f64::EPSILON / 2.0).scale(e);
-            let ball = Ball::new(mid, r * 2f64.powi(e));
-            let number = exact::double_double(mid) + exact::double(ball.radius) * exact::double(t);
-            (ball, number)
-        })
+    (-8.0..8.0f64, -1.0..1.0f64, small, radii, -1.0..=1.0f64, scales).prop_map(|(a, b, l, r, t, e)| {
+        let mid = DoubleDouble::new(a, a * b * l * f64::EPSILON / 2.0).scale(e);
+        let ball = Ball::new(mid, r * 2f64.powi(e));
+        let number = exact::double_double(mid) + exact::double(ball.radius) * exact::double(t);
+        (ball, number)
+    })
 }
 
 proptest! {

@@ -39,22 +39,15 @@ fn inhabited() -> impl Strategy<Value = (Big, RBig)> {
     ];
     let scales = prop_oneof![Just(0i64), Just(0), Just(-900), Just(77), Just(3000)];
     let lengths = prop_oneof![Just(53usize), Just(64), Just(100), Just(200), Just(350)];
-    (
-        any::<i128>(),
-        any::<i64>(),
-        radii,
-        -1.0..=1.0f64,
-        scales,
-        lengths,
-        0..120u32,
-    )
-        .prop_map(|(a, b, r, t, e, bits, shorter)| {
+    (any::<i128>(), any::<i64>(), radii, -1.0..=1.0f64, scales, lengths, 0..120u32).prop_map(
+        |(a, b, r, t, e, bits, shorter)| {
             let significand = IBig::from(a >> shorter) * IBig::from(b);
             let x = Big::from_parts(significand, e - 190 + i64::from(shorter), bits).center();
             let x = x.with_added_radius(r.scale(e));
             let exact = mid(&x) + magnitude(x.radius()) * RBig::try_from(t).unwrap();
             (x, exact)
-        })
+        },
+    )
 }
 
 proptest! {
@@ -129,16 +122,12 @@ fn functions_enclose_references_and_higher_precision() {
         let argument = |high: usize, low: usize, bits: usize| {
             &Big::from_f64(number(high), bits) + &Big::from_f64(number(low), bits)
         };
-        let at =
-            |bits: usize| exact::apply(fields[0], &argument(1, 2, bits), &argument(3, 4, bits));
+        let at = |bits: usize| exact::apply(fields[0], &argument(1, 2, bits), &argument(3, 4, bits));
         let reference = exact::decimal(fields[5]);
         let close = absolute(reference.clone()) * exact::decimal("1e-59");
         let best = at(400);
         assert!(best.is_finite(), "{line}");
-        assert!(
-            absolute(mid(&best) - &reference) <= close + magnitude(best.radius()),
-            "{line}"
-        );
+        assert!(absolute(mid(&best) - &reference) <= close + magnitude(best.radius()), "{line}");
         for bits in [60, 120, 250] {
             let some = at(bits);
             assert!(covers(&some, &best), "{line} at {bits}: {some:?}");
@@ -146,10 +135,7 @@ fn functions_enclose_references_and_higher_precision() {
         }
         // Arguments of 120 bits or less are exact at 400.
         let relative = magnitude(best.radius());
-        assert!(
-            relative <= absolute(mid(&best)) * exact::power_of_two(-395),
-            "{line}: {best:?}"
-        );
+        assert!(relative <= absolute(mid(&best)) * exact::power_of_two(-395), "{line}: {best:?}");
         for r in [1e-30, 1e-9, 0.2] {
             let x = argument(1, 2, 120);
             let off = Big::from_f64(r * 0.75 * number(1), 120);
@@ -184,58 +170,32 @@ fn extremes_are_enclosed_or_refused_without_panic() {
         Big::from_f64(1e300, 1),
         Big::from_f64(3.0, 0),
     ] {
-        for y in [
-            big(3),
-            big(1 << 39),
-            big(-(1 << 39)),
-            Big::zero(100),
-            -&big(0),
-        ] {
+        for y in [big(3), big(1 << 39), big(-(1 << 39)), Big::zero(100), -&big(0)] {
             for name in [
-                "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh",
-                "exp", "ln", "pow", "sqrt",
+                "sin", "cos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "ln", "pow",
+                "sqrt",
             ] {
                 let got = exact::apply(name, &x, &y);
                 assert!(got.is_finite() || x.bits() <= 100, "{name}");
             }
-            let _ = (
-                &x + &y,
-                &x * &y,
-                &x / &y,
-                x.powi(i32::MAX),
-                x.powi(-7),
-                x.to_ball(),
-            );
-            let _ = (
-                x.hull(&y),
-                x.mid_f64(),
-                x.decimal(20),
-                x.abs(),
-                x.scale(i64::MAX),
-            );
+            let _ = (&x + &y, &x * &y, &x / &y, x.powi(i32::MAX), x.powi(-7), x.to_ball());
+            let _ = (x.hull(&y), x.mid_f64(), x.decimal(20), x.abs(), x.scale(i64::MAX));
         }
     }
     assert_eq!(big(400_000).sin().radius(), Magnitude::ONE);
     assert!(!big(400_000).tan().is_finite() && !big(31).exp().is_finite());
-    assert!(covers(
-        &big(400_000).atan(),
-        &big(400_000).with_bits(200).atan()
-    ));
+    assert!(covers(&big(400_000).atan(), &big(400_000).with_bits(200).atan()));
     assert!(big(20_000).ln().is_finite() && big(1 << 39).ln().is_finite());
     assert!((-&big(31)).exp().abs_upper() <= Magnitude::power_of_two(1 - (1 << 30)));
     for r in [0.3, 7.5] {
-        let wide = Big::zero(80)
-            .with_added_radius(Magnitude::from_f64(r))
-            .exp();
+        let wide = Big::zero(80).with_added_radius(Magnitude::from_f64(r)).exp();
         assert!(wide.is_finite() && wide.abs_upper().to_f64() >= r.exp());
     }
     assert!(!Big::from_f64(f64::NAN, 53).is_finite() && !Big::not_finite(53).sin().is_finite());
     assert!(!Big::not_finite(53).center().is_finite() && Big::not_finite(53).contains_zero());
     let one = Big::one(90).with_added_radius(Magnitude::from_f64(1e-25));
     assert!(one.acos().contains_zero() && one.asin().is_finite());
-    assert!(
-        !Big::from_f64(1.5, 90).asin().is_finite() && !Big::from_f64(-1.5, 90).acos().is_finite()
-    );
+    assert!(!Big::from_f64(1.5, 90).asin().is_finite() && !Big::from_f64(-1.5, 90).acos().is_finite());
     assert!(!(&Big::one(90) / &Big::zero(90)).is_finite());
 }
 
@@ -263,33 +223,19 @@ fn digits_are_printed_as_many_as_wanted() {
     assert!(text(&pi, 1001).ends_with("6111959092164201989"));
     assert_eq!(text(&pi, 31), "3.141592653589793238462643383280");
     let short = Big::pi(64).decimal(40);
-    assert_eq!(
-        (short.rounding, short.text.as_str()),
-        (Rounding::Fewer, "3.14159265358979324")
-    );
+    assert_eq!((short.rounding, short.text.as_str()), (Rounding::Fewer, "3.14159265358979324"));
     assert_eq!(text(&Big::from_f64(-0.125, 60), 5), "-0.12500");
     assert_eq!(text(&Big::from_f64(1e22, 80), 3), "1.00e22");
     let tie = Big::from_f64(0.125, 80).with_added_radius(Magnitude::from_f64(1e-30));
     assert_eq!(tie.decimal(2).rounding, Rounding::Tie);
     let tiny = Big::one(80).scale(-4000);
     let d = tiny.decimal(3);
-    assert_eq!(
-        (d.text.as_str(), d.error_bound),
-        ("7.59e-1205", f64::from_bits(1))
-    );
-    let nothing = Big::zero(80)
-        .with_added_radius(Magnitude::power_of_two(-5000))
-        .decimal(3);
-    assert_eq!(
-        (nothing.text.as_str(), nothing.rounding),
-        ("0", Rounding::Undecided)
-    );
+    assert_eq!((d.text.as_str(), d.error_bound), ("7.59e-1205", f64::from_bits(1)));
+    let nothing = Big::zero(80).with_added_radius(Magnitude::power_of_two(-5000)).decimal(3);
+    assert_eq!((nothing.text.as_str(), nothing.rounding), ("0", Rounding::Undecided));
     assert!(nothing.error_bound > 0.0);
     assert_eq!(Big::not_finite(80).decimal(3).text, "nan");
-    assert_eq!(
-        Big::one(80).scale(1 << 30).decimal(3).rounding,
-        Rounding::Undecided
-    );
+    assert_eq!(Big::one(80).scale(1 << 30).decimal(3).rounding, Rounding::Undecided);
     assert_eq!(text(&Big::one(80).scale(-(1 << 30)), 3), "0");
 }
 
@@ -300,10 +246,7 @@ fn convolutions_enclose_sums_of_products() {
         let row = |shift: i64| -> Vec<Big> {
             let numbers = (0..many).map(|k| Big::from_number(&number(k + shift), bits));
             // Some of very different size.
-            numbers
-                .enumerate()
-                .map(|(k, x)| if k % 7 == 3 { x.scale(-150) } else { x })
-                .collect()
+            numbers.enumerate().map(|(k, x)| if k % 7 == 3 { x.scale(-150) } else { x }).collect()
         };
         let (left, right) = (row(0), row(5));
         let found = Big::convolution(&left, &right).unwrap();
@@ -311,26 +254,16 @@ fn convolutions_enclose_sums_of_products() {
             let x = Big::from_number(&number(k + shift), 2000);
             if k % 7 == 3 { x.scale(-150) } else { x }
         };
-        let sum = (0..many).fold(Big::zero(2000), |sum, k| {
-            &sum + &(&exact(0, k) * &exact(5, many - 1 - k))
-        });
+        let sum = (0..many).fold(Big::zero(2000), |sum, k| &sum + &(&exact(0, k) * &exact(5, many - 1 - k)));
         assert!((&found - &sum).contains_zero());
         // A few roundings of the largest products, and no more.
         let sizes = left.iter().zip(right.iter().rev());
-        let size = sizes.fold(Magnitude::ZERO, |sum, (x, y)| {
-            sum + x.abs_upper() * y.abs_upper()
-        });
+        let size = sizes.fold(Magnitude::ZERO, |sum, (x, y)| sum + x.abs_upper() * y.abs_upper());
         assert!(found.radius() < size.scale(2 - bits as i64));
     }
-    let whole: Vec<Big> = (0..6)
-        .map(|k| Big::from_number(&Number::from(k), 80))
-        .collect();
+    let whole: Vec<Big> = (0..6).map(|k| Big::from_number(&Number::from(k), 80)).collect();
     let sum = Big::convolution(&whole, &whole).unwrap();
     assert!(sum.is_exact() && sum.contains_integer(20));
     assert!(Big::convolution(&[], &[]).is_none());
-    assert!(
-        !Big::convolution(&[Big::not_finite(80)], &whole[..1])
-            .unwrap()
-            .is_finite()
-    );
+    assert!(!Big::convolution(&[Big::not_finite(80)], &whole[..1]).unwrap().is_finite());
 }

@@ -31,16 +31,10 @@ fn side_by_side(left: &[DoubleDouble], right: &[DoubleDouble]) -> DoubleDouble {
 fn exact_sums_stay_exact_and_what_is_out_of_range_is_left() {
     let whole: Vec<Ball> = (0..9).map(|k| Ball::exact(f64::from(k))).collect();
     assert_eq!(Ball::convolution(&whole, &whole), Some(Ball::exact(84.0)));
-    assert_eq!(
-        Ball::convolution(&[Ball::ZERO; 5], &whole[..5]),
-        Some(Ball::ZERO)
-    );
+    assert_eq!(Ball::convolution(&[Ball::ZERO; 5], &whole[..5]), Some(Ball::ZERO));
     // What is 0 exactly stays so beside anything, and radii that get lost in a product do not.
     let doubtful = vec![Ball::new(DoubleDouble::ONE, 1e-20); 6];
-    assert_eq!(
-        Ball::convolution(&[Ball::ZERO; 6], &doubtful),
-        Some(Ball::ZERO)
-    );
+    assert_eq!(Ball::convolution(&[Ball::ZERO; 6], &doubtful), Some(Ball::ZERO));
     let small = vec![Ball::new(DoubleDouble::exact(1e-140), 1e-200); 6];
     let smaller = vec![Ball::exact(1e-140); 6];
     assert!(Ball::convolution(&small, &smaller).unwrap().radius > 0.0);
@@ -58,8 +52,7 @@ fn exact_sums_stay_exact_and_what_is_out_of_range_is_left() {
 fn rows() -> impl Strategy<Value = Vec<(DoubleDouble, DoubleDouble)>> {
     let number = (-1.0..1.0f64, -1.0..1.0f64, -20..20i32)
         .prop_map(|(a, b, e)| DoubleDouble::new(a, b * a * f64::EPSILON / 2.0).scale(e));
-    let other = (-1.0..1.0f64, -1.0..1.0f64)
-        .prop_map(|(a, b)| DoubleDouble::new(a, b * a * f64::EPSILON / 2.0));
+    let other = (-1.0..1.0f64, -1.0..1.0f64).prop_map(|(a, b)| DoubleDouble::new(a, b * a * f64::EPSILON / 2.0));
     prop::collection::vec((number, other), 0..40)
 }
 

@@ -28,25 +28,16 @@ fn digits_and_layout() {
     assert_eq!(text(0.000_001, 1e-30, 2), "1.0e-6");
     assert_eq!(text(2.5e20, 0.0, 10), "2.500000000e20");
     assert_eq!(text(0.0, 0.0, 10), "0");
-    assert_eq!(
-        decimal(&Ball::PI, 31).text,
-        "3.141592653589793238462643383280"
-    );
+    assert_eq!(decimal(&Ball::PI, 31).text, "3.141592653589793238462643383280");
 }
 
 #[test]
 fn only_decided_digits_are_printed() {
     let d = decimal(&ball(std::f64::consts::PI, 0.0, 1e-6), 10);
-    assert_eq!(
-        (d.text.as_str(), d.digits, d.rounding),
-        ("3.14159", 6, Rounding::Fewer)
-    );
+    assert_eq!((d.text.as_str(), d.digits, d.rounding), ("3.14159", 6, Rounding::Fewer));
     assert_eq!(d.error_bound, 4e-6);
     let d = decimal(&ball(1e-20, 0.0, 3e-20), 10);
-    assert_eq!(
-        (d.text.as_str(), d.rounding, d.error_bound),
-        ("0", Rounding::Undecided, 5e-20)
-    );
+    assert_eq!((d.text.as_str(), d.rounding, d.error_bound), ("0", Rounding::Undecided, 5e-20));
     // Of a number that is not 0, either: -7e-23 would be a digit that nobody has decided.
     for (mid, radius, bound) in [(0.5, 0.3, 0.8), (-7e-23, 6.9e-23, 2e-22)] {
         let d = decimal(&ball(mid, 0.0, radius), 10);
@@ -75,10 +66,7 @@ fn numbers_end_at_a_place() {
 #[test]
 fn ties_are_owned_up_to() {
     let exact = decimal(&ball(0.125, 0.0, 0.0), 2);
-    assert_eq!(
-        (exact.text.as_str(), exact.rounding),
-        ("0.12", Rounding::Correct)
-    );
+    assert_eq!((exact.text.as_str(), exact.rounding), ("0.12", Rounding::Correct));
     let near = decimal(&ball(0.125, 0.0, 1e-20), 2);
     assert_eq!((near.text.as_str(), near.rounding), ("0.12", Rounding::Tie));
     let near = decimal(&ball(0.375, 1e-25, 1e-20), 2);

@@ -12,12 +12,7 @@ const DEPTH: usize = 100_000;
 
 /// Runs on a small stack, where recursion to this depth could not pass.
 fn on_small_stack(test: impl FnOnce() + Send + 'static) {
-    std::thread::Builder::new()
-        .stack_size(256 * 1024)
-        .spawn(test)
-        .unwrap()
-        .join()
-        .unwrap();
+    std::thread::Builder::new().stack_size(256 * 1024).spawn(test).unwrap().join().unwrap();
 }
 
 fn chain(pool: &mut Pool) -> ExprId {
@@ -71,8 +66,7 @@ fn derivatives_of_a_chain() {
         let d = pool.diff(e, x);
         let g = pool.gradient(e, &[x])[0];
         let step = 1e-6;
-        let slope = (value(&pool, e, &[x], &[0.3 + step]) - value(&pool, e, &[x], &[0.3 - step]))
-            / (2.0 * step);
+        let slope = (value(&pool, e, &[x], &[0.3 + step]) - value(&pool, e, &[x], &[0.3 - step])) / (2.0 * step);
         assert!((value(&pool, d, &[x], &[0.3]) - slope).abs() < 1e-6);
         assert!((value(&pool, g, &[x], &[0.3]) - slope).abs() < 1e-6);
     });

@@ -6,10 +6,7 @@ use librate::precision::{Ball, Dual, Function, Scalar};
 /// Derivatives against differences of 1e-8 beside 0.7.
 #[test]
 fn slopes_are_those_of_the_functions() {
-    let x = Dual {
-        value: Ball::exact(0.7),
-        slope: Ball::ONE,
-    };
+    let x = Dual { value: Ball::exact(0.7), slope: Ball::ONE };
     type Case = (&'static str, fn(&Dual<Ball>) -> Dual<Ball>);
     let functions: [Case; 20] = [
         ("sin", |x| x.apply(Function::Sin)),
@@ -36,10 +33,7 @@ fn slopes_are_those_of_the_functions() {
     let step = Ball::exact(1e-8);
     for (name, function) in functions {
         let at = |shift: Ball| {
-            let moved = Dual {
-                value: x.value + shift,
-                slope: Ball::ZERO,
-            };
+            let moved = Dual { value: x.value + shift, slope: Ball::ZERO };
             function(&moved).value
         };
         let difference = (at(step) - at(-step)) / (step + step);

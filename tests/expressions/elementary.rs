@@ -11,37 +11,22 @@ fn functions_enclose_reference_values() {
     for line in include_str!("../reference/elementary.txt").lines() {
         let fields: Vec<&str> = line.split(' ').collect();
         let number = |k: usize| fields[k].parse::<f64>().unwrap();
-        let x = Ball::from(DoubleDouble {
-            hi: number(1),
-            lo: number(2),
-        });
-        let y = Ball::from(DoubleDouble {
-            hi: number(3),
-            lo: number(4),
-        });
+        let x = Ball::from(DoubleDouble { hi: number(1), lo: number(2) });
+        let y = Ball::from(DoubleDouble { hi: number(3), lo: number(4) });
         let value = exact::decimal(fields[5]);
         let distance = |got: &Ball| exact::absolute(exact::double_double(got.mid) - &value);
         let got = exact::apply(fields[0], &x, &y);
-        assert!(
-            distance(&got) <= exact::double(got.radius),
-            "{line}: {got:?}"
-        );
+        assert!(distance(&got) <= exact::double(got.radius), "{line}: {got:?}");
         let relative = got.radius / got.mid.hi.abs();
         let limit = if fields[0] == "pow" { 2e-28 } else { 2.5e-30 };
-        assert!(
-            relative < limit || got.radius < 1e-60,
-            "{line}: {relative:e}"
-        );
+        assert!(relative < limit || got.radius < 1e-60, "{line}: {relative:e}");
         // A wide argument: its value at a point inside must be enclosed too.
         for r in [1e-20, 1e-6, 0.3] {
             let off = DoubleDouble::exact(r * 0.75 * x.mid.hi);
             let wide = Ball::new(x.mid + off, r * x.mid.hi.abs());
             let got = exact::apply(fields[0], &wide, &y);
             if got.is_finite() {
-                assert!(
-                    distance(&got) <= exact::double(got.radius),
-                    "wide {r:e} {line}: {got:?}"
-                );
+                assert!(distance(&got) <= exact::double(got.radius), "wide {r:e} {line}: {got:?}");
             }
         }
     }

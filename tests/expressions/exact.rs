@@ -35,11 +35,7 @@ pub(crate) fn decimal(text: &str) -> RBig {
     let digits: IBig = format!("{whole}{fraction}").parse().unwrap();
     let power = exponent.parse::<i32>().unwrap() - fraction.len() as i32;
     let size = RBig::from(UBig::from(10u8).pow(power.unsigned_abs() as usize));
-    if power < 0 {
-        RBig::from(digits) / size
-    } else {
-        RBig::from(digits) * size
-    }
+    if power < 0 { RBig::from(digits) / size } else { RBig::from(digits) * size }
 }
 
 /// A function of one or two numbers by its name.

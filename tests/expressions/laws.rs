@@ -125,10 +125,7 @@ fn start() -> (Pool, Vec<Symbol>) {
 }
 
 fn evaluate<S: Scalar<Precision = ()>>(pool: &Pool, e: ExprId, symbols: &[Symbol], at: &[S]) -> S {
-    Tape::compile(pool, &[e], symbols)
-        .unwrap()
-        .evaluate(at, &mut Vec::new())
-        .remove(0)
+    Tape::compile(pool, &[e], symbols).unwrap().evaluate(at, &mut Vec::new()).remove(0)
 }
 
 fn point() -> impl Strategy<Value = [Approx; 3]> {
@@ -275,10 +272,7 @@ fn most_random_expressions_have_values() {
         let (mut pool, symbols) = start();
         let e = build(&mut pool, &tree);
         let found = evaluate(&pool, e, &symbols, &at);
-        let wrong = Approx {
-            value: found.value + 1.0,
-            error: 0.0,
-        };
+        let wrong = Approx { value: found.value + 1.0, error: 0.0 };
         certain += usize::from(!value(&tree, &at).agrees(&wrong));
     }
     assert!(certain > 500, "{certain}");

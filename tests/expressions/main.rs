@@ -1,10 +1,5 @@
 //! Numbers: fractions, enclosures and their digits. Symbols: derivatives, laws, simplification, series.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod balls;
 mod big;

@@ -2,8 +2,8 @@
 #![cfg(feature = "engine")]
 
 use librate::expr::{
-    PRIME, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod,
-    rational_reconstruct, sqrt_mod, sub_mod,
+    PRIME, Pool, add_mod, inverse_mod, mul_mod, neg_mod, nullspace_mod, pow_mod, rational_reconstruct, sqrt_mod,
+    sub_mod,
 };
 use librate::number::Number;
 use proptest::prelude::*;
@@ -66,22 +66,13 @@ fn values_at_a_point() {
     let product = pool.mul(x, y);
     let quotient = pool.div(x, y);
     let at = |value: u64| move |_| value;
-    assert_eq!(
-        pool.evaluate_mod(&[product, quotient], at(5), 1),
-        Some(vec![25, 1])
-    );
+    assert_eq!(pool.evaluate_mod(&[product, quotient], at(5), 1), Some(vec![25, 1]));
     assert_eq!(pool.evaluate_mod(&[product, quotient], at(0), 1), None);
     assert_eq!(pool.evaluate_mod(&[product], at(0), 1), Some(vec![0]));
     let point = pool.modular_point(&[product], at(3), 1).unwrap();
     assert!(point.certainty.is_exact());
     let root = pool.sqrt(x);
-    assert!(
-        !pool
-            .modular_point(&[root], at(4), 1)
-            .unwrap()
-            .certainty
-            .is_exact()
-    );
+    assert!(!pool.modular_point(&[root], at(4), 1).unwrap().certainty.is_exact());
 }
 
 #[test]

@@ -146,9 +146,7 @@ fn literals() {
     ] {
         assert_eq!(n(text).to_string(), value);
     }
-    for text in [
-        "", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e30103", "1e-30103", "0x1",
-    ] {
+    for text in ["", "-", "1.", ".5", "1e", "1e+", "1x", "1_0", "+1", "--1", "1e30103", "1e-30103", "0x1"] {
         assert_eq!(Number::parse(text), None, "{text}");
     }
     assert!(Number::parse("1e30102").is_some());
@@ -212,11 +210,7 @@ fn decimals() {
 fn factors_are_what_they_say() {
     let show = |value: &str| {
         let factors = n(value).factors();
-        factors
-            .iter()
-            .map(|f| format!("{}^{}", f.base, f.multiplicity))
-            .collect::<Vec<_>>()
-            .join(" ")
+        factors.iter().map(|f| format!("{}^{}", f.base, f.multiplicity)).collect::<Vec<_>>().join(" ")
     };
     assert_eq!(show("1"), "");
     assert_eq!(show("360"), "2^3 3^2 5^1");

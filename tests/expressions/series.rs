@@ -33,10 +33,7 @@ fn doubles(pool: &Pool, root: ExprId, x: Symbol, curve: &[f64], orders: usize) -
 fn assert_near(got: &[f64], expected: &[f64]) {
     assert_eq!(got.len(), expected.len());
     for (got, expected) in got.iter().zip(expected) {
-        assert!(
-            (got - expected).abs() <= 1e-14 * expected.abs().max(1.0),
-            "{got} {expected}"
-        );
+        assert!((got - expected).abs() <= 1e-14 * expected.abs().max(1.0), "{got} {expected}");
     }
 }
 
@@ -57,20 +54,11 @@ fn known_expansions() {
     let even = |k: usize| if k.is_multiple_of(2) { 1.0 } else { 0.0 };
     let known: [Closed; 6] = [
         (Function::Exp, Box::new(inverse)),
-        (
-            Function::Sin,
-            Box::new(move |k| odd(k) * sign(k) * inverse(k)),
-        ),
-        (
-            Function::Cos,
-            Box::new(move |k| even(k) * sign(k) * inverse(k)),
-        ),
+        (Function::Sin, Box::new(move |k| odd(k) * sign(k) * inverse(k))),
+        (Function::Cos, Box::new(move |k| even(k) * sign(k) * inverse(k))),
         (Function::Sinh, Box::new(move |k| odd(k) * inverse(k))),
         (Function::Cosh, Box::new(move |k| even(k) * inverse(k))),
-        (
-            Function::Atan,
-            Box::new(move |k| if k % 2 == 1 { sign(k) / k as f64 } else { 0.0 }),
-        ),
+        (Function::Atan, Box::new(move |k| if k % 2 == 1 { sign(k) / k as f64 } else { 0.0 })),
     ];
     for (function, coefficient) in known {
         let root = pool.apply(function, e);
@@ -78,40 +66,17 @@ fn known_expansions() {
         assert_near(&doubles(&pool, root, x, &line, 12), &expected);
     }
     // Bernoulli numbers.
-    let tangent = [
-        0.0,
-        1.0,
-        0.0,
-        1.0 / 3.0,
-        0.0,
-        2.0 / 15.0,
-        0.0,
-        17.0 / 315.0,
-        0.0,
-        62.0 / 2835.0,
-    ];
+    let tangent = [0.0, 1.0, 0.0, 1.0 / 3.0, 0.0, 2.0 / 15.0, 0.0, 17.0 / 315.0, 0.0, 62.0 / 2835.0];
     let root = pool.apply(Function::Tan, e);
     assert_near(&doubles(&pool, root, x, &line, 10), &tangent);
     let root = pool.apply(Function::Tanh, e);
-    let alternating: Vec<f64> = tangent
-        .iter()
-        .enumerate()
-        .map(|(k, c)| c * sign(k))
-        .collect();
+    let alternating: Vec<f64> = tangent.iter().enumerate().map(|(k, c)| c * sign(k)).collect();
     assert_near(&doubles(&pool, root, x, &line, 10), &alternating);
     // ln(1 + x), 1/(1 + x), sqrt(1 + x), (1 + x)^(-3/2), (1 + x)^(1/3).
     let one = pool.one();
     let shifted = pool.add(one, e);
     let root = pool.apply(Function::Ln, shifted);
-    let logarithm: Vec<f64> = (0..12)
-        .map(|k| {
-            if k == 0 {
-                0.0
-            } else {
-                (1.0 - 2.0 * even(k)) / k as f64
-            }
-        })
-        .collect();
+    let logarithm: Vec<f64> = (0..12).map(|k| if k == 0 { 0.0 } else { (1.0 - 2.0 * even(k)) / k as f64 }).collect();
     assert_near(&doubles(&pool, root, x, &line, 12), &logarithm);
     for (n, d) in [(-1, 1), (1, 2), (-3, 2), (1, 3), (-7, 5), (40, 1)] {
         let root = pool.powr(shifted, &Number::ratio(n, d).unwrap());
@@ -133,11 +98,7 @@ fn whole_powers_of_what_begins_with_zero_are_polynomials() {
         let root = pool.powr(e, &Number::from(n as i64));
         let got = series(&pool, root, x, &[Ball::ZERO, Ball::exact(2.0)], 14, ());
         for (k, c) in got.iter().enumerate() {
-            let expected = if k == n {
-                f64::powi(2.0, n as i32)
-            } else {
-                0.0
-            };
+            let expected = if k == n { f64::powi(2.0, n as i32) } else { 0.0 };
             assert_eq!(*c, Ball::exact(expected), "{n} {k}");
         }
     }
@@ -183,16 +144,7 @@ fn operations(pool: &mut Pool, e: ExprId) -> Vec<ExprId> {
     .into_iter()
     .map(|function| pool.apply(function, e))
     .collect();
-    for (n, d) in [
-        (2, 1),
-        (-1, 1),
-        (-3, 1),
-        (9, 1),
-        (1, 2),
-        (-5, 2),
-        (1, 3),
-        (-7, 4),
-    ] {
+    for (n, d) in [(2, 1), (-1, 1), (-3, 1), (9, 1), (1, 2), (-5, 2), (1, 3), (-7, 4)] {
         all.push(pool.powr(e, &Number::ratio(n, d).unwrap()));
     }
     let (one, half) = (pool.one(), pool.number(Number::half()));

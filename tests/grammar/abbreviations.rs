@@ -27,10 +27,7 @@ fn expressions(derivation: &Derivation) -> Vec<ExprId> {
         let rows = linear.mass.iter().chain(&linear.stiffness);
         all.extend(rows.flatten().copied());
     }
-    all.extend(
-        sums.iter()
-            .flat_map(|sum| sum.terms.iter().map(|term| term.coefficient)),
-    );
+    all.extend(sums.iter().flat_map(|sum| sum.terms.iter().map(|term| term.coefficient)));
     all
 }
 
@@ -67,9 +64,7 @@ fn names_stand_for_what_they_replace() {
             assert!(!derivation.symbols.contains_key(name), "{path:?}: {name}");
             // Nothing that comes later is needed.
             let symbols = pool.symbols(definition.value);
-            let later = definitions[at..]
-                .iter()
-                .find(|d| symbols.contains(&d.symbol));
+            let later = definitions[at..].iter().find(|d| symbols.contains(&d.symbol));
             assert!(later.is_none(), "{path:?}: {name}");
         }
         // JSON is written out.
@@ -96,20 +91,8 @@ fn a_molecule_has_its_distances_at_the_top() {
         equilibrium r[3] = [l/2, sqrt(3)/2*l, 0]";
     let derivation = derive(&model(text), &Parts::all()).unwrap();
     let page = derive_text(&derivation, &Style::default().ascii(true));
-    let top: Vec<&str> = page
-        .lines()
-        .skip_while(|line| *line != "with")
-        .take_while(|line| !line.is_empty())
-        .collect();
-    assert_eq!(
-        top,
-        [
-            "with",
-            "  d12 = norm(r[2] - r[1])",
-            "  d13 = norm(r[3] - r[1])",
-            "  d23 = norm(r[3] - r[2])",
-        ]
-    );
+    let top: Vec<&str> = page.lines().skip_while(|line| *line != "with").take_while(|line| !line.is_empty()).collect();
+    assert_eq!(top, ["with", "  d12 = norm(r[2] - r[1])", "  d13 = norm(r[3] - r[1])", "  d23 = norm(r[3] - r[2])",]);
     let first = page.lines().find(|line| line.contains("r[1,1]''")).unwrap();
     assert!(first.contains("d12") && !first.contains("sqrt"), "{first}");
 }

@@ -29,10 +29,7 @@ fn tokens(code: &str) -> Vec<&str> {
                 let c = rest.as_bytes()[end];
                 let exponent = matches!(rest.as_bytes()[end - 1], b'e' | b'E');
                 let digit = |at: usize| rest.as_bytes().get(at).is_some_and(u8::is_ascii_digit);
-                if c.is_ascii_alphanumeric()
-                    || exponent && matches!(c, b'+' | b'-')
-                    || c == b'.' && digit(end + 1)
-                {
+                if c.is_ascii_alphanumeric() || exponent && matches!(c, b'+' | b'-') || c == b'.' && digit(end + 1) {
                     end += 1;
                 } else {
                     break;
@@ -43,10 +40,7 @@ fn tokens(code: &str) -> Vec<&str> {
             rest.find(|c| !word(c)).unwrap_or(rest.len())
         } else if first == '"' {
             rest[1..].find('"').unwrap() + 2
-        } else if [b"..", b"==", b"!=", b"<=", b">="]
-            .iter()
-            .any(|two| bytes[at..].starts_with(*two))
-        {
+        } else if [b"..", b"==", b"!=", b"<=", b">="].iter().any(|two| bytes[at..].starts_with(*two)) {
             2
         } else {
             first.len_utf8()
@@ -58,22 +52,8 @@ fn tokens(code: &str) -> Vec<&str> {
 }
 
 /// A gap between two tokens; the first are the ordinary ones.
-const GAPS: [&str; 14] = [
-    "",
-    "",
-    "",
-    "",
-    " ",
-    " ",
-    "  ",
-    "\t",
-    "\n",
-    "\n    ",
-    "\n\n\n",
-    " # why\n",
-    "#plain\n",
-    "\n  # on its own\n\n",
-];
+const GAPS: [&str; 14] =
+    ["", "", "", "", " ", " ", "  ", "\t", "\n", "\n    ", "\n\n\n", " # why\n", "#plain\n", "\n  # on its own\n\n"];
 
 /// Between statements.
 const ENDS: [&str; 16] = [
@@ -117,11 +97,7 @@ fn scattered(statements: &[String], gaps: &[&str], ends: &[&str]) -> String {
         for (at, token) in tokens.iter().enumerate() {
             if at > 0 {
                 let before = tokens[at - 1];
-                let gap = if glued(before, token) || known && at == 1 {
-                    ""
-                } else {
-                    gaps.next().unwrap()
-                };
+                let gap = if glued(before, token) || known && at == 1 { "" } else { gaps.next().unwrap() };
                 source.push_str(gap);
                 if gap.is_empty() && separate(before, token) {
                     source.push(' ');

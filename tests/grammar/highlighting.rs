@@ -38,9 +38,7 @@ impl<'s> Colours<'s> {
     /// The scopes that cover a place.
     fn at(&self, span: Span) -> Vec<&str> {
         let range = span.range();
-        let last = self
-            .scopes
-            .partition_point(|scoped| scoped.start <= range.start);
+        let last = self.scopes.partition_point(|scoped| scoped.start <= range.start);
         // No scope is longer than a line.
         let first = self.source[..range.start].rfind('\n').unwrap_or(0);
         let first = self.scopes.partition_point(|scoped| scoped.start < first);
@@ -87,11 +85,7 @@ fn check(grammar: &Grammar, source: &str) {
             let meets = scoped.start < inside.end && scoped.end > inside.start;
             let kind = scoped.scope.split('.').next().unwrap();
             let punctuation = scoped.scope.starts_with("punctuation.definition.comment");
-            assert!(
-                !meets || kind == "comment" || punctuation,
-                "{} in a comment",
-                scoped.scope
-            );
+            assert!(!meets || kind == "comment" || punctuation, "{} in a comment", scoped.scope);
         }
     }
     for statement in &file.statements {
@@ -122,11 +116,7 @@ fn check(grammar: &Grammar, source: &str) {
             StatementKind::Constraint { indices: list, .. } => {
                 indices(&file, &colours, list.as_deref());
             }
-            StatementKind::Table {
-                name: text,
-                path_span,
-                ..
-            } => {
+            StatementKind::Table { name: text, path_span, .. } => {
                 name(text);
                 colours.is(*path_span, "string.quoted.double");
             }
@@ -147,11 +137,7 @@ fn check(grammar: &Grammar, source: &str) {
             ExprKind::Field { field, .. } => colours.is(field.span, "variable.other.member"),
             ExprKind::Call { function, .. } => {
                 let known = FUNCTIONS.contains(&function.text.as_str()) || function.text == "rows";
-                let scope = if known {
-                    "support.function"
-                } else {
-                    "variable.other"
-                };
+                let scope = if known { "support.function" } else { "variable.other" };
                 colours.is(function.span, scope);
             }
             ExprKind::SumOver { indices: list, .. } => {
@@ -178,11 +164,7 @@ fn check(grammar: &Grammar, source: &str) {
     }
     // What the parser accepts is nowhere marked as wrong.
     for scoped in &colours.scopes {
-        assert!(
-            !scoped.scope.starts_with("invalid"),
-            "{}",
-            &source[scoped.start..scoped.end]
-        );
+        assert!(!scoped.scope.starts_with("invalid"), "{}", &source[scoped.start..scoped.end]);
     }
 }
 
@@ -233,17 +215,13 @@ fn corners_of_the_language() {
     let grammar = grammar();
     for source in [
         "param T1 : T = 300  param Vm : V*m^(1/2)/(kg*s)^-2 = 1e-3 ± 2E+5",
-        "coord x : V, φ[1..2] : m T = x'^2 V = 1..2*x # T = 1"
-            .replace("1..2*x", "2*x")
-            .as_str(),
+        "coord x : V, φ[1..2] : m T = x'^2 V = 1..2*x # T = 1".replace("1..2*x", "2*x").as_str(),
         "coord\n  a,\n  b # c, coord\n, Te : T\nlagrangian = a'*b' - Te",
         "let pin = sinus + t1 + int + 2*not_a + xsin",
         "let a = sum(b in bonds where not b.in == 1 and b.T < 3.5, b.sin*rows(bonds))",
         "table long = \"a # no comment\"  # a comment with \"quotes\"",
         "let ω0 = -[1, 2][1]''  equilibrium x' = 6.02e23",
-        "let x[i in 1..n-1, 3] = y[i..1]"
-            .replace("[i..1]", "[i]")
-            .as_str(),
+        "let x[i in 1..n-1, 3] = y[i..1]".replace("[i..1]", "[i]").as_str(),
     ] {
         check(&grammar, source);
     }
@@ -252,11 +230,7 @@ fn corners_of_the_language() {
 #[test]
 fn half_numbers_and_open_texts_are_marked() {
     let grammar = grammar();
-    for (source, wrong) in [
-        ("let a = 1.", "1."),
-        ("let a = .5", ".5"),
-        ("table a = \"b", "\"b"),
-    ] {
+    for (source, wrong) in [("let a = 1.", "1."), ("let a = .5", ".5"), ("table a = \"b", "\"b")] {
         let at = source.find(wrong).unwrap() as u32;
         Colours::new(&grammar, source).is(word(at, wrong), "invalid.illegal");
     }
@@ -265,19 +239,17 @@ fn half_numbers_and_open_texts_are_marked() {
 /// The words that stand as alternatives in a pattern.
 fn words(value: &Value, found: &mut BTreeSet<String>) {
     match value {
-        Value::Object(map) => map
-            .iter()
-            .for_each(|(key, inner)| match (key.as_str(), inner) {
-                ("match" | "begin", Value::String(regex)) => {
-                    let list = Regex::new(r"\(([A-Za-z0-9_]+(?:\|[A-Za-z0-9_]+)*)\)").unwrap();
-                    for hit in list.captures_iter(regex) {
-                        let hit = hit.unwrap();
-                        let alternatives = hit.get(1).unwrap().as_str().split('|');
-                        found.extend(alternatives.map(str::to_owned));
-                    }
+        Value::Object(map) => map.iter().for_each(|(key, inner)| match (key.as_str(), inner) {
+            ("match" | "begin", Value::String(regex)) => {
+                let list = Regex::new(r"\(([A-Za-z0-9_]+(?:\|[A-Za-z0-9_]+)*)\)").unwrap();
+                for hit in list.captures_iter(regex) {
+                    let hit = hit.unwrap();
+                    let alternatives = hit.get(1).unwrap().as_str().split('|');
+                    found.extend(alternatives.map(str::to_owned));
                 }
-                _ => words(inner, found),
-            }),
+            }
+            _ => words(inner, found),
+        }),
         Value::Array(list) => list.iter().for_each(|inner| words(inner, found)),
         _ => {}
     }
@@ -286,21 +258,13 @@ fn words(value: &Value, found: &mut BTreeSet<String>) {
 #[test]
 fn the_words_are_those_of_the_language() {
     let json = json("librate.tmLanguage.json");
-    let owned = |words: &[&str]| {
-        words
-            .iter()
-            .map(|w| (*w).to_owned())
-            .collect::<BTreeSet<_>>()
-    };
+    let owned = |words: &[&str]| words.iter().map(|w| (*w).to_owned()).collect::<BTreeSet<_>>();
     let mut statements = BTreeSet::new();
     words(&json["repository"]["statements"], &mut statements);
     words(&json["repository"]["coordinates"], &mut statements);
     assert_eq!(statements, owned(&STATEMENT_WORDS));
     let end = json["repository"]["coordinates"]["end"].as_str().unwrap();
-    assert!(
-        end.contains(&format!("(?:{})", STATEMENT_WORDS.join("|"))),
-        "{end}"
-    );
+    assert!(end.contains(&format!("(?:{})", STATEMENT_WORDS.join("|"))), "{end}");
     let mut functions = BTreeSet::new();
     words(&json["repository"]["functions"], &mut functions);
     let mut wanted = owned(&FUNCTIONS);

@@ -49,11 +49,7 @@ fn compare(what: &str, own: &Ball, want: &str, faults: &mut Vec<String>) {
     let distance = own.sub(&want).mid_f64().abs();
     let size = want.mid_f64().abs();
     if size == 0.0 && what != "equilibrium" && !own.is_zero() {
-        faults.push(format!(
-            "{what} should be exactly 0, is {:e} ± {:e}",
-            own.mid_f64(),
-            own.radius
-        ));
+        faults.push(format!("{what} should be exactly 0, is {:e} ± {:e}", own.mid_f64(), own.radius));
     }
     if distance > own.radius + 1e-18 * size {
         faults.push(format!(
@@ -64,12 +60,7 @@ fn compare(what: &str, own: &Ball, want: &str, faults: &mut Vec<String>) {
         ));
     }
     if size > 0.0 && distance > 1e-13 * size {
-        faults.push(format!(
-            "{what} {:e} is off by {:e} from {:e}",
-            own.mid_f64(),
-            distance / size,
-            want.mid_f64()
-        ));
+        faults.push(format!("{what} {:e} is off by {:e} from {:e}", own.mid_f64(), distance / size, want.mid_f64()));
     }
 }
 
@@ -83,8 +74,7 @@ fn faults(path: &Path) -> Vec<String> {
             Ok(_) => faults.push("there is no error".to_owned()),
             Err(Fault { messages }) => {
                 let found = messages.iter().any(|(text, place)| {
-                    text.contains(message)
-                        && case.at.as_ref().is_none_or(|at| Some(at) == place.as_ref())
+                    text.contains(message) && case.at.as_ref().is_none_or(|at| Some(at) == place.as_ref())
                 });
                 if !found {
                     faults.push(format!("other errors: {messages:?}"));
@@ -107,26 +97,12 @@ fn faults(path: &Path) -> Vec<String> {
         faults.push("nothing is expected".to_owned());
     }
     if modes.len() != case.omega.len() {
-        return vec![format!(
-            "{} modes instead of {}",
-            modes.len(),
-            case.omega.len()
-        )];
+        return vec![format!("{} modes instead of {}", modes.len(), case.omega.len())];
     }
     for (i, mode) in modes.iter().enumerate() {
-        compare(
-            &format!("omega {}", i + 1),
-            &mode.omega,
-            &case.omega[i],
-            &mut faults,
-        );
+        compare(&format!("omega {}", i + 1), &mode.omega, &case.omega[i], &mut faults);
         let growth = case.growth.get(i).map_or("0", String::as_str);
-        compare(
-            &format!("growth {}", i + 1),
-            &mode.growth,
-            growth,
-            &mut faults,
-        );
+        compare(&format!("growth {}", i + 1), &mode.growth, growth, &mut faults);
         let kind = mode.kind.as_str();
         if case.kinds.get(i).is_some_and(|want| want != kind) {
             faults.push(format!("mode {} is {kind}", i + 1));
@@ -139,11 +115,7 @@ fn faults(path: &Path) -> Vec<String> {
         }
     }
     let stability = done.normal.stability.as_str();
-    if case
-        .stability
-        .as_ref()
-        .is_some_and(|want| want != stability)
-    {
+    if case.stability.as_ref().is_some_and(|want| want != stability) {
         faults.push(format!("the stability is {stability}"));
     }
     let equilibrium = &done.linearized.equilibrium().values;
@@ -164,10 +136,7 @@ fn files_keep_what_their_headers_promise() {
     let mut count = 0;
     for path in files() {
         let name = path.file_name().unwrap().to_string_lossy().to_string();
-        if only
-            .as_ref()
-            .is_some_and(|only| !name.contains(only.as_str()))
-        {
+        if only.as_ref().is_some_and(|only| !name.contains(only.as_str())) {
             continue;
         }
         count += 1;
@@ -175,8 +144,7 @@ fn files_keep_what_their_headers_promise() {
         let source = std::fs::read_to_string(&path).unwrap();
         let pending = source.contains("\n# pending: ");
         let begin = std::time::Instant::now();
-        let mut found = std::panic::catch_unwind(|| faults(&path))
-            .unwrap_or_else(|_| vec!["a panic".to_owned()]);
+        let mut found = std::panic::catch_unwind(|| faults(&path)).unwrap_or_else(|_| vec!["a panic".to_owned()]);
         if begin.elapsed().as_secs() >= 10 {
             found.push(format!("it takes {:?}", begin.elapsed()));
         }
@@ -189,10 +157,7 @@ fn files_keep_what_their_headers_promise() {
         if !found.is_empty() {
             failed += 1;
             println!("{name}:");
-            found
-                .iter()
-                .take(6)
-                .for_each(|fault| println!("    {fault}"));
+            found.iter().take(6).for_each(|fault| println!("    {fault}"));
         }
     }
     assert!(only.is_some() || count >= 120, "{count} files");

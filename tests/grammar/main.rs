@@ -1,19 +1,11 @@
 //! Texts: the grammar, the language sentence by sentence, the formatter, highlighting.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod abbreviations;
 #[cfg(feature = "cli")]
 #[path = "../common/mod.rs"]
 mod common;
-#[allow(
-    clippy::duplicate_mod,
-    reason = "the fuzzers' checks bring theirs along"
-)]
+#[allow(clippy::duplicate_mod, reason = "the fuzzers' checks bring theirs along")]
 mod crashers;
 mod format_files;
 #[cfg(feature = "format")]

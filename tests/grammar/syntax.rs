@@ -38,20 +38,15 @@ fn full(file: &File, at: ExprRef) -> String {
             }
             format!("({out})")
         }
-        ExprKind::Call {
-            function,
-            arguments,
-        } => format!("{}({})", function.text, all(arguments, ", ")),
+        ExprKind::Call { function, arguments } => format!("{}({})", function.text, all(arguments, ", ")),
         ExprKind::SumOver { indices, body } => match indices.filter {
             Some(filter) => format!("sum(where {}: {})", full(file, filter), full(file, body)),
             None => format!("sum({}: {})", indices.entries.len(), full(file, body)),
         },
         ExprKind::Vector(list) => format!("[{}]", all(list, ", ")),
-        ExprKind::Compare {
-            operator,
-            left,
-            right,
-        } => format!("({} {operator:?} {})", full(file, left), full(file, right)),
+        ExprKind::Compare { operator, left, right } => {
+            format!("({} {operator:?} {})", full(file, left), full(file, right))
+        }
         ExprKind::Not(inner) => format!("(not {})", full(file, inner)),
         ExprKind::And(list) => format!("({})", all(list, " and ")),
         ExprKind::Or(list) => format!("({})", all(list, " or ")),
@@ -68,10 +63,7 @@ fn expr(text: &str) -> String {
 
 fn condition(text: &str) -> String {
     let whole = expr(&format!("sum(i in 1..3 where {text}, 1)"));
-    whole
-        .trim_start_matches("sum(where ")
-        .trim_end_matches(": 1)")
-        .to_owned()
+    whole.trim_start_matches("sum(where ").trim_end_matches(": 1)").to_owned()
 }
 
 fn messages(source: &str) -> Vec<String> {
@@ -121,10 +113,7 @@ fn precedences() {
         ("6.02e23", "6.02e23"),
         ("1e-3", "1e-3"),
         ("Tau", "Tau"),
-        (
-            "notation + android*orbit^inner",
-            "(notation + (android*(orbit^inner)))",
-        ),
+        ("notation + android*orbit^inner", "(notation + (android*(orbit^inner)))"),
         ("φ'^2", "((φ')^2)"),
     ] {
         assert_eq!(expr(text), tree, "{text}");
@@ -134,18 +123,12 @@ fn precedences() {
         ("i + 1 == j*2", "((i + 1) Equal (j*2))"),
         ("not i < j", "(not (i Less j))"),
         ("not not i < j", "(not (not (i Less j)))"),
-        (
-            "not i < j and k > l",
-            "((not (i Less j)) and (k Greater l))",
-        ),
+        ("not i < j and k > l", "((not (i Less j)) and (k Greater l))"),
         (
             "a < 1 or b <= 2 and c >= 3 and d == 4",
             "((a Less 1) or ((b LessEqual 2) and (c GreaterEqual 3) and (d Equal 4)))",
         ),
-        (
-            "(a < 1 or b < 2) and c < 3",
-            "(((a Less 1) or (b Less 2)) and (c Less 3))",
-        ),
+        ("(a < 1 or b < 2) and c < 3", "(((a Less 1) or (b Less 2)) and (c Less 3))"),
         ("not (i == j)", "(not (i Equal j))"),
         ("mod(i, 2) == 0", "(mod(i, 2) Equal 0)"),
     ] {
@@ -162,21 +145,7 @@ fn places_are_exact() {
     assert_eq!(statements, ["V = k * (x - 2)^2", "T = b.q'"]);
     let mut places: Vec<&str> = file.expressions.iter().map(|e| at(e.span)).collect();
     places.sort_unstable();
-    assert_eq!(
-        places,
-        [
-            "(x - 2)^2",
-            "2",
-            "2",
-            "b",
-            "b.q",
-            "b.q'",
-            "k",
-            "k * (x - 2)^2",
-            "x",
-            "x - 2"
-        ]
-    );
+    assert_eq!(places, ["(x - 2)^2", "2", "2", "b", "b.q", "b.q'", "k", "k * (x - 2)^2", "x", "x - 2"]);
     assert_eq!(file.comments.len(), 1);
     assert_eq!(&*file.comments[0].text, " c");
     assert_eq!(at(file.comments[0].span).trim_end(), "# c");
@@ -198,33 +167,15 @@ fn children_stand_before_parents() {
 #[test]
 fn comments_know_what_stands_before_them() {
     let file = parse("# first\nparam a = 1 # second\n  # third\n\tparam b # fourth").unwrap();
-    let comments: Vec<(&str, bool)> = file
-        .comments
-        .iter()
-        .map(|c| (&*c.text, c.trailing))
-        .collect();
-    assert_eq!(
-        comments,
-        [
-            (" first", false),
-            (" second", true),
-            (" third", false),
-            (" fourth", true)
-        ]
-    );
+    let comments: Vec<(&str, bool)> = file.comments.iter().map(|c| (&*c.text, c.trailing)).collect();
+    assert_eq!(comments, [(" first", false), (" second", true), (" third", false), (" fourth", true)]);
 }
 
 #[test]
 fn statements_end_where_the_next_begins() {
     for (source, printed) in [
-        (
-            "param a=1 param b param c=2",
-            "param a = 1\nparam b\nparam c = 2\n",
-        ),
-        (
-            "coord x : m T = x'^2 V = x^2",
-            "coord x : m\nT = x'^2\nV = x^2\n",
-        ),
+        ("param a=1 param b param c=2", "param a = 1\nparam b\nparam c = 2\n"),
+        ("coord x : m T = x'^2 V = x^2", "coord x : m\nT = x'^2\nV = x^2\n"),
         ("param B : T = 1 T = 2", "param B : T = 1\nT = 2\n"),
         ("param B : V*s/m^2 = 1", "param B : V*s/m^2 = 1\n"),
         ("param B : kg/(A*T) V = 1", "param B : kg/(A*T)\nV = 1\n"),
@@ -233,54 +184,24 @@ fn statements_end_where_the_next_begins() {
         ("coord x : T T = 1", "coord x : T\nT = 1\n"),
         (";;param a = 1;;; param b;", "param a = 1\nparam b\n"),
         ("V =\n\n# comment\n 1 +\n 2\n\n", "V = 1 + 2\n"),
-        (
-            "let a = b.T let c = b.period\nV = 1",
-            "let a = b.T\nlet c = b.period\nV = 1\n",
-        ),
+        ("let a = b.T let c = b.period\nV = 1", "let a = b.T\nlet c = b.period\nV = 1\n"),
         ("param g = 9.81 +/- 0.01", "param g = 9.81 ± 0.01\n"),
         ("param g=9.81±0.01 T=1", "param g = 9.81 ± 0.01\nT = 1\n"),
-        (
-            "param a : m^(1/2)*s^-1*(kg)^(2)",
-            "param a : m^(1/2)*s^-1*kg^2\n",
-        ),
+        ("param a : m^(1/2)*s^-1*(kg)^(2)", "param a : m^(1/2)*s^-1*kg^2\n"),
         ("param a : 1 = 1", "param a : 1 = 1\n"),
-        (
-            "constraint [i in 1..n] x[i] = 0",
-            "constraint [i in 1..n] x[i] = 0\n",
-        ),
+        ("constraint [i in 1..n] x[i] = 0", "constraint [i in 1..n] x[i] = 0\n"),
         ("constraint [a, b][1] = 0", "constraint [a, b][1] = 0\n"),
         ("constraint [x, y] = [0, 0]", "constraint [x, y] = [0, 0]\n"),
-        (
-            "equilibrium x[i in 1..n]' : m/s = 2",
-            "equilibrium x[i in 1..n]' : m/s = 2\n",
-        ),
+        ("equilibrium x[i in 1..n]' : m/s = 2", "equilibrium x[i in 1..n]' : m/s = 2\n"),
         ("equilibrium phi' = W", "equilibrium phi' = W\n"),
         ("let x[k in 1..n] = x[k-1]", "let x[k in 1..n] = x[k-1]\n"),
         ("let x[n+1] = 0", "let x[n+1] = 0\n"),
-        (
-            "param m[a in atoms] = a.mass",
-            "param m[a in atoms] = a.mass\n",
-        ),
-        (
-            "coord r[1..rows(atoms), 1..3]",
-            "coord r[1..rows(atoms), 1..3]\n",
-        ),
-        (
-            "let a[i in 1..3, j in b where i != j] = 1",
-            "let a[i in 1..3, j in b where i != j] = 1\n",
-        ),
-        (
-            "dissipation = 1 lagrangian = 2 period 3",
-            "dissipation = 1\nlagrangian = 2\nperiod 3\n",
-        ),
-        (
-            "param modelled = 1 let periods = 2",
-            "param modelled = 1\nlet periods = 2\n",
-        ),
-        (
-            "table a = \"b # c; T = 1.csv\"",
-            "table a = \"b # c; T = 1.csv\"\n",
-        ),
+        ("param m[a in atoms] = a.mass", "param m[a in atoms] = a.mass\n"),
+        ("coord r[1..rows(atoms), 1..3]", "coord r[1..rows(atoms), 1..3]\n"),
+        ("let a[i in 1..3, j in b where i != j] = 1", "let a[i in 1..3, j in b where i != j] = 1\n"),
+        ("dissipation = 1 lagrangian = 2 period 3", "dissipation = 1\nlagrangian = 2\nperiod 3\n"),
+        ("param modelled = 1 let periods = 2", "param modelled = 1\nlet periods = 2\n"),
+        ("table a = \"b # c; T = 1.csv\"", "table a = \"b # c; T = 1.csv\"\n"),
         ("", ""),
         ("# only a comment", ""),
     ] {
@@ -293,14 +214,8 @@ fn statements_end_where_the_next_begins() {
 fn line_ends_do_not_matter() {
     let source = include_str!("../syntax/three_pendulums.lag");
     let plain = print_file(&parse(source).unwrap());
-    assert_eq!(
-        print_file(&parse(&source.replace('\n', "\r\n")).unwrap()),
-        plain
-    );
-    assert_eq!(
-        print_file(&parse(&format!("\u{feff}{source}")).unwrap()),
-        plain
-    );
+    assert_eq!(print_file(&parse(&source.replace('\n', "\r\n")).unwrap()), plain);
+    assert_eq!(print_file(&parse(&format!("\u{feff}{source}")).unwrap()), plain);
 }
 
 #[test]
@@ -340,14 +255,8 @@ fn nested(levels: usize) -> Vec<String> {
         format!("V = {}", around("-(", "x", ")", levels / 2)),
         format!("V = {}", around("2^(", "x", ")", levels / 2)),
         format!("V = {}", around("(-2)^(", "x", ")", levels / 2)),
-        format!(
-            "V = sum(i in 1..2 where {}i == 1, 1)",
-            "not ".repeat(levels - 1)
-        ),
-        format!(
-            "V = sum(i in 1..2 where {}, 1)",
-            around("not (", "i == 1", ")", levels / 2 - 1)
-        ),
+        format!("V = sum(i in 1..2 where {}i == 1, 1)", "not ".repeat(levels - 1)),
+        format!("V = sum(i in 1..2 where {}, 1)", around("not (", "i == 1", ")", levels / 2 - 1)),
         format!(
             "V = {}",
             around(
@@ -377,11 +286,7 @@ fn nesting_has_the_same_limit_everywhere() {
         }
         for source in ["(", "[", "-", "sin(", "x[", "2^", "not "] {
             let errors = messages(&format!("V = {}", source.repeat(257)));
-            assert_eq!(
-                errors,
-                ["this nests too deep: more than 256 levels"],
-                "{source}"
-            );
+            assert_eq!(errors, ["this nests too deep: more than 256 levels"], "{source}");
         }
         for source in ["-", "("] {
             let errors = messages(&format!("period {}", source.repeat(257)));
@@ -390,25 +295,10 @@ fn nesting_has_the_same_limit_everywhere() {
         for (text, times) in [("x''", 1), ("x[1]", 1), ("b.c", 1)] {
             let (name, postfix) = text.split_at(1);
             let source = format!("V = {name}{}", postfix.repeat(257 * times));
-            assert_eq!(
-                messages(&source),
-                ["this nests too deep: more than 256 levels"]
-            );
+            assert_eq!(messages(&source), ["this nests too deep: more than 256 levels"]);
         }
         // Far beyond the limit it is still only a message.
-        for source in [
-            "(",
-            "[",
-            "-",
-            "sin(",
-            "x[",
-            "2^",
-            "not ",
-            "sum(i in 1..",
-            "'",
-            ")",
-            "x[",
-        ] {
+        for source in ["(", "[", "-", "sin(", "x[", "2^", "not ", "sum(i in 1..", "'", ")", "x["] {
             assert!(!messages(&format!("V = x{}", source.repeat(200_000))).is_empty());
             assert!(!messages(&format!("V = {}", source.repeat(200_000))).is_empty());
         }
@@ -420,14 +310,9 @@ fn nesting_has_the_same_limit_everywhere() {
 fn length_is_not_depth() {
     let thread = std::thread::Builder::new().stack_size(2 << 20);
     let work = thread.spawn(|| {
-        for (first, more) in [
-            ("1", " + 1"),
-            ("1", " - -x[1]'^2"),
-            ("1", "*2"),
-            ("1", "/2^3"),
-            ("[1", ", 2"),
-            ("f(1", ", -2"),
-        ] {
+        for (first, more) in
+            [("1", " + 1"), ("1", " - -x[1]'^2"), ("1", "*2"), ("1", "/2^3"), ("[1", ", 2"), ("f(1", ", -2")]
+        {
             let close = match first {
                 "[1" => "]",
                 "f(1" => ")",
@@ -437,10 +322,7 @@ fn length_is_not_depth() {
             let file = parse(&source).unwrap_or_else(|e| panic!("{more}: {:#?}", e[0]));
             assert_eq!(print_file(&file).trim_end(), source);
         }
-        let source = format!(
-            "V = sum(i in 1..2 where 1 == 1{}, 1)",
-            " and not 2 == i".repeat(20_000)
-        );
+        let source = format!("V = sum(i in 1..2 where 1 == 1{}, 1)", " and not 2 == i".repeat(20_000));
         assert!(parse(&source).is_ok());
         let source = format!("V = sum(i in 1..2{}, 1)", ", j in 1..2".repeat(20_000));
         assert!(parse(&source).is_ok());
@@ -461,8 +343,5 @@ fn too_much_is_refused() {
 
 #[test]
 fn a_mistake_stays_in_its_statement() {
-    assert_eq!(
-        messages("param sin : m^(1/0) = 1\nV = 1"),
-        ["`sin` can't be used as a name"]
-    );
+    assert_eq!(messages("param sin : m^(1/0) = 1\nV = 1"), ["`sin` can't be used as a name"]);
 }

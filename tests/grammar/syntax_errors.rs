@@ -13,34 +13,16 @@ fn report(source: &str) -> String {
         assert_eq!(diagnostic.severity, Severity::Error);
         if let Some(label) = &diagnostic.primary {
             let (line, column) = label.span.line_column(source);
-            let text: String = source
-                .lines()
-                .nth(line - 1)
-                .unwrap_or("")
-                .chars()
-                .take(80)
-                .collect();
+            let text: String = source.lines().nth(line - 1).unwrap_or("").chars().take(80).collect();
             writeln!(out, "{line} | {text}").unwrap();
-            writeln!(
-                out,
-                "{line}:{column}{}: {}",
-                shown(source, label.span),
-                diagnostic.message
-            )
-            .unwrap();
+            writeln!(out, "{line}:{column}{}: {}", shown(source, label.span), diagnostic.message).unwrap();
             writeln!(out, "  label: {}", label.text).unwrap();
         } else {
             writeln!(out, "{}", diagnostic.message).unwrap();
         }
         for label in &diagnostic.secondary {
             let (line, column) = label.span.line_column(source);
-            writeln!(
-                out,
-                "  {line}:{column}{}: {}",
-                shown(source, label.span),
-                label.text
-            )
-            .unwrap();
+            writeln!(out, "  {line}:{column}{}: {}", shown(source, label.span), label.text).unwrap();
         }
         if let Some(help) = &diagnostic.help {
             writeln!(out, "  help: {help}").unwrap();

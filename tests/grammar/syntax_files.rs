@@ -19,8 +19,7 @@ fn files_parse_to_their_trees() {
 fn models_parse() {
     insta::glob!("../../models", "*.lag", |path| {
         let source = std::fs::read_to_string(path).unwrap();
-        let file =
-            parse(&source).unwrap_or_else(|errors| panic!("{}: {errors:#?}", path.display()));
+        let file = parse(&source).unwrap_or_else(|errors| panic!("{}: {errors:#?}", path.display()));
         let printed = print_file(&file);
         assert_eq!(print_file(&parse(&printed).unwrap()), printed);
     });

@@ -1,10 +1,5 @@
 //! Short runs of the measuring examples.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 #![cfg(feature = "cli")]
 #![allow(dead_code, reason = "the examples report more than a test asks for")]
 

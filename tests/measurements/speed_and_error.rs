@@ -35,12 +35,7 @@ const HARD: [&str; 2] = ["springs_0_16_8", "weak_bond"];
 #[test]
 fn bounds_hold_and_cover_the_digits() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let plan = Plan {
-        hard: &HARD,
-        largest: 3,
-        patience: 0.0,
-        longest: 10.0,
-    };
+    let plan = Plan { hard: &HARD, largest: 3, patience: 0.0, longest: 10.0 };
     let report = plan.run(root, Err("left out".to_owned()), |_| {}).unwrap();
     assert_eq!(report.measured.len(), HARD.len() + FAMILIES.len());
     assert_eq!(report.violations(), Vec::<String>::new());
@@ -49,17 +44,9 @@ fn bounds_hold_and_cover_the_digits() {
             let outcome = measured.of(label).unwrap();
             let certified = outcome.certified.as_ref().unwrap();
             let unit = 10f64.powi(-(digits as i32));
-            assert!(
-                certified.holds && certified.covered,
-                "{label} on {}",
-                measured.name
-            );
+            assert!(certified.holds && certified.covered, "{label} on {}", measured.name);
             assert!(certified.bound <= unit, "{label} on {}", measured.name);
-            assert!(
-                outcome.judged.error <= certified.bound,
-                "{label} on {}",
-                measured.name
-            );
+            assert!(outcome.judged.error <= certified.bound, "{label} on {}", measured.name);
             assert_eq!(outcome.judged.wrong_signs, 0);
             assert!(outcome.judged.zero.is_none_or(|zero| zero == 0.0));
         }
@@ -86,16 +73,9 @@ fn the_document_is_complete() {
     assert!(!text.contains("Not installed") && !text.contains("Without the peers"));
     let broken = "bounds that do not hold |\n";
     let (_, table) = text.split_once(broken).unwrap();
-    let rows: Vec<&str> = table
-        .lines()
-        .skip(1)
-        .take_while(|line| !line.is_empty())
-        .collect();
+    let rows: Vec<&str> = table.lines().skip(1).take_while(|line| !line.is_empty()).collect();
     assert_eq!(rows.len(), librate_paths().count());
-    assert!(
-        rows.iter().all(|row| row.ends_with("| 0 | 0 |")),
-        "{rows:?}"
-    );
+    assert!(rows.iter().all(|row| row.ends_with("| 0 | 0 |")), "{rows:?}");
     let readme = std::fs::read_to_string("README.md").unwrap();
     assert!(readme.contains("](docs/speed-and-error/hard.svg)"));
 }
@@ -104,11 +84,7 @@ fn the_document_is_complete() {
 fn complete(folder: &Path) {
     let text = std::fs::read_to_string(folder.join("speed-and-error.md")).unwrap();
     for path in &PATHS {
-        assert!(
-            text.contains(&format!("**{}**", path.label)),
-            "{}",
-            path.label
-        );
+        assert!(text.contains(&format!("**{}**", path.label)), "{}", path.label);
     }
     for family in &FAMILIES {
         assert!(text.contains(family.title), "{}", family.title);
@@ -134,19 +110,13 @@ fn errors_are_those_of_frequencies() {
     // 0 instead of 1, 16 instead of 4, 9 as it should be: frequencies off by 1, 1 and 0.
     let judged = judge(&numbers(&[0, 9, 16]), &numbers(&[1, 9, 4]), 50);
     assert_eq!(judged.errors, [1.0, 0.0, 1.0]);
-    assert_eq!(
-        (judged.error, judged.wrong_signs, judged.zero),
-        (1.0, 1, None)
-    );
+    assert_eq!((judged.error, judged.wrong_signs, judged.zero), (1.0, 1, None));
     // -4 instead of 1 is a growth of 2 instead of a frequency of 1.
     let judged = judge(&numbers(&[-4, 9]), &numbers(&[1, 9]), 50);
     assert_eq!((judged.error, judged.wrong_signs), (3.0, 1));
     // A zero that comes as -4 beside 16, and one that is one.
     let judged = judge(&numbers(&[-4, 16]), &numbers(&[0, 16]), 50);
-    assert_eq!(
-        (judged.error, judged.wrong_signs, judged.zero),
-        (0.0, 0, Some(0.5))
-    );
+    assert_eq!((judged.error, judged.wrong_signs, judged.zero), (0.0, 0, Some(0.5)));
     let judged = judge(&numbers(&[0, 16]), &numbers(&[0, 16]), 50);
     assert_eq!(judged.zero, Some(0.0));
 }

@@ -45,11 +45,7 @@ fn errors_follow_tolerances() {
 fn the_document_in_the_tree_is_whole() {
     let text = std::fs::read_to_string("docs/work-precision.md").unwrap();
     for method in &METHODS {
-        assert!(
-            text.contains(&format!("| {} |", method.name)),
-            "{}",
-            method.name
-        );
+        assert!(text.contains(&format!("| {} |", method.name)), "{}", method.name);
     }
     assert!(!text.contains("Left out in this run"));
     for link in text.split("](").skip(1) {

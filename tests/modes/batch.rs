@@ -19,9 +19,7 @@ use librate::precision::Ball;
 fn free_parameters(model: &Model) -> (Vec<String>, Vec<f64>) {
     let mut free = (Vec::new(), Vec::new());
     for parameter in &model.parameters {
-        let value = parameter
-            .value
-            .and_then(|value| model.pool.as_number(value));
+        let value = parameter.value.and_then(|value| model.pool.as_number(value));
         let Some(value) = value else { continue };
         if Study::new(model.clone(), &[&parameter.name]).is_ok() {
             free.0.push(parameter.name.clone());
@@ -35,48 +33,26 @@ fn free_parameters(model: &Model) -> (Vec<String>, Vec<f64>) {
 /// |ω²|.
 fn check(name: &str, study: &Study, set: &[f64], own: &Solution<'_>) -> f64 {
     let Ok(want) = study.certified(set) else {
-        assert!(
-            !own.outcome.is_solved(),
-            "{name} {set:?}: {:?}",
-            own.outcome
-        );
+        assert!(!own.outcome.is_solved(), "{name} {set:?}: {:?}", own.outcome);
         return 0.0;
     };
     assert!(own.outcome.is_solved(), "{name} {set:?}: {:?}", own.outcome);
     let n = study.dimension();
     assert_eq!(want.modes.len(), n, "{name}");
-    let mut exact: Vec<Ball> = want
-        .modes
-        .iter()
-        .map(|mode| mode.omega_squared.unwrap())
-        .collect();
+    let mut exact: Vec<Ball> = want.modes.iter().map(|mode| mode.omega_squared.unwrap()).collect();
     exact.sort_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64()));
-    let largest = exact
-        .iter()
-        .fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
+    let largest = exact.iter().fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
     let mut worst = 0.0_f64;
     for (i, (mode, exact)) in own.modes().zip(&exact).enumerate() {
         let (value, bound) = (own.omega_squared[i], own.omega_squared_bounds[i]);
         let off = (*exact - Ball::exact(value)).mid_f64().abs();
-        assert!(
-            off <= bound + exact.radius,
-            "{name}: omega² {i} is off by {off:e}, its bound is {bound:e}"
-        );
-        assert!(
-            bound <= 1e-8 * largest,
-            "{name}: bound {bound:e} of {largest:e}"
-        );
+        assert!(off <= bound + exact.radius, "{name}: omega² {i} is off by {off:e}, its bound is {bound:e}");
+        assert!(bound <= 1e-8 * largest, "{name}: bound {bound:e} of {largest:e}");
         worst = worst.max(off / largest);
         let omega = (*exact).max_zero_root();
-        assert!(
-            (omega - mode.omega).abs() <= mode.error_bound,
-            "{name}: omega {i}"
-        );
+        assert!((omega - mode.omega).abs() <= mode.error_bound, "{name}: omega {i}");
         let growth = (-*exact).max_zero_root();
-        assert!(
-            (growth - mode.growth).abs() <= mode.error_bound,
-            "{name}: growth {i}"
-        );
+        assert!((growth - mode.growth).abs() <= mode.error_bound, "{name}: growth {i}");
         match mode.kind {
             Kind::Oscillation => assert!(exact.is_positive(), "{name}"),
             Kind::Unstable => assert!(exact.is_negative(), "{name}"),
@@ -86,10 +62,7 @@ fn check(name: &str, study: &Study, set: &[f64], own: &Solution<'_>) -> f64 {
         }
     }
     for (own, exact) in own.equilibrium.iter().zip(study_equilibrium(study, set)) {
-        assert!(
-            (own - exact).abs() <= 1e-12 * (1.0 + exact.abs()),
-            "{name}: {own} {exact}"
-        );
+        assert!((own - exact).abs() <= 1e-12 * (1.0 + exact.abs()), "{name}: {own} {exact}");
     }
     check_vectors(name, n, own);
     worst
@@ -139,10 +112,7 @@ fn models_agree_with_certified_results() {
         let sets: Vec<f64> = (0..11)
             .flat_map(|set| {
                 let spread = if set == 0 { 0.0 } else { 0.4 };
-                nominal
-                    .iter()
-                    .map(|value| value * (1.0 + spread * (random(&mut state) - 0.5)))
-                    .collect::<Vec<_>>()
+                nominal.iter().map(|value| value * (1.0 + spread * (random(&mut state) - 0.5))).collect::<Vec<_>>()
             })
             .collect();
         let solutions = study.solve(&sets).unwrap();
@@ -237,9 +207,7 @@ fn searched_sets_do_not_see_their_neighbours() {
     let study = Study::new(model(text), &["g", "k", "l", "m", "a"]).unwrap();
     let mut state = 4;
     let nominal = [9.81, 40.0, 1.0, 1.0, 0.3];
-    let mut sets: Vec<f64> = (0..21)
-        .flat_map(|_| nominal.map(|x| x * (0.6 + 0.8 * random(&mut state))))
-        .collect();
+    let mut sets: Vec<f64> = (0..21).flat_map(|_| nominal.map(|x| x * (0.6 + 0.8 * random(&mut state)))).collect();
     sets[5] = f64::NAN;
     sets[4 * 5 + 3] = 0.0;
     assert_independent(&study, &sets);
@@ -271,10 +239,7 @@ fn zero_is_an_equilibrium_for_some_sets_only() {
     }
     // As for a single model: no force at 0, so 0 it is, though it is unstable there.
     assert_eq!(solutions.get(3).unwrap().equilibrium, [0.0]);
-    assert_eq!(
-        solutions.get(3).unwrap().mode(0).unwrap().kind,
-        Kind::Unstable
-    );
+    assert_eq!(solutions.get(3).unwrap().mode(0).unwrap().kind, Kind::Unstable);
 }
 
 #[test]
@@ -292,10 +257,7 @@ fn an_equilibrium_may_be_lost() {
     let study = Study::new(model(falling), &["f", "k"]).unwrap();
     let solutions = study.solve(&[1.0, 0.0, 1.0, 1.0, 0.0, 0.0]).unwrap();
     let outcomes = solutions.outcomes();
-    assert_eq!(
-        outcomes,
-        [Outcome::NoEquilibrium, Outcome::Solved, Outcome::Solved]
-    );
+    assert_eq!(outcomes, [Outcome::NoEquilibrium, Outcome::Solved, Outcome::Solved]);
 }
 
 #[test]
@@ -335,11 +297,7 @@ fn soft_modes_keep_their_digits() {
     let solutions = study.solve(&set).unwrap();
     let own = solutions.get(0).unwrap();
     check("a soft mode", &study, &set, &own);
-    assert!(
-        own.omega_squared_bounds[0] < 1e-14,
-        "{:e}",
-        own.omega_squared_bounds[0]
-    );
+    assert!(own.omega_squared_bounds[0] < 1e-14, "{:e}", own.omega_squared_bounds[0]);
 }
 
 #[test]
@@ -348,25 +306,15 @@ fn requests_that_make_no_study() {
     assert_eq!(study(&["g", "m[2]"]), Ok(2));
     assert_eq!(study(&["m", "l"]), Ok(10));
     assert_eq!(study(&[]), Err(StudyError::NothingVaries {}));
-    let sets_range = StudyError::SetsRange {
-        name: "N".to_owned(),
-    };
+    let sets_range = StudyError::SetsRange { name: "N".to_owned() };
     assert_eq!(study(&["g", "N"]), Err(sets_range));
-    let twice = StudyError::NamedTwice {
-        name: "m[2]".to_owned(),
-    };
-    assert_eq!(
-        study(&["m[2]", "m"]).map_err(|error| error.to_string()),
-        Err(twice.to_string())
-    );
+    let twice = StudyError::NamedTwice { name: "m[2]".to_owned() };
+    assert_eq!(study(&["m[2]", "m"]).map_err(|error| error.to_string()), Err(twice.to_string()));
     let unknown = study(&["gg"]).unwrap_err();
     assert_eq!(unknown.to_string(), "the model has no parameter `gg`");
     let dependent = "param g = 1  param w = 2*g  coord x  T = 1/2*x'^2  V = 1/2*w*x^2";
     let error = Study::new(model(dependent), &["w"]).unwrap_err();
-    let own = StudyError::Dependent {
-        name: "w".to_owned(),
-        on: vec!["g".to_owned()],
-    };
+    let own = StudyError::Dependent { name: "w".to_owned(), on: vec!["g".to_owned()] };
     assert_eq!(error, own);
     let study = Study::new(model(dependent), &["g"]).unwrap();
     assert_eq!(study.solve(&[3.0]).unwrap().omega_squared(), [6.0]);
@@ -383,20 +331,12 @@ fn requests_that_make_no_study() {
 
 #[test]
 fn without_bounds_nothing_is_promised() {
-    let options = Options::default()
-        .without_bounds()
-        .without_vectors()
-        .without_matrices();
+    let options = Options::default().without_bounds().without_vectors().without_matrices();
     let study = Study::with_options(model(LINKS), &["g"], options).unwrap();
     let solutions = study.solve(&[9.81, f64::NAN]).unwrap();
     assert!(solutions.vectors().is_empty() && solutions.mass().is_empty());
     let first = solutions.get(0).unwrap();
-    assert!(
-        first
-            .omega_squared_bounds
-            .iter()
-            .all(|bound| *bound == f64::INFINITY)
-    );
+    assert!(first.omega_squared_bounds.iter().all(|bound| *bound == f64::INFINITY));
     assert!(first.modes().all(|mode| mode.kind == Kind::Undecided));
     let certified = normal_modes(&linearize(model(LINKS)).unwrap(), &Default::default()).unwrap();
     for (own, want) in first.omega_squared.iter().zip(&certified.modes) {

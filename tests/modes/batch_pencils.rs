@@ -43,40 +43,23 @@ fn pencil(n: usize, grades: &[f64], state: &mut u64) -> (Vec<f64>, Vec<f64>) {
 
 fn check_pencils(n: usize, pencils: &[(Vec<f64>, Vec<f64>)]) -> Result<(), TestCaseError> {
     let study = any_pencil(n);
-    let sets: Vec<f64> = pencils
-        .iter()
-        .flat_map(|(mass, stiffness)| mass.iter().chain(stiffness).copied())
-        .collect();
+    let sets: Vec<f64> = pencils.iter().flat_map(|(mass, stiffness)| mass.iter().chain(stiffness).copied()).collect();
     let solutions = study.solve(&sets).unwrap();
     for ((mass, stiffness), own) in pencils.iter().zip(solutions.iter()) {
         prop_assert_eq!(own.mass, &mass[..]);
         prop_assert_eq!(own.stiffness, &stiffness[..]);
         let exact = |matrix: &[f64]| matrix.iter().copied().map(Ball::exact).collect();
-        let problem = Problem {
-            dimension: n,
-            mass: exact(mass),
-            stiffness: exact(stiffness),
-            zero_vectors: Vec::new(),
-        };
+        let problem =
+            Problem { dimension: n, mass: exact(mass), stiffness: exact(stiffness), zero_vectors: Vec::new() };
         let want = modes::solve(&problem, &Default::default()).unwrap();
         prop_assert_eq!(own.outcome, Outcome::Solved);
         let mut exact: Vec<Ball> = want.modes.iter().map(|mode| mode.omega_squared).collect();
         exact.sort_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64()));
-        let largest = exact
-            .iter()
-            .fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
-        for ((value, bound), exact) in own
-            .omega_squared
-            .iter()
-            .zip(own.omega_squared_bounds)
-            .zip(&exact)
-        {
+        let largest = exact.iter().fold(0.0_f64, |most, x| most.max(x.mid_f64().abs()));
+        for ((value, bound), exact) in own.omega_squared.iter().zip(own.omega_squared_bounds).zip(&exact) {
             let off = (*exact - Ball::exact(*value)).mid_f64().abs();
             prop_assert!(off <= bound + exact.radius, "{off:e} {bound:e}");
-            prop_assert!(
-                *bound <= 1e-11 * largest + 1e-200,
-                "{bound:e} of {largest:e}"
-            );
+            prop_assert!(*bound <= 1e-11 * largest + 1e-200, "{bound:e} of {largest:e}");
         }
         check_vectors("a random pencil", n, &own);
     }
@@ -112,11 +95,8 @@ proptest! {
 #[test]
 fn repeated_and_scaled_eigenvalues() {
     for n in [1, 2, 3, 8, 17] {
-        let unit = |size: f64| -> Vec<f64> {
-            (0..n * n)
-                .map(|at| if at % (n + 1) == 0 { size } else { 0.0 })
-                .collect()
-        };
+        let unit =
+            |size: f64| -> Vec<f64> { (0..n * n).map(|at| if at % (n + 1) == 0 { size } else { 0.0 }).collect() };
         let pencils = [
             (unit(1.0), unit(2.0)),
             (unit(1e-27), unit(500.0)),

@@ -3,17 +3,15 @@
 
 use dashu_int::IBig;
 use librate::modes::exponents::{
-    ExponentKind, Exponents, ExponentsError, IntegerQuadratic, Limit, QuadraticProblem,
-    QuadraticSource, Structure, Units, exponents,
+    ExponentKind, Exponents, ExponentsError, IntegerQuadratic, Limit, QuadraticProblem, QuadraticSource, Structure,
+    Units, exponents,
 };
 use librate::modes::{Options, Stability};
 use librate::precision::Ball;
 
 fn balls(rows: &[&[f64]]) -> Vec<Ball> {
     let n = rows.len();
-    (0..n * n)
-        .map(|at| Ball::exact(rows[at % n][at / n]))
-        .collect()
+    (0..n * n).map(|at| Ball::exact(rows[at % n][at / n])).collect()
 }
 
 fn problem(structure: Structure, m: &[&[f64]], d: &[&[f64]], s: &[&[f64]]) -> QuadraticProblem {
@@ -37,10 +35,7 @@ fn kinds(found: &Exponents) -> Vec<ExponentKind> {
 
 #[track_caller]
 fn close(found: &Ball, expected: Ball) {
-    assert!(
-        (*found - expected).contains_zero(),
-        "{found:?} {expected:?}"
-    );
+    assert!((*found - expected).contains_zero(), "{found:?} {expected:?}");
     assert!(found.radius <= 1e-14 * found.mid_f64().abs(), "{found:?}");
 }
 
@@ -50,12 +45,8 @@ const I2: &[&[f64]] = &[&[1.0, 0.0], &[0.0, 1.0]];
 fn foucault() {
     // q'' - 2 Ω J q' + ω² q = 0 has the frequencies √(ω² + Ω²) ± Ω.
     let (w2, o) = (2.0, 0.25);
-    let found = solved(&problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]],
-        &[&[w2, 0.0], &[0.0, w2]],
-    ));
+    let found =
+        solved(&problem(Structure::Gyroscopic, I2, &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]], &[&[w2, 0.0], &[0.0, w2]]));
     assert_eq!(kinds(&found), [ExponentKind::Oscillation; 2]);
     assert_eq!(found.stability, Stability::Stable);
     let root = Ball::exact(w2 + o * o).sqrt();
@@ -75,26 +66,15 @@ fn damped_pair() {
     assert_eq!(kinds(&over), [ExponentKind::Overdamped; 2]);
     let root = Ball::exact(17.0).sqrt();
     close(&over.entries[0].growth, (root - Ball::exact(5.0)).scale(-1));
-    close(
-        &over.entries[1].growth,
-        (-root - Ball::exact(5.0)).scale(-1),
-    );
+    close(&over.entries[1].growth, (-root - Ball::exact(5.0)).scale(-1));
 }
 
 #[test]
 fn free_particle_in_a_magnetic_field() {
-    let mut free = problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, -3.0], &[3.0, 0.0]],
-        &[&[0.0, 0.0], &[0.0, 0.0]],
-    );
+    let mut free = problem(Structure::Gyroscopic, I2, &[&[0.0, -3.0], &[3.0, 0.0]], &[&[0.0, 0.0], &[0.0, 0.0]]);
     free.zero_vectors = vec![vec![Ball::ONE, Ball::ZERO], vec![Ball::ZERO, Ball::ONE]];
     let found = solved(&free);
-    assert_eq!(
-        kinds(&found),
-        [ExponentKind::Zero, ExponentKind::Oscillation]
-    );
+    assert_eq!(kinds(&found), [ExponentKind::Zero, ExponentKind::Oscillation]);
     assert_eq!(found.stability, Stability::Neutral);
     close(&found.entries[1].omega, Ball::exact(3.0));
 }
@@ -102,26 +82,13 @@ fn free_particle_in_a_magnetic_field() {
 #[test]
 fn free_translation() {
     // Two equal masses and a spring, seen from a frame in which nothing turns: one zero, one oscillation.
-    let mut free = problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, 0.0], &[0.0, 0.0]],
-        &[&[1.0, -1.0], &[-1.0, 1.0]],
-    );
+    let mut free = problem(Structure::Gyroscopic, I2, &[&[0.0, 0.0], &[0.0, 0.0]], &[&[1.0, -1.0], &[-1.0, 1.0]]);
     free.zero_vectors = vec![vec![Ball::ONE, Ball::ONE]];
     let found = solved(&free);
-    assert_eq!(
-        kinds(&found),
-        [ExponentKind::Zero, ExponentKind::Oscillation]
-    );
+    assert_eq!(kinds(&found), [ExponentKind::Zero, ExponentKind::Oscillation]);
     close(&found.entries[1].omega, Ball::exact(2.0).sqrt());
     // The same with a damper between them.
-    let mut damped = problem(
-        Structure::Damped,
-        I2,
-        &[&[0.5, -0.5], &[-0.5, 0.5]],
-        &[&[1.0, -1.0], &[-1.0, 1.0]],
-    );
+    let mut damped = problem(Structure::Damped, I2, &[&[0.5, -0.5], &[-0.5, 0.5]], &[&[1.0, -1.0], &[-1.0, 1.0]]);
     damped.zero_vectors = vec![vec![Ball::ONE, Ball::ONE]];
     let found = solved(&damped);
     assert_eq!(kinds(&found), [ExponentKind::Zero, ExponentKind::Damped]);
@@ -132,14 +99,8 @@ fn free_translation() {
 #[test]
 fn gyroscopically_stabilised_and_not() {
     // q'' + g J q' - k q = 0: λ² = -(g² - 2k ± g √(g² - 4k)) / 2.
-    let hill = |g: f64| {
-        solved(&problem(
-            Structure::Gyroscopic,
-            I2,
-            &[&[0.0, -g], &[g, 0.0]],
-            &[&[-1.0, 0.0], &[0.0, -1.0]],
-        ))
-    };
+    let hill =
+        |g: f64| solved(&problem(Structure::Gyroscopic, I2, &[&[0.0, -g], &[g, 0.0]], &[&[-1.0, 0.0], &[0.0, -1.0]]));
     let stable = hill(3.0);
     assert_eq!(kinds(&stable), [ExponentKind::Oscillation; 2]);
     let (g, root) = (Ball::exact(3.0), Ball::exact(5.0).sqrt());
@@ -148,20 +109,11 @@ fn gyroscopically_stabilised_and_not() {
     assert_eq!(stable.stability, Stability::Stable);
     // Slower: a quadruple ±√3/2 ± i/2.
     let unstable = hill(1.0);
-    assert_eq!(
-        kinds(&unstable),
-        [ExponentKind::Unstable, ExponentKind::Damped]
-    );
+    assert_eq!(kinds(&unstable), [ExponentKind::Unstable, ExponentKind::Damped]);
     assert_eq!(unstable.stability, Stability::Unstable);
-    close(
-        &unstable.entries[0].growth,
-        Ball::exact(3.0).sqrt().scale(-1),
-    );
+    close(&unstable.entries[0].growth, Ball::exact(3.0).sqrt().scale(-1));
     close(&unstable.entries[0].omega, Ball::exact(0.5));
-    close(
-        &unstable.entries[1].growth,
-        -Ball::exact(3.0).sqrt().scale(-1),
-    );
+    close(&unstable.entries[1].growth, -Ball::exact(3.0).sqrt().scale(-1));
 }
 
 /// The matrices as whole numbers over a denominator.
@@ -173,10 +125,7 @@ struct Whole {
 impl QuadraticSource for Whole {
     fn integers(&self) -> Option<IntegerQuadratic> {
         let whole = |entries: &[Ball]| {
-            entries
-                .iter()
-                .map(|x| IBig::from((x.mid_f64() * self.denominator as f64) as i64))
-                .collect()
+            entries.iter().map(|x| IBig::from((x.mid_f64() * self.denominator as f64) as i64)).collect()
         };
         Some(IntegerQuadratic {
             mass: whole(&self.problem.mass),
@@ -188,10 +137,7 @@ impl QuadraticSource for Whole {
 }
 
 fn solved_exactly(problem: QuadraticProblem, denominator: i64, digits: usize) -> Exponents {
-    let source = Whole {
-        denominator,
-        problem,
-    };
+    let source = Whole { denominator, problem };
     let options = Options::default().digits(digits);
     exponents(&source.problem, &source, &options).unwrap()
 }
@@ -206,31 +152,16 @@ fn critical_damping() {
         assert_eq!(entry.limit, Some(Limit::Defective { order: 2 }));
         assert!((entry.growth - Ball::exact(-1.5)).contains_zero());
         let precise = entry.precise.as_ref().unwrap();
-        assert_eq!(
-            precise.growth.decimal(50).text,
-            format!("-1.5{}", "0".repeat(48))
-        );
+        assert_eq!(precise.growth.decimal(50).text, format!("-1.5{}", "0".repeat(48)));
         assert!(entry.omega.is_zero());
     }
     assert_eq!(found.stability, Stability::Stable);
     // Without the exact matrices it stays open what the two are, but not that the motion decays.
     let open = solved(&critical());
-    assert!(
-        open.entries
-            .iter()
-            .all(|entry| entry.kind == ExponentKind::Undecided)
-    );
-    assert!(
-        open.entries
-            .iter()
-            .all(|entry| entry.limit == Some(Limit::Unresolved { count: 2 }))
-    );
+    assert!(open.entries.iter().all(|entry| entry.kind == ExponentKind::Undecided));
+    assert!(open.entries.iter().all(|entry| entry.limit == Some(Limit::Unresolved { count: 2 })));
     assert!(open.entries.iter().all(|entry| entry.growth.is_negative()));
-    assert!(
-        open.entries
-            .iter()
-            .all(|entry| (entry.growth - Ball::exact(-1.5)).contains_zero())
-    );
+    assert!(open.entries.iter().all(|entry| (entry.growth - Ball::exact(-1.5)).contains_zero()));
     assert_eq!(open.stability, Stability::Stable);
 }
 
@@ -244,12 +175,7 @@ fn nearly_critical_damping() {
     let step = Ball::exact(2f64.powi(-40));
     assert!((found.entries[0].growth - (step - Ball::ONE)).contains_zero());
     assert!((found.entries[1].growth - (-step - Ball::ONE)).contains_zero());
-    assert!(
-        found
-            .entries
-            .iter()
-            .all(|entry| entry.growth.radius < 1e-13)
-    );
+    assert!(found.entries.iter().all(|entry| entry.growth.radius < 1e-13));
     // And on the other side -1 ± i 2^-40.
     near.stiffness[0] = Ball::ONE + Ball::exact(2f64.powi(-80));
     let found = solved(&near);
@@ -259,32 +185,22 @@ fn nearly_critical_damping() {
 
 #[test]
 fn many_digits() {
-    let found = exponents(
-        &problem(Structure::Damped, &[&[1.0]], &[&[1.0]], &[&[1.0]]),
-        &(),
-        &Options::default().digits(100),
-    )
-    .unwrap();
+    let found =
+        exponents(&problem(Structure::Damped, &[&[1.0]], &[&[1.0]], &[&[1.0]]), &(), &Options::default().digits(100))
+            .unwrap();
     // √3/2
-    let expected = "0.8660254037844386467637231707529361834714026269051903140279034897259665084544000185405730933786242878";
+    let expected =
+        "0.8660254037844386467637231707529361834714026269051903140279034897259665084544000185405730933786242878";
     let precise = found.entries[0].precise.as_ref().unwrap();
     assert_eq!(precise.omega.decimal(100).text, expected);
-    assert_eq!(
-        precise.growth.decimal(100).text,
-        format!("-0.5{}", "0".repeat(99))
-    );
+    assert_eq!(precise.growth.decimal(100).text, format!("-0.5{}", "0".repeat(99)));
     assert_eq!(found.entries[0].limit, None);
 }
 
 #[test]
 fn where_a_top_falls_asleep() {
     // q'' + g J q' - q = 0 at g = 2: (λ² + 1)² = 0, imaginary and defective.
-    let top = problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, -2.0], &[2.0, 0.0]],
-        &[&[-1.0, 0.0], &[0.0, -1.0]],
-    );
+    let top = problem(Structure::Gyroscopic, I2, &[&[0.0, -2.0], &[2.0, 0.0]], &[&[-1.0, 0.0], &[0.0, -1.0]]);
     let open = solved(&top);
     assert_eq!(open.stability, Stability::Undecided);
     let found = solved_exactly(top, 1, 30);
@@ -300,39 +216,18 @@ fn where_a_top_falls_asleep() {
 #[test]
 fn equal_frequencies_with_enough_vectors() {
     // Two equal oscillators that nothing couples: growth 0 by the energy, no exact matrices needed.
-    let two = problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, 0.0], &[0.0, 0.0]],
-        &[&[3.0, 0.0], &[0.0, 3.0]],
-    );
+    let two = problem(Structure::Gyroscopic, I2, &[&[0.0, 0.0], &[0.0, 0.0]], &[&[3.0, 0.0], &[0.0, 3.0]]);
     let found = solved(&two);
     assert_eq!(kinds(&found), [ExponentKind::Oscillation; 2]);
     assert_eq!(found.stability, Stability::Stable);
-    assert!(
-        found
-            .entries
-            .iter()
-            .all(|entry| entry.growth.is_zero() && entry.limit.is_none())
-    );
-    found
-        .entries
-        .iter()
-        .for_each(|entry| close(&entry.omega, Ball::exact(3.0).sqrt()));
+    assert!(found.entries.iter().all(|entry| entry.growth.is_zero() && entry.limit.is_none()));
+    found.entries.iter().for_each(|entry| close(&entry.omega, Ball::exact(3.0).sqrt()));
     // The same with dampers.
-    let damped = problem(
-        Structure::Damped,
-        I2,
-        &[&[1.0, 0.0], &[0.0, 1.0]],
-        &[&[3.0, 0.0], &[0.0, 3.0]],
-    );
+    let damped = problem(Structure::Damped, I2, &[&[1.0, 0.0], &[0.0, 1.0]], &[&[3.0, 0.0], &[0.0, 3.0]]);
     let found = solved_exactly(damped, 1, 10);
     assert_eq!(kinds(&found), [ExponentKind::Damped; 2]);
     assert!(found.entries.iter().all(|entry| entry.limit.is_none()));
-    found
-        .entries
-        .iter()
-        .for_each(|entry| close(&entry.omega, Ball::exact(11.0).sqrt().scale(-1)));
+    found.entries.iter().for_each(|entry| close(&entry.omega, Ball::exact(11.0).sqrt().scale(-1)));
 }
 
 #[test]
@@ -348,10 +243,7 @@ fn undamped_beside_damped() {
     };
     // In u = q1, v = q1 + q2: u'' + 2u = 0 and v'' + v' + 5v = 0.
     let found = solved_exactly(pair(), 1, 12);
-    assert_eq!(
-        kinds(&found),
-        [ExponentKind::Oscillation, ExponentKind::Damped]
-    );
+    assert_eq!(kinds(&found), [ExponentKind::Oscillation, ExponentKind::Damped]);
     assert!(found.entries[0].growth.is_zero());
     close(&found.entries[0].omega, Ball::exact(2.0).sqrt());
     close(&found.entries[1].growth, Ball::exact(-0.5));
@@ -369,11 +261,7 @@ fn penning_trap() {
         Structure::Gyroscopic,
         &[&[1.0, 0.0, 0.0], &[0.0, 1.0, 0.0], &[0.0, 0.0, 1.0]],
         &[&[0.0, -c, 0.0], &[c, 0.0, 0.0], &[0.0, 0.0, 0.0]],
-        &[
-            &[-w2 / 2.0, 0.0, 0.0],
-            &[0.0, -w2 / 2.0, 0.0],
-            &[0.0, 0.0, w2],
-        ],
+        &[&[-w2 / 2.0, 0.0, 0.0], &[0.0, -w2 / 2.0, 0.0], &[0.0, 0.0, w2]],
     ));
     assert_eq!(kinds(&found), [ExponentKind::Oscillation; 3]);
     assert_eq!(found.stability, Stability::Stable);
@@ -388,12 +276,7 @@ fn triangular_points() {
     // x'' - 2y' = 3/4 x + k y, y'' + 2x' = k x + 9/4 y with k² = 27/16 (1 - 2μ)²:
     // λ⁴ + λ² + 27/4 μ (1 - μ) = 0, here for given k² instead of μ.
     let point = |k: f64| {
-        solved(&problem(
-            Structure::Gyroscopic,
-            I2,
-            &[&[0.0, -2.0], &[2.0, 0.0]],
-            &[&[-0.75, -k], &[-k, -2.25]],
-        ))
+        solved(&problem(Structure::Gyroscopic, I2, &[&[0.0, -2.0], &[2.0, 0.0]], &[&[-0.75, -k], &[-k, -2.25]]))
     };
     // λ⁴ + λ² + c = 0 with c = 27/16 - k².
     let c = |k: f64| Ball::exact(27.0) / Ball::exact(16.0) - Ball::exact(k) * Ball::exact(k);
@@ -401,38 +284,21 @@ fn triangular_points() {
     assert_eq!(kinds(&stable), [ExponentKind::Oscillation; 2]);
     assert_eq!(stable.stability, Stability::Stable);
     let root = (Ball::ONE - c(1.2890625).scale(2)).sqrt();
-    close(
-        &stable.entries[0].omega,
-        (Ball::ONE - root).scale(-1).sqrt(),
-    );
-    close(
-        &stable.entries[1].omega,
-        (Ball::ONE + root).scale(-1).sqrt(),
-    );
+    close(&stable.entries[0].omega, (Ball::ONE - root).scale(-1).sqrt());
+    close(&stable.entries[1].omega, (Ball::ONE + root).scale(-1).sqrt());
     // Beyond Routh's ratio.
     let unstable = point(1.125);
-    assert_eq!(
-        kinds(&unstable),
-        [ExponentKind::Unstable, ExponentKind::Damped]
-    );
+    assert_eq!(kinds(&unstable), [ExponentKind::Unstable, ExponentKind::Damped]);
     let modulus = c(1.125).sqrt();
     let growth = ((modulus - Ball::ONE.scale(-1)).scale(-1)).sqrt();
     close(&unstable.entries[0].growth, growth);
-    close(
-        &unstable.entries[0].omega,
-        ((modulus + Ball::ONE.scale(-1)).scale(-1)).sqrt(),
-    );
+    close(&unstable.entries[0].omega, ((modulus + Ball::ONE.scale(-1)).scale(-1)).sqrt());
 }
 
 #[test]
 fn small_growth_beside_a_large_frequency() {
     // λ² + 2^-29 λ + 1 = 0
-    let found = solved(&problem(
-        Structure::Damped,
-        &[&[1.0]],
-        &[&[2f64.powi(-29)]],
-        &[&[1.0]],
-    ));
+    let found = solved(&problem(Structure::Damped, &[&[1.0]], &[&[2f64.powi(-29)]], &[&[1.0]]));
     close(&found.entries[0].growth, Ball::exact(-2f64.powi(-30)));
 }
 
@@ -443,16 +309,10 @@ fn refused() {
     assert_eq!(error, ExponentsError::NotPositiveDefinite);
     let mut short = problem(Structure::Damped, &[&[1.0]], &[&[1.0]], &[&[1.0]]);
     short.velocity.clear();
-    assert!(matches!(
-        exponents(&short, &(), &Options::default()),
-        Err(ExponentsError::Shape { found: 0, .. })
-    ));
+    assert!(matches!(exponents(&short, &(), &Options::default()), Err(ExponentsError::Shape { found: 0, .. })));
     let mut beyond = problem(Structure::Damped, &[&[1.0]], &[&[1.0]], &[&[1.0]]);
     beyond.stiffness[0] = Ball::NOT_FINITE;
-    assert!(matches!(
-        exponents(&beyond, &(), &Options::default()),
-        Err(ExponentsError::NotFinite { .. })
-    ));
+    assert!(matches!(exponents(&beyond, &(), &Options::default()), Err(ExponentsError::NotFinite { .. })));
     // Not in the kernel; not independent; of the wrong length.
     let with = |vectors: Vec<Vec<Ball>>| {
         let mut free = problem(Structure::Damped, I2, I2, &[&[1.0, -1.0], &[-1.0, 1.0]]);
@@ -460,36 +320,17 @@ fn refused() {
         exponents(&free, &(), &Options::default()).unwrap_err()
     };
     let one = vec![Ball::ONE, Ball::ONE];
-    assert_eq!(
-        with(vec![vec![Ball::ONE, Ball::ZERO]]),
-        ExponentsError::ZeroVector { index: 0 }
-    );
-    assert_eq!(
-        with(vec![one.clone(), one]),
-        ExponentsError::ZeroVector { index: 1 }
-    );
-    assert_eq!(
-        with(vec![vec![Ball::ONE]]),
-        ExponentsError::ZeroVector { index: 0 }
-    );
+    assert_eq!(with(vec![vec![Ball::ONE, Ball::ZERO]]), ExponentsError::ZeroVector { index: 0 });
+    assert_eq!(with(vec![one.clone(), one]), ExponentsError::ZeroVector { index: 1 });
+    assert_eq!(with(vec![vec![Ball::ONE]]), ExponentsError::ZeroVector { index: 0 });
 }
 
 #[test]
 fn equal_exponents_of_definite_signature() {
     // Two equal tops, fast enough to stand: S is negative, the equal frequencies are of one signature.
     let g = 3.0;
-    let turn: &[&[f64]] = &[
-        &[0.0, -g, 0.0, 0.0],
-        &[g, 0.0, 0.0, 0.0],
-        &[0.0, 0.0, 0.0, -g],
-        &[0.0, 0.0, g, 0.0],
-    ];
-    let one: &[&[f64]] = &[
-        &[1.0, 0.0, 0.0, 0.0],
-        &[0.0, 1.0, 0.0, 0.0],
-        &[0.0, 0.0, 1.0, 0.0],
-        &[0.0, 0.0, 0.0, 1.0],
-    ];
+    let turn: &[&[f64]] = &[&[0.0, -g, 0.0, 0.0], &[g, 0.0, 0.0, 0.0], &[0.0, 0.0, 0.0, -g], &[0.0, 0.0, g, 0.0]];
+    let one: &[&[f64]] = &[&[1.0, 0.0, 0.0, 0.0], &[0.0, 1.0, 0.0, 0.0], &[0.0, 0.0, 1.0, 0.0], &[0.0, 0.0, 0.0, 1.0]];
     let mut tops = problem(Structure::Gyroscopic, one, turn, one);
     tops.stiffness.iter_mut().for_each(|x| *x = -*x);
     let found = solved(&tops);
@@ -499,12 +340,7 @@ fn equal_exponents_of_definite_signature() {
     close(&found.entries[0].omega, (Ball::exact(g) - root).scale(-1));
     close(&found.entries[3].omega, (Ball::exact(g) + root).scale(-1));
     // Two equal overdamped oscillators: real exponents in pairs, by the symmetry of D and S.
-    let over = problem(
-        Structure::Damped,
-        I2,
-        &[&[5.0, 0.0], &[0.0, 5.0]],
-        &[&[2.0, 0.0], &[0.0, 2.0]],
-    );
+    let over = problem(Structure::Damped, I2, &[&[5.0, 0.0], &[0.0, 5.0]], &[&[2.0, 0.0], &[0.0, 2.0]]);
     let found = solved(&over);
     assert_eq!(kinds(&found), [ExponentKind::Overdamped; 4]);
     assert!(found.entries.iter().all(|entry| entry.limit.is_none()));
@@ -514,12 +350,7 @@ fn equal_exponents_of_definite_signature() {
 fn uncertain_matrices() {
     // Foucault with ω² and Ω in intervals: bounds hold at their ends.
     let (w2, o, r) = (2.0, 0.25, 1e-9);
-    let mut wide = problem(
-        Structure::Gyroscopic,
-        I2,
-        &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]],
-        &[&[w2, 0.0], &[0.0, w2]],
-    );
+    let mut wide = problem(Structure::Gyroscopic, I2, &[&[0.0, -2.0 * o], &[2.0 * o, 0.0]], &[&[w2, 0.0], &[0.0, w2]]);
     for entry in wide.velocity.iter_mut().chain(&mut wide.stiffness) {
         if !entry.is_zero() {
             *entry = entry.with_added_radius(r);
@@ -529,22 +360,10 @@ fn uncertain_matrices() {
     assert_eq!(kinds(&found), [ExponentKind::Oscillation; 2]);
     // Just inside: w2 + r is rounded itself, and the discs are hardly larger than they have to be.
     let r = 0.999 * r;
-    for (w2, o) in [
-        (w2 + r, o + 0.5 * r),
-        (w2 - r, o - 0.5 * r),
-        (w2 + r, o - 0.5 * r),
-    ] {
+    for (w2, o) in [(w2 + r, o + 0.5 * r), (w2 - r, o - 0.5 * r), (w2 + r, o - 0.5 * r)] {
         let root = (Ball::exact(w2) + Ball::exact(o) * Ball::exact(o)).sqrt();
-        for (entry, omega) in found
-            .entries
-            .iter()
-            .zip([root - Ball::exact(o), root + Ball::exact(o)])
-        {
-            assert!(
-                (entry.omega - omega).contains_zero(),
-                "{:?} {omega:?}",
-                entry.omega
-            );
+        for (entry, omega) in found.entries.iter().zip([root - Ball::exact(o), root + Ball::exact(o)]) {
+            assert!((entry.omega - omega).contains_zero(), "{:?} {omega:?}", entry.omega);
             // Not by much too wide either, and said to be open: the matrices do not determine ten digits.
             assert!(entry.omega.radius < 20.0 * r);
             assert_eq!(entry.limit, Some(Limit::Open));

@@ -5,8 +5,7 @@
 use dashu_int::IBig;
 use librate::modes::Options;
 use librate::modes::exponents::{
-    ExponentKind, Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units,
-    exponents,
+    ExponentKind, Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
 };
 use librate::precision::Ball;
 use proptest::prelude::*;
@@ -46,16 +45,7 @@ fn number(x: i64) -> Ball {
 }
 
 fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
-    let n: usize = blocks
-        .iter()
-        .map(|block| {
-            if matches!(block, Block::Plane { .. }) {
-                2
-            } else {
-                1
-            }
-        })
-        .sum();
+    let n: usize = blocks.iter().map(|block| if matches!(block, Block::Plane { .. }) { 2 } else { 1 }).sum();
     let (mut b, mut a) = (vec![vec![0; n]; n], vec![vec![0; n]; n]);
     let mut truth = Vec::new();
     let mut kernel = Vec::new();
@@ -101,9 +91,7 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
         }
     }
     // P = 1 + a strictly upper triangle: its inverse is whole too.
-    let mut p: Square = (0..n)
-        .map(|i| (0..n).map(|j| i64::from(i == j)).collect())
-        .collect();
+    let mut p: Square = (0..n).map(|i| (0..n).map(|j| i64::from(i == j)).collect()).collect();
     let mut entries = mixing.iter().cycle();
     for (i, row) in p.iter_mut().enumerate() {
         for x in row.iter_mut().skip(i + 1) {
@@ -115,13 +103,9 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
             let all = (0..n).flat_map(|k| (0..n).map(move |l| (k, l)));
             all.map(|(k, l)| p[k][i] * m[k][l] * p[l][j]).sum()
         };
-        (0..n)
-            .map(|i| (0..n).map(|j| entry(i, j)).collect())
-            .collect()
+        (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
     };
-    let one: Square = (0..n)
-        .map(|i| (0..n).map(|j| i64::from(i == j)).collect())
-        .collect();
+    let one: Square = (0..n).map(|i| (0..n).map(|j| i64::from(i == j)).collect()).collect();
     let (m, d, s) = (congruent(&one), congruent(&b), congruent(&a));
     let balls = |m: &Square| (0..n * n).map(|at| number(m[at % n][at / n])).collect();
     let whole = |m: &Square| (0..n * n).map(|at| IBig::from(m[at % n][at / n])).collect();
@@ -146,24 +130,14 @@ fn planted(blocks: &[Block], mixing: &[i64], structure: Structure) -> Planted {
             structure,
             zero_vectors,
         },
-        whole: IntegerQuadratic {
-            mass: whole(&m),
-            velocity: whole(&d),
-            stiffness: whole(&s),
-            units: Units::default(),
-        },
+        whole: IntegerQuadratic { mass: whole(&m), velocity: whole(&d), stiffness: whole(&s), units: Units::default() },
         truth,
     }
 }
 
 /// Every exponent found once, within its bounds; `exact`: nothing open, and 0 where it is 0.
 fn check(found: &Exponents, truth: &[(Ball, Ball)], exact: bool) -> Result<(), TestCaseError> {
-    prop_assert!(
-        found.entries.len() == truth.len() || !exact,
-        "{:?} {:?}",
-        found.entries,
-        truth
-    );
+    prop_assert!(found.entries.len() == truth.len() || !exact, "{:?} {:?}", found.entries, truth);
     let mut left = truth.to_vec();
     for entry in &found.entries {
         let fits = |(growth, omega): &(Ball, Ball)| {
@@ -172,15 +146,9 @@ fn check(found: &Exponents, truth: &[(Ball, Ball)], exact: bool) -> Result<(), T
         let place = left.iter().position(fits);
         if !exact {
             // Of a real pair ±s that is not resolved from another one, the decaying side may be listed too.
-            let mirrored = |(growth, omega): &(Ball, Ball)| {
-                entry.kind == ExponentKind::Undecided && fits(&(-*growth, *omega))
-            };
-            prop_assert!(
-                truth.iter().any(|value| fits(value) || mirrored(value)),
-                "{:?} {:?}",
-                entry,
-                truth
-            );
+            let mirrored =
+                |(growth, omega): &(Ball, Ball)| entry.kind == ExponentKind::Undecided && fits(&(-*growth, *omega));
+            prop_assert!(truth.iter().any(|value| fits(value) || mirrored(value)), "{:?} {:?}", entry, truth);
             continue;
         }
         prop_assert!(place.is_some(), "{:?} {:?}", entry, left);
@@ -199,8 +167,7 @@ fn conservative() -> impl Strategy<Value = Block> {
         (1..5i64).prop_map(|k| Block::Oscillator { c: 0, k }),
         (-3..0i64).prop_map(|k| Block::Oscillator { c: 0, k }),
         (1..4i64, -12..6i64)
-            .prop_filter("no exponent 0, none defective", |(g, k)| *k != 0
-                && g * g + k != 0)
+            .prop_filter("no exponent 0, none defective", |(g, k)| *k != 0 && g * g + k != 0)
             .prop_map(|(g, k)| Block::Plane { g, k }),
         Just(Block::Free { c: 0 }),
     ]
@@ -209,8 +176,7 @@ fn conservative() -> impl Strategy<Value = Block> {
 fn damped() -> impl Strategy<Value = Block> {
     prop_oneof![
         (-2..5i64, 1..12i64)
-            .prop_filter("not critical, growth is not 0", |(c, k)| *c != 0
-                && c * c != *k)
+            .prop_filter("not critical, growth is not 0", |(c, k)| *c != 0 && c * c != *k)
             .prop_map(|(c, k)| Block::Oscillator { c, k }),
         (1..4i64).prop_map(|c| Block::Free { c }),
         (1..5i64).prop_map(|k| Block::Oscillator { c: 0, k }),
@@ -218,10 +184,7 @@ fn damped() -> impl Strategy<Value = Block> {
 }
 
 fn some(block: impl Strategy<Value = Block>) -> impl Strategy<Value = (Vec<Block>, Vec<i64>)> {
-    (
-        prop::collection::vec(block, 1..5),
-        prop::collection::vec(-2..3i64, 7),
-    )
+    (prop::collection::vec(block, 1..5), prop::collection::vec(-2..3i64, 7))
 }
 
 /// A critical motion beside a growing one: 6 x'' - x = 0 and y'' - 2 y' + y = 0.
@@ -253,10 +216,7 @@ fn equal_vectors_do_not_end_the_decomposition() {
         let near = |entry: &&librate::modes::exponents::Exponent| {
             (entry.growth - truth).contains_zero() && entry.omega.is_zero()
         };
-        assert!(
-            found.entries.iter().any(|entry| near(&entry)),
-            "{truth:?} {found:?}"
-        );
+        assert!(found.entries.iter().any(|entry| near(&entry)), "{truth:?} {found:?}");
     }
 }
 

@@ -22,25 +22,18 @@ impl Draw {
 
     /// A multiple of 2^-13 in [-4, 4).
     fn entry(&mut self) -> f64 {
-        self.0 = self
-            .0
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 48) as f64 - 32768.0) / 8192.0
     }
 
     fn matrix(&mut self, n: usize) -> Square {
-        let columns: Square = (0..n)
-            .map(|_| (0..n).map(|_| self.entry()).collect())
-            .collect();
+        let columns: Square = (0..n).map(|_| (0..n).map(|_| self.entry()).collect()).collect();
         make(n, |i, j| columns[j][i])
     }
 }
 
 fn make(n: usize, entry: impl Fn(usize, usize) -> f64) -> Square {
-    (0..n)
-        .map(|i| (0..n).map(|j| entry(i, j)).collect())
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// All sums are exact in doubles: multiples of 2^-32 below 2^12.
@@ -68,34 +61,20 @@ fn problem(kind: u32, n: usize, seed: u64) -> QuadraticProblem {
             let e = |i: usize| (27 * i / (n - 1).max(1)) as i32;
             let two = |k: i32| f64::from(k).exp2();
             let apart = |i, j| two(-(e(i) - e(j)).abs());
-            m = make(n, |i, j| {
-                if i == j {
-                    m[i][j]
-                } else {
-                    m[i][j] * apart(i, j) / 64.0
-                }
-            });
+            m = make(n, |i, j| if i == j { m[i][j] } else { m[i][j] * apart(i, j) / 64.0 });
             (
                 make(n, |i, j| d[i][j] * two(e(i).min(e(j))) * apart(i, j)),
                 make(n, |i, j| s[i][j] * two(2 * e(i).min(e(j))) * apart(i, j)),
             )
         }
     };
-    let balls = |a: &Square| {
-        (0..n * n)
-            .map(|at| Ball::exact(a[at % n][at / n]))
-            .collect()
-    };
+    let balls = |a: &Square| (0..n * n).map(|at| Ball::exact(a[at % n][at / n])).collect();
     QuadraticProblem {
         dimension: n,
         mass: balls(&m),
         velocity: balls(&d),
         stiffness: balls(&s),
-        structure: if kind < 2 {
-            Structure::Gyroscopic
-        } else {
-            Structure::Damped
-        },
+        structure: if kind < 2 { Structure::Gyroscopic } else { Structure::Damped },
         zero_vectors: Vec::new(),
     }
 }
@@ -123,10 +102,7 @@ fn references(kind: u32, lines: &[&str]) -> Vec<(Ball, Ball)> {
     all.into_iter()
         .map(|(re, im)| {
             let (a, b) = (tiny(&re, &im), tiny(&im, &re));
-            (
-                if a { Ball::ZERO } else { re },
-                if b { Ball::ZERO } else { im },
-            )
+            (if a { Ball::ZERO } else { re }, if b { Ball::ZERO } else { im })
         })
         .filter(|(re, im)| {
             let above = im.is_positive();
@@ -155,9 +131,8 @@ fn check(text: &str) -> (usize, usize) {
         for entry in &found.entries {
             count += 1;
             let place = left.iter().position(|value| fits(entry, value));
-            let value = left.swap_remove(place.unwrap_or_else(|| {
-                panic!("{name}: {:?} {:?} {left:?}", entry.growth, entry.omega)
-            }));
+            let value = left
+                .swap_remove(place.unwrap_or_else(|| panic!("{name}: {:?} {:?} {left:?}", entry.growth, entry.omega)));
             // Exactly 0 where it is.
             assert_eq!(entry.growth.is_zero(), value.0.is_zero(), "{name}");
             assert_eq!(entry.omega.is_zero(), value.1.is_zero(), "{name}");
@@ -168,11 +143,7 @@ fn check(text: &str) -> (usize, usize) {
                 assert_eq!(digits.rounding, Rounding::Correct, "{name} {found:?}");
                 assert_eq!(digits.text, decimal(&truth, 10).text, "{name}");
             }
-            assert!(
-                entry.vector_error_bound < 1e-8,
-                "{name} {}",
-                entry.vector_error_bound
-            );
+            assert!(entry.vector_error_bound < 1e-8, "{name} {}", entry.vector_error_bound);
         }
     }
     (cases, count)
@@ -180,21 +151,15 @@ fn check(text: &str) -> (usize, usize) {
 
 #[test]
 fn digits_of_random_problems() {
-    let text = std::fs::read_to_string(format!(
-        "{}/tests/reference/exponents/random.txt",
-        env!("CARGO_MANIFEST_DIR")
-    ))
-    .unwrap();
+    let text = std::fs::read_to_string(format!("{}/tests/reference/exponents/random.txt", env!("CARGO_MANIFEST_DIR")))
+        .unwrap();
     let (cases, _) = check(&text);
     assert!(cases >= 200);
 }
 
 #[test]
 fn thirty_digits_of_random_problems() {
-    let path = format!(
-        "{}/tests/reference/exponents/random.txt",
-        env!("CARGO_MANIFEST_DIR")
-    );
+    let path = format!("{}/tests/reference/exponents/random.txt", env!("CARGO_MANIFEST_DIR"));
     let text = std::fs::read_to_string(path).unwrap();
     let lines: Vec<&str> = text.lines().collect();
     let (mut at, mut cases) = (0, 0);
@@ -209,27 +174,16 @@ fn thirty_digits_of_random_problems() {
             let number = Number::parse(x.strip_prefix('-').unwrap_or(x)).unwrap();
             Big::from_number(&number, 200).decimal(30).text
         };
-        let parts: Vec<String> = own
-            .iter()
-            .flat_map(|line| line.split(' '))
-            .map(digits)
-            .collect();
+        let parts: Vec<String> = own.iter().flat_map(|line| line.split(' ')).map(digits).collect();
         let options = Options::default().digits(30);
         let found = exponents(&problem(kind, n, seed), &(), &options).unwrap();
         for entry in &found.entries {
             assert_eq!(entry.limit, None, "kind {kind} n {n} seed {seed}");
             let precise = entry.precise.as_ref().unwrap();
             for part in [&precise.growth, &precise.omega] {
-                let part = if part.is_negative() {
-                    -part
-                } else {
-                    part.clone()
-                };
+                let part = if part.is_negative() { -part } else { part.clone() };
                 let text = part.decimal(30).text;
-                assert!(
-                    part.is_zero() || parts.contains(&text),
-                    "kind {kind} n {n} seed {seed} {text}"
-                );
+                assert!(part.is_zero() || parts.contains(&text), "kind {kind} n {n} seed {seed} {text}");
             }
         }
     }

@@ -72,9 +72,7 @@ fn at_most(a: &Number, b: &Number) -> bool {
 fn last_place(text: &str) -> (usize, Number) {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
     let digits: String = mantissa.chars().filter(char::is_ascii_digit).collect();
-    let decimals = mantissa
-        .split_once('.')
-        .map_or(0, |(_, decimals)| decimals.len());
+    let decimals = mantissa.split_once('.').map_or(0, |(_, decimals)| decimals.len());
     let place = exponent.parse::<i32>().unwrap() - i32::try_from(decimals).unwrap();
     let unit = Number::from(10).powi(place).unwrap();
     (digits.trim_start_matches('0').len(), unit)
@@ -86,26 +84,15 @@ fn outcome(path: &Path, digits: usize) -> Result<bool, String> {
     let linearized = linearize(load(path)).map_err(|error| error.to_string())?;
     let options = Options::default().digits(digits);
     let normal = normal_modes(&linearized, &options).map_err(|error| error.to_string())?;
-    for (own, want) in linearized
-        .equilibrium()
-        .values
-        .iter()
-        .zip(want["equilibrium"].as_array().unwrap())
-    {
+    for (own, want) in linearized.equilibrium().values.iter().zip(want["equilibrium"].as_array().unwrap()) {
         let want = Ball::from_number(&exact(want.as_str().unwrap()), ());
         let off = own.sub(&want).mid_f64().abs();
         if off > own.radius + 1e-31 * want.mid_f64().abs() {
-            return Err(format!(
-                "the equilibrium is off by {off:e}, its bound is {:e}",
-                own.radius
-            ));
+            return Err(format!("the equilibrium is off by {off:e}, its bound is {:e}", own.radius));
         }
     }
     let json = modes_json(&linearized, &normal, &options);
-    let found: Vec<&str> = json
-        .lines()
-        .filter(|line| line.contains("\"omega_digits\""))
-        .collect();
+    let found: Vec<&str> = json.lines().filter(|line| line.contains("\"omega_digits\"")).collect();
     let modes = want["modes"].as_array().unwrap();
     if found.len() != modes.len() {
         return Err(format!("{} modes", found.len()));
@@ -142,9 +129,7 @@ fn outcome(path: &Path, digits: usize) -> Result<bool, String> {
             }
             let (count, unit) = last_place(printed);
             if count > 0 && !at_most(&off(&exact(printed)).mul(&Number::from(2)), &unit) {
-                return Err(format!(
-                    "{key} of mode {at}, {printed}, is not rounded correctly"
-                ));
+                return Err(format!("{key} of mode {at}, {printed}, is not rounded correctly"));
             }
             complete &= count == digits;
         }
@@ -166,14 +151,8 @@ fn check(path: &Path) {
             Err(message) => panic!("{name}, {digits} digits: {message}"),
             Ok(complete) => {
                 let expected = fewer.is_none_or(|(_, from)| digits < *from);
-                assert!(
-                    complete || !expected,
-                    "{name} lacks some of {digits} digits"
-                );
-                assert!(
-                    !complete || expected,
-                    "{name} has all {digits} digits: take it off the list"
-                );
+                assert!(complete || !expected, "{name} lacks some of {digits} digits");
+                assert!(!complete || expected, "{name} has all {digits} digits: take it off the list");
             }
         }
     }

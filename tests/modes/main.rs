@@ -1,10 +1,5 @@
 //! Modes and exponents: bounds, digits, hard cases, sensitivities, batches.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod batch;
 mod batch_pencils;

@@ -36,20 +36,13 @@ fn assert_holds(what: &str, own: &Ball, want: &Ball, name: &str) -> f64 {
     let off = own.sub(want);
     let distance = off.mid_f64().abs();
     let slack = want.mid_f64().abs() * 1e-31;
-    assert!(
-        distance <= own.radius + slack,
-        "{name}: {what} is off by {distance:e}, its bound is {:e}",
-        own.radius
-    );
+    assert!(distance <= own.radius + slack, "{name}: {what} is off by {distance:e}, its bound is {:e}", own.radius);
     let size = want.mid_f64().abs();
     if size == 0.0 { 0.0 } else { distance / size }
 }
 
 fn check(name: &str, normal: &NormalModes, equilibrium: &[Ball], want: &Value) {
-    for (own, want) in equilibrium
-        .iter()
-        .zip(want["equilibrium"].as_array().unwrap())
-    {
+    for (own, want) in equilibrium.iter().zip(want["equilibrium"].as_array().unwrap()) {
         assert_holds("the equilibrium", own, &ball(want), name);
     }
     let stability = normal.stability.as_str();
@@ -59,23 +52,13 @@ fn check(name: &str, normal: &NormalModes, equilibrium: &[Ball], want: &Value) {
     for (i, (own, want)) in normal.modes.iter().zip(modes).enumerate() {
         let kind = own.kind.as_str();
         assert_eq!(kind, want["kind"].as_str().unwrap(), "{name} mode {i}");
-        for (what, own, want) in [
-            ("omega", &own.omega, &want["omega"]),
-            ("growth", &own.growth, &want["growth"]),
-        ] {
+        for (what, own, want) in [("omega", &own.omega, &want["omega"]), ("growth", &own.growth, &want["growth"])] {
             let relative = assert_holds(what, own, &ball(want), name);
-            assert!(
-                relative <= 1e-13,
-                "{name}: {what} of mode {i} is off by {relative:e}"
-            );
+            assert!(relative <= 1e-13, "{name}: {what} of mode {i} is off by {relative:e}");
         }
     }
     if let Some(classes) = want.get("symmetry") {
-        let own: Vec<Value> = normal
-            .modes
-            .iter()
-            .map(|mode| mode.symmetry.clone().into())
-            .collect();
+        let own: Vec<Value> = normal.modes.iter().map(|mode| mode.symmetry.clone().into()).collect();
         assert_eq!(&Value::Array(own), classes, "{name}");
     }
 }
@@ -87,18 +70,12 @@ fn models_agree_with_references() {
         let name = path.file_stem().unwrap().to_string_lossy().to_string();
         let linearized = linearize(load(&path));
         if let Some(error) = want.get("error") {
-            let found = linearized
-                .err()
-                .unwrap_or_else(|| panic!("{name} has no error"));
-            assert!(
-                found.to_string().contains(error.as_str().unwrap()),
-                "{name}: {found}"
-            );
+            let found = linearized.err().unwrap_or_else(|| panic!("{name} has no error"));
+            assert!(found.to_string().contains(error.as_str().unwrap()), "{name}: {found}");
             continue;
         }
         let linearized = linearized.unwrap_or_else(|error| panic!("{name}: {error}"));
-        let normal = normal_modes(&linearized, &Options::default())
-            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        let normal = normal_modes(&linearized, &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
         check(&name, &normal, &linearized.equilibrium().values, &want);
     }
 }
@@ -113,16 +90,11 @@ fn ubiquitin_agrees_with_the_published_eigenvalues() {
     let published = want["published_eigenvalues"].as_array().unwrap();
     assert_eq!(published.len(), 36);
     for (mode, published) in normal.modes.iter().zip(published) {
-        let text = published
-            .as_str()
-            .map_or_else(|| published.to_string(), str::to_owned);
+        let text = published.as_str().map_or_else(|| published.to_string(), str::to_owned);
         let published: f64 = text.parse().unwrap();
         let own = mode.omega_squared.unwrap().mid_f64();
         // Five digits are given, and the noise of single precision is in them.
         let digit = 10.0_f64.powf(own.abs().max(1e-9).log10().floor() - 4.0);
-        assert!(
-            (own - published).abs() <= 0.5 * digit + 1e-6,
-            "{own} {published}"
-        );
+        assert!((own - published).abs() <= 0.5 * digit + 1e-6, "{own} {published}");
     }
 }

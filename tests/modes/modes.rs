@@ -10,18 +10,9 @@ use librate::precision::{Ball, Rounding, decimal};
 use modes_support::*;
 
 fn reference(name: &str) -> Vec<RBig> {
-    let path = format!(
-        "{}/tests/reference/hard/{name}.json",
-        env!("CARGO_MANIFEST_DIR")
-    );
-    let json: serde_json::Value =
-        serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
-    json["omega"]
-        .as_array()
-        .unwrap()
-        .iter()
-        .map(|x| parse(x.as_str().unwrap()))
-        .collect()
+    let path = format!("{}/tests/reference/hard/{name}.json", env!("CARGO_MANIFEST_DIR"));
+    let json: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap();
+    json["omega"].as_array().unwrap().iter().map(|x| parse(x.as_str().unwrap())).collect()
 }
 
 /// Every frequency within its bound of the reference, the bound below 1e-13 relative, and ten
@@ -41,16 +32,9 @@ fn check(name: &str, problem: &Problem) {
         let error = abs(double(mode.omega.mid.hi) + double(mode.omega.mid.lo) - omega);
         // The references have 40 digits.
         let slack = omega * parse("1e-39");
-        assert!(
-            error <= double(mode.omega.radius) + slack,
-            "{name}: {:?}",
-            mode.omega
-        );
+        assert!(error <= double(mode.omega.radius) + slack, "{name}: {:?}", mode.omega);
         let relative = (error / omega).to_f64().value();
-        worst = (
-            worst.0.max(relative),
-            worst.1.max(mode.omega.radius / mode.omega.mid.hi),
-        );
+        worst = (worst.0.max(relative), worst.1.max(mode.omega.radius / mode.omega.mid.hi));
         let printed = decimal(&mode.omega, 10);
         assert_eq!(printed.rounding, Rounding::Correct);
         let off = abs(parse(&printed.text) - omega) / omega;
@@ -65,11 +49,7 @@ fn ones(n: usize) -> Vec<RBig> {
 
 #[test]
 fn stiff_springs_beside_soft_ones() {
-    let e = |k: &[i32]| -> Vec<RBig> {
-        k.iter()
-            .map(|&k| if k < 0 { RBig::ZERO } else { power_of_ten(k) })
-            .collect()
-    };
+    let e = |k: &[i32]| -> Vec<RBig> { k.iter().map(|&k| if k < 0 { RBig::ZERO } else { power_of_ten(k) }).collect() };
     let (m, k) = chain(&ones(3), &e(&[0, 8, 16, -1]));
     check("H1_stiff3", &problem(&m, &k));
     let (m, k) = chain(&ones(3), &e(&[16, 8, 0, -1]));
@@ -86,9 +66,7 @@ fn masses_over_twenty_four_decades() {
     let masses: Vec<RBig> = decades.iter().map(|&e| power_of_ten(e)).collect();
     let (m, k) = chain(&masses, &ones(13));
     check("H2_graded12", &problem(&m, &k));
-    let masses: Vec<RBig> = (0..12)
-        .map(|i| power_of_ten(-12 + 2 * ((5 * i) % 13)))
-        .collect();
+    let masses: Vec<RBig> = (0..12).map(|i| power_of_ten(-12 + 2 * ((5 * i) % 13))).collect();
     let (m, k) = chain(&masses, &ones(13));
     check("H2_shuffled12", &problem(&m, &k));
 }
@@ -106,12 +84,7 @@ fn free_chain_with_its_translation() {
     assert_eq!(spectrum.stability, Stability::Neutral);
     check_vectors(&problem, &spectrum, 1e-13);
     let equal = 1.0 / 50f64.sqrt();
-    assert!(
-        spectrum.modes[0]
-            .vector
-            .iter()
-            .all(|x| (x - equal).abs() < 1e-15)
-    );
+    assert!(spectrum.modes[0].vector.iter().all(|x| (x - equal).abs() < 1e-15));
     // Without the proof the lowest one stays undecided, with a small bound.
     problem.zero_vectors.clear();
     let spectrum = solve(&problem, &Options::default()).unwrap();
@@ -133,20 +106,14 @@ fn nearly_degenerate_pair_is_separated() {
     for (mode, sign) in modes.iter().zip([1.0, -1.0]) {
         assert!((mode.vector[0] - half).abs() <= mode.vector_error_bound);
         assert!((mode.vector[1] - sign * half).abs() <= mode.vector_error_bound);
-        assert!(
-            mode.vector_error_bound < 1e-14,
-            "{}",
-            mode.vector_error_bound
-        );
+        assert!(mode.vector_error_bound < 1e-14, "{}", mode.vector_error_bound);
     }
 }
 
 #[test]
 fn hilbert_mass_matrix() {
     let (_, k) = chain(&ones(12), &ones(13));
-    let m: Exact = (0..12)
-        .map(|i| (0..12).map(|j| ratio(1, i + j + 1)).collect())
-        .collect();
+    let m: Exact = (0..12).map(|i| (0..12).map(|j| ratio(1, i + j + 1)).collect()).collect();
     check("H6_hilbert12", &problem(&m, &k));
 }
 
@@ -154,9 +121,7 @@ fn hilbert_mass_matrix() {
 fn pendulums_and_hanging_chains() {
     for (name, n) in [("H7_pendulum20", 20_i64), ("pendulum50", 50)] {
         let g = ratio(981, 100);
-        let m: Exact = (0..n)
-            .map(|i| (0..n).map(|j| RBig::from(n - i.max(j))).collect())
-            .collect();
+        let m: Exact = (0..n).map(|i| (0..n).map(|j| RBig::from(n - i.max(j))).collect()).collect();
         let k = diagonal(&(0..n).map(|i| &g * RBig::from(n - i)).collect::<Vec<_>>());
         check(name, &problem(&m, &k));
         // The same in the transverse displacements of a hanging chain: tensions rise to the top.
@@ -192,17 +157,12 @@ fn corrected_shapes_keep_their_bounds() {
         let sign = Ball::exact(exact(0).mid.hi.signum() * mode.vector[0].signum());
         for (j, x) in mode.vector.iter().enumerate() {
             let off = (Ball::exact(*x) - sign * exact(j)).abs_upper();
-            assert!(
-                off <= bound * (1.0 + 1e-9) + 1e-30,
-                "{number} {j} {off} {bound}"
-            );
+            assert!(off <= bound * (1.0 + 1e-9) + 1e-30, "{number} {j} {off} {bound}");
         }
     }
     // A pendulum, against the same by other means: twice as many digits are refined with images of their own.
     let n = 100;
-    let m: Exact = (0..n)
-        .map(|i| (0..n).map(|j| RBig::from(n - i.max(j))).collect())
-        .collect();
+    let m: Exact = (0..n).map(|i| (0..n).map(|j| RBig::from(n - i.max(j))).collect()).collect();
     let k = diagonal(&(0..n).map(|i| RBig::from(n - i)).collect::<Vec<_>>());
     let pendulum = problem(&m, &k);
     let found = solve(&pendulum, &options).unwrap();
@@ -224,11 +184,7 @@ fn twenty_five_digits() {
     let spectrum = solve(&problem(&m, &k), &with_digits(25)).unwrap();
     for (j, mode) in spectrum.modes.iter().enumerate() {
         let printed = decimal(&mode.omega, 25);
-        assert_eq!(
-            (printed.digits, printed.rounding),
-            (25, Rounding::Correct),
-            "{j}"
-        );
+        assert_eq!((printed.digits, printed.rounding), (25, Rounding::Correct), "{j}");
         // ω = 2 sin(j π / 22)
         let angle = Ball::PI * Ball::exact((j + 1) as f64) / Ball::exact(22.0);
         let closed = angle.sin().scale(1);
@@ -259,11 +215,7 @@ fn long_chain_and_ring() {
         let angle = Ball::PI * Ball::exact(j.div_ceil(2) as f64) / Ball::exact(n as f64);
         assert!((angle.sin().scale(1) - mode.omega).contains_zero());
         assert!(mode.omega.radius < 1e-13 * mode.omega.mid.hi);
-        assert!(
-            mode.vector_error_bound < 1e-14,
-            "{}",
-            mode.vector_error_bound
-        );
+        assert!(mode.vector_error_bound < 1e-14, "{}", mode.vector_error_bound);
         assert_eq!(mode.cluster as usize, j.div_ceil(2));
     }
 }
@@ -271,13 +223,7 @@ fn long_chain_and_ring() {
 #[test]
 fn unstable_first_then_zero_then_rising() {
     // Upside down, at rest, and two that oscillate.
-    let k = diagonal(&[
-        RBig::from(4),
-        RBig::from(-1),
-        RBig::ZERO,
-        RBig::from(1),
-        RBig::from(-9),
-    ]);
+    let k = diagonal(&[RBig::from(4), RBig::from(-1), RBig::ZERO, RBig::from(1), RBig::from(-9)]);
     let mut problem = problem(&diagonal(&ones(5)), &k);
     let mut zero = vec![Ball::ZERO; 5];
     zero[2] = Ball::ONE;
@@ -303,13 +249,7 @@ fn unstable_first_then_zero_then_rising() {
 #[test]
 fn degenerate_cluster_has_an_echelon_basis() {
     // Three equal masses in a ring: a zero mode and a pair.
-    let k: Exact = (0..3)
-        .map(|i| {
-            (0..3)
-                .map(|j| RBig::from(if i == j { 2 } else { -1 }))
-                .collect()
-        })
-        .collect();
+    let k: Exact = (0..3).map(|i| (0..3).map(|j| RBig::from(if i == j { 2 } else { -1 })).collect()).collect();
     let mut problem = problem(&diagonal(&ones(3)), &k);
     problem.zero_vectors = vec![vec![Ball::ONE; 3]];
     let modes = solve(&problem, &Options::default()).unwrap().modes;
@@ -317,16 +257,8 @@ fn degenerate_cluster_has_an_echelon_basis() {
     let close = |x: &[f64], y: [f64; 3]| x.iter().zip(y).all(|(a, b)| (a - b).abs() < 1e-15);
     // (1, 0, -1) and, orthogonal to it, the rest of (0, 1, -1).
     let (a, b) = (0.5f64.sqrt(), (1.0f64 / 6.0).sqrt());
-    assert!(
-        close(&modes[1].vector, [a, 0.0, -a]),
-        "{:?}",
-        modes[1].vector
-    );
-    assert!(
-        close(&modes[2].vector, [-b, 2.0 * b, -b]),
-        "{:?}",
-        modes[2].vector
-    );
+    assert!(close(&modes[1].vector, [a, 0.0, -a]), "{:?}", modes[1].vector);
+    assert!(close(&modes[2].vector, [-b, 2.0 * b, -b]), "{:?}", modes[2].vector);
     assert!(modes[1].vector_error_bound < 1e-15);
 }
 
@@ -336,26 +268,17 @@ fn bad_mass_matrices_are_refused_with_a_direction() {
     let singular = vec![integers(&[1, 1]), integers(&[1, 1])];
     assert_eq!(
         solve(&problem(&singular, &unit), &Options::default()).unwrap_err(),
-        ModesError::NotPositiveDefinite {
-            direction: vec![1.0, -1.0],
-            singular: true
-        }
+        ModesError::NotPositiveDefinite { direction: vec![1.0, -1.0], singular: true }
     );
     let indefinite = vec![integers(&[1, 2]), integers(&[2, 1])];
     assert_eq!(
         solve(&problem(&indefinite, &unit), &Options::default()).unwrap_err(),
-        ModesError::NotPositiveDefinite {
-            direction: vec![1.0, -0.5],
-            singular: false
-        }
+        ModesError::NotPositiveDefinite { direction: vec![1.0, -0.5], singular: false }
     );
     let missing = diagonal(&integers(&[1, 0]));
     assert_eq!(
         solve(&problem(&missing, &unit), &Options::default()).unwrap_err(),
-        ModesError::NotPositiveDefinite {
-            direction: vec![0.0, 1.0],
-            singular: true
-        }
+        ModesError::NotPositiveDefinite { direction: vec![0.0, 1.0], singular: true }
     );
 }
 
@@ -363,31 +286,13 @@ fn bad_mass_matrices_are_refused_with_a_direction() {
 fn requests_that_make_no_sense_are_errors() {
     let mut p = problem(&diagonal(&ones(2)), &diagonal(&ones(2)));
     p.zero_vectors = vec![vec![Ball::ONE; 2]];
-    assert_eq!(
-        solve(&p, &Options::default()).unwrap_err(),
-        ModesError::ZeroVector { index: 0 }
-    );
+    assert_eq!(solve(&p, &Options::default()).unwrap_err(), ModesError::ZeroVector { index: 0 });
     p.zero_vectors.clear();
     p.stiffness[1] = Ball::NOT_FINITE;
-    assert!(matches!(
-        solve(&p, &Options::default()).unwrap_err(),
-        ModesError::NotFinite {
-            row: 1,
-            column: 0,
-            ..
-        }
-    ));
+    assert!(matches!(solve(&p, &Options::default()).unwrap_err(), ModesError::NotFinite { row: 1, column: 0, .. }));
     p.stiffness.pop();
-    assert!(matches!(
-        solve(&p, &Options::default()).unwrap_err(),
-        ModesError::Shape { .. }
-    ));
-    let empty = Problem {
-        dimension: 0,
-        mass: vec![],
-        stiffness: vec![],
-        zero_vectors: vec![],
-    };
+    assert!(matches!(solve(&p, &Options::default()).unwrap_err(), ModesError::Shape { .. }));
+    let empty = Problem { dimension: 0, mass: vec![], stiffness: vec![], zero_vectors: vec![] };
     assert!(solve(&empty, &Options::default()).unwrap().modes.is_empty());
 }
 
@@ -408,18 +313,12 @@ fn splittings_at_the_edge_of_doubles() {
     .map(|row| integers(row))
     .collect();
     for exponent in 8..=20 {
-        let mut values: Vec<_> = [0, 1, 3, 7, 12]
-            .iter()
-            .map(|&i| ratio(1, 1) + ratio(i, 1) * power_of_ten(-exponent))
-            .collect();
+        let mut values: Vec<_> =
+            [0, 1, 3, 7, 12].iter().map(|&i| ratio(1, 1) + ratio(i, 1) * power_of_ten(-exponent)).collect();
         values.push(ratio(50, 1));
         let congruent = |d: &[dashu_ratio::RBig]| -> Exact {
             (0..6)
-                .map(|i| {
-                    (0..6)
-                        .map(|j| (0..6).fold(ratio(0, 1), |s, k| s + &p[k][i] * &p[k][j] * &d[k]))
-                        .collect()
-                })
+                .map(|i| (0..6).map(|j| (0..6).fold(ratio(0, 1), |s, k| s + &p[k][i] * &p[k][j] * &d[k])).collect())
                 .collect()
         };
         let mass = congruent(&integers(&[1; 6]));

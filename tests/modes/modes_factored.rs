@@ -8,9 +8,7 @@ use crate::modes_support;
 use dashu_ratio::RBig;
 use librate::modes::{Factors, Kind, Options, Source, Spectrum, Stability, solve, solve_from};
 use librate::precision::Ball;
-use modes_support::{
-    Exact, ball, chain, check_enclosures, diagonal, integers, power_of_ten, problem,
-};
+use modes_support::{Exact, ball, chain, check_enclosures, diagonal, integers, power_of_ten, problem};
 use proptest::prelude::*;
 
 struct Known(Factors);
@@ -40,10 +38,7 @@ fn factors(springs: &[Spring]) -> Factors {
     let mut factors = Factors::default();
     for (elongation, strength) in springs {
         let root = ball(strength).abs().sqrt();
-        let entries = elongation
-            .iter()
-            .map(|(place, a)| (*place, Ball::from(*a as f64) * root))
-            .collect();
+        let entries = elongation.iter().map(|(place, a)| (*place, Ball::from(*a as f64) * root)).collect();
         factors.rows.push((*strength > RBig::ZERO, entries));
     }
     factors
@@ -112,18 +107,9 @@ fn factors_that_do_not_fit_are_refused() {
     // Digits that no double-double has, so that the factors are asked for.
     exact.stiffness[0] = exact.stiffness[0].with_added_radius(1e-5);
     for bad in [
-        Factors {
-            rows: vec![(true, vec![(2, Ball::ONE)])],
-            rest: Vec::new(),
-        },
-        Factors {
-            rows: Vec::new(),
-            rest: vec![Ball::ONE; 3],
-        },
-        Factors {
-            rows: vec![(true, vec![(0, Ball::NOT_FINITE)])],
-            rest: Vec::new(),
-        },
+        Factors { rows: vec![(true, vec![(2, Ball::ONE)])], rest: Vec::new() },
+        Factors { rows: Vec::new(), rest: vec![Ball::ONE; 3] },
+        Factors { rows: vec![(true, vec![(0, Ball::NOT_FINITE)])], rest: Vec::new() },
     ] {
         assert!(solve_from(&exact, &Known(bad), &Options::default()).is_err());
     }

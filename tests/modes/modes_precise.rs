@@ -6,9 +6,7 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
-use librate::modes::{
-    Kind, ModesError, Options, PreciseProblem, Source, Spectrum, Stability, solve, solve_from,
-};
+use librate::modes::{Kind, ModesError, Options, PreciseProblem, Source, Spectrum, Stability, solve, solve_from};
 use librate::precision::{Big, Magnitude, Rounding};
 use modes_support::precise::*;
 use modes_support::*;
@@ -19,9 +17,7 @@ fn ones(n: usize) -> Vec<RBig> {
 }
 
 fn hilbert(n: i64) -> Exact {
-    (0..n)
-        .map(|i| (0..n).map(|j| ratio(1, i + j + 1)).collect())
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| ratio(1, i + j + 1)).collect()).collect()
 }
 
 fn check(mass: &Exact, stiffness: &Exact, digits: usize) {
@@ -36,10 +32,7 @@ fn a_hundred_digits_of_a_chain() {
     check(&m, &k, 100);
     // 2 sin(pi / 6) = 1 for the seventh of twenty: pi k / (2 (n + 1)) with n + 1 = 21.
     let (spectrum, asked) = solved_precisely(&m, &k, &[], &with_digits(100));
-    assert_eq!(
-        printed(&spectrum.modes[6], 100).0,
-        format!("1.{}", "0".repeat(99))
-    );
+    assert_eq!(printed(&spectrum.modes[6], 100).0, format!("1.{}", "0".repeat(99)));
     assert_eq!(asked.len(), 1);
     let (spectrum, asked) = solved_precisely(&m, &k, &[], &with_digits(20));
     assert!(asked.is_empty() && spectrum.modes.iter().all(|m| m.precise.is_none()));
@@ -73,11 +66,7 @@ fn only_columns_that_need_it() {
 fn check_vectors_of(spectrum: &Spectrum, limit: f64) {
     for mode in &spectrum.modes {
         let square: f64 = mode.vector.iter().map(|x| x * x).sum();
-        assert!(
-            mode.vector_error_bound < limit,
-            "{}",
-            mode.vector_error_bound
-        );
+        assert!(mode.vector_error_bound < limit, "{}", mode.vector_error_bound);
         assert!((square - 1.0).abs() < 1e-12);
     }
 }
@@ -92,10 +81,7 @@ fn ill_conditioned_mass_matrices() {
 #[test]
 fn ill_conditioned_with_a_zero_mode() {
     // Relative coordinates of a free chain in a bad basis: K z = 0 for z = (1, ..., 1).
-    let (_, k) = chain(
-        &ones(24),
-        &[vec![RBig::ZERO], ones(23), vec![RBig::ZERO]].concat(),
-    );
+    let (_, k) = chain(&ones(24), &[vec![RBig::ZERO], ones(23), vec![RBig::ZERO]].concat());
     let m = hilbert(24);
     let (spectrum, _) = solved_precisely(&m, &k, &[ones(24)], &with_digits(40));
     assert_eq!(spectrum.stability, Stability::Neutral);
@@ -130,17 +116,8 @@ fn nearly_equal_pairs() {
         let (m, k) = pair(coupling);
         check(&m, &k, 100);
         let (spectrum, _) = solved_precisely(&m, &k, &[], &with_digits(100));
-        assert_ne!(
-            spectrum.modes[0].cluster, spectrum.modes[1].cluster,
-            "{coupling} {:?}",
-            spectrum.modes
-        );
-        assert!(
-            spectrum
-                .modes
-                .iter()
-                .all(|mode| mode.vector_error_bound < 1e-14)
-        );
+        assert_ne!(spectrum.modes[0].cluster, spectrum.modes[1].cluster, "{coupling} {:?}", spectrum.modes);
+        assert!(spectrum.modes.iter().all(|mode| mode.vector_error_bound < 1e-14));
     }
     // For the shapes, more is tried than the digits need: x and y alone are none of them.
     for coupling in [-28, -40, -99] {
@@ -177,16 +154,8 @@ fn equal_frequencies_and_a_zero_mode() {
     assert_eq!(spectrum.modes[1].cluster, spectrum.modes[2].cluster);
     assert!(asked.len() <= 2, "{asked:?}");
     check_printed(&m, &k, &spectrum, 100);
-    assert!(
-        spectrum
-            .modes
-            .iter()
-            .all(|mode| mode.vector_error_bound < 1e-14)
-    );
-    let (m, k) = chain(
-        &ones(15),
-        &[vec![RBig::ZERO], ones(14), vec![RBig::ZERO]].concat(),
-    );
+    assert!(spectrum.modes.iter().all(|mode| mode.vector_error_bound < 1e-14));
+    let (m, k) = chain(&ones(15), &[vec![RBig::ZERO], ones(14), vec![RBig::ZERO]].concat());
     let (spectrum, _) = solved_precisely(&m, &k, &[ones(15)], &with_digits(120));
     check_printed(&m, &k, &spectrum, 120);
     // All equal, and exactly so.
@@ -196,24 +165,15 @@ fn equal_frequencies_and_a_zero_mode() {
 
 #[test]
 fn a_zero_that_is_not_proved_stays_open() {
-    let (m, k) = chain(
-        &ones(6),
-        &[vec![RBig::ZERO], ones(5), vec![RBig::ZERO]].concat(),
-    );
+    let (m, k) = chain(&ones(6), &[vec![RBig::ZERO], ones(5), vec![RBig::ZERO]].concat());
     let (spectrum, asked) = solved_precisely(&m, &k, &[], &Options::default());
     assert_eq!(spectrum.modes[0].kind, Kind::Undecided);
     assert!(spectrum.modes[0].omega_squared.abs_upper() < 1e-150);
     // Each time by about half more at least: the last one costs more than all before it.
     assert!(asked.len() <= 4, "{asked:?}");
-    assert!(
-        asked.windows(2).all(|pair| 5 * pair[1] >= 7 * pair[0]),
-        "{asked:?}"
-    );
+    assert!(asked.windows(2).all(|pair| 5 * pair[1] >= 7 * pair[0]), "{asked:?}");
     // A sign that takes many bits.
-    let (m, mut k) = chain(
-        &ones(3),
-        &[vec![RBig::ZERO], ones(2), vec![RBig::ZERO]].concat(),
-    );
+    let (m, mut k) = chain(&ones(3), &[vec![RBig::ZERO], ones(2), vec![RBig::ZERO]].concat());
     k[1][1] = &k[1][1] - power_of_ten(-70);
     let (spectrum, _) = solved_precisely(&m, &k, &[], &Options::default());
     assert_eq!(spectrum.stability, Stability::Unstable);
@@ -228,9 +188,7 @@ impl Source for Vague {
         let radius = Magnitude::from_f64(1e-20);
         let vague = |a: &Exact| -> Vec<Big> {
             let entries = a.iter().flatten();
-            entries
-                .map(|x| big(x, bits).with_added_radius(radius))
-                .collect()
+            entries.map(|x| big(x, bits).with_added_radius(radius)).collect()
         };
         Some(PreciseProblem {
             dimension: self.0.len(),
@@ -268,10 +226,7 @@ fn what_more_precision_does_not_change() {
     let m = diagonal(&[RBig::ONE]);
     let k = diagonal(&[ratio(25, 4)]);
     let (spectrum, _) = solved_precisely(&m, &k, &[], &with_digits(1));
-    assert_eq!(
-        printed(&spectrum.modes[0], 1),
-        ("2".to_owned(), Rounding::Tie)
-    );
+    assert_eq!(printed(&spectrum.modes[0], 1), ("2".to_owned(), Rounding::Tie));
 }
 
 /// `PROPTEST_CASES` asks for more than a quick run draws.
@@ -302,13 +257,7 @@ fn pencil() -> impl Strategy<Value = (Exact, Exact)> {
                 }
             }
             let scaled = |x: &Exact| -> Exact {
-                (0..n)
-                    .map(|i| {
-                        (0..n)
-                            .map(|j| &x[i][j] * power_of_ten(s[i] + s[j]))
-                            .collect()
-                    })
-                    .collect()
+                (0..n).map(|i| (0..n).map(|j| &x[i][j] * power_of_ten(s[i] + s[j])).collect()).collect()
             };
             (scaled(&m), scaled(&k))
         })

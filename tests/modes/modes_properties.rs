@@ -42,13 +42,7 @@ fn inverse(p: &Exact) -> Option<Exact> {
 /// Pᵀ diag(d) P
 fn congruent(p: &Exact, d: &[RBig]) -> Exact {
     let n = p.len();
-    (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| (0..n).fold(RBig::ZERO, |s, k| s + &p[k][i] * &p[k][j] * &d[k]))
-                .collect()
-        })
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| (0..n).fold(RBig::ZERO, |s, k| s + &p[k][i] * &p[k][j] * &d[k])).collect()).collect()
 }
 
 #[derive(Debug)]
@@ -74,11 +68,7 @@ fn case() -> impl Strategy<Value = Case> {
         let values = proptest::collection::vec(eigenvalue(), n);
         (entries, scales, values).prop_map(move |(entries, scales, values)| {
             let p = (0..n)
-                .map(|i| {
-                    (0..n)
-                        .map(|j| RBig::from(entries[i * n + j]) * power_of_ten(scales[j]))
-                        .collect()
-                })
+                .map(|i| (0..n).map(|j| RBig::from(entries[i * n + j]) * power_of_ten(scales[j])).collect())
                 .collect();
             Case { p, values }
         })

@@ -64,13 +64,9 @@ fn compare(name: &str, text: &str) -> usize {
             let down = &down[range.start + range.end - 1 - mode];
             let own = &modes.modes[mode];
             let scale = own.omega.mid_f64().hypot(own.growth.mid_f64()) / value.mid_f64().abs();
-            for (part, own) in [found.omega[mode][at], found.growth[mode][at]]
-                .iter()
-                .enumerate()
-            {
+            for (part, own) in [found.omega[mode][at], found.growth[mode][at]].iter().enumerate() {
                 let want = (&up[part] - &down[part]).to_ball() / step;
-                let own =
-                    own.unwrap_or_else(|| panic!("{name}: {} of mode {mode}", parameter.name));
+                let own = own.unwrap_or_else(|| panic!("{name}: {} of mode {mode}", parameter.name));
                 let off = (own - want).mid_f64().abs();
                 let size = want.mid_f64().abs() + scale;
                 assert!(
@@ -89,29 +85,14 @@ fn compare(name: &str, text: &str) -> usize {
 fn derivatives_are_those_of_certified_frequencies() {
     let mut compared = 0;
     for (name, text) in [
-        (
-            "three pendulums",
-            include_str!("../../models/three_pendulums_unequal.lag"),
-        ),
-        (
-            "double pendulum",
-            include_str!("../../models/double_pendulum.lag"),
-        ),
+        ("three pendulums", include_str!("../../models/three_pendulums_unequal.lag")),
+        ("double pendulum", include_str!("../../models/double_pendulum.lag")),
         ("bead", include_str!("../../models/bead_on_hoop_fast.lag")),
-        (
-            "cart",
-            include_str!("../../models/pendulum_on_spring_cart.lag"),
-        ),
-        (
-            "inverted",
-            include_str!("../../models/inverted_pendulum.lag"),
-        ),
+        ("cart", include_str!("../../models/pendulum_on_spring_cart.lag")),
+        ("inverted", include_str!("../../models/inverted_pendulum.lag")),
         ("damped", include_str!("../../models/damped_pair.lag")),
         ("belt", include_str!("../../models/belt_oscillator.lag")),
-        (
-            "shaft",
-            include_str!("../../models/whirling_shaft_above.lag"),
-        ),
+        ("shaft", include_str!("../../models/whirling_shaft_above.lag")),
         ("spring", include_str!("../../models/rotating_spring.lag")),
         ("linkage", include_str!("../../models/four_bar_linkage.lag")),
         ("beads", include_str!("../../models/beads_on_rods.lag")),
@@ -185,18 +166,11 @@ fn friction_and_rotation_that_begin_count() {
         lagrangian = 1/2*(x'^2 + y'^2) + 3/2*z'^2 + 1/2*B*(x*y' - y*x') - 2*(x^2 + y^2) - 27/2*z^2
         dissipation = 1/2*c*z'^2 + s*(x'*y - y'*x)";
     let (_, modes, found) = sensitivity(text);
-    let omegas: Vec<f64> = modes
-        .modes
-        .iter()
-        .map(|mode| mode.omega.mid_f64())
-        .collect();
+    let omegas: Vec<f64> = modes.modes.iter().map(|mode| mode.omega.mid_f64()).collect();
     assert_eq!(omegas, [2.0, 2.0, 3.0]);
     let near = |own: Option<Ball>, want: f64| {
         let own = own.unwrap();
-        assert!(
-            (own - Ball::exact(want)).contains_zero() && own.radius < 1e-13,
-            "{own:?} {want}"
-        );
+        assert!((own - Ball::exact(want)).contains_zero() && own.radius < 1e-13, "{own:?} {want}");
     };
     // By c: exponent 3i - c/6. By B: 2i ± iB/2. By s, x'' + 4x + s y = 0 and y'' + 4y - s x = 0: exponent² = -4 ± i s.
     for (mode, omega, growth) in [
@@ -206,8 +180,7 @@ fn friction_and_rotation_that_begin_count() {
     ] {
         for at in 0..3 {
             near(found.omega[mode][at], omega[at]);
-            let own =
-                found.growth[mode][at].map(|own| if mode < 2 && at == 2 { own.abs() } else { own });
+            let own = found.growth[mode][at].map(|own| if mode < 2 && at == 2 { own.abs() } else { own });
             near(own, growth[at]);
         }
     }
@@ -257,10 +230,7 @@ fn zero_modes_of_bodies_that_turn_stay() {
 fn defective_exponents_have_no_derivative() {
     let text = include_str!("../../models/critically_damped_oscillator.lag");
     let (_, _, found) = sensitivity(text);
-    assert!(
-        found.omega.iter().flatten().all(Option::is_none),
-        "{found:?}"
-    );
+    assert!(found.omega.iter().flatten().all(Option::is_none), "{found:?}");
 }
 
 #[test]
@@ -271,15 +241,8 @@ fn equal_frequencies_split_as_their_forms_say() {
         V = 1/2*4*(x - y)^2/2 + 1/2*k*(x + y)^2/2";
     let (_, modes, found) = sensitivity(text);
     assert_eq!(modes.modes[0].omega.mid_f64(), 2.0);
-    let derivatives: Vec<f64> = found
-        .omega
-        .iter()
-        .map(|row| row[0].unwrap().mid_f64())
-        .collect();
-    assert!(
-        derivatives[0].abs() < 1e-15 && (derivatives[1] - 0.25).abs() < 1e-15,
-        "{derivatives:?}"
-    );
+    let derivatives: Vec<f64> = found.omega.iter().map(|row| row[0].unwrap().mid_f64()).collect();
+    assert!(derivatives[0].abs() < 1e-15 && (derivatives[1] - 0.25).abs() < 1e-15, "{derivatives:?}");
 }
 
 #[test]
@@ -298,10 +261,7 @@ fn free_bodies_stay_free() {
     let (_, modes, found) = sensitivity(text);
     assert_eq!(modes.modes.len(), 4);
     for row in &found.omega[..3] {
-        assert!(
-            row.iter().all(|own| own.unwrap().contains_zero()),
-            "{row:?}"
-        );
+        assert!(row.iter().all(|own| own.unwrap().contains_zero()), "{row:?}");
     }
     // omega = sqrt(2 k)
     let want = 6.0_f64.sqrt() / 6.0;
@@ -317,10 +277,7 @@ fn uncertainties_add_up_by_squares() {
     let sigma = found.uncertainties(&linearized).unwrap()[0].omega.unwrap();
     // omega (σ_k/k)/2 and omega (σ_m/m)/2
     let want = (2.0 * 0.1 / 4.0 / 2.0_f64).hypot(2.0 * 0.02 / 2.0);
-    assert!(
-        (sigma.mid_f64() - want).abs() < 1e-15 && sigma.radius < 1e-15,
-        "{sigma:?}"
-    );
+    assert!((sigma.mid_f64() - want).abs() < 1e-15 && sigma.radius < 1e-15, "{sigma:?}");
     let without = sensitivity("param k = 4  coord x  T = 1/2*x'^2  V = 1/2*k*x^2");
     assert!(without.2.uncertainties(&without.0).is_none());
 }
@@ -334,11 +291,7 @@ fn printed(text: &str) -> String {
 
 #[test]
 fn uncertain_numbers_end_where_their_uncertainty_does() {
-    let one = |k: &str| {
-        printed(&format!(
-            "param k = {k}  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"
-        ))
-    };
+    let one = |k: &str| printed(&format!("param k = {k}  coord x  T = 1/2*x'^2  V = 1/2*k*x^2"));
     // omega = sqrt(k), sigma = sigma_k/(2 omega)
     for (k, row) in [
         ("4 ± 0.1", "1  2.000  0.025   5e-4  oscillation"),
@@ -350,10 +303,7 @@ fn uncertain_numbers_end_where_their_uncertainty_does() {
         // Larger than the number itself: one digit is left, and a word of warning.
         ("1e-4 ± 1", "1  0.01   50     5e-3  oscillation"),
         // A growth has one as well.
-        (
-            "-4 ± 0.1",
-            "1  0      0      2.000   0.025   5e-4  unstable",
-        ),
+        ("-4 ± 0.1", "1  0      0      2.000   0.025   5e-4  unstable"),
         // sqrt(k) has no derivative at 0.
         ("0 ± 0.1", "1  0      none       0  zero"),
         ("4", "1  2.000000000  5e-10  oscillation"),
@@ -361,26 +311,13 @@ fn uncertain_numbers_end_where_their_uncertainty_does() {
         let text = one(k);
         let words = |line: &str| line.split_whitespace().collect::<Vec<_>>().join(" ");
         let row = words(row);
-        assert!(
-            text.lines().any(|line| words(line).starts_with(&row)),
-            "{k}: {row}\n{text}"
-        );
+        assert!(text.lines().any(|line| words(line).starts_with(&row)), "{k}: {row}\n{text}");
         assert_eq!(text.contains("sigma"), k != "4", "{text}");
-        assert_eq!(
-            text.contains("only a rough guide"),
-            k.starts_with("1e-4"),
-            "{text}"
-        );
-        assert_eq!(
-            text.contains("no derivative"),
-            k.starts_with("0 "),
-            "{text}"
-        );
+        assert_eq!(text.contains("only a rough guide"), k.starts_with("1e-4"), "{text}");
+        assert_eq!(text.contains("no derivative"), k.starts_with("0 "), "{text}");
     }
     // Friction: both parts, lambda = -c/2 + i sqrt(1 - c²/4).
-    let text = printed(
-        "param c = 0.3 ± 0.05  coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/2*c*x'^2",
-    );
+    let text = printed("param c = 0.3 ± 0.05  coord x  T = 1/2*x'^2  V = 1/2*x^2  dissipation = 1/2*c*x'^2");
     assert!(text.contains("0.9887  0.0038  -0.150  0.025"), "{text}");
 }
 
@@ -389,11 +326,8 @@ fn what_sets_ranges_or_is_defined_from_others_has_no_entry() {
     let text = "param n = 3  param k = 2  param w = 3*k  coord x[1..n]
         T = sum(i in 1..n, 1/2*x[i]'^2)  V = sum(i in 1..n, 1/2*w*i*x[i]^2)";
     let (linearized, _, found) = sensitivity(text);
-    let names: Vec<&str> = found
-        .parameters
-        .iter()
-        .map(|parameter| linearized.model().parameters[*parameter].name.as_str())
-        .collect();
+    let names: Vec<&str> =
+        found.parameters.iter().map(|parameter| linearized.model().parameters[*parameter].name.as_str()).collect();
     assert_eq!(names, ["k"]);
     // omega = sqrt(3 k i): what k does by way of w counts.
     let own: Ball = found.omega[0][0].unwrap();
@@ -407,9 +341,7 @@ fn motions_of_equilibria_are_solutions_of_linear_systems() {
     let text = "param n = 8  param f = 0  coord x[1..n]  T = sum(i in 1..n, 1/2*x[i]'^2)
         V = sum(i in 1..n, j in 1..n, 1/2*x[i]*x[j]/(i + j - 1)) - f*x[1] + sum(i in 1..n, x[i]^3/6)";
     let slopes = solve(text, &[], 15).0.slopes(1).unwrap();
-    let want = [
-        64.0, -2016.0, 20160.0, -92400.0, 221760.0, -288288.0, 192192.0, -51480.0,
-    ];
+    let want = [64.0, -2016.0, 20160.0, -92400.0, 221760.0, -288288.0, 192192.0, -51480.0];
     for (i, want) in want.into_iter().enumerate() {
         let own = slopes.stiffness[9 * i];
         let off = own - Ball::exact(want);

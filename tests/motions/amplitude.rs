@@ -44,14 +44,8 @@ fn ball(text: &str) -> Ball {
 fn assert_is(what: &str, own: &ModeAmplitude, want: &Ball) {
     let change = own.change.unwrap_or_else(|| panic!("{what}: {own:?}"));
     let off = change.sub(want).mid_f64().abs();
-    assert!(
-        off <= change.radius + 1e-31 * want.mid_f64().abs(),
-        "{what}: {change:?} is off by {off:e}"
-    );
-    assert!(
-        change.radius <= 1e-12 * want.mid_f64().abs().max(0.1),
-        "{what}: {change:?}"
-    );
+    assert!(off <= change.radius + 1e-31 * want.mid_f64().abs(), "{what}: {change:?} is off by {off:e}");
+    assert!(change.radius <= 1e-12 * want.mid_f64().abs().max(0.1), "{what}: {change:?}");
 }
 
 #[test]
@@ -131,10 +125,7 @@ fn equal_frequencies_that_are_not_coupled_keep_their_change() {
     // Tuned to the same frequency, and kept apart by the sign of x.
     let tuned = "coord x, y  T = 1/2*x'^2 + y'^2  V = 1/2*x^2 + y^2 + x^2*y^2 + 1/4*x^4 + y^4";
     let own = changes(tuned);
-    assert!(
-        own.iter()
-            .all(|own| own.change.is_some() && own.equal.len() == 1)
-    );
+    assert!(own.iter().all(|own| own.change.is_some() && own.equal.len() == 1));
 }
 
 #[test]
@@ -158,10 +149,7 @@ fn resonances_are_recognised() {
     let drift = pair("x^2*y/10 + y^4");
     let slow = drift.iter().position(|own| own.change.is_none()).unwrap();
     assert_eq!(drift[slow].obstacle, Some(Obstacle::NoOscillation));
-    assert_eq!(
-        drift[1 - slow].obstacle,
-        Some(Obstacle::Drift { with: slow })
-    );
+    assert_eq!(drift[1 - slow].obstacle, Some(Obstacle::Drift { with: slow }));
     // Near: told by the range.
     let reach = |stiffness: &str| {
         let own = pair(&format!("1/2*{stiffness}*y^2 + x^2*y/10"));
@@ -180,8 +168,7 @@ fn resonances_are_recognised() {
 /// A free body: what is turned and displaced as a whole changes nothing.
 #[test]
 fn free_motions_are_no_obstacle() {
-    let text =
-        "coord x[1..2]  T = 1/2*(x[1]'^2 + x[2]'^2)  V = 1/2*(x[2] - x[1])^2 + 1/4*(x[2] - x[1])^4";
+    let text = "coord x[1..2]  T = 1/2*(x[1]'^2 + x[2]'^2)  V = 1/2*(x[2] - x[1])^2 + 1/4*(x[2] - x[1])^4";
     let own = changes(text);
     assert_eq!(own[0].obstacle, Some(Obstacle::NoOscillation));
     // Reduced mass 1/2 and s = 2 x: omega² = 2, s'' = -2 s - 2 s³, change 3/8 of s², 3/2 of x².
@@ -216,9 +203,7 @@ fn motions_have_the_frequency() {
     let phase_after = |change: f64| {
         let period = std::f64::consts::TAU / (omega * (1.0 + change * size * size));
         let end = Constant::parse(&format!("{period:.17e}")).unwrap();
-        let motion = system
-            .motion(&start, &Times::new(&end, 2).unwrap())
-            .unwrap();
+        let motion = system.motion(&start, &Times::new(&end, 2).unwrap()).unwrap();
         let row = motion.rows.last().unwrap();
         (row[3].mid_f64() / (omega * size)).abs()
     };
@@ -234,11 +219,7 @@ fn large_chains_are_covered() {
     assert_eq!(own.len(), 32);
     let text = text.replace("N = 32", "N = 5");
     let (linearized, modes, few) = whole(&text);
-    assert!(
-        few.modes
-            .iter()
-            .all(|own| own.change.unwrap().is_positive())
-    );
+    assert!(few.modes.iter().all(|own| own.change.unwrap().is_positive()));
     // Mode j of the β-chain shifts by itself alone: V4 summed over the bonds, with bond displacements of the shape.
     let n = 5.0_f64;
     for (at, (own, mode)) in few.modes.iter().zip(&modes.modes).enumerate() {
@@ -293,9 +274,7 @@ fn too_many_terms_are_told_before_anything_is_computed() {
     let file = syntax::parse(text).unwrap();
     let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
     let error = amplitude::check(&model).unwrap_err();
-    let AmplitudeError::TooLarge { terms, most } = &error else {
-        panic!("{error}")
-    };
+    let AmplitudeError::TooLarge { terms, most } = &error else { panic!("{error}") };
     assert!(*terms >= 708 * 708 && *most < *terms);
     assert_eq!(error.code(), "E0806");
     assert!(error.to_string().contains(&terms.to_string()), "{error}");
@@ -306,10 +285,7 @@ fn numbers_far_from_usual_ones_change_nothing() {
     // 3/8 for V = x²/2 + x⁴/4, -1/16 for a pendulum, each times any energy.
     for (text, want) in [
         ("coord x  T = x'^2/2  V = exp(-800)*(x^2/2 + x^4/4)", 0.375),
-        (
-            "coord x  T = 1e-300*x'^2/2  V = 1e-290*(x^2/2 - x^4/4)",
-            -0.375,
-        ),
+        ("coord x  T = 1e-300*x'^2/2  V = 1e-290*(x^2/2 - x^4/4)", -0.375),
         (
             "param m = 1e-300  param g = 1e250  param l = 1e100  coord phi
           T = m*l^2*phi'^2/2  V = m*g*l*(1 - cos(phi))",
@@ -318,9 +294,6 @@ fn numbers_far_from_usual_ones_change_nothing() {
     ] {
         let own = &changes(text)[0];
         assert_is(text, own, &Ball::exact(want));
-        assert!(
-            own.reach.is_some_and(|reach| (0.1..2.0).contains(&reach)),
-            "{text}"
-        );
+        assert!(own.reach.is_some_and(|reach| (0.1..2.0).contains(&reach)), "{text}");
     }
 }

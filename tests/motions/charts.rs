@@ -20,12 +20,7 @@ fn places(text: &str, ranges: [&str; 2]) -> Vec<([f64; 2], Place)> {
     let mut found = Vec::new();
     for (row, first) in values[0].iter().enumerate() {
         let places = worker.row(row);
-        found.extend(
-            values[1]
-                .iter()
-                .zip(places)
-                .map(|(second, place)| ([*first, *second], place)),
-        );
+        found.extend(values[1].iter().zip(places).map(|(second, place)| ([*first, *second], place)));
     }
     found
 }
@@ -75,25 +70,11 @@ fn pulses_are_not_missed() {
         // Nothing is to be seen of the pulse at the beginning: its first forty derivatives vanish.
         ("a + q*sin(t/2)^40", "2*pi", ["a=0..0.2:3", "q=0..8:5"]),
         // A hundredth of the period wide.
-        (
-            "a + q*exp(-2000*(1 - cos(t)))",
-            "2*pi",
-            ["a=-0.2..1:2", "q=3..3:1"],
-        ),
-        (
-            "a + q*exp(-2000*(1 - cos(t - 2)))",
-            "2*pi",
-            ["a=-0.2..1:2", "q=3..3:1"],
-        ),
-        (
-            "a + q*tanh(20*sin(t))",
-            "2*pi",
-            ["a=0.2..1:2", "q=0.1..0.7:2"],
-        ),
+        ("a + q*exp(-2000*(1 - cos(t)))", "2*pi", ["a=-0.2..1:2", "q=3..3:1"]),
+        ("a + q*exp(-2000*(1 - cos(t - 2)))", "2*pi", ["a=-0.2..1:2", "q=3..3:1"]),
+        ("a + q*tanh(20*sin(t))", "2*pi", ["a=0.2..1:2", "q=0.1..0.7:2"]),
     ] {
-        let text = format!(
-            "param a = 1  param q = 1  coord y  T = 1/2*y'^2  V = 1/2*({drive})*y^2  period {period}"
-        );
+        let text = format!("param a = 1  param q = 1  coord y  T = 1/2*y'^2  V = 1/2*({drive})*y^2  period {period}");
         for ([a, q], place) in places(&text, ranges) {
             let settings = [format!("a={a}"), format!("q={q}")];
             let mut own = Settings::new();
@@ -102,18 +83,13 @@ fn pulses_are_not_missed() {
             }
             let file = syntax::parse(&text).unwrap();
             let model = elaborate(&file, &TableTexts::new(), &own).unwrap();
-            let certified = floquet(&model, &Default::default())
-                .unwrap_or_else(|error| panic!("{text}: {error}"));
+            let certified = floquet(&model, &Default::default()).unwrap_or_else(|error| panic!("{text}: {error}"));
             if let Some(stable) = certified.stable {
                 assert_eq!(place.stable, Some(stable), "{text} {settings:?}");
             }
             let rate = certified.growth_rate.unwrap().mid_f64();
             let off = (place.growth_rate - rate).abs();
-            assert!(
-                off < 1e-9,
-                "{text} {settings:?}: {} {rate}",
-                place.growth_rate
-            );
+            assert!(off < 1e-9, "{text} {settings:?}: {} {rate}", place.growth_rate);
         }
     }
 }

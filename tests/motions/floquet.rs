@@ -71,35 +71,23 @@ fn models_agree_with_references() {
         let model = load(&path);
         if want.get("multipliers").is_none() {
             assert!(model.time_dependent.is_none(), "{name} has no reference");
-            assert!(
-                matches!(
-                    floquet(&model, &Options::default()),
-                    Err(FloquetError::NoTime { .. })
-                ),
-                "{name}"
-            );
+            assert!(matches!(floquet(&model, &Options::default()), Err(FloquetError::NoTime { .. })), "{name}");
             continue;
         }
         checked += 1;
-        let found =
-            floquet(&model, &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
+        let found = floquet(&model, &Options::default()).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_holds(&name, &found.period, &ball(&want["period"]));
         for (own, want) in found.place.iter().zip(want["place"].as_array().unwrap()) {
             assert_holds(&name, own, &ball(want));
         }
         assert_multipliers(&name, &found, &want["multipliers"]);
         assert_eq!(found.stable, want["stable"].as_bool(), "{name}");
-        assert_holds(
-            &name,
-            &found.growth_rate.unwrap(),
-            &ball(&want["growth_rate"]),
-        );
+        assert_holds(&name, &found.growth_rate.unwrap(), &ball(&want["growth_rate"]));
     }
     assert!(checked >= 6);
 }
 
-const HILL: &str =
-    "param a = 1  param q = 1  coord y  T = 1/2*y'^2  V = 1/2*(a - 2*q*cos(2*t))*y^2  period pi";
+const HILL: &str = "param a = 1  param q = 1  coord y  T = 1/2*y'^2  V = 1/2*(a - 2*q*cos(2*t))*y^2  period pi";
 
 /// The solution that begins with (1, 0) is even, that with (0, 1) odd: a_r are the zeros of y1'(pi), b_r those of y2(pi).
 fn sign_changes(q: &str, order: &str, value: &Number) -> bool {
@@ -141,18 +129,13 @@ fn borders_of_mathieus_equation() {
 fn borders_of_published_tables() {
     let mut checked = 0;
     for kind in ["a", "b"] {
-        let text =
-            std::fs::read_to_string(format!("tests/reference/driven/mathieu_{kind}.csv")).unwrap();
+        let text = std::fs::read_to_string(format!("tests/reference/driven/mathieu_{kind}.csv")).unwrap();
         let mut lines = text.lines();
         let heading: Vec<&str> = lines.next().unwrap().split(',').collect();
         for line in lines.step_by(20) {
             let cells: Vec<&str> = line.split(',').collect();
             for (order, cell) in heading.iter().zip(&cells).skip(1) {
-                assert!(
-                    sign_changes(cells[0], order, &number(cell)),
-                    "{order}({})",
-                    cells[0]
-                );
+                assert!(sign_changes(cells[0], order, &number(cell)), "{order}({})", cells[0]);
                 checked += 1;
             }
         }
@@ -182,25 +165,15 @@ fn charts_have_the_borders_of_mathieus_equation() {
             found.extend(worker.borders(at, pair).iter().map(|border| border.at[0]));
         }
         let orders = row.iter().filter(|(key, _)| *key != "q");
-        let mut known: Vec<f64> = orders
-            .map(|(_, value)| value.as_str().unwrap().parse().unwrap())
-            .collect();
+        let mut known: Vec<f64> = orders.map(|(_, value)| value.as_str().unwrap().parse().unwrap()).collect();
         known.sort_by(f64::total_cmp);
         // A tongue between two lines of the grid is not seen; what is seen is where it is. In a shallow one the trace comes
         // to its border slowly, in proportion to the width, and what is rounded moves the border by as much more.
         for border in &found {
             let near = (0..known.len())
-                .min_by(|a, b| {
-                    (known[*a] - border)
-                        .abs()
-                        .total_cmp(&(known[*b] - border).abs())
-                })
+                .min_by(|a, b| (known[*a] - border).abs().total_cmp(&(known[*b] - border).abs()))
                 .unwrap();
-            let partner = |at: usize| {
-                known
-                    .get(at)
-                    .map_or(f64::INFINITY, |a| (a - known[near]).abs())
-            };
+            let partner = |at: usize| known.get(at).map_or(f64::INFINITY, |a| (a - known[near]).abs());
             let width = partner(near + 1).min(partner(near.wrapping_sub(1)));
             let allowed = 1e-12 * border.abs().max(10.0) * (0.1 / width).max(1.0);
             let off = (known[near] - border).abs();
@@ -208,11 +181,7 @@ fn charts_have_the_borders_of_mathieus_equation() {
         }
         let wide = |pair: &[f64]| pair[1] - pair[0] > 0.02;
         let least = known.windows(2).filter(|pair| wide(pair)).count();
-        assert!(
-            found.len() >= least / 2 && !found.is_empty(),
-            "{q}: {}",
-            found.len()
-        );
+        assert!(found.len() >= least / 2 && !found.is_empty(), "{q}: {}", found.len());
     }
 }
 
@@ -241,19 +210,13 @@ fn charts_agree_with_certified_multipliers() {
             for (b, place) in second.iter().zip(row) {
                 let exact = |x: &f64| decimal(&Number::from_f64_exact(*x).unwrap());
                 let names = chart.names();
-                let settings = [
-                    format!("{} = {}", names[0], exact(a)),
-                    format!("{} = {}", names[1], exact(b)),
-                ];
+                let settings = [format!("{} = {}", names[0], exact(a)), format!("{} = {}", names[1], exact(b))];
                 let found = floquet(&model(text, &settings), &Options::default()).unwrap();
                 if let Some(stable) = found.stable {
                     seen[usize::from(stable)] += 1;
                     assert_eq!(place.stable, Some(stable), "{settings:?}");
                     let rate = found.growth_rate.unwrap().mid_f64();
-                    assert!(
-                        (place.growth_rate - rate).abs() < 1e-9,
-                        "{settings:?} {rate}"
-                    );
+                    assert!((place.growth_rate - rate).abs() < 1e-9, "{settings:?} {rate}");
                 }
             }
         }
@@ -269,23 +232,14 @@ fn places_do_not_depend_on_those_beside_them() {
     let meissner = "param W = 2  param k = 1  coord x  T = 1/2*x'^2  V = 1/2*(1 + k*cos(W*t))*x^2
         period 2*pi/W";
     for (text, first, [from, to]) in [(forced, "F", [0.5, 4.0]), (meissner, "k", [0.4, 4.0])] {
-        let row = chart(
-            text,
-            [&format!("{first}=1..1:1"), &format!("W={from}..{to}:13")],
-        );
+        let row = chart(text, [&format!("{first}=1..1:1"), &format!("W={from}..{to}:13")]);
         let together = row.worker().row(0);
         for (at, place) in row.values(1).iter().zip(together) {
-            let alone = chart(
-                text,
-                [&format!("{first}=1..1:1"), &format!("W={at}..{at}:1")],
-            );
+            let alone = chart(text, [&format!("{first}=1..1:1"), &format!("W={at}..{at}:1")]);
             let alone = alone.worker().row(0)[0];
             assert_eq!(place.stable, alone.stable, "W = {at}");
             let off = (place.growth_rate - alone.growth_rate).abs();
-            assert!(
-                off < 1e-11 || place.growth_rate.is_nan(),
-                "W = {at}: {off:e}"
-            );
+            assert!(off < 1e-11 || place.growth_rate.is_nan(), "W = {at}: {off:e}");
         }
     }
     // One place without a motion beside others that have one.
@@ -295,11 +249,7 @@ fn places_do_not_depend_on_those_beside_them() {
     );
     let row = escaping.worker().row(0);
     let found: Vec<bool> = row.iter().map(|place| place.stable.is_some()).collect();
-    assert_eq!(
-        found,
-        [false, false, false, true, true, true, true],
-        "{row:?}"
-    );
+    assert_eq!(found, [false, false, false, true, true, true, true], "{row:?}");
     // Where Newton's steps have to be shortened the motions are still found, in short time.
     let forced = chart(
         "param F = 1  param W = 2  coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - F*x*cos(W*t)  period 2*pi/W",
@@ -311,21 +261,15 @@ fn places_do_not_depend_on_those_beside_them() {
 #[test]
 fn what_lies_on_the_border_is_undecided() {
     // Without a drive: 2 sqrt(a) = W exactly, where both multipliers are -1.
-    let both = multipliers_of(
-        "coord y  T = 1/2*y'^2 + 0*sin(2*t)*y'  V = 1/2*y^2 + 1/2*0*cos(2*t)*y^2 + sin(2*t)  period pi",
-    );
+    let both =
+        multipliers_of("coord y  T = 1/2*y'^2 + 0*sin(2*t)*y'  V = 1/2*y^2 + 1/2*0*cos(2*t)*y^2 + sin(2*t)  period pi");
     assert_eq!(both.stable, None);
     assert_eq!(both.growth_rate, None);
     // A free coordinate beside a driven one: 1 twice, with one vector.
-    let free = multipliers_of(
-        "coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(2 + cos(7*t)/2)*y^2  period 2*pi/7",
-    );
+    let free = multipliers_of("coord x, y  T = 1/2*(x'^2 + y'^2)  V = 1/2*(2 + cos(7*t)/2)*y^2  period 2*pi/7");
     assert_eq!(free.stable, None);
     assert!(free.growth_rate.unwrap().is_zero());
-    let single = free
-        .multipliers
-        .iter()
-        .filter(|own| own.place == Place::On && own.single);
+    let single = free.multipliers.iter().filter(|own| own.place == Place::On && own.single);
     assert_eq!(single.count(), 2);
     assert!(free.multipliers.iter().all(|own| own.place == Place::On));
 }
@@ -337,23 +281,14 @@ fn damping_and_gyroscopic_terms() {
         "coord x, y  T = 1/2*(x'^2 + 2*y'^2) + 1/2*(x*y' - y*x')
          V = 1/2*((3 + cos(2*t))*x^2 + 4*y^2)  dissipation = 1/10*x'^2 + 1/5*y'^2  period pi",
     );
-    let product = damped
-        .multipliers
-        .iter()
-        .fold(Ball::ONE, |all, own| all * own.modulus);
+    let product = damped.multipliers.iter().fold(Ball::ONE, |all, own| all * own.modulus);
     let want = (Ball::exact(-0.4) * Ball::PI).exp();
     assert!((product - want).abs_upper() < 1e-12, "{product:?} {want:?}");
     assert_eq!(damped.stable, Some(true));
     assert!(damped.growth_rate.unwrap().is_negative());
     // A mass that changes: x = y/sqrt(m).
-    let heavy =
-        multipliers_of("let m = 2 + sin(t)  coord x  T = 1/2*m*x'^2  V = 1/2*3*x^2  period 2*pi");
-    assert!(
-        heavy
-            .multipliers
-            .iter()
-            .all(|own| own.place == Place::On || own.modulus.is_positive())
-    );
+    let heavy = multipliers_of("let m = 2 + sin(t)  coord x  T = 1/2*m*x'^2  V = 1/2*3*x^2  period 2*pi");
+    assert!(heavy.multipliers.iter().all(|own| own.place == Place::On || own.modulus.is_positive()));
     assert!(heavy.stable.is_some());
 }
 
@@ -369,10 +304,7 @@ fn forced_motion_is_found_and_proved() {
     let duffing = multipliers_of(
         "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 1/4*x^4 - 3/10*x*cos(6/5*t)  dissipation = 1/10*x'^2  period 2*pi/(6/5)",
     );
-    let product = duffing
-        .multipliers
-        .iter()
-        .fold(Ball::ONE, |all, own| all * own.modulus);
+    let product = duffing.multipliers.iter().fold(Ball::ONE, |all, own| all * own.modulus);
     let want = (-Ball::exact(0.2) * duffing.period).exp();
     assert!((product - want).abs_upper() < 1e-12);
 }
@@ -391,25 +323,13 @@ fn coexisting_motions_are_found_from_their_guesses() {
         assert_multipliers(name, &found, &motion["multipliers"]);
     }
     // Without a velocity, or beside an equilibrium, what rests is asked for.
-    let parametric =
-        "coord x  T = 1/2*x'^2  V = 1/2*(1 + 2/5*cos(2*t))*x^2 + 1/4*x^4  period 2*pi ";
-    for rest in [
-        "guess x' = 0",
-        "equilibrium x = 0  guess x' = 1",
-        "guess x = 0",
-    ] {
-        assert!(
-            multipliers_of(&format!("{parametric} {rest}")).rests,
-            "{rest}"
-        );
+    let parametric = "coord x  T = 1/2*x'^2  V = 1/2*(1 + 2/5*cos(2*t))*x^2 + 1/4*x^4  period 2*pi ";
+    for rest in ["guess x' = 0", "equilibrium x = 0  guess x' = 1", "guess x = 0"] {
+        assert!(multipliers_of(&format!("{parametric} {rest}")).rests, "{rest}");
     }
     // What is found from far away is said to be far.
     let far = multipliers_of(&format!("{parametric} guess x' = 2"));
-    let away: Vec<_> = far
-        .away
-        .iter()
-        .map(|own| (own.coordinate, own.velocity, own.guess))
-        .collect();
+    let away: Vec<_> = far.away.iter().map(|own| (own.coordinate, own.velocity, own.guess)).collect();
     assert_eq!(away, [(0, true, 2.0)]);
     // Two oscillators, one coupled weakly to the other, each on its own branch: the velocities are those of the references.
     let two = multipliers_of(
@@ -418,16 +338,8 @@ fn coexisting_motions_are_found_from_their_guesses() {
          V = sum(i in 1..2, k/2*x[i]^2 + a/4*x[i]^4 - F*x[i]*sin(W*t))
          period 2*pi/W  guess x[i in 1..1]' = -37  guess x[2]' : m/s = 2",
     );
-    assert_holds(
-        "x[1]'",
-        &two.velocities[0],
-        &ball(&want["motions"][4]["start"][1]),
-    );
-    assert_holds(
-        "x[2]'",
-        &two.velocities[1],
-        &ball(&want["motions"][6]["start"][1]),
-    );
+    assert_holds("x[1]'", &two.velocities[0], &ball(&want["motions"][4]["start"][1]));
+    assert_holds("x[2]'", &two.velocities[1], &ball(&want["motions"][6]["start"][1]));
 }
 
 fn single(rate: impl Fn(&mut Pool, Symbol, Symbol) -> librate::expr::ExprId) -> Equations {
@@ -464,18 +376,10 @@ fn logistic_growth_is_enclosed() {
     let decay = (-end).exp();
     let want = Ball::ONE / (Ball::ONE + (Ball::ONE / start - Ball::ONE) * decay);
     let turned = decay * (want / start).powi(2);
-    assert!(
-        (x - want).contains_zero() && x.radius < 1e-27,
-        "{x:?} {want:?}"
-    );
-    assert!(
-        (slope - turned).contains_zero() && slope.radius < 1e-26,
-        "{slope:?} {turned:?}"
-    );
+    assert!((x - want).contains_zero() && x.radius < 1e-27, "{x:?} {want:?}");
+    assert!((slope - turned).contains_zero() && slope.radius < 1e-26, "{slope:?} {turned:?}");
     assert!((2..60).contains(&steps), "{steps}");
-    let (there, slopes) = Plain::new(&equations)
-        .travel(0.0, 6.5, &[0.125], |_, _, _| {})
-        .unwrap();
+    let (there, slopes) = Plain::new(&equations).travel(0.0, 6.5, &[0.125], |_, _, _| {}).unwrap();
     assert!((there[0] - want.mid_f64()).abs() < 1e-14);
     assert!((slopes[0] - turned.mid_f64()).abs() < 1e-14);
 }
@@ -499,11 +403,7 @@ fn a_singularity_ends_the_way() {
         assert!(reached < 2000);
     }
     assert!(time.mid_f64() > 0.9 && time.mid_f64() < 1.0);
-    assert!(
-        Plain::new(&equations)
-            .travel(0.0, 2.0, &[1.0], |_, _, _| {})
-            .is_none()
-    );
+    assert!(Plain::new(&equations).travel(0.0, 2.0, &[1.0], |_, _, _| {}).is_none());
 }
 
 proptest! {

@@ -25,9 +25,7 @@ fn found(text: &str) -> Result<Floquet, FloquetError> {
 
 /// An oscillator with this drive.
 fn driven(drive: &str, period: &str) -> String {
-    format!(
-        "param g = 9.81  param l = 2  coord x  T = 1/2*x'^2  V = 1/2*(40 + {drive})*x^2  period {period}"
-    )
+    format!("param g = 9.81  param l = 2  coord x  T = 1/2*x'^2  V = 1/2*(40 + {drive})*x^2  period {period}")
 }
 
 #[test]
@@ -52,8 +50,7 @@ fn periods_are_proved_from_the_form() {
         ("cos(4*t) + cos(6*t)", "4*pi", 4),
         ("sin(t)^2", "6*pi", 6),
     ] {
-        let found =
-            found(&driven(drive, period)).unwrap_or_else(|error| panic!("{drive}: {error}"));
+        let found = found(&driven(drive, period)).unwrap_or_else(|error| panic!("{drive}: {error}"));
         assert!(found.period_proved, "{drive}, {period}");
         assert_eq!(found.cycles, cycles, "{drive}, {period}");
     }
@@ -73,10 +70,7 @@ fn periods_that_are_none_are_disproved() {
         ("t*cos(t)", "2*pi"),
     ] {
         let found = found(&driven(drive, period));
-        assert!(
-            matches!(found, Err(FloquetError::NotAPeriod { .. })),
-            "{drive}, {period}: {found:?}"
-        );
+        assert!(matches!(found, Err(FloquetError::NotAPeriod { .. })), "{drive}, {period}: {found:?}");
     }
 }
 
@@ -96,27 +90,20 @@ fn a_period_that_is_only_tried_is_said_to_be() {
 #[test]
 fn charts_check_the_period() {
     let chart = |period: &str| {
-        let text = format!(
-            "param a = 1  param q = 1  {}",
-            driven("a - q*cos(a*t)", period)
-        );
+        let text = format!("param a = 1  param q = 1  {}", driven("a - q*cos(a*t)", period));
         let file = syntax::parse(&text).unwrap();
         let ranges = ["a=1..3:3", "q=0..1:2"].map(|range| Range::parse(range).unwrap());
         Chart::new(&file, &TableTexts::new(), &Settings::new(), ranges)
     };
     assert!(chart("2*pi/a").is_ok());
     let wrong = chart("2*pi/(a + 1)").unwrap_err();
-    assert!(
-        matches!(wrong, Error::Floquet(FloquetError::NotAPeriod { .. })),
-        "{wrong:?}"
-    );
+    assert!(matches!(wrong, Error::Floquet(FloquetError::NotAPeriod { .. })), "{wrong:?}");
 }
 
 #[test]
 fn resonances_are_those_of_one_cycle() {
     let mathieu = |period: &str| {
-        let text =
-            format!("coord y  T = 1/2*y'^2  V = 1/2*(1 - 2/5*cos(2*t))*y^2  period {period}");
+        let text = format!("coord y  T = 1/2*y'^2  V = 1/2*(1 - 2/5*cos(2*t))*y^2  period {period}");
         found(&text).unwrap().resonance.unwrap()
     };
     let once = mathieu("pi");
@@ -152,10 +139,7 @@ fn borders_of_several_coordinates_are_decided() {
                 let found = found(&turned(&format!("({border} + ({shift}))"), q)).unwrap();
                 let stable = order.starts_with('a') == above;
                 assert_eq!(found.stable, Some(stable), "{order}({q}) {shift}");
-                let outside = found
-                    .multipliers
-                    .iter()
-                    .any(|own| own.place == Place::Outside);
+                let outside = found.multipliers.iter().any(|own| own.place == Place::Outside);
                 assert_eq!(outside, !stable);
                 checked += 1;
             }
@@ -176,10 +160,7 @@ fn near_collisions_on_the_circle_are_told_apart() {
         let found = found(&text).unwrap();
         assert_eq!(found.stable, Some(true), "{apart}");
         let mut all = found.multipliers.iter();
-        assert!(
-            all.all(|own| own.single && own.place == Place::On),
-            "{apart}"
-        );
+        assert!(all.all(|own| own.single && own.place == Place::On), "{apart}");
     }
 }
 
@@ -195,10 +176,7 @@ fn multipliers_that_repeat_on_the_circle_are_decided_by_their_form() {
         let found = found(text).unwrap();
         assert_eq!((found.stable, found.rests), (Some(true), rests), "{text}");
         let all = &found.multipliers;
-        assert!(
-            all.iter()
-                .all(|own| own.place == Place::On && own.semisimple)
-        );
+        assert!(all.iter().all(|own| own.place == Place::On && own.semisimple));
         let repeated = all.iter().filter(|own| !own.single).count();
         assert_eq!(repeated, 4, "{text}");
     }
@@ -213,12 +191,7 @@ fn multipliers_of_mixed_signature_are_undecided() {
         T = 1/2*(X'^2 - Y'^2)  V = X^2 - Y^2";
     let found = found(text).unwrap();
     assert_eq!((found.stable, found.growth_rate), (None, None));
-    assert!(
-        found
-            .multipliers
-            .iter()
-            .all(|own| own.place == Place::Undecided)
-    );
+    assert!(found.multipliers.iter().all(|own| own.place == Place::Undecided));
 }
 
 #[test]
@@ -227,17 +200,10 @@ fn multipliers_of_very_different_size_have_all_their_digits() {
         V = 1/2*(1 + 3*cos(t))*x^2 + 1/2*(2 - 4*cos(t))*y^2 + x*y/10  period 40*pi";
     let found = found(text).unwrap();
     assert_eq!(found.stable, Some(false));
-    let sizes: Vec<f64> = found
-        .multipliers
-        .iter()
-        .map(|own| own.modulus.mid_f64())
-        .collect();
+    let sizes: Vec<f64> = found.multipliers.iter().map(|own| own.modulus.mid_f64()).collect();
     assert!(sizes[0] > 1e28 && sizes[3] < 1e-28, "{sizes:?}");
     for own in &found.multipliers {
-        assert!(
-            own.modulus.radius < 1e-10 * own.modulus.mid_f64(),
-            "{own:?}"
-        );
+        assert!(own.modulus.radius < 1e-10 * own.modulus.mid_f64(), "{own:?}");
     }
     // In pairs z, 1/z: twenty cycles are the twentieth power of one.
     for (own, other) in [(0, 3), (1, 2)] {
@@ -252,24 +218,16 @@ fn multipliers_of_very_different_size_have_all_their_digits() {
 /// x'' = k(t) x with k > 0 over a thousand cycles: e^6200.
 #[test]
 fn growth_beyond_the_range_of_doubles_has_a_rate() {
-    let text = |period: &str| {
-        format!("coord x  T = 1/2*x'^2  V = -1/2*(1 + cos(t)/2)*x^2  period {period}")
-    };
+    let text = |period: &str| format!("coord x  T = 1/2*x'^2  V = -1/2*(1 + cos(t)/2)*x^2  period {period}");
     let long = found(&text("2000*pi")).unwrap();
     let once = found(&text("2*pi")).unwrap();
     assert_eq!(long.stable, Some(false));
     let (rate, want) = (long.growth_rate.unwrap(), once.growth_rate.unwrap());
-    assert!(
-        (rate - want).contains_zero() && rate.radius < 1e-15,
-        "{rate:?} {want:?}"
-    );
+    assert!((rate - want).contains_zero() && rate.radius < 1e-15, "{rate:?} {want:?}");
     assert!(!long.multipliers[0].modulus.is_finite());
     assert!(long.multipliers[0].log_modulus().mid_f64() > 6000.0);
     let written = floquet_text(&model(&text("2000*pi")), &long, 10, &Style::default());
-    assert!(
-        written.contains("e2693") && !written.contains('?'),
-        "{written}"
-    );
+    assert!(written.contains("e2693") && !written.contains('?'), "{written}");
 }
 
 /// Two oscillators over many cycles, where enclosures that are multiplied one by one would grow like powers of a number
@@ -280,11 +238,7 @@ fn long_periods_do_not_lose_digits() {
         V = 1/2*(1 + cos(t/200)/2)*y^2 + 3*x^2 + x*y/2  period 400*pi";
     let found = found(text).unwrap();
     assert_eq!(found.stable, Some(true));
-    assert!(
-        found.monodromy.iter().all(|entry| entry.radius < 1e-20),
-        "{:?}",
-        found.monodromy
-    );
+    assert!(found.monodromy.iter().all(|entry| entry.radius < 1e-20), "{:?}", found.monodromy);
     let forced = "coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4/4 - x*cos(2*pi*t/100)  period 100";
     let found = self::found(forced).unwrap();
     assert!(!found.rests);
@@ -313,36 +267,20 @@ fn unstable_periodic_motions_have_all_their_digits() {
         assert!((coarse.re - fine.re).contains_zero() && (coarse.im - fine.im).contains_zero());
     }
     for (coarse, fine) in coarse.place.iter().zip(&found.place) {
-        assert!(
-            (*coarse - *fine).contains_zero() && fine.radius < 1e-29,
-            "{fine:?}"
-        );
+        assert!((*coarse - *fine).contains_zero() && fine.radius < 1e-29, "{fine:?}");
     }
 }
 
 #[test]
 fn ways_that_are_too_long_or_end_are_told() {
-    let slow =
-        found("coord x  T = 1/2*x'^2  V = 1/2*(1 + cos(t/1000000)/2)*x^2  period 2000000*pi");
-    assert!(
-        matches!(slow, Err(FloquetError::TooLong { .. })),
-        "{slow:?}"
-    );
-    let forced =
-        found("coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4/4 - x*cos(t/1000000)  period 2000000*pi");
-    assert!(
-        matches!(forced, Err(FloquetError::TooLong { .. })),
-        "{forced:?}"
-    );
+    let slow = found("coord x  T = 1/2*x'^2  V = 1/2*(1 + cos(t/1000000)/2)*x^2  period 2000000*pi");
+    assert!(matches!(slow, Err(FloquetError::TooLong { .. })), "{slow:?}");
+    let forced = found("coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4/4 - x*cos(t/1000000)  period 2000000*pi");
+    assert!(matches!(forced, Err(FloquetError::TooLong { .. })), "{forced:?}");
     let singular = found("coord x  T = 1/2*x'^2  V = 1/2*x^2/cos(t)  period 2*pi");
-    assert!(
-        matches!(singular, Err(FloquetError::Singular { .. })),
-        "{singular:?}"
-    );
+    assert!(matches!(singular, Err(FloquetError::Singular { .. })), "{singular:?}");
     // As fast as that, and everything stands still.
-    let fast =
-        found("coord x  T = 1/2*x'^2  V = 1/2*(1 + cos(1000000*t)/2)*x^2  period 2*pi/1000000")
-            .unwrap();
+    let fast = found("coord x  T = 1/2*x'^2  V = 1/2*(1 + cos(1000000*t)/2)*x^2  period 2*pi/1000000").unwrap();
     assert_eq!(fast.stable, Some(true));
     let angle = fast.multipliers[0].im.mid_f64();
     assert!((angle - 2e-6 * PI).abs() < 1e-12, "{angle}");
@@ -360,8 +298,7 @@ fn the_motion_by_the_guess_is_found() {
     let hanging = found(&format!("{text}  guess x = 1/10")).unwrap();
     assert!(hanging.place[0].mid_f64().abs() < 1.0 && hanging.away.is_empty());
     // Steeper and for longer: e^(3 * 2 pi), and two coupled ones, one of them upright.
-    let steep =
-        found("coord x  T = 1/2*x'^2  V = -9*cos(x) + x*cos(t)/10  period 2*pi  guess x = pi");
+    let steep = found("coord x  T = 1/2*x'^2  V = -9*cos(x) + x*cos(t)/10  period 2*pi  guess x = pi");
     assert!((steep.unwrap().place[0].mid_f64() - std::f64::consts::PI).abs() < 0.1);
     let two = found(
         "coord x, y  T = 1/2*(x'^2 + y'^2)  V = -cos(x) - 3*cos(y) + (x - y)^2/100 + x*cos(t)/10

@@ -50,18 +50,12 @@ fn check(model: &Value, digits: usize) {
     for (name, own) in [("place", &found.place), ("velocities", &found.velocities)] {
         for (own, want) in own.iter().zip(model[name].as_array().unwrap()) {
             let own = Big::from_ball(own, BITS);
-            assert!(
-                holds(&own, &number(want), 1.0),
-                "{name} {own:?} {want}\n{text}"
-            );
+            assert!(holds(&own, &number(want), 1.0), "{name} {own:?} {want}\n{text}");
         }
     }
     let wanted = model["multipliers"].as_array().unwrap();
     assert_eq!(found.multipliers.len(), wanted.len(), "{text}");
-    let mut free: Vec<[Big; 2]> = wanted
-        .iter()
-        .map(|z| [number(&z[0]), number(&z[1])])
-        .collect();
+    let mut free: Vec<[Big; 2]> = wanted.iter().map(|z| [number(&z[0]), number(&z[1])]).collect();
     for own in &found.multipliers {
         let own_parts = parts(own);
         let far = |z: &[Big; 2]| {
@@ -96,10 +90,7 @@ fn check(model: &Value, digits: usize) {
         let largest = moduli.max_by(|a, b| a.mid_f64().total_cmp(&b.mid_f64()));
         let want = largest.unwrap().ln() / found.period;
         let tiny = Ball::ZERO.with_added_radius(1e-28);
-        assert!(
-            (rate - want + tiny).contains_zero(),
-            "{rate:?} {want:?}\n{text}"
-        );
+        assert!((rate - want + tiny).contains_zero(), "{rate:?} {want:?}\n{text}");
     }
 }
 

@@ -1,10 +1,5 @@
 //! Motions: integration and its proofs, periods, amplitudes, driven systems.
-#![allow(
-    clippy::unwrap_used,
-    clippy::expect_used,
-    clippy::panic,
-    reason = "tests stop at the first surprise"
-)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "tests stop at the first surprise")]
 
 mod amplitude;
 mod charts;

@@ -74,9 +74,7 @@ fn a_planet_from_its_pericentre() {
 
 #[test]
 fn friction_and_driving() {
-    let damped = model(
-        "param k = 4  param c = 0.2  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2",
-    );
+    let damped = model("param k = 4  param c = 0.2  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2");
     let found = motion(&damped, "x=1", "60", 5);
     check("damped", &damped, &found, 10);
     assert!(found.energy_drift.is_none());
@@ -182,25 +180,15 @@ fn modes_start_small_motions() {
                 let turned = rates[i].mid_f64() * std::f64::consts::TAU / omega;
                 let end = found.rows[4][i].sub(&rest[i]).mid_f64() - turned;
                 let off = (end - decay * size(i)).abs();
-                assert!(
-                    off < 1e-4 * most,
-                    "{name}, mode {}: {off:e} of {most:e}",
-                    at + 1
-                );
+                assert!(off < 1e-4 * most, "{name}, mode {}: {off:e} of {most:e}", at + 1);
             }
-            let linear = superposition(&linearized, &from, &times(&period, 5))
-                .unwrap()
-                .collect::<Vec<_>>();
+            let linear = superposition(&linearized, &from, &times(&period, 5)).unwrap().collect::<Vec<_>>();
             for (row, linear) in found.rows.iter().zip(&linear) {
                 for i in 0..n {
                     let off = (row[i].mid_f64() - linear[i]).abs();
                     // The superposition is one of doubles.
                     let rounding = 4.0 * f64::EPSILON * rest[i].mid_f64().abs();
-                    assert!(
-                        off < 1e-4 * most + rounding,
-                        "{name}, mode {}: {off:e} of {most:e}",
-                        at + 1
-                    );
+                    assert!(off < 1e-4 * most + rounding, "{name}, mode {}: {off:e} of {most:e}", at + 1);
                 }
             }
         }
@@ -248,10 +236,7 @@ fn units_of_time_do_not_matter() {
         let same = motion(&plain, "x=1/2", "3", 4);
         for (row, same) in found.rows.iter().zip(&same.rows) {
             assert!((row[0].mid_f64() - same[0].mid_f64()).abs() < 1e-14, "{k}");
-            assert!(
-                (row[1].mid_f64() / scale - same[1].mid_f64()).abs() < 1e-14,
-                "{k}"
-            );
+            assert!((row[1].mid_f64() / scale - same[1].mid_f64()).abs() < 1e-14, "{k}");
             assert!(row[0].radius < 1e-20);
         }
     }
@@ -285,10 +270,7 @@ fn wrong_starts_are_told() {
     let modes = normal_modes(&linearized, &Options::default()).unwrap();
     let amplitude = Constant::parse("1").unwrap();
     let error = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap_err();
-    assert!(matches!(
-        error,
-        MotionError::NoSuchMode { mode: 2, count: 1 }
-    ));
+    assert!(matches!(error, MotionError::NoSuchMode { mode: 2, count: 1 }));
     assert!(Times::new(&Constant::parse("0").unwrap(), 3).is_err());
     assert!(Times::new(&Constant::parse("1").unwrap(), 0).is_err());
 }
@@ -303,9 +285,7 @@ fn a_table_and_a_picture() {
     let from = Start::mode(2, &amplitude, &linearized, &modes, &system).unwrap();
     let times = times("10", 11);
     let found = system.motion(&from, &times).unwrap();
-    let linear = superposition(&linearized, &from, &times)
-        .unwrap()
-        .collect::<Vec<_>>();
+    let linear = superposition(&linearized, &from, &times).unwrap().collect::<Vec<_>>();
     let csv = motion_csv(&model, &found, None, 10);
     let mut lines = csv.lines();
     let header = "t,phi[1],phi[2],phi[3],phi[1]',phi[2]',phi[3]'";
@@ -337,8 +317,7 @@ fn linear_motions_are_told_in_si() {
         let times = Times::new(&Constant::parse("3").unwrap(), 4).unwrap();
         let rows = superposition(&linearized, &start, &times).unwrap();
         let scale: f64 = length.parse().unwrap();
-        rows.map(|row| vec![row[0], row[1] * scale, row[2], row[3] * scale])
-            .collect()
+        rows.map(|row| vec![row[0], row[1] * scale, row[2], row[3] * scale]).collect()
     };
     let usual = rows("3", "12", "1");
     for (mass, stiffness, length) in [("3e-300", "12e-300", "1"), ("3e200", "12e200", "1e-200")] {

@@ -21,9 +21,7 @@ fn cells(csv: &str) -> Vec<Vec<(String, f64)>> {
     let rows = table.records().map(|row| {
         let row = row.unwrap();
         let cells = row.iter().skip(1);
-        cells
-            .map(|cell| (cell.to_owned(), cell.parse().unwrap_or(f64::NAN)))
-            .collect()
+        cells.map(|cell| (cell.to_owned(), cell.parse().unwrap_or(f64::NAN))).collect()
     });
     rows.collect()
 }
@@ -54,17 +52,12 @@ fn digits_hold(name: &str, csv: &str) -> usize {
                 continue;
             }
             let mantissa = text.split_once('e').map_or(text.as_str(), |parts| parts.0);
-            let kept = mantissa
-                .trim_start_matches(['-', '0', '.'])
-                .replace('.', "");
+            let kept = mantissa.trim_start_matches(['-', '0', '.']).replace('.', "");
             let digits = i32::try_from(kept.len()).unwrap();
             let want = signed(want);
             // Half a unit of the last of so many digits is at most this, beside the number.
             let off = signed(text).sub(&want).div(&want).mid_f64().abs();
-            assert!(
-                off <= 0.5001 * 10.0_f64.powi(1 - digits),
-                "{name}: {text} is off by {off:e}"
-            );
+            assert!(off <= 0.5001 * 10.0_f64.powi(1 - digits), "{name}: {text} is off by {off:e}");
         }
     }
     empty
@@ -74,15 +67,9 @@ fn digits_hold(name: &str, csv: &str) -> usize {
 fn numbers_may_be_as_small_as_doubles_are() {
     let slope = model("coord x  T = 1/2*x'^2  V = exp(-x)");
     let found = motion(&slope, "x=700", "10", 3);
-    assert_eq!(
-        digits_hold("slope", &motion_csv(&slope, &found, None, 10)),
-        0
-    );
+    assert_eq!(digits_hold("slope", &motion_csv(&slope, &found, None, 10)), 0);
     let found = motion(&slope, "x=760", "10", 3);
-    assert_eq!(
-        digits_hold("far_slope", &motion_csv(&slope, &found, None, 10)),
-        2
-    );
+    assert_eq!(digits_hold("far_slope", &motion_csv(&slope, &found, None, 10)), 2);
     assert_eq!(found.energy_drift, None);
     let spring = model("coord x  T = 1/2*x'^2  V = 1/2*x^2");
     for from in ["x=1e-310", "x=1/10^310"] {
@@ -118,10 +105,7 @@ fn a_kick_to_come_is_no_singularity() {
         assert_eq!(digits_hold(name, &motion_csv(&kick, &found, None, 20)), 0);
     }
     let found = proved(&kick, "x=0", "6", 3, 10).unwrap();
-    assert_eq!(
-        digits_hold("kicked", &motion_csv(&kick, &found, None, 10)),
-        0
-    );
+    assert_eq!(digits_hold("kicked", &motion_csv(&kick, &found, None, 10)), 0);
 }
 
 #[test]
@@ -140,12 +124,7 @@ fn a_chain_begins_with_ever_higher_powers_of_the_time() {
     // What the others never move rests.
     let two = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = x^2/2 + y^4/4*cos(x)");
     let csv = motion_csv(&two, &motion(&two, "x=1", "4", 3), None, 10);
-    assert!(
-        cells(&csv)
-            .iter()
-            .all(|row| row[1].0 == "0" && row[3].0 == "0"),
-        "{csv}"
-    );
+    assert!(cells(&csv).iter().all(|row| row[1].0 == "0" && row[3].0 == "0"), "{csv}");
 }
 
 /// Whether the motion is said to end in a singularity, or only that it can't be followed.
@@ -154,9 +133,7 @@ fn singularities_are_enclosed() {
     let of = |text: &str, from: &str| {
         let own = model(&format!("coord x  T = 1/2*x'^2  {text}  guess x = 1"));
         let system = System::new(&own).unwrap();
-        system
-            .motion(&start(&own, from), &times("3", 3))
-            .unwrap_err()
+        system.motion(&start(&own, from), &times("3", 3)).unwrap_err()
     };
     for (text, from) in [
         ("V = -1/x", "x=1"),
@@ -166,27 +143,15 @@ fn singularities_are_enclosed() {
         ("V = 1/x", "x=0"),
     ] {
         let error = of(text, from);
-        assert!(
-            matches!(error, MotionError::Singular { .. }),
-            "{text}: {error}"
-        );
+        assert!(matches!(error, MotionError::Singular { .. }), "{text}: {error}");
     }
-    for (text, from) in [
-        ("V = -x^4", "x=1"),
-        ("V = -exp(3*x)", "x=1"),
-        ("V = exp(1000*x)", "x=1"),
-    ] {
+    for (text, from) in [("V = -x^4", "x=1"), ("V = -exp(3*x)", "x=1"), ("V = exp(1000*x)", "x=1")] {
         let error = of(text, from);
-        assert!(
-            matches!(error, MotionError::Stuck { .. }),
-            "{text}: {error}"
-        );
+        assert!(matches!(error, MotionError::Stuck { .. }), "{text}: {error}");
     }
     let thin = model("coord x  T = 1/2*x^2*x'^2  V = x  guess x = 1");
     let system = System::new(&thin).unwrap();
-    let error = system
-        .motion(&start(&thin, "x=1"), &times("3", 3))
-        .unwrap_err();
+    let error = system.motion(&start(&thin, "x=1"), &times("3", 3)).unwrap_err();
     assert!(error.to_string().contains("inverse"), "{error}");
 }
 
@@ -241,11 +206,7 @@ fn a_block_that_sticks_is_told() {
     let found = system.motion(&from, &times("6", 13)).unwrap();
     for (row, time) in found.rows.iter().zip(&found.times) {
         let t = time.mid_f64();
-        let want = if t < std::f64::consts::PI {
-            0.5 + 1.75 * t.cos()
-        } else {
-            -0.5 + 0.75 * t.cos()
-        };
+        let want = if t < std::f64::consts::PI { 0.5 + 1.75 * t.cos() } else { -0.5 + 0.75 * t.cos() };
         assert!((row[0].mid_f64() - want).abs() < 1e-14, "{t}");
     }
     let error = system.motion(&from, &times("7", 3)).unwrap_err();
@@ -265,9 +226,7 @@ fn what_begins_at_zero_is_followed() {
     assert!((found.rows[3][0].mid_f64() - 59049.0 / 90.0).abs() < 1e-10);
     let powers = model("coord x  T = 1/2*x'^2  V = -x/(1 - t^8)  period 1");
     let found = motion(&powers, "x=0", "3/4", 2);
-    let sum: f64 = (0..40)
-        .map(|k| 0.75_f64.powi(8 * k + 2) / f64::from((8 * k + 1) * (8 * k + 2)))
-        .sum();
+    let sum: f64 = (0..40).map(|k| 0.75_f64.powi(8 * k + 2) / f64::from((8 * k + 1) * (8 * k + 2))).sum();
     assert!((found.rows[1][0].mid_f64() - sum).abs() < 1e-15);
 }
 
@@ -324,17 +283,8 @@ fn shapes_have_no_more_digits_than_are_known() {
         let (text, value) = &row[1];
         let want = golden * (omega * time.mid_f64()).cos();
         let unit = half_unit(text);
-        assert!(
-            (value - want).abs() <= 1.001 * unit + 1e-15 && unit > 1e-17,
-            "{csv}"
-        );
+        assert!((value - want).abs() <= 1.001 * unit + 1e-15 && unit > 1e-17, "{csv}");
     }
     // What is displaced by the amplitude is, to the last digit.
-    assert!(
-        csv.lines()
-            .nth(1)
-            .unwrap()
-            .contains(",1.000000000000000000000000,"),
-        "{csv}"
-    );
+    assert!(csv.lines().nth(1).unwrap().contains(",1.000000000000000000000000,"), "{csv}");
 }

@@ -23,10 +23,7 @@ fn agree(what: &str, one: &Trajectory, other: &Trajectory) {
         for (a, b) in row.iter().zip(same) {
             let apart = a.sub(b).mid_f64().abs();
             let rounding = 1e-30 * a.mid_f64().abs();
-            assert!(
-                apart <= a.radius + b.radius + rounding,
-                "{what}: {a:?} {b:?}"
-            );
+            assert!(apart <= a.radius + b.radius + rounding, "{what}: {a:?} {b:?}");
         }
     }
 }
@@ -36,14 +33,8 @@ fn agree(what: &str, one: &Trajectory, other: &Trajectory) {
 fn rows_one_by_one_are_those_of_a_table() {
     let few = |count| times("1/2", count);
     for (text, start) in [
-        (
-            "coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)",
-            "x=1, y'=4/5",
-        ),
-        (
-            "coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4 - x*cos(3*t)  dissipation = x'^2/10",
-            "x=-2",
-        ),
+        ("coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)", "x=1, y'=4/5"),
+        ("coord x  T = 1/2*x'^2  V = 1/2*x^2 + x^4 - x*cos(3*t)  dissipation = x'^2/10", "x=-2"),
         (
             "coord x, y  T = 1/2*(x'^2 + y'^2)  V = y  constraint x^2 + y^2 = 1  equilibrium x = 0  equilibrium y = -1",
             "x=3/5, y=-4/5",
@@ -54,10 +45,7 @@ fn rows_one_by_one_are_those_of_a_table() {
         let system = System::new(&model).unwrap();
         let enclosed = Enclosed::new(&model).unwrap();
         // As many bits as the first kind of numbers has, and more.
-        for digits in [10, 40]
-            .into_iter()
-            .take(if text.contains("V = -1") { 2 } else { 1 })
-        {
+        for digits in [10, 40].into_iter().take(if text.contains("V = -1") { 2 } else { 1 }) {
             let known = enclosed.motion(&from, &few(7), digits).unwrap();
             assert_eq!(known.proved > Some(106), digits == 40);
             let table = enclosed.motion(&from, &few(20), digits).unwrap();
@@ -92,10 +80,7 @@ fn rows_one_by_one_are_those_of_a_table() {
                 for ((own, same), truth) in row.iter().zip(same).zip(&truth.rows[at]) {
                     assert_eq!(own.mid, same.mid, "{text}");
                     let off = own.sub(truth).mid_f64().abs();
-                    assert!(
-                        off <= own.radius + truth.radius || tolerance.is_some() && off < 1e-6,
-                        "{text}: {off:e}"
-                    );
+                    assert!(off <= own.radius + truth.radius || tolerance.is_some() && off < 1e-6, "{text}: {off:e}");
                 }
             }
         }
@@ -106,9 +91,7 @@ fn rows_one_by_one_are_those_of_a_table() {
             seen += 1;
             seen < 5
         };
-        system
-            .rows(&from, &times("1/2", usize::MAX / 2), &known, None, stop)
-            .unwrap();
+        system.rows(&from, &times("1/2", usize::MAX / 2), &known, None, stop).unwrap();
         assert_eq!(seen, 5);
     }
 }
@@ -131,9 +114,7 @@ fn closed_forms_lie_within_the_bounds() {
          T = 1/2*l^2*phi'^2  V = -g*l*cos(phi)",
     );
     let kepler = model("coord x, y  T = 1/2*(x'^2 + y'^2)  V = -1/sqrt(x^2 + y^2)");
-    let damped = model(
-        "param k = 4  param c = 0.2  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2",
-    );
+    let damped = model("param k = 4  param c = 0.2  coord x  T = 1/2*x'^2  V = 1/2*k*x^2  dissipation = 1/2*c*x'^2");
     let driven = model(
         "param k = 4  param f = 0.5  param w = 1.9  coord x
          T = 1/2*x'^2  V = 1/2*k*x^2 - f*cos(w*t)*x  period 2*pi/w",
@@ -238,10 +219,7 @@ fn what_can_not_be_proved_is_told() {
     }
     let chain = model("coord x[1..30]  T = sum(i in 1..30, x[i]'^2)  V = sum(i in 1..30, x[i]^2)");
     let error = Enclosed::new(&chain).unwrap_err();
-    assert!(
-        matches!(error, MotionError::TooLargeToProve { .. }),
-        "{error}"
-    );
+    assert!(matches!(error, MotionError::TooLargeToProve { .. }), "{error}");
 }
 
 /// A start in decimal fractions is moved onto the constraints within its digits, and enclosed there.
@@ -276,20 +254,10 @@ fn a_rounded_start_is_moved_onto_the_constraints() {
     let moved = parse("x=0.8660254037844386, y=-1/2").unwrap().moved;
     assert_eq!(moved.len(), 1);
     // sqrt(3)/2 = 0.86602540378443864676...: by 0.4676e-16 within 0.5e-16.
-    assert!(
-        (moved[0].by - 4.676_372_317_075_294e-17).abs() < 1e-30,
-        "{moved:?}"
-    );
+    assert!((moved[0].by - 4.676_372_317_075_294e-17).abs() < 1e-30, "{moved:?}");
     // Beyond the digits, and where nothing is rounded.
-    for text in [
-        "x=0.8661, y=-0.5",
-        "x=1, y=1/10",
-        "x=0.866, y=-0.5, x'=0.51, y'=0.866",
-    ] {
-        assert!(
-            matches!(parse(text), Err(MotionError::OffConstraints { .. })),
-            "{text}"
-        );
+    for text in ["x=0.8661, y=-0.5", "x=1, y=1/10", "x=0.866, y=-0.5, x'=0.51, y'=0.866"] {
+        assert!(matches!(parse(text), Err(MotionError::OffConstraints { .. })), "{text}");
     }
     // What is left out follows, and is proved too.
     assert!(parse("x=0.6").unwrap().moved.is_empty());
@@ -362,12 +330,7 @@ fn the_command_line_says_that_it_is_proved() {
         "20",
     ]);
     assert_eq!(run.status, 0);
-    assert!(
-        run.err
-            .ends_with(" steps in numbers of 106 bits; every digit is proved\n"),
-        "{}",
-        run.err
-    );
+    assert!(run.err.ends_with(" steps in numbers of 106 bits; every digit is proved\n"), "{}", run.err);
     let want = "t,th[1],th[2],th[1]',th[2]'
 0.0,0.30000000000000000000,0.30000000000000000000,0,0
 5.0,0.17273394295466760623,0.33553136340998066131,0.53322223483723456066,0.28564781622746662888
@@ -393,8 +356,7 @@ fn json_has_the_bounds() {
     }
     assert_eq!(value["columns"][0]["digits"][3], "-0.989992496600");
     let estimated = motion(&model, "x=1", "3", 4);
-    let value: serde_json::Value =
-        serde_json::from_str(&motion_json(&model, &estimated, 12)).unwrap();
+    let value: serde_json::Value = serde_json::from_str(&motion_json(&model, &estimated, 12)).unwrap();
     assert_eq!(value["proved"], false);
     assert!(value["columns"][1]["error_estimates"].is_array());
 }
@@ -402,11 +364,8 @@ fn json_has_the_bounds() {
 /// Two coordinates with masses that depend on the place, coupled anharmonically, with friction, rotation and a drive, some of it.
 fn random_model() -> impl Strategy<Value = String> {
     let small = || -4..=4_i32;
-    (
-        (small(), small(), small(), small()),
-        (0..3_i32, small(), small(), 0..3_i32),
-    )
-        .prop_map(|((a, b, c, d), (friction, turn, drive, kind))| {
+    ((small(), small(), small(), small()), (0..3_i32, small(), small(), 0..3_i32)).prop_map(
+        |((a, b, c, d), (friction, turn, drive, kind))| {
             let barrier = match kind {
                 0 => "cos(q)",
                 1 => "exp(-p^2)",
@@ -420,7 +379,8 @@ fn random_model() -> impl Strategy<Value = String> {
                  dissipation = {friction}/10*(p'^2 + (p' - q')^2)
                  period pi"
             )
-        })
+        },
+    )
 }
 
 proptest! {

@@ -22,10 +22,7 @@ fn assert_ends(text: &str, start: &str, until: &str, want: f64) {
     for samples in [2, 7] {
         let found = end(text, start, until, samples)[0];
         let off = (found.mid_f64() - want).abs();
-        assert!(
-            off <= found.radius + 1e-14 * want.abs().max(1.0),
-            "{text} {start} {until}: {found:?}, {want}"
-        );
+        assert!(off <= found.radius + 1e-14 * want.abs().max(1.0), "{text} {start} {until}: {found:?}, {want}");
         assert!(found.radius < 1e-12, "{text} {start} {until}: {found:?}");
     }
 }
@@ -105,11 +102,7 @@ fn corners() {
     let turns = |t: f64| {
         // From x = -1 at rest to 0 in a quarter, and round.
         let s = (t - 0.5 * half).rem_euclid(half / fast + half);
-        if s < half / fast {
-            (fast * s).sin() / fast
-        } else {
-            -(s - half / fast).sin()
-        }
+        if s < half / fast { (fast * s).sin() / fast } else { -(s - half / fast).sin() }
     };
     for until in ["2", "6", "20"] {
         assert_ends(stopper, "x = -1", until, turns(until.parse().unwrap()));

@@ -18,18 +18,14 @@ fn oscillator(text: &str) -> Oscillator {
     let file = syntax::parse(text).unwrap_or_else(|errors| panic!("{text}: {errors:?}"));
     let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
     match linearize(model.clone()) {
-        Ok(linearized) => {
-            Oscillator::new(&linearized).unwrap_or_else(|error| panic!("{text}: {error}"))
-        }
+        Ok(linearized) => Oscillator::new(&linearized).unwrap_or_else(|error| panic!("{text}: {error}")),
         Err(error) => Oscillator::about_corner(&model).unwrap_or_else(|| panic!("{text}: {error}")),
     }
 }
 
 fn period(text: &str, request: &Request, digits: usize) -> Period {
     let options = Options::default().digits(digits);
-    oscillator(text)
-        .period(request, &options)
-        .unwrap_or_else(|error| panic!("{text}: {error}"))
+    oscillator(text).period(request, &options).unwrap_or_else(|error| panic!("{text}: {error}"))
 }
 
 fn amplitude(text: &str) -> Request {
@@ -66,28 +62,18 @@ fn periods_agree_with_references() {
         let found = period(&text(&case), &asked(&case), 10);
         let want = Number::parse(case["period"].as_str().unwrap()).unwrap();
         let want = Big::from_number(&want, 200);
-        let own = found
-            .precise
-            .clone()
-            .unwrap_or_else(|| Big::from_ball(&found.period, 200));
+        let own = found.precise.clone().unwrap_or_else(|| Big::from_ball(&found.period, 200));
         let off = &own - &want;
         // The reference has 40 digits.
         let slack = 1e-39 * want.mid_f64();
         let bound = own.radius().to_f64();
-        assert!(
-            off.mid_f64().abs() <= bound + slack,
-            "{case}: off by {:e}, bound {bound:e}",
-            off.mid_f64()
-        );
+        assert!(off.mid_f64().abs() <= bound + slack, "{case}: off by {:e}, bound {bound:e}", off.mid_f64());
         assert!(bound <= 1e-17 * want.mid_f64(), "{case}: {bound:e}");
         // What is printed as a double is within its bound, and that is what rounding to doubles takes.
         let double = Ball::from(found.period.mid_f64());
         let off = Big::from_ball(&double, 200).sub(&want).mid_f64().abs();
         assert!(off <= found.period.mid_f64_error(), "{case}");
-        assert!(
-            found.period.mid_f64_error() <= 2e-16 * want.mid_f64(),
-            "{case}"
-        );
+        assert!(found.period.mid_f64_error() <= 2e-16 * want.mid_f64(), "{case}");
     }
 }
 
@@ -119,10 +105,7 @@ fn periods_print_as_before() {
             let options = Options::default();
             let found = own.period(&asked(&case), &options).unwrap();
             let request = case.get("amplitude").map_or("energy", |_| "amplitude");
-            out.push_str(&format!(
-                "--{request} {}\n",
-                case[request].as_str().unwrap()
-            ));
+            out.push_str(&format!("--{request} {}\n", case[request].as_str().unwrap()));
             out.push_str(&period_text(&own, &found, &options, &Style::default()));
             out.push('\n');
         }
@@ -139,11 +122,7 @@ fn corners_are_told() {
     let wedge = period("coord x  T = 1/2*x'^2  V = abs(x - 1)", &amplitude("1"), 10);
     assert!(wedge.corner && wedge.proved && wedge.small.is_none() && wedge.bend.is_none());
     assert_eq!(wedge.equilibrium.mid_f64(), 1.0);
-    let pressed = period(
-        "coord x  T = 1/2*x'^2  V = x^2 + abs(x)",
-        &amplitude("1"),
-        10,
-    );
+    let pressed = period("coord x  T = 1/2*x'^2  V = x^2 + abs(x)", &amplitude("1"), 10);
     assert!(pressed.corner && pressed.small.is_none());
     for text in [
         "coord x  T = 1/2*x'^2  V = x^4 - abs(x)",
@@ -164,20 +143,11 @@ fn corners_are_told() {
 /// A force that is constant on each side of a corner is not called constant.
 #[test]
 fn a_force_that_jumps_is_not_the_same_everywhere() {
-    for text in [
-        "coord x  T = 1/2*x'^2  V = abs(x - 1)",
-        "coord x, y  T = x'^2 + y'^2  V = abs(x + y - 1)",
-    ] {
+    for text in ["coord x  T = 1/2*x'^2  V = abs(x - 1)", "coord x, y  T = x'^2 + y'^2  V = abs(x + y - 1)"] {
         let file = syntax::parse(text).unwrap();
         let model = elaborate(&file, &Default::default(), &Default::default()).unwrap();
         let error = linearize(model).unwrap_err();
-        assert!(
-            !matches!(
-                error,
-                librate::linearize::LinearizeError::NoEquilibrium { .. }
-            ),
-            "{error}"
-        );
+        assert!(!matches!(error, librate::linearize::LinearizeError::NoEquilibrium { .. }), "{error}");
     }
 }
 
@@ -185,9 +155,7 @@ fn a_force_that_jumps_is_not_the_same_everywhere() {
 fn turning_points_and_small_oscillations_are_told() {
     let morse = "coord x  T = 1/2*x'^2  V = (1 - exp(-x))^2";
     let found = period(morse, &energy("1/4"), 10);
-    let Motion::Libration { turning } = found.motion else {
-        panic!("a libration")
-    };
+    let Motion::Libration { turning } = found.motion else { panic!("a libration") };
     // (1 - e^-x)² = 1/4
     assert!((turning[0].mid_f64() + 1.5_f64.ln()).abs() < 1e-15);
     assert!((turning[1].mid_f64() - 2.0_f64.ln()).abs() < 1e-15);
@@ -210,10 +178,7 @@ fn small_amplitudes_change_the_frequency_as_told() {
         "param k = 3  coord q  T = q'^2/(2 + sin(q))  V = k*(q - 1)^2*(1 + q^2)  guess q = 1",
     ] {
         let own = oscillator(text);
-        let at = |amplitude: &Request| {
-            own.period(amplitude, &Options::default().digits(20))
-                .unwrap()
-        };
+        let at = |amplitude: &Request| own.period(amplitude, &Options::default().digits(20)).unwrap();
         let (large, small) = (at(&amplitude("1/500")), at(&amplitude("1/1000")));
         let bend = small.bend.unwrap().mid_f64();
         // (omega/omega_0 - 1)/A² = bend + c A + …, c taken out.
@@ -222,10 +187,7 @@ fn small_amplitudes_change_the_frequency_as_told() {
             ratio.sub(&Ball::ONE).mid_f64() / amplitude.powi(2)
         };
         let extrapolated = 2.0 * change(&small, 1e-3) - change(&large, 2e-3);
-        assert!(
-            (extrapolated - bend).abs() < 1e-4 * (1.0 + bend.abs()),
-            "{text}: {bend} {extrapolated}"
-        );
+        assert!((extrapolated - bend).abs() < 1e-4 * (1.0 + bend.abs()), "{text}: {bend} {extrapolated}");
     }
 }
 
@@ -245,11 +207,7 @@ fn coordinates_do_not_matter() {
 /// A term linear in the velocity and a constant in V change nothing; T0 belongs to the potential.
 #[test]
 fn what_does_not_count() {
-    let plain = period(
-        "coord x  T = 1/2*x'^2  V = x^2/2 + x^4",
-        &amplitude("1"),
-        15,
-    );
+    let plain = period("coord x  T = 1/2*x'^2  V = x^2/2 + x^4", &amplitude("1"), 15);
     let others = [
         "coord x  T = 1/2*(x' + x^2)^2 - x^4/2  V = x^2/2 + x^4 + 7",
         "coord x  lagrangian = 1/2*x'^2 - x^2/2 - x^4",
@@ -371,23 +329,11 @@ fn told(model: &str, more: &[&str]) -> String {
 fn periods_beyond_doubles() {
     let tau = 2.0 * std::f64::consts::PI;
     for (model, request, want) in [
-        (
-            "coord x  T = 1e200*x'^2  V = 1e-200*x^2",
-            amplitude("1/10"),
-            tau * 1e200,
-        ),
+        ("coord x  T = 1e200*x'^2  V = 1e-200*x^2", amplitude("1/10"), tau * 1e200),
         // 2 pi/sqrt(2 (1 - E)) with 1 - E = 2 e^-300: the turning point is where nothing holds any more.
-        (
-            "coord x  T = 1/2*x'^2  V = (1 - exp(-x))^2",
-            amplitude("300"),
-            4.378_467_779_859_209e65,
-        ),
+        ("coord x  T = 1/2*x'^2  V = (1 - exp(-x))^2", amplitude("300"), 4.378_467_779_859_209e65),
         // Up to a minimum of U where stiffness vanishes: gamma(1/4)²/sqrt(pi).
-        (
-            "coord x  T = 1/2*x'^2  V = x^4/4  guess x = 1",
-            amplitude("1"),
-            7.416_298_709_205_487,
-        ),
+        ("coord x  T = 1/2*x'^2  V = x^4/4  guess x = 1", amplitude("1"), 7.416_298_709_205_487),
     ] {
         let found = period(model, &request, 10);
         let off = (found.period.mid_f64() - want).abs();
@@ -438,78 +384,32 @@ fn motions_without_a_period_are_told() {
         (&right, ["--amplitude", "sqrt(2) - 1"], "E0506"),
         (&middle, ["--amplitude", "1"], "E0508"),
         (&middle, ["--energy", "-1/10"], "E0507"),
-        (
-            "coord x  T = x'^2  V = (1 - exp(-x))^2",
-            ["--energy", "1"],
-            "E0509",
-        ),
-        (
-            "coord x  T = x'^2  V = ln(1 + x^2)*(1 - x)  guess x = 0",
-            ["--energy", "9"],
-            "E0509",
-        ),
+        ("coord x  T = x'^2  V = (1 - exp(-x))^2", ["--energy", "1"], "E0509"),
+        ("coord x  T = x'^2  V = ln(1 + x^2)*(1 - x)  guess x = 0", ["--energy", "9"], "E0509"),
         // As high as the equilibrium, and lower, behind barriers.
         (pendulum, ["--amplitude", "2*pi"], "E0505"),
         (pendulum, ["--amplitude", "4*pi + 1"], "E0505"),
         (pendulum, ["--energy", "1e300"], "E0504"),
         (pendulum, ["--amplitude", "1e-145"], "E0504"),
         // A pole.
-        (
-            "coord x  T = x'^2  V = 3*tan(2*x)^2",
-            ["--amplitude", "1"],
-            "E0505",
-        ),
+        ("coord x  T = x'^2  V = 3*tan(2*x)^2", ["--amplitude", "1"], "E0505"),
         // The cusp of a cycloid: no barrier, for nothing is left of the inertia.
-        (
-            "coord u  T = 2*cos(u/2)^2*u'^2  V = 2*sin(u/2)^2",
-            ["--amplitude", "pi"],
-            "E0510",
-        ),
-        (
-            "coord x  T = x'^2  V = (x^2 - 2)^2*(x^2 + 1)  guess x = 1",
-            ["--amplitude", "1/10"],
-            "E0508",
-        ),
+        ("coord u  T = 2*cos(u/2)^2*u'^2  V = 2*sin(u/2)^2", ["--amplitude", "pi"], "E0510"),
+        ("coord x  T = x'^2  V = (x^2 - 2)^2*(x^2 + 1)  guess x = 1", ["--amplitude", "1/10"], "E0508"),
         ("coord x  T = x'^2", ["--amplitude", "1"], "E0509"),
-        (
-            "coord x  T = 0*x'^2  V = x^2",
-            ["--amplitude", "1"],
-            "E0513",
-        ),
-        (
-            "coord x  T = x'^2  V = x^2 + abs(x^2 - 1/8)",
-            ["--amplitude", "1/2"],
-            "E0510",
-        ),
+        ("coord x  T = 0*x'^2  V = x^2", ["--amplitude", "1"], "E0513"),
+        ("coord x  T = x'^2  V = x^2 + abs(x^2 - 1/8)", ["--amplitude", "1/2"], "E0510"),
         ("coord x  T = x'^4  V = x^2", ["--amplitude", "1"], "E0503"),
-        (
-            "coord x, y  T = x'^2 + y'^2  V = x^2 + y^2",
-            ["--amplitude", "1"],
-            "E0501",
-        ),
-        (
-            "coord x  T = x'^2  V = x^2*(2 + cos(t))",
-            ["--amplitude", "1"],
-            "E0502",
-        ),
-        (
-            "coord x  T = (1 - x^2)*x'^2  V = x^2",
-            ["--amplitude", "2"],
-            "E0511",
-        ),
+        ("coord x, y  T = x'^2 + y'^2  V = x^2 + y^2", ["--amplitude", "1"], "E0501"),
+        ("coord x  T = x'^2  V = x^2*(2 + cos(t))", ["--amplitude", "1"], "E0502"),
+        ("coord x  T = (1 - x^2)*x'^2  V = x^2", ["--amplitude", "2"], "E0511"),
     ];
     for (model, request, code) in cases {
         let err = told(model, &request);
-        assert!(
-            err.contains(&format!("[{code}]")),
-            "{model} {request:?}: {err}"
-        );
+        assert!(err.contains(&format!("[{code}]")), "{model} {request:?}: {err}");
     }
     let beyond = told(pendulum, &["--amplitude", "4"]);
-    assert!(
-        beyond.contains("barrier at q = 3.141593") && beyond.contains("2 high"),
-        "{beyond}"
-    );
+    assert!(beyond.contains("barrier at q = 3.141593") && beyond.contains("2 high"), "{beyond}");
 }
 
 #[test]
@@ -532,12 +432,7 @@ fn one_motion_is_asked_for() {
 
 #[test]
 fn curves_are_what_single_requests_give() {
-    let run = run(&[
-        "period",
-        "models/simple_pendulum.lag",
-        "--over",
-        "amplitude=1..4:4",
-    ]);
+    let run = run(&["period", "models/simple_pendulum.lag", "--over", "amplitude=1..4:4"]);
     assert_eq!(run.status, 0);
     assert!(run.err.contains("at amplitude = 4"), "{}", run.err);
     let lines: Vec<&str> = run.out.lines().collect();
@@ -545,13 +440,7 @@ fn curves_are_what_single_requests_give() {
     assert_eq!(lines[4], "4.0,,");
     for line in &lines[1..4] {
         let cells: Vec<&str> = line.split(',').collect();
-        let one = printed(&[
-            "period",
-            "models/simple_pendulum.lag",
-            "--amplitude",
-            cells[0],
-            "--json",
-        ]);
+        let one = printed(&["period", "models/simple_pendulum.lag", "--amplitude", cells[0], "--json"]);
         let one: Value = serde_json::from_str(&one).unwrap();
         assert_eq!(one["period_digits"], cells[1]);
         assert_eq!(one["digits_error_bound"], cells[2].parse::<f64>().unwrap());
@@ -563,14 +452,8 @@ fn curves_are_drawn() {
     let folder = std::env::temp_dir().join(format!("librate-period-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join("curve.svg");
-    let run = run(&[
-        "period",
-        "models/simple_pendulum.lag",
-        "--over",
-        "energy=5..60:12",
-        "--svg",
-        file.to_str().unwrap(),
-    ]);
+    let run =
+        run(&["period", "models/simple_pendulum.lag", "--over", "energy=5..60:12", "--svg", file.to_str().unwrap()]);
     assert_eq!(run.status, 0, "{}", run.err);
     let svg = std::fs::read_to_string(&file).unwrap();
     std::fs::remove_dir_all(&folder).unwrap();
@@ -583,11 +466,7 @@ fn curves_are_drawn() {
 
 #[test]
 fn numbers_far_from_usual_ones_change_nothing() {
-    let plain = period(
-        "coord x  T = x'^2/2  V = x^2/2 + x^4/4",
-        &amplitude("1"),
-        20,
-    );
+    let plain = period("coord x  T = x'^2/2  V = x^2/2 + x^4/4", &amplitude("1"), 20);
     let slow = "coord x  T = x'^2/2  V = exp(-800)*(x^2/2 + x^4/4)";
     let found = period(slow, &amplitude("1"), 20);
     let want = plain.period * Ball::exact(400.0).apply(librate::precision::Function::Exp);
@@ -595,13 +474,10 @@ fn numbers_far_from_usual_ones_change_nothing() {
     // E = 3/4 exp(-800), which is no double.
     let energy = found.energy_precise.unwrap().decimal(8).text;
     assert_eq!(energy, "2.7509059e-348");
-    let Motion::Libration { turning } = found.motion else {
-        panic!("it turns")
-    };
+    let Motion::Libration { turning } = found.motion else { panic!("it turns") };
     assert!((turning[1] - Ball::ONE).contains_zero());
-    let pendulum = |m: &str, g: &str, l: &str| {
-        format!("coord phi  T = {m}*{l}^2*phi'^2/2  V = {m}*{g}*{l}*(1 - cos(phi))")
-    };
+    let pendulum =
+        |m: &str, g: &str, l: &str| format!("coord phi  T = {m}*{l}^2*phi'^2/2  V = {m}*{g}*{l}*(1 - cos(phi))");
     let near = period(&pendulum("1", "1", "1"), &amplitude("2"), 15).period;
     let far = period(&pendulum("1e-300", "1e200", "1e-80"), &amplitude("2"), 15).period;
     let far = far * Ball::from_number(&Number::parse("1e140").unwrap(), ());
@@ -612,19 +488,11 @@ fn numbers_far_from_usual_ones_change_nothing() {
 #[test]
 fn kinks_beside_the_period() {
     // The change of the frequency is linear in the amplitude.
-    let stiffer = period(
-        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3",
-        &amplitude("1/1000"),
-        10,
-    );
+    let stiffer = period("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3", &amplitude("1/1000"), 10);
     assert!(stiffer.bend.is_none());
     assert!((stiffer.small.unwrap().mid_f64() - std::f64::consts::TAU).abs() < 1e-15);
     // A kink beside the equilibrium, and one that is nowhere reached, change nothing of it.
-    let shelf = period(
-        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x - 5)  ",
-        &amplitude("1"),
-        10,
-    );
+    let shelf = period("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x - 5)  ", &amplitude("1"), 10);
     assert!(shelf.bend.is_some_and(|bend| bend.contains_zero()));
     assert!((shelf.period.mid_f64() - std::f64::consts::TAU).abs() < 1e-15);
     // Many digits, and an equilibrium at a kink that is no binary fraction.
@@ -633,18 +501,11 @@ fn kinks_beside_the_period() {
         &amplitude("1/10"),
         40,
     );
-    let near = period(
-        "coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3",
-        &amplitude("1/10"),
-        40,
-    );
+    let near = period("coord x  T = 1/2*x'^2  V = 1/2*x^2 + abs(x)^3", &amplitude("1/10"), 40);
     let (far, near) = (far.precise.unwrap(), near.precise.unwrap());
     assert!((&far - &near).mid_f64().abs() < 1e-39 && near.radius().to_f64() < 1e-39);
     // Which piece a turning point lies in: right before and right behind a corner.
-    for (own, want) in [
-        ("1 - 1e-12", std::f64::consts::TAU),
-        ("1 + 1e-12", std::f64::consts::TAU),
-    ] {
+    for (own, want) in [("1 - 1e-12", std::f64::consts::TAU), ("1 + 1e-12", std::f64::consts::TAU)] {
         let stop = "coord x  T = 1/2*x'^2  V = 1/2*x^2 + 50*(abs(x - 1) + x - 1)^2";
         let found = period(stop, &amplitude(own), 10).period.mid_f64();
         assert!((found - want).abs() < 1e-5, "{own}: {found}");

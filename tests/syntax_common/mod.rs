@@ -10,11 +10,7 @@ pub(crate) fn strip_spans(file: &File) -> File {
 }
 
 fn copied(file: &File, keep: bool) -> File {
-    let mut copy = Copy {
-        from: file,
-        to: File::default(),
-        keep,
-    };
+    let mut copy = Copy { from: file, to: File::default(), keep };
     for statement in &file.statements {
         let kind = copy.statement(&statement.kind);
         let span = copy.span(statement.span);
@@ -35,10 +31,7 @@ impl Copy<'_> {
     }
 
     fn name(&self, name: &Name) -> Name {
-        Name {
-            text: name.text.clone(),
-            span: self.span(name.span),
-        }
+        Name { text: name.text.clone(), span: self.span(name.span) }
     }
 
     fn statement(&mut self, kind: &StatementKind) -> StatementKind {
@@ -46,14 +39,12 @@ impl Copy<'_> {
             StatementKind::Model { name: n } => StatementKind::Model { name: self.name(n) },
             StatementKind::Param(b) => StatementKind::Param(self.binding(b)),
             StatementKind::Let(b) => StatementKind::Let(self.binding(b)),
-            StatementKind::Guess { binding, rate } => StatementKind::Guess {
-                binding: self.binding(binding),
-                rate: *rate,
-            },
-            StatementKind::Equilibrium { binding, rate } => StatementKind::Equilibrium {
-                binding: self.binding(binding),
-                rate: *rate,
-            },
+            StatementKind::Guess { binding, rate } => {
+                StatementKind::Guess { binding: self.binding(binding), rate: *rate }
+            }
+            StatementKind::Equilibrium { binding, rate } => {
+                StatementKind::Equilibrium { binding: self.binding(binding), rate: *rate }
+            }
             StatementKind::Coord { declarations } => StatementKind::Coord {
                 declarations: declarations
                     .iter()
@@ -69,24 +60,14 @@ impl Copy<'_> {
             StatementKind::Lagrangian(e) => StatementKind::Lagrangian(self.expr(*e)),
             StatementKind::Dissipation(e) => StatementKind::Dissipation(self.expr(*e)),
             StatementKind::Period(e) => StatementKind::Period(self.expr(*e)),
-            StatementKind::Constraint {
-                indices,
-                left,
-                right,
-            } => StatementKind::Constraint {
+            StatementKind::Constraint { indices, left, right } => StatementKind::Constraint {
                 indices: indices.as_deref().map(|i| Box::new(self.indices(i))),
                 left: self.expr(*left),
                 right: self.expr(*right),
             },
-            StatementKind::Table {
-                name: n,
-                path,
-                path_span,
-            } => StatementKind::Table {
-                name: self.name(n),
-                path: path.clone(),
-                path_span: self.span(*path_span),
-            },
+            StatementKind::Table { name: n, path, path_span } => {
+                StatementKind::Table { name: self.name(n), path: path.clone(), path_span: self.span(*path_span) }
+            }
         }
     }
 
@@ -115,10 +96,9 @@ impl Copy<'_> {
                             from: self.expr(*from),
                             to: self.expr(*to),
                         },
-                        IndexKind::Rows { variable, table } => IndexKind::Rows {
-                            variable: self.name(variable),
-                            table: self.name(table),
-                        },
+                        IndexKind::Rows { variable, table } => {
+                            IndexKind::Rows { variable: self.name(variable), table: self.name(table) }
+                        }
                     },
                 })
                 .collect(),
@@ -130,21 +110,12 @@ impl Copy<'_> {
         let parts: Vec<(bool, UnitRef)>;
         let kind = match self.from.unit(at).kind {
             UnitKind::Product(factors) => {
-                parts = factors
-                    .iter()
-                    .map(|(divided, unit)| (*divided, self.unit(*unit)))
-                    .collect();
+                parts = factors.iter().map(|(divided, unit)| (*divided, self.unit(*unit))).collect();
                 UnitKind::Product(&parts)
             }
-            UnitKind::Power {
-                base,
-                numerator,
-                denominator,
-            } => UnitKind::Power {
-                base: self.unit(base),
-                numerator,
-                denominator,
-            },
+            UnitKind::Power { base, numerator, denominator } => {
+                UnitKind::Power { base: self.unit(base), numerator, denominator }
+            }
             kind @ (UnitKind::One | UnitKind::Name(_)) => kind,
         };
         let span = self.span(self.from.unit(at).span);
@@ -172,62 +143,37 @@ impl Copy<'_> {
             }
             ExprKind::Field { base, field } => {
                 one_name = self.name(field);
-                ExprKind::Field {
-                    base: self.expr(base),
-                    field: &one_name,
-                }
+                ExprKind::Field { base: self.expr(base), field: &one_name }
             }
             ExprKind::Prime(e) => ExprKind::Prime(self.expr(e)),
             ExprKind::Negate(e) => ExprKind::Negate(self.expr(e)),
-            ExprKind::Power { base, exponent } => ExprKind::Power {
-                base: self.expr(base),
-                exponent: self.expr(exponent),
-            },
+            ExprKind::Power { base, exponent } => {
+                ExprKind::Power { base: self.expr(base), exponent: self.expr(exponent) }
+            }
             ExprKind::Product(members) => {
-                factors = members
-                    .iter()
-                    .map(|f| Factor::new(f.divided(), self.expr(f.value())))
-                    .collect();
+                factors = members.iter().map(|f| Factor::new(f.divided(), self.expr(f.value()))).collect();
                 ExprKind::Product(&factors)
             }
             ExprKind::Sum(members) => {
-                terms = members
-                    .iter()
-                    .map(|t| Term::new(t.subtracted(), self.expr(t.value())))
-                    .collect();
+                terms = members.iter().map(|t| Term::new(t.subtracted(), self.expr(t.value()))).collect();
                 ExprKind::Sum(&terms)
             }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
+            ExprKind::Call { function, arguments } => {
                 one_name = self.name(function);
                 list = self.exprs(arguments);
-                ExprKind::Call {
-                    function: &one_name,
-                    arguments: &list,
-                }
+                ExprKind::Call { function: &one_name, arguments: &list }
             }
             ExprKind::SumOver { indices, body } => {
                 indices_of_sum = self.indices(indices);
-                ExprKind::SumOver {
-                    indices: &indices_of_sum,
-                    body: self.expr(body),
-                }
+                ExprKind::SumOver { indices: &indices_of_sum, body: self.expr(body) }
             }
             ExprKind::Vector(members) => {
                 list = self.exprs(members);
                 ExprKind::Vector(&list)
             }
-            ExprKind::Compare {
-                operator,
-                left,
-                right,
-            } => ExprKind::Compare {
-                operator,
-                left: self.expr(left),
-                right: self.expr(right),
-            },
+            ExprKind::Compare { operator, left, right } => {
+                ExprKind::Compare { operator, left: self.expr(left), right: self.expr(right) }
+            }
             ExprKind::Not(e) => ExprKind::Not(self.expr(e)),
             ExprKind::And(members) => {
                 list = self.exprs(members);

@@ -47,10 +47,7 @@ pub(super) fn powers(draw: &mut Draw) -> Model {
     let steep = 16 / n.max(2) as i64;
     let (a, b) = (draw.int(-steep, steep), draw.int(-steep, steep));
     let (m0, k0) = (draw.plain(), draw.plain());
-    let scaled = |base: &Number, power: i64| Number {
-        text: String::new(),
-        value: &base.value * power_of_ten(power),
-    };
+    let scaled = |base: &Number, power: i64| Number { text: String::new(), value: &base.value * power_of_ten(power) };
     let m: Vec<Number> = (1..=n as i64).map(|i| scaled(&m0, a * i)).collect();
     let k: Vec<Number> = (1..=n as i64 + 1).map(|i| scaled(&k0, b * i)).collect();
     let head = format!(
@@ -154,9 +151,7 @@ pub(super) fn pendulums(draw: &mut Draw) -> Model {
 pub(super) fn inverted(draw: &mut Draw) -> Model {
     let n = draw.dimension();
     let (m, l, c) = (draw.plains(n), draw.plains(n), draw.plains(n - 1));
-    let signs: Vec<Number> = (0..n)
-        .map(|_| Number::integer(draw.pick(&[1, -1])))
-        .collect();
+    let signs: Vec<Number> = (0..n).map(|_| Number::integer(draw.pick(&[1, -1]))).collect();
     coupled_pendulums(&m, &l, &c, Some(&signs))
 }
 
@@ -193,10 +188,7 @@ pub(super) fn free(draw: &mut Draw) -> Model {
     text += "coord x[1..n]\nT = sum(i in 1..n, 1/2*m[i]*x[i]'^2)\n";
     if !k.is_empty() {
         let filter = cut.map(|c| format!(" where i != {c}")).unwrap_or_default();
-        let _ = writeln!(
-            text,
-            "V = sum(i in 1..n-1{filter}, 1/2*k[i]*(x[i+1] - x[i])^2)"
-        );
+        let _ = writeln!(text, "V = sum(i in 1..n-1{filter}, 1/2*k[i]*(x[i+1] - x[i])^2)");
     }
     Model::exact(text, diagonal(&m), stiffness)
 }
@@ -251,20 +243,9 @@ pub(super) fn copies(draw: &mut Draw) -> Model {
     let c = draw.decimal(exponent);
     let all_masses = draw.once_in(2);
     let (range, pairs): (&str, Vec<(usize, usize)>) = match draw.int(0, 2) {
-        0 => (
-            "a in 1..N-1, b in a+1..a+1",
-            (1..n).map(|a| (a - 1, a)).collect(),
-        ),
-        1 => (
-            "a in 1..N, b in a+1..N",
-            (0..n)
-                .flat_map(|a| (a + 1..n).map(move |b| (a, b)))
-                .collect(),
-        ),
-        _ => (
-            "a in 1..N, b in 1..N where b == mod(a, N) + 1",
-            (0..n).map(|a| (a, (a + 1) % n)).collect(),
-        ),
+        0 => ("a in 1..N-1, b in a+1..a+1", (1..n).map(|a| (a - 1, a)).collect()),
+        1 => ("a in 1..N, b in a+1..N", (0..n).flat_map(|a| (a + 1..n).map(move |b| (a, b))).collect()),
+        _ => ("a in 1..N, b in 1..N where b == mod(a, N) + 1", (0..n).map(|a| (a, (a + 1) % n)).collect()),
     };
     for (a, b) in pairs {
         for j in 0..if all_masses { p } else { 1 } {

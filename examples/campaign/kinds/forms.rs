@@ -9,21 +9,15 @@ use crate::draw::*;
 fn sum_of_squares(n: usize, weights: &[Number], rows: &[Vec<i64>]) -> Exact {
     let mut a = zeros(n);
     for (w, row) in weights.iter().zip(rows) {
-        let g: Vec<(usize, RBig)> = row
-            .iter()
-            .enumerate()
-            .filter(|(_, x)| **x != 0)
-            .map(|(j, x)| (j, RBig::from(*x)))
-            .collect();
+        let g: Vec<(usize, RBig)> =
+            row.iter().enumerate().filter(|(_, x)| **x != 0).map(|(j, x)| (j, RBig::from(*x))).collect();
         add_square(&mut a, &w.value, &g);
     }
     a
 }
 
 fn integers(rows: &[Vec<i64>]) -> Vec<Vec<Number>> {
-    rows.iter()
-        .map(|row| row.iter().map(|x| Number::integer(*x)).collect())
-        .collect()
+    rows.iter().map(|row| row.iter().map(|x| Number::integer(*x)).collect()).collect()
 }
 
 /// T and V over forms B x and A x, each with its weights.
@@ -46,11 +40,7 @@ T = sum(k in 1..n, 1/2*m[k]*q[k]'^2)
 V = sum(k in 1..{count}, 1/2*w[k]*sum(j in 1..n, {name}[k,j]*x[j])^2)
 "
     );
-    Model::exact(
-        text,
-        sum_of_squares(n, masses, b),
-        sum_of_squares(n, springs, a),
-    )
+    Model::exact(text, sum_of_squares(n, masses, b), sum_of_squares(n, springs, a))
 }
 
 /// Equal eigenvalues of full matrices: the same forms in T and V, weights repeated.
@@ -162,18 +152,13 @@ pub(super) fn dense(draw: &mut Draw) -> Model {
         a
     };
     let written = |a: &Exact| {
-        let rows: Vec<Vec<Number>> = a
-            .iter()
-            .map(|row| row.iter().map(|x| Number::exactly(x.clone())).collect())
-            .collect();
+        let rows: Vec<Vec<Number>> =
+            a.iter().map(|row| row.iter().map(|x| Number::exactly(x.clone())).collect()).collect();
         matrix(&rows)
     };
     let forms = [
         ("1/2*dot(x', A*x')", "1/2*dot(x, C*x)"),
-        (
-            "1/2*sum(i in 1..n, j in 1..n, A[i,j]*x[i]'*x[j]')",
-            "1/2*sum(i in 1..n, j in 1..n, C[i,j]*x[i]*x[j])",
-        ),
+        ("1/2*sum(i in 1..n, j in 1..n, A[i,j]*x[i]'*x[j]')", "1/2*sum(i in 1..n, j in 1..n, C[i,j]*x[i]*x[j])"),
         (
             "sum(i in 1..n, 1/2*A[i,i]*x[i]'^2 + sum(j in 1..i-1, A[i,j]*x[i]'*x[j]'))",
             "sum(i in 1..n, 1/2*C[i,i]*x[i]^2 + sum(j in 1..i-1, C[i,j]*x[i]*x[j]))",

@@ -20,11 +20,7 @@ fn round(draw: &mut Draw, held: bool) -> Model {
             add_spring(&mut stiffness, &ground.value, i, None);
         }
     }
-    let walls = if held {
-        format!(" + sum(i in 1..N, {}/2*x[i]^2)", ground.text)
-    } else {
-        String::new()
-    };
+    let walls = if held { format!(" + sum(i in 1..N, {}/2*x[i]^2)", ground.text) } else { String::new() };
     let text = format!(
         "model ring
 param N = {n}
@@ -49,11 +45,7 @@ pub(super) fn free_ring(draw: &mut Draw) -> Model {
 
 /// A square net between walls: the modes (p, q) and (q, p) have one frequency.
 pub(super) fn square(draw: &mut Draw) -> Model {
-    let side = if draw.once_in(4) {
-        draw.size(4, 6)
-    } else {
-        draw.size(2, 3)
-    };
+    let side = if draw.once_in(4) { draw.size(4, 6) } else { draw.size(2, 3) };
     let (m, k) = (draw.plain(), draw.plain());
     let mut stiffness = zeros(side * side);
     let at = |i: usize, j: usize| i * side + j;
@@ -85,17 +77,9 @@ V = sum(i in 0..N, j in 1..N, 1/2*k*((u[i+1,j] - u[i,j])^2 + (u[j,i+1] - u[j,i])
 
 /// A lattice closed in both directions, free or held.
 pub(super) fn torus(draw: &mut Draw) -> Model {
-    let (p, q) = if draw.once_in(5) {
-        (draw.size(4, 8), draw.size(3, 5))
-    } else {
-        (draw.size(3, 4), 3)
-    };
+    let (p, q) = if draw.once_in(5) { (draw.size(4, 8), draw.size(3, 5)) } else { (draw.size(3, 4), 3) };
     let (m, k, c) = (draw.plain(), draw.plain(), draw.plain());
-    let ground = if draw.once_in(3) {
-        Number::integer(0)
-    } else {
-        draw.plain()
-    };
+    let ground = if draw.once_in(3) { Number::integer(0) } else { draw.plain() };
     let n = p * q;
     let mut stiffness = zeros(n);
     for i in 0..p {

@@ -38,11 +38,7 @@ pub(crate) trait Searched {
 
 impl Model {
     fn exact(text: String, mass: Exact, stiffness: Exact) -> Self {
-        Self {
-            text,
-            tables: Vec::new(),
-            reference: Reference::Exact { mass, stiffness },
-        }
+        Self { text, tables: Vec::new(), reference: Reference::Exact { mass, stiffness } }
     }
 
     fn with_table(mut self, name: &str, text: String) -> Self {
@@ -55,81 +51,19 @@ type Drawing = fn(&mut Draw) -> Model;
 
 /// All kinds, each with the ways it is drawn.
 pub(crate) const KINDS: [(&str, &[Drawing]); 11] = [
-    (
-        "graded",
-        &[
-            chains::graded,
-            chains::powers,
-            chains::network,
-            chains::pendulums,
-        ],
-    ),
-    (
-        "clustered",
-        &[chains::copies, chains::copies, chains::detuned],
-    ),
+    ("graded", &[chains::graded, chains::powers, chains::network, chains::pendulums]),
+    ("clustered", &[chains::copies, chains::copies, chains::detuned]),
     (
         "degenerate",
-        &[
-            lattices::ring,
-            lattices::square,
-            lattices::torus,
-            lattices::uncoupled,
-            lattices::complete,
-            forms::hidden,
-        ],
+        &[lattices::ring, lattices::square, lattices::torus, lattices::uncoupled, lattices::complete, forms::hidden],
     ),
-    (
-        "indefinite",
-        &[
-            chains::negative_springs,
-            chains::inverted,
-            plane::links,
-            forms::indefinite,
-        ],
-    ),
-    (
-        "free",
-        &[
-            chains::free,
-            lattices::free_ring,
-            plane::network,
-            plane::network,
-            forms::few,
-        ],
-    ),
-    (
-        "prestressed",
-        &[
-            plane::net,
-            plane::string,
-            plane::hanging,
-            plane::wheel,
-            plane::hanging_links,
-        ],
-    ),
+    ("indefinite", &[chains::negative_springs, chains::inverted, plane::links, forms::indefinite]),
+    ("free", &[chains::free, lattices::free_ring, plane::network, plane::network, forms::few]),
+    ("prestressed", &[plane::net, plane::string, plane::hanging, plane::wheel, plane::hanging_links]),
     ("dense", &[forms::dense, forms::dense, forms::squares]),
     ("singular", &[forms::light, forms::nearly_rigid]),
-    (
-        "searched",
-        &[
-            searched::wells,
-            searched::hanging,
-            searched::ions,
-            searched::torsion,
-            searched::sagging,
-        ],
-    ),
-    (
-        "ugly",
-        &[
-            ugly::repeated,
-            ugly::gyroscopic,
-            ugly::circulatory,
-            ugly::low_rank,
-            ugly::steady,
-        ],
-    ),
+    ("searched", &[searched::wells, searched::hanging, searched::ions, searched::torsion, searched::sagging]),
+    ("ugly", &[ugly::repeated, ugly::gyroscopic, ugly::circulatory, ugly::low_rank, ugly::steady]),
     ("scaled", &[ugly::scaled]),
 ];
 

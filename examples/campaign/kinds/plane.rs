@@ -14,20 +14,13 @@ use crate::reference::{Matrices, Square, to_reals};
 
 /// Horizontal and vertical strings under tension, crossing at points.
 pub(super) fn net(draw: &mut Draw) -> Model {
-    let (rows, columns) = if draw.once_in(6) {
-        (draw.size(2, 4), draw.size(2, 5))
-    } else {
-        (draw.size(1, 2), draw.size(1, 3))
-    };
+    let (rows, columns) =
+        if draw.once_in(6) { (draw.size(2, 4), draw.size(2, 5)) } else { (draw.size(1, 2), draw.size(1, 3)) };
     let n = rows * columns;
     let (s, t) = (draw.plains(columns + 1), draw.plains(rows + 1));
     let pull = |draw: &mut Draw| {
         let tension = draw.plain();
-        if draw.once_in(5) {
-            tension.negated()
-        } else {
-            tension
-        }
+        if draw.once_in(5) { tension.negated() } else { tension }
     };
     let tau: Vec<Number> = (0..rows).map(|_| pull(draw)).collect();
     let sigma: Vec<Number> = (0..columns).map(|_| pull(draw)).collect();
@@ -148,16 +141,9 @@ equilibrium r[i in 1..n] = [p*X[i], q*X[i]]
                 _ => add_block(&mut stiffness, &block, i, Some(i - 1)),
             }
         }
-        Matrices {
-            mass: to_reals(&each_twice(&m), bits),
-            stiffness,
-        }
+        Matrices { mass: to_reals(&each_twice(&m), bits), stiffness }
     };
-    Model {
-        text,
-        tables: Vec::new(),
-        reference: Reference::Real(Box::new(matrices)),
-    }
+    Model { text, tables: Vec::new(), reference: Reference::Real(Box::new(matrices)) }
 }
 
 /// Beads on stiff springs under each other: the upper ones carry the lower ones.
@@ -237,11 +223,7 @@ equilibrium r[i in 1..N] = [R*cos(2*pi*i/N), R*sin(2*pi*i/N)]
         }
         Matrices { mass, stiffness }
     };
-    Model {
-        text,
-        tables: Vec::new(),
-        reference: Reference::Real(Box::new(matrices)),
-    }
+    Model { text, tables: Vec::new(), reference: Reference::Real(Box::new(matrices)) }
 }
 
 /// A chain of links by its angles, some of them standing on end.
@@ -300,9 +282,7 @@ pub(super) fn network(draw: &mut Draw) -> Model {
             Number::scaled(x, 0 - i64::from(x >= 0))
         };
         let place = [component(), component()];
-        let new = places
-            .iter()
-            .all(|p| p[0].value != place[0].value || p[1].value != place[1].value);
+        let new = places.iter().all(|p| p[0].value != place[0].value || p[1].value != place[1].value);
         if new {
             places.push(place);
         }
@@ -328,9 +308,8 @@ pub(super) fn network(draw: &mut Draw) -> Model {
         let _ = writeln!(bonds, "{},{},{}", i + 1, j + 1, k.text);
         let d = [0, 1].map(|p| &places[*j][p].value - &places[*i][p].value);
         let square = &d[0] * &d[0] + &d[1] * &d[1];
-        let g: Vec<(usize, RBig)> = (0..2)
-            .flat_map(|p| [(2 * j + p, d[p].clone()), (2 * i + p, -d[p].clone())])
-            .collect();
+        let g: Vec<(usize, RBig)> =
+            (0..2).flat_map(|p| [(2 * j + p, d[p].clone()), (2 * i + p, -d[p].clone())]).collect();
         add_square(&mut stiffness, &(&k.value / square), &g);
     }
     let text = "table points = \"points.csv\"

@@ -7,11 +7,7 @@ use crate::real::*;
 use crate::reference::{Square, to_reals};
 
 fn searched(text: String, problem: impl Searched + 'static) -> Model {
-    Model {
-        text,
-        tables: Vec::new(),
-        reference: Reference::Searched(Box::new(problem)),
-    }
+    Model { text, tables: Vec::new(), reference: Reference::Searched(Box::new(problem)) }
 }
 
 /// Adds the spring force k d + β d³ and its derivative, d = x_i - x_j - rest; no j: the ground.
@@ -21,12 +17,7 @@ struct Spring<'a> {
 }
 
 impl Spring<'_> {
-    fn add(
-        &self,
-        (gradient, hessian): (&mut [Real], &mut Square),
-        x: &[Real],
-        (i, j): (usize, Option<usize>),
-    ) {
+    fn add(&self, (gradient, hessian): (&mut [Real], &mut Square), x: &[Real], (i, j): (usize, Option<usize>)) {
         let d = j.map_or_else(|| x[i].clone(), |j| &x[i] - &x[j]);
         let mut force = self.k * &d;
         let mut slope = self.k.clone();
@@ -52,11 +43,7 @@ fn empty(n: usize, bits: usize) -> (Vec<Real>, Square) {
 
 /// Numbers alike, or over many decades.
 fn some(draw: &mut Draw, count: usize) -> Vec<Number> {
-    if draw.once_in(3) {
-        draw.spread(count, 6)
-    } else {
-        draw.plains(count)
-    }
+    if draw.once_in(3) { draw.spread(count, 6) } else { draw.plains(count) }
 }
 
 /// Quartic wells with a force on them, coupled.
@@ -70,16 +57,9 @@ struct Wells {
 
 pub(super) fn wells(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(16);
-    let wells = Wells {
-        m: some(draw, n),
-        a: draw.plains(n),
-        b: draw.plains(n),
-        f: draw.plains(n),
-        k: some(draw, n - 1),
-    };
-    let start: Vec<Number> = (0..n)
-        .map(|_| Number::integer(draw.pick(&[-1, 1, 2])))
-        .collect();
+    let wells =
+        Wells { m: some(draw, n), a: draw.plains(n), b: draw.plains(n), f: draw.plains(n), k: some(draw, n - 1) };
+    let start: Vec<Number> = (0..n).map(|_| Number::integer(draw.pick(&[-1, 1, 2]))).collect();
     let mut text = format!("param n = {n}\n");
     let names = ["m", "a", "b", "f"];
     for (name, values) in names.iter().zip([&wells.m, &wells.a, &wells.b, &wells.f]) {
@@ -110,10 +90,7 @@ impl Searched for Wells {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         for i in 0..x.len() {
             let [a, b, f] = [&self.a, &self.b, &self.f].map(|v| real(&v[i].value, bits));
-            let well = Spring {
-                k: &-b,
-                cubic: Some(&a),
-            };
+            let well = Spring { k: &-b, cubic: Some(&a) };
             well.add((&mut gradient, &mut hessian), x, (i, None));
             gradient[i] -= f;
         }
@@ -135,11 +112,7 @@ struct Hanging {
 
 pub(super) fn hanging(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(20);
-    let problem = Hanging {
-        m: draw.plains(n),
-        k: some(draw, n),
-        b: some(draw, n),
-    };
+    let problem = Hanging { m: draw.plains(n), k: some(draw, n), b: some(draw, n) };
     let text = format!(
         "param n = {n}
 param g = 9.81
@@ -166,10 +139,7 @@ impl Searched for Hanging {
         let g = real(&Number::scaled(981, -2).value, bits);
         for i in 0..x.len() {
             let [m, k, b] = [&self.m, &self.k, &self.b].map(|v| real(&v[i].value, bits));
-            let spring = Spring {
-                k: &k,
-                cubic: Some(&b),
-            };
+            let spring = Spring { k: &k, cubic: Some(&b) };
             spring.add((&mut gradient, &mut hessian), x, (i, i.checked_sub(1)));
             gradient[i] -= m * &g;
         }
@@ -186,11 +156,7 @@ struct Ions {
 
 pub(super) fn ions(draw: &mut Draw) -> Model {
     let n = draw.dimension().min(10);
-    let problem = Ions {
-        m: some(draw, n),
-        q: (0..n).map(|_| draw.decimal(0)).collect(),
-        k: draw.plain(),
-    };
+    let problem = Ions { m: some(draw, n), q: (0..n).map(|_| draw.decimal(0)).collect(), k: draw.plain() };
     let text = format!(
         "param N = {n}
 param k = {}
@@ -249,9 +215,7 @@ pub(super) fn torsion(draw: &mut Draw) -> Model {
         m: some(draw, n),
         l: draw.plains(n),
         k: some(draw, n),
-        a: (0..n)
-            .map(|_| Number::scaled(draw.int(1, 200), -2))
-            .collect(),
+        a: (0..n).map(|_| Number::scaled(draw.int(1, 200), -2)).collect(),
         c: some(draw, n - 1),
     };
     let mut text = format!("param n = {n}\nparam g = 9.81\n");
@@ -284,8 +248,7 @@ impl Searched for Torsion {
         let (mut gradient, mut hessian) = empty(x.len(), bits);
         let g = real(&Number::scaled(981, -2).value, bits);
         for i in 0..x.len() {
-            let [m, l, k, a] =
-                [&self.m, &self.l, &self.k, &self.a].map(|v| real(&v[i].value, bits));
+            let [m, l, k, a] = [&self.m, &self.l, &self.k, &self.a].map(|v| real(&v[i].value, bits));
             let weight = m * l * &g;
             let (sin, cos) = sin_cos(&x[i], bits);
             gradient[i] += &k * (&x[i] - a) + &weight * sin;

@@ -28,8 +28,7 @@ fn gram(draw: &mut Draw, n: usize, rank: usize) -> Exact {
 
 fn sum(a: &Exact, b: &Exact) -> Exact {
     let rows = a.iter().zip(b);
-    rows.map(|(a, b)| a.iter().zip(b).map(|(x, y)| x + y).collect())
-        .collect()
+    rows.map(|(a, b)| a.iter().zip(b).map(|(x, y)| x + y).collect()).collect()
 }
 
 fn skew(draw: &mut Draw, n: usize) -> Exact {
@@ -73,23 +72,9 @@ pub(super) fn repeated(draw: &mut Draw) -> Model {
 fn repeated_pencil(draw: &mut Draw) -> Pencil {
     let n = draw.size(1, 6);
     // q̈ + c q̇ + k q with roots -1, -1; -1, -2; 0, 0; 0, -1; ±i; ±1; complex; -2, -2; far apart.
-    let sorts = [
-        (2, 1),
-        (3, 2),
-        (0, 0),
-        (1, 0),
-        (0, 1),
-        (0, -1),
-        (1, 1),
-        (4, 4),
-        (1_000_000, 1),
-    ];
+    let sorts = [(2, 1), (3, 2), (0, 0), (1, 0), (0, 1), (0, -1), (1, 1), (4, 4), (1_000_000, 1)];
     let few: Vec<(i64, i64)> = (0..draw.size(1, 3)).map(|_| draw.pick(&sorts)).collect();
-    let mut pencil = Pencil {
-        mass: unit(n),
-        velocity: zeros(n),
-        position: zeros(n),
-    };
+    let mut pencil = Pencil { mass: unit(n), velocity: zeros(n), position: zeros(n) };
     for i in 0..n {
         let (c, k) = draw.pick(&few);
         pencil.velocity[i][i] = whole(c);
@@ -113,14 +98,8 @@ pub(super) fn gyroscopic(draw: &mut Draw) -> Model {
 
 fn gyroscopic_pencil(draw: &mut Draw) -> Pencil {
     let n = draw.size(2, 6);
-    let stiffness: Vec<Number> = (0..n)
-        .map(|_| Number::integer(draw.pick(&[-1, 0, 0, 1, 1, 4])))
-        .collect();
-    let mut pencil = Pencil {
-        mass: unit(n),
-        velocity: skew(draw, n),
-        position: diagonal(&stiffness),
-    };
+    let stiffness: Vec<Number> = (0..n).map(|_| Number::integer(draw.pick(&[-1, 0, 0, 1, 1, 4]))).collect();
+    let mut pencil = Pencil { mass: unit(n), velocity: skew(draw, n), position: diagonal(&stiffness) };
     if draw.once_in(3) {
         pencil.mass = sum(&pencil.mass, &gram(draw, n, 1));
     }
@@ -135,11 +114,7 @@ pub(super) fn circulatory(draw: &mut Draw) -> Model {
 
 fn circulatory_pencil(draw: &mut Draw) -> Pencil {
     let drawn = gyroscopic_pencil(draw);
-    Pencil {
-        position: sum(&drawn.position, &drawn.velocity),
-        velocity: zeros(drawn.mass.len()),
-        mass: drawn.mass,
-    }
+    Pencil { position: sum(&drawn.position, &drawn.velocity), velocity: zeros(drawn.mass.len()), mass: drawn.mass }
 }
 
 /// Friction and springs on fewer directions than there are.
@@ -170,8 +145,7 @@ pub(super) fn steady(draw: &mut Draw) -> Model {
     let square = m * w * w;
     // The force balances: k r^(p-1) = m w² r.
     let steps = 2 - power;
-    let spring =
-        (0..steps.abs()).fold(square.clone(), |k, _| if steps > 0 { k * r } else { k / r });
+    let spring = (0..steps.abs()).fold(square.clone(), |k, _| if steps > 0 { k * r } else { k / r });
     let spring = Number::exactly(spring);
     let text = format!(
         "param m = {m}  param k = {k}
@@ -187,11 +161,7 @@ equilibrium phi' = {w}
         r = radius.text,
         w = rate.text,
     );
-    let mut pencil = Pencil {
-        mass: zeros(3),
-        velocity: zeros(3),
-        position: zeros(3),
-    };
+    let mut pencil = Pencil { mass: zeros(3), velocity: zeros(3), position: zeros(3) };
     pencil.mass[0][0] = m.clone();
     pencil.mass[1][1] = m * r * r;
     pencil.mass[2][2] = m * r * r;
@@ -202,22 +172,13 @@ equilibrium phi' = {w}
     Model {
         text,
         tables: Vec::new(),
-        reference: Reference::Exponents(Box::new(Scaled {
-            pencil,
-            lengths: vec![0; 3],
-            rate: 0,
-        })),
+        reference: Reference::Exponents(Box::new(Scaled { pencil, lengths: vec![0; 3], rate: 0 })),
     }
 }
 
 /// Any of them with an energy, a time and each coordinate in units that are far apart.
 pub(super) fn scaled(draw: &mut Draw) -> Model {
-    let drawings = [
-        repeated_pencil,
-        gyroscopic_pencil,
-        circulatory_pencil,
-        low_rank_pencil,
-    ];
+    let drawings = [repeated_pencil, gyroscopic_pencil, circulatory_pencil, low_rank_pencil];
     let pencil = draw.pick(&drawings)(draw);
     let reach = draw.pick(&[3, 30, 60, 280, 280]);
     let mut length = || draw.int(-reach / 4, reach / 4);
@@ -237,11 +198,7 @@ fn term(value: &RBig, exponent: i64, factors: &str) -> String {
     if *value == RBig::ZERO {
         return String::new();
     }
-    let scale = if exponent == 0 {
-        String::new()
-    } else {
-        format!("*1e{exponent}")
-    };
+    let scale = if exponent == 0 { String::new() } else { format!("*1e{exponent}") };
     format!(" + ({value}){scale}*{factors}")
 }
 
@@ -264,11 +221,7 @@ fn written(pencil: Pencil, lengths: Vec<i64>, rate: i64, energy: i64) -> Model {
         let g = (&b[j][i] - &b[i][j]) * &half * &half;
         rotation += &term(&g, of(1), &format!("{x}*{y}'"));
     }
-    let friction = if friction.is_empty() {
-        String::new()
-    } else {
-        format!("dissipation = 0{friction}\n")
-    };
+    let friction = if friction.is_empty() { String::new() } else { format!("dissipation = 0{friction}\n") };
     let energies = if rotation.is_empty() {
         format!("T = 0{kinetic}\nV = 0{potential}\n")
     } else {
@@ -277,10 +230,6 @@ fn written(pencil: Pencil, lengths: Vec<i64>, rate: i64, energy: i64) -> Model {
     Model {
         text: format!("coord x[1..{n}]\n{energies}{friction}"),
         tables: Vec::new(),
-        reference: Reference::Exponents(Box::new(Scaled {
-            pencil,
-            lengths,
-            rate,
-        })),
+        reference: Reference::Exponents(Box::new(Scaled { pencil, lengths, rate })),
     }
 }

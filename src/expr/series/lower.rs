@@ -81,11 +81,7 @@ pub(super) fn lower(code: &Code) -> Lowered {
         moves.push(step.moves(&moves));
     }
     let moving = (0..steps.len()).filter(|at| moves[*at]).collect();
-    Lowered {
-        steps,
-        moving,
-        outputs,
-    }
+    Lowered { steps, moving, outputs }
 }
 
 impl Step {
@@ -96,9 +92,7 @@ impl Step {
             Self::Input(_) => true,
             Self::Constant(_) | Self::Pi | Self::Undefined => false,
             Self::Sum { terms, .. } => terms.iter().any(|(term, _)| moves[*term]),
-            Self::Difference(a, b) | Self::Product(a, b) | Self::Quotient(a, b) => {
-                moves[*a] || moves[*b]
-            }
+            Self::Difference(a, b) | Self::Product(a, b) | Self::Quotient(a, b) => moves[*a] || moves[*b],
             Self::Successor(a)
             | Self::Complement(a)
             | Self::Square(a)
@@ -222,11 +216,7 @@ impl Lowering {
         if let Some(known) = self.products.get(&key) {
             return *known;
         }
-        let product = self.push(if a == b {
-            Step::Square(a)
-        } else {
-            Step::Product(a, b)
-        });
+        let product = self.push(if a == b { Step::Square(a) } else { Step::Product(a, b) });
         self.products.insert(key, product);
         product
     }
@@ -243,14 +233,8 @@ impl Lowering {
     /// theta (a^c) = c (theta a/a) a^c.
     fn constant_power(&mut self, base: usize, exponent: usize) -> usize {
         let slope = self.slope(base);
-        let relative = self.push(Step::SlopeQuotient {
-            slope,
-            divisor: base,
-        });
-        let slope = self.push(Step::Multiple {
-            constant: exponent,
-            of: relative,
-        });
+        let relative = self.push(Step::SlopeQuotient { slope, divisor: base });
+        let slope = self.push(Step::Multiple { constant: exponent, of: relative });
         let start = Start::ConstantPower { base, exponent };
         self.own_factor(start, slope)
     }
@@ -266,12 +250,7 @@ impl Lowering {
     /// f with theta f = slope·f.
     fn own_factor(&mut self, start: Start, slope: usize) -> usize {
         let own = self.steps.len();
-        self.push(Step::Integral {
-            start,
-            slope,
-            factor: Some(own),
-            negative: false,
-        })
+        self.push(Step::Integral { start, slope, factor: Some(own), negative: false })
     }
 
     /// The angle has theta f = (x theta y - y theta x)/(x² + y²).
@@ -281,20 +260,9 @@ impl Lowering {
         let right = self.times(y, run);
         let turn = self.push(Step::Difference(left, right));
         let squares = [y, x].map(|side| (self.times(side, side), Weight::One));
-        let distance = self.push(Step::Sum {
-            constant: None,
-            terms: Box::new(squares),
-        });
-        let slope = self.push(Step::SlopeQuotient {
-            slope: turn,
-            divisor: distance,
-        });
-        self.push(Step::Integral {
-            start: Start::Angle { y, x },
-            slope,
-            factor: None,
-            negative: false,
-        })
+        let distance = self.push(Step::Sum { constant: None, terms: Box::new(squares) });
+        let slope = self.push(Step::SlopeQuotient { slope: turn, divisor: distance });
+        self.push(Step::Integral { start: Start::Angle { y, x }, slope, factor: None, negative: false })
     }
 
     fn function(&mut self, function: Function, x: usize) -> usize {
@@ -314,11 +282,7 @@ impl Lowering {
                     negative: false,
                 });
                 let square = self.push(Step::Square(value));
-                self.push(if function == Function::Tan {
-                    Step::Successor(square)
-                } else {
-                    Step::Complement(square)
-                });
+                self.push(if function == Function::Tan { Step::Successor(square) } else { Step::Complement(square) });
                 value
             }
             Function::Asin | Function::Acos => {
@@ -345,12 +309,7 @@ impl Lowering {
     fn relative(&mut self, function: Function, x: usize, divisor: usize, negative: bool) -> usize {
         let slope = self.slope(x);
         let slope = self.push(Step::SlopeQuotient { slope, divisor });
-        self.push(Step::Integral {
-            start: Start::Function(function, x),
-            slope,
-            factor: None,
-            negative,
-        })
+        self.push(Step::Integral { start: Start::Function(function, x), slope, factor: None, negative })
     }
 
     fn pair(&mut self, x: usize, hyperbolic: bool) -> (usize, usize) {
@@ -359,19 +318,9 @@ impl Lowering {
         }
         let slope = self.slope(x);
         let first = self.steps.len();
-        let (sine, cosine) = if hyperbolic {
-            (Function::Sinh, Function::Cosh)
-        } else {
-            (Function::Sin, Function::Cos)
-        };
-        for (function, factor, negative) in [(sine, first + 1, false), (cosine, first, !hyperbolic)]
-        {
-            self.push(Step::Integral {
-                start: Start::Function(function, x),
-                slope,
-                factor: Some(factor),
-                negative,
-            });
+        let (sine, cosine) = if hyperbolic { (Function::Sinh, Function::Cosh) } else { (Function::Sin, Function::Cos) };
+        for (function, factor, negative) in [(sine, first + 1, false), (cosine, first, !hyperbolic)] {
+            self.push(Step::Integral { start: Start::Function(function, x), slope, factor: Some(factor), negative });
         }
         self.pairs.insert((x, hyperbolic), (first, first + 1));
         (first, first + 1)

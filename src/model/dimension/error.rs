@@ -155,11 +155,7 @@ fn with_inferred(diagnostic: Diagnostic, inferred: Option<&Inferred>) -> Diagnos
     match inferred {
         Some(inferred) => diagnostic.with_secondary(
             inferred.span,
-            format!(
-                "this makes `{}` {}",
-                inferred.name,
-                with_unit(&inferred.dimension)
-            ),
+            format!("this makes `{}` {}", inferred.name, with_unit(&inferred.dimension)),
         ),
         None => diagnostic,
     }

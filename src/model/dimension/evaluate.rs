@@ -27,11 +27,7 @@ impl<'a> Inference<'a> {
                 }
                 IndexKind::Rows { variable, table } => (variable, Some(table.text.as_str())),
             };
-            self.scopes.push(Scope {
-                outer: scope,
-                name: &name.text,
-                table,
-            });
+            self.scopes.push(Scope { outer: scope, name: &name.text, table });
             scope = self.scopes.len() - 1;
         }
         scope
@@ -47,9 +43,7 @@ impl<'a> Inference<'a> {
                     if let Some(Quantity::Of(own)) = self.names.get(name) {
                         // One with a unit in a range is told by what becomes of the range.
                         let own = own.clone();
-                        self.sheet
-                            .solver
-                            .equate(&own, &Combination::default(), expr.span);
+                        self.sheet.solver.equate(&own, &Combination::default(), expr.span);
                     }
                 }
                 ExprKind::Field { .. } => {}
@@ -116,11 +110,7 @@ impl<'a> Inference<'a> {
         match file.expr(at).kind {
             ExprKind::Number(text) => {
                 let mantissa = text.split(['e', 'E']).next().unwrap_or("");
-                if mantissa.chars().all(|c| matches!(c, '0' | '.')) {
-                    Quantity::Any
-                } else {
-                    Quantity::number()
-                }
+                if mantissa.chars().all(|c| matches!(c, '0' | '.')) { Quantity::Any } else { Quantity::number() }
             }
             ExprKind::Name(name) => self.name(name, at),
             ExprKind::Index { base, indices } => {
@@ -144,29 +134,18 @@ impl<'a> Inference<'a> {
             ExprKind::Power { base, exponent } => self.raised(base, exponent),
             ExprKind::Product(factors) => self.factors(factors, span),
             ExprKind::Sum(terms) => {
-                let terms: Vec<(Quantity, Span)> = terms
-                    .iter()
-                    .map(|term| (self.take(term.value()), file.expr(term.value()).span))
-                    .collect();
+                let terms: Vec<(Quantity, Span)> =
+                    terms.iter().map(|term| (self.take(term.value()), file.expr(term.value()).span)).collect();
                 self.sheet.alike(&terms, &Context::Sum)
             }
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
-                let arguments: Vec<(Quantity, Span)> = arguments
-                    .iter()
-                    .map(|own| (self.take(*own), file.expr(*own).span))
-                    .collect();
+            ExprKind::Call { function, arguments } => {
+                let arguments: Vec<(Quantity, Span)> =
+                    arguments.iter().map(|own| (self.take(*own), file.expr(*own).span)).collect();
                 self.call(&function.text, arguments, span)
             }
             ExprKind::SumOver { body, .. } => self.take(body),
-            ExprKind::Vector(parts) => {
-                Quantity::list(parts.iter().map(|part| self.take(*part)).collect())
-            }
-            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
-                Quantity::Any
-            }
+            ExprKind::Vector(parts) => Quantity::list(parts.iter().map(|part| self.take(*part)).collect()),
+            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => Quantity::Any,
         }
     }
 
@@ -197,10 +176,7 @@ impl<'a> Inference<'a> {
             return Quantity::Any;
         };
         let solver = &mut self.sheet.solver;
-        let own = self
-            .columns
-            .entry((table, field))
-            .or_insert_with(|| solver.unknown(&format!("{table}.{field}")));
+        let own = self.columns.entry((table, field)).or_insert_with(|| solver.unknown(&format!("{table}.{field}")));
         Quantity::Of(own.clone())
     }
 
@@ -239,11 +215,7 @@ impl<'a> Inference<'a> {
         }
     }
 
-    fn ratio(
-        &self,
-        factors: &[Factor],
-        number: &impl Fn(ExprRef) -> Option<Number>,
-    ) -> Option<Number> {
+    fn ratio(&self, factors: &[Factor], number: &impl Fn(ExprRef) -> Option<Number>) -> Option<Number> {
         let mut product = Number::from(1);
         for factor in factors {
             let (divided, value) = (factor.divided(), factor.value());
@@ -251,11 +223,7 @@ impl<'a> Inference<'a> {
                 ExprKind::Negate(inner) => number(inner)?.neg(),
                 _ => number(value)?,
             };
-            product = if divided {
-                product.div(&own)?
-            } else {
-                product.mul(&own)
-            };
+            product = if divided { product.div(&own)? } else { product.mul(&own) };
         }
         Some(product)
     }
@@ -275,8 +243,8 @@ impl<'a> Inference<'a> {
         let half = Number::half();
         let two = Number::from(2);
         match function {
-            "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "exp"
-            | "ln" | "rot_x" | "rot_y" | "rot_z" => {
+            "sin" | "cos" | "tan" | "asin" | "acos" | "atan" | "sinh" | "cosh" | "tanh" | "exp" | "ln" | "rot_x"
+            | "rot_y" | "rot_z" => {
                 let what = format!("the argument of `{function}`");
                 for (own, span) in &arguments {
                     self.sheet.number(own, &what, *span);
@@ -292,8 +260,7 @@ impl<'a> Inference<'a> {
             "abs" | "floor" | "transpose" => argument(0),
             "norm" => {
                 let (value, span) = (argument(0), arguments.first().map_or(span, |own| own.1));
-                self.sheet
-                    .uniform(value, "the components of a vector", span)
+                self.sheet.uniform(value, "the components of a vector", span)
             }
             "dot" => self.sheet.dot(&argument(0), &argument(1), span),
             "cross" => {
@@ -302,12 +269,9 @@ impl<'a> Inference<'a> {
                 let v = self.sheet.uniform(argument(1), what, span);
                 self.sheet.product(u, v, false, span)
             }
-            "mod" => self
-                .sheet
-                .alike(&arguments, &Context::Arguments("the arguments of `mod`")),
+            "mod" => self.sheet.alike(&arguments, &Context::Arguments("the arguments of `mod`")),
             "angular_velocity" => argument(0).rate(),
-            "inertia_sphere" | "inertia_shell" | "inertia_rod" | "inertia_cylinder"
-            | "inertia_box" => {
+            "inertia_sphere" | "inertia_shell" | "inertia_rod" | "inertia_cylinder" | "inertia_box" => {
                 let what = format!("the lengths of `{function}`");
                 let lengths = arguments.get(1..).unwrap_or_default();
                 let length = self.sheet.alike(lengths, &Context::Arguments(&what));
@@ -317,22 +281,16 @@ impl<'a> Inference<'a> {
             "inertia_point" => {
                 let what = "the components of a vector";
                 let place = self.sheet.uniform(argument(1), what, span);
-                self.sheet
-                    .product(argument(0), place.power(&two), false, span)
+                self.sheet.product(argument(0), place.power(&two), false, span)
             }
             "steiner" => {
                 let what = "the components of a vector";
                 let shift = self.sheet.uniform(argument(2), what, span);
-                let moved = self
-                    .sheet
-                    .product(argument(1), shift.power(&two), false, span);
-                self.sheet
-                    .alike(&[(argument(0), span), (moved, span)], &Context::Sum)
+                let moved = self.sheet.product(argument(1), shift.power(&two), false, span);
+                self.sheet.alike(&[(argument(0), span), (moved, span)], &Context::Sum)
             }
             "about" => {
-                let axis = self
-                    .sheet
-                    .uniform(argument(1), "the components of a vector", span);
+                let axis = self.sheet.uniform(argument(1), "the components of a vector", span);
                 let axis_span = arguments.get(1).map_or(span, |own| own.1);
                 self.sheet.number(&axis, "the axis of `about`", axis_span);
                 argument(0)

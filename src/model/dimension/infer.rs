@@ -9,8 +9,8 @@ use crate::model::units;
 use crate::number::Number;
 use crate::span::Span;
 use crate::syntax::{
-    Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement,
-    StatementKind, UnitKind, UnitRef,
+    Binding, Declaration, ExprKind, ExprRef, File, IndexKind, Indices, Name, Statement, StatementKind, UnitKind,
+    UnitRef,
 };
 
 /// Families of up to so many members may have a dimension for each.
@@ -52,11 +52,7 @@ pub(in crate::model) fn infer(file: &File) -> Dimensions {
         names: HashMap::new(),
         tables: HashSet::new(),
         columns: HashMap::new(),
-        scopes: vec![Scope {
-            outer: 0,
-            name: "",
-            table: None,
-        }],
+        scopes: vec![Scope { outer: 0, name: "", table: None }],
         varied: varied_families(file),
         memo: vec![Quantity::Any; file.expressions.len()],
         within: HashMap::new(),
@@ -73,9 +69,7 @@ fn varied_families(file: &File) -> HashSet<&str> {
     for expr in &file.expressions {
         if let ExprKind::Index { base, indices } = expr.kind
             && let ExprKind::Name(name) = file.expr(base).kind
-            && !indices
-                .iter()
-                .all(|at| matches!(file.expr(*at).kind, ExprKind::Number(_)))
+            && !indices.iter().all(|at| matches!(file.expr(*at).kind, ExprKind::Number(_)))
         {
             varied.insert(name);
         }
@@ -124,16 +118,10 @@ impl<'a> Inference<'a> {
             StatementKind::Dissipation(root) => {
                 self.energy("dissipation", *root, &power(), word(11));
             }
-            StatementKind::Constraint {
-                indices,
-                left,
-                right,
-            } => {
+            StatementKind::Constraint { indices, left, right } => {
                 let scope = self.binders(indices.as_deref(), 0);
-                let sides = [*left, *right]
-                    .map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
-                self.sheet
-                    .alike(&sides, &Context::Arguments("the sides of a constraint"));
+                let sides = [*left, *right].map(|side| (self.evaluate(side, scope), self.file.expr(side).span));
+                self.sheet.alike(&sides, &Context::Arguments("the sides of a constraint"));
             }
             StatementKind::Guess { binding, rate } => {
                 self.given(binding, "guess", *rate);
@@ -187,14 +175,12 @@ impl<'a> Inference<'a> {
                     }
                     product.map_or(Quantity::Any, Quantity::Of)
                 }
-                UnitKind::Power {
-                    base,
-                    numerator,
-                    denominator,
-                } => match Number::ratio(i64::from(numerator), i64::from(denominator)) {
-                    Some(exponent) => part(&base).power(&exponent),
-                    None => Quantity::Any,
-                },
+                UnitKind::Power { base, numerator, denominator } => {
+                    match Number::ratio(i64::from(numerator), i64::from(denominator)) {
+                        Some(exponent) => part(&base).power(&exponent),
+                        None => Quantity::Any,
+                    }
+                }
             };
             done.insert(at, own);
         }
@@ -212,12 +198,7 @@ impl<'a> Inference<'a> {
             let [entry] = &*indices.entries else {
                 return None;
             };
-            let IndexKind::Range {
-                variable: None,
-                from,
-                to,
-            } = &entry.kind
-            else {
+            let IndexKind::Range { variable: None, from, to } = &entry.kind else {
                 return None;
             };
             let (from, to) = (literal(*from)?, literal(*to)?);
@@ -329,17 +310,8 @@ impl<'a> Inference<'a> {
         }
     }
 
-    fn same(
-        &mut self,
-        binding: &Binding,
-        quantity: &Quantity,
-        side: &'static str,
-        value: Quantity,
-        root: ExprRef,
-    ) {
-        let declared = binding
-            .unit
-            .map_or(binding.name.span, |unit| self.file.unit(unit).span);
+    fn same(&mut self, binding: &Binding, quantity: &Quantity, side: &'static str, value: Quantity, root: ExprRef) {
+        let declared = binding.unit.map_or(binding.name.span, |unit| self.file.unit(unit).span);
         let span = self.file.expr(root).span;
         self.same_at(&binding.name, declared, quantity, side, value, span);
     }
@@ -358,20 +330,18 @@ impl<'a> Inference<'a> {
             (Quantity::Any, _) | (_, Quantity::Any) => return,
             (Quantity::Of(_), Quantity::Of(_)) => vec![(quantity.clone(), value)],
             (Quantity::List(own), Quantity::List(parts)) if own.len() != parts.len() => return,
-            (Quantity::List(own), _) => (0..own.len())
-                .filter_map(|at| Some((own.get(at)?.clone(), value.element(at)?)))
-                .collect(),
-            (Quantity::Of(_), Quantity::List(parts)) => parts
-                .iter()
-                .map(|part| (quantity.clone(), part.clone()))
-                .collect(),
+            (Quantity::List(own), _) => {
+                (0..own.len()).filter_map(|at| Some((own.get(at)?.clone(), value.element(at)?))).collect()
+            }
+            (Quantity::Of(_), Quantity::List(parts)) => {
+                parts.iter().map(|part| (quantity.clone(), part.clone())).collect()
+            }
         };
         for (quantity, value) in wanted {
             match (quantity, value) {
                 (Quantity::Of(own), Quantity::Of(value)) => {
                     if !self.sheet.solver.equate(&own, &value, span)
-                        && let (Some(declared), Some(found)) =
-                            (self.sheet.known(&own), self.sheet.known(&value))
+                        && let (Some(declared), Some(found)) = (self.sheet.known(&own), self.sheet.known(&value))
                     {
                         let inferred = self.sheet.inferred([&value, &own]);
                         self.sheet.errors.push(DimensionError::WrongSide {
@@ -419,18 +389,10 @@ impl<'a> Inference<'a> {
             let value = self.evaluate(at, scope);
             if let Quantity::Of(own) = self.sheet.uniform(value, "the terms", span)
                 && !self.sheet.solver.equate(&own, wanted, span)
-                && let (Some(found), Some(wanted)) =
-                    (self.sheet.known(&own), self.sheet.known(wanted))
+                && let (Some(found), Some(wanted)) = (self.sheet.known(&own), self.sheet.known(wanted))
             {
                 let inferred = self.sheet.inferred([&own, &own]);
-                self.sheet.errors.push(DimensionError::WrongEnergy {
-                    what,
-                    found,
-                    wanted,
-                    span,
-                    statement,
-                    inferred,
-                });
+                self.sheet.errors.push(DimensionError::WrongEnergy { what, found, wanted, span, statement, inferred });
             }
         }
     }

@@ -40,9 +40,7 @@ impl Dimension {
     /// ```
     #[must_use]
     pub fn new(exponents: [i8; 7]) -> Self {
-        Self {
-            exponents: exponents.map(|e| Number::from(i64::from(e))),
-        }
+        Self { exponents: exponents.map(|e| Number::from(i64::from(e))) }
     }
 
     /// The exponents of kg, m, s, A, K, mol and cd.
@@ -92,11 +90,7 @@ impl Dimension {
                 over.push(power(base, e));
             }
         }
-        let over = if over.is_empty() {
-            "1".to_owned()
-        } else {
-            over.join("*")
-        };
+        let over = if over.is_empty() { "1".to_owned() } else { over.join("*") };
         format!("{over}{under}")
     }
 }

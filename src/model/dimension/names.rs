@@ -51,22 +51,17 @@ const WORDS: &[Entry] = &[
 ];
 
 fn find<'a>(list: &'a [Entry], dimension: &Dimension) -> Option<&'a Entry> {
-    list.iter()
-        .find(|(exponents, _, _)| Dimension::new(*exponents) == *dimension)
+    list.iter().find(|(exponents, _, _)| Dimension::new(*exponents) == *dimension)
 }
 
 /// The word for a quantity, with its article.
 pub(super) fn word(dimension: &Dimension) -> Option<&'static str> {
-    find(WORDS, dimension)
-        .or_else(|| find(SIMPLE, dimension))
-        .map(|(_, word, _)| *word)
+    find(WORDS, dimension).or_else(|| find(SIMPLE, dimension)).map(|(_, word, _)| *word)
 }
 
 /// The symbol of a derived unit.
 pub(super) fn symbol(dimension: &Dimension) -> Option<&'static str> {
-    find(WORDS, dimension)
-        .or_else(|| find(SIMPLE, dimension))
-        .and_then(|(_, _, symbol)| *symbol)
+    find(WORDS, dimension).or_else(|| find(SIMPLE, dimension)).and_then(|(_, _, symbol)| *symbol)
 }
 
 /// What to do to something of dimension `found` to make it `wanted`.
@@ -102,10 +97,7 @@ mod tests {
         let per_mass = Dimension::new([0, 2, -2, 0, 0, 0, 0]);
         assert_eq!(remedy(&per_mass, &energy), "multiply by a mass");
         let inertia = Dimension::new([1, 2, 0, 0, 0, 0, 0]);
-        assert_eq!(
-            remedy(&inertia, &energy),
-            "divide by the square of a time; is the prime of a velocity missing?"
-        );
+        assert_eq!(remedy(&inertia, &energy), "divide by the square of a time; is the prime of a velocity missing?");
         let odd = Dimension::new([2, 5, 1, 0, 0, 0, 0]);
         assert_eq!(remedy(&odd, &energy), "a factor in 1/kg/m^3/s^3 is missing");
     }
@@ -113,11 +105,7 @@ mod tests {
     #[test]
     fn no_dimension_has_two_words() {
         for (index, (exponents, _, _)) in WORDS.iter().enumerate() {
-            assert!(
-                WORDS[..index]
-                    .iter()
-                    .all(|(other, _, _)| other != exponents)
-            );
+            assert!(WORDS[..index].iter().all(|(other, _, _)| other != exponents));
         }
     }
 }

@@ -27,11 +27,7 @@ impl Quantity {
     pub(super) fn list(parts: Vec<Quantity>) -> Self {
         match parts.split_first() {
             // A zero among others says nothing about its place.
-            Some((first @ (Self::Any | Self::Of(_)), rest))
-                if rest.iter().all(|part| part == first) =>
-            {
-                first.clone()
-            }
+            Some((first @ (Self::Any | Self::Of(_)), rest)) if rest.iter().all(|part| part == first) => first.clone(),
             _ => Self::List(parts),
         }
     }
@@ -84,14 +80,11 @@ impl Sheet {
 
     /// The name that makes one of two sides what it is.
     pub(super) fn inferred(&self, sides: [&Combination; 2]) -> Option<Inferred> {
-        sides
-            .iter()
-            .find_map(|side| self.solver.last_found(side))
-            .map(|found| Inferred {
-                name: found.name,
-                dimension: found.dimension,
-                span: found.span,
-            })
+        sides.iter().find_map(|side| self.solver.last_found(side)).map(|found| Inferred {
+            name: found.name,
+            dimension: found.dimension,
+            span: found.span,
+        })
     }
 
     /// Requires terms, or arguments, to be alike; what they are.
@@ -110,10 +103,8 @@ impl Sheet {
                 return Quantity::Any;
             }
             let parts = (0..length).map(|at| {
-                let own: Vec<(Quantity, Span)> = terms
-                    .iter()
-                    .filter_map(|(term, span)| Some((term.element(at)?, *span)))
-                    .collect();
+                let own: Vec<(Quantity, Span)> =
+                    terms.iter().filter_map(|(term, span)| Some((term.element(at)?, *span))).collect();
                 self.alike(&own, context)
             });
             return Quantity::list(parts.collect());
@@ -141,24 +132,15 @@ impl Sheet {
         Quantity::Of(reference.clone())
     }
 
-    fn unlike(
-        &mut self,
-        one: (&Combination, Span),
-        other: (&Combination, Span),
-        context: &Context<'_>,
-    ) {
+    fn unlike(&mut self, one: (&Combination, Span), other: (&Combination, Span), context: &Context<'_>) {
         let (Some(found), Some(expected)) = (self.known(one.0), self.known(other.0)) else {
             return;
         };
         let inferred = self.inferred([one.0, other.0]);
         self.errors.push(match context {
-            Context::Sum => DimensionError::UnlikeTerms {
-                found,
-                span: one.1,
-                other: expected,
-                other_span: other.1,
-                inferred,
-            },
+            Context::Sum => {
+                DimensionError::UnlikeTerms { found, span: one.1, other: expected, other_span: other.1, inferred }
+            }
             Context::Arguments(what) => DimensionError::UnlikeArguments {
                 what: (*what).to_owned(),
                 found,
@@ -199,12 +181,7 @@ impl Sheet {
                     && let Some(found) = self.known(own)
                 {
                     let inferred = self.inferred([own, own]);
-                    self.errors.push(DimensionError::NotANumber {
-                        what: what.to_owned(),
-                        found,
-                        span,
-                        inferred,
-                    });
+                    self.errors.push(DimensionError::NotANumber { what: what.to_owned(), found, span, inferred });
                 }
             }
             Quantity::List(parts) => {
@@ -220,23 +197,15 @@ impl Sheet {
         match value {
             Quantity::Any | Quantity::Of(_) => value,
             Quantity::List(parts) => {
-                let parts: Vec<(Quantity, Span)> = parts
-                    .into_iter()
-                    .map(|part| (self.uniform(part, what, span), span))
-                    .collect();
+                let parts: Vec<(Quantity, Span)> =
+                    parts.into_iter().map(|part| (self.uniform(part, what, span), span)).collect();
                 self.alike(&parts, &Context::Arguments(what))
             }
         }
     }
 
     /// `left * right` or `left / right`; lists as vectors and matrices.
-    pub(super) fn product(
-        &mut self,
-        left: Quantity,
-        right: Quantity,
-        divided: bool,
-        span: Span,
-    ) -> Quantity {
+    pub(super) fn product(&mut self, left: Quantity, right: Quantity, divided: bool, span: Span) -> Quantity {
         match (left, right) {
             (Quantity::Any, _) | (_, Quantity::Any) => Quantity::Any,
             (Quantity::Of(a), Quantity::Of(b)) if divided => Quantity::Of(a.over(&b)),
@@ -288,7 +257,5 @@ pub(super) fn power() -> Combination {
 
 /// The generator of a base unit.
 pub(super) fn base(symbol: &str) -> Combination {
-    BASE.iter()
-        .position(|own| *own == symbol)
-        .map_or_else(Combination::default, Combination::base)
+    BASE.iter().position(|own| *own == symbol).map_or_else(Combination::default, Combination::base)
 }

@@ -29,11 +29,7 @@ impl Combination {
 
     pub(super) fn from_exponents(exponents: &[i8; 7]) -> Self {
         let powers = (0..).zip(exponents).filter(|(_, e)| **e != 0);
-        Self(
-            powers
-                .map(|(at, e)| (at, Number::from(i64::from(*e))))
-                .collect(),
-        )
+        Self(powers.map(|(at, e)| (at, Number::from(i64::from(*e)))).collect())
     }
 
     /// `self · other^factor`
@@ -119,10 +115,7 @@ pub(super) struct Solver {
 impl Solver {
     pub(super) fn unknown(&mut self, name: &str) -> Combination {
         let at = FIRST_UNKNOWN + self.unknowns.len() as Generator;
-        self.unknowns.push(Unknown {
-            name: name.to_owned(),
-            solved: None,
-        });
+        self.unknowns.push(Unknown { name: name.to_owned(), solved: None });
         Combination::generator(at)
     }
 
@@ -135,13 +128,7 @@ impl Solver {
     pub(super) fn resolve(&self, combination: &Combination) -> Option<Combination> {
         let mut result = combination.clone();
         // Values hold older unknowns only, so that the newest that is solved never comes back.
-        while let Some((at, exponent)) = result
-            .0
-            .iter()
-            .rev()
-            .find(|(at, _)| self.solved(*at).is_some())
-            .cloned()
-        {
+        while let Some((at, exponent)) = result.0.iter().rev().find(|(at, _)| self.solved(*at).is_some()).cloned() {
             if result.is_oversized() {
                 return None;
             }
@@ -171,11 +158,7 @@ impl Solver {
         };
         let rest = quotient.over(&Combination(vec![(newest, exponent)]));
         self.steps += 1;
-        let solved = Solved {
-            value: rest.power(&inverse),
-            span,
-            step: self.steps,
-        };
+        let solved = Solved { value: rest.power(&inverse), span, step: self.steps };
         if let Some(unknown) = self.unknowns.get_mut((newest - FIRST_UNKNOWN) as usize) {
             unknown.solved = Some(solved);
         }
@@ -191,11 +174,7 @@ impl Solver {
                 let solved = self.solved(*at)?;
                 let unknown = self.unknowns.get((*at - FIRST_UNKNOWN) as usize)?;
                 let dimension = self.resolve(&solved.value)?.dimension()?;
-                let found = Found {
-                    name: unknown.name.clone(),
-                    dimension,
-                    span: solved.span,
-                };
+                let found = Found { name: unknown.name.clone(), dimension, span: solved.span };
                 Some((solved.step, found))
             })
             .max_by_key(|(step, _)| *step)

@@ -22,16 +22,13 @@ impl Metric<'_> {
     fn image(&self, x: &[Wide]) -> Vec<Wide> {
         let row = |i: usize| {
             let terms = x.iter().take(self.n).enumerate();
-            let mut terms = terms
-                .map(|(j, x)| x.times(&(self.mass)(i, j)))
-                .filter(|x| !(x.re.is_zero() && x.im.is_zero()));
+            let mut terms =
+                terms.map(|(j, x)| x.times(&(self.mass)(i, j))).filter(|x| !(x.re.is_zero() && x.im.is_zero()));
             let first = terms.next();
             first.map(|first| terms.fold(first, |sum, x| sum.add(&x)))
         };
         let bits = x.first().map_or(64, |x| x.re.bits());
-        (0..self.n)
-            .map(|i| row(i).unwrap_or_else(|| Wide::zero(bits)))
-            .collect()
+        (0..self.n).map(|i| row(i).unwrap_or_else(|| Wide::zero(bits))).collect()
     }
 
     /// An orthonormal basis, of `count` vectors, of what the candidates span beside the orthonormal `known` ones: their
@@ -78,9 +75,7 @@ impl Metric<'_> {
     fn echelon(&self, mut columns: Vec<Vec<Wide>>, count: usize) -> Option<Vec<Vec<Wide>>> {
         let size = |x: &[Wide], row: usize| {
             let by = -i64::from(self.shift.get(row).copied().unwrap_or(0));
-            x.get(row).map_or(Magnitude::ZERO, |x| {
-                x.re.mid_upper().max(x.im.mid_upper()).scale(by)
-            })
+            x.get(row).map_or(Magnitude::ZERO, |x| x.re.mid_upper().max(x.im.mid_upper()).scale(by))
         };
         let mut pivots: Vec<usize> = Vec::with_capacity(count);
         for p in 0..count {
@@ -92,9 +87,7 @@ impl Metric<'_> {
             let free = (0..self.n).filter(|row| !pivots.contains(row));
             let rows: Vec<(usize, Magnitude)> = free.map(|row| (row, most(row))).collect();
             let largest = rows.iter().fold(Magnitude::ZERO, |a, (_, b)| a.max(*b));
-            let (row, top) = *rows
-                .iter()
-                .find(|(_, most)| !most.is_zero() && *most >= largest.scale(NO_PIVOT))?;
+            let (row, top) = *rows.iter().find(|(_, most)| !most.is_zero() && *most >= largest.scale(NO_PIVOT))?;
             let best = rest.iter().position(|x| size(x, row) == top)?;
             columns.swap(p, p + best);
             let pivot = columns[p].get(row)?.clone();
@@ -163,15 +156,10 @@ pub(super) fn finished(vector: &[Wide]) -> (Vec<c64>, f64) {
     };
     let turn = if first.im.is_zero() {
         let sign = Big::one(first.re.bits());
-        Wide {
-            im: Big::zero(sign.bits()),
-            re: if first.re.is_negative() { -&sign } else { sign },
-        }
+        Wide { im: Big::zero(sign.bits()), re: if first.re.is_negative() { -&sign } else { sign } }
     } else {
         let square = &(&first.re * &first.re) + &(&first.im * &first.im);
-        first
-            .conj()
-            .times(&(&Big::one(square.bits()) / &square.sqrt()))
+        first.conj().times(&(&Big::one(square.bits()) / &square.sqrt()))
     };
     let mut bound = 0.0_f64;
     let turned = |x: &Wide| {
@@ -181,11 +169,7 @@ pub(super) fn finished(vector: &[Wide]) -> (Vec<c64>, f64) {
         }
         let (re, im) = (value.re.to_ball(), value.im.to_ball());
         let error = re.mid_f64_error().max(im.mid_f64_error());
-        bound = if error.is_finite() {
-            bound.max(error)
-        } else {
-            f64::INFINITY
-        };
+        bound = if error.is_finite() { bound.max(error) } else { f64::INFINITY };
         // No negative zeros.
         c64::new(re.mid_f64() + 0.0, im.mid_f64() + 0.0)
     };

@@ -154,12 +154,7 @@ impl Pencil<'_> {
     }
 
     /// Sizes from the dimensions of the kernels, and heads from the longest chains down.
-    fn headed(
-        &self,
-        dimensions: &[usize],
-        kernels: &[Echelon],
-        metric: Option<&Metric<'_>>,
-    ) -> Option<Blocks> {
+    fn headed(&self, dimensions: &[usize], kernels: &[Echelon], metric: Option<&Metric<'_>>) -> Option<Blocks> {
         let (mut sizes, mut heads) = (Vec::new(), Vec::new());
         for level in (1..=dimensions.len()).rev() {
             let before = level.checked_sub(2).map_or(0, |at| dimensions[at]);
@@ -200,12 +195,7 @@ impl Pencil<'_> {
     /// T_k at λ, of a conjugate.
     fn chains(&self, lambda: &Wide, level: usize, conjugate: usize) -> Vec<Vec<Wide>> {
         let (n, bits) = (self.n, lambda.re.bits());
-        let IntegerQuadratic {
-            mass,
-            velocity,
-            stiffness,
-            units: _,
-        } = self.matrices;
+        let IntegerQuadratic { mass, velocity, stiffness, units: _ } = self.matrices;
         let [mass, velocity, stiffness] =
             [mass, velocity, stiffness].map(|matrix| self.values(matrix, conjugate, bits));
         let mut rows = vec![vec![Wide::zero(bits); n * level]; n * level];
@@ -218,15 +208,9 @@ impl Pencil<'_> {
                     x.re = &x.re + y;
                     x
                 };
-                let value = plus(
-                    plus(product.clone(), &velocity[k]).mul(lambda),
-                    &stiffness[k],
-                );
+                let value = plus(plus(product.clone(), &velocity[k]).mul(lambda), &stiffness[k]);
                 let slope = plus(product.times(&Big::one(bits).scale(1)), &velocity[k]);
-                let curve = Wide {
-                    re: m,
-                    im: Big::zero(bits),
-                };
+                let curve = Wide { re: m, im: Big::zero(bits) };
                 for (down, part) in [value, slope, curve].into_iter().enumerate() {
                     for at in down..level {
                         rows[at * n + i][(at - down) * n + j] = part.clone();
@@ -242,14 +226,8 @@ impl Pencil<'_> {
     /// With a the leading coefficient of f and C = aC₁ for C₁ the companion matrix, T_k times a².
     fn exact_dimension(&self, f: &Polynomial, level: usize) -> Option<usize> {
         let (n, d) = (self.n * self.conjugates(), f.len().checked_sub(1)?);
-        let IntegerQuadratic {
-            mass,
-            velocity,
-            stiffness,
-            units: _,
-        } = self.matrices;
-        let [mass, velocity, stiffness] =
-            [mass, velocity, stiffness].map(|matrix| self.whole(matrix));
+        let IntegerQuadratic { mass, velocity, stiffness, units: _ } = self.matrices;
+        let [mass, velocity, stiffness] = [mass, velocity, stiffness].map(|matrix| self.whole(matrix));
         let lead = f.last()?;
         let zero = || vec![vec![IBig::ZERO; d]; d];
         let (mut one, mut c) = (zero(), zero());
@@ -284,8 +262,7 @@ impl Pencil<'_> {
                         ];
                         for (down, part) in parts.iter().enumerate() {
                             for at in down..level {
-                                rows[(at * n + i) * d + p][((at - down) * n + j) * d + q] =
-                                    part.clone();
+                                rows[(at * n + i) * d + p][((at - down) * n + j) * d + q] = part.clone();
                             }
                         }
                     }
@@ -347,11 +324,7 @@ impl Echelon {
     /// A basis of the kernel, where the rank is no larger than what was found.
     fn kernel(&self) -> Vec<Vec<Wide>> {
         let width = self.order.len();
-        let Some(bits) = self
-            .rows
-            .first()
-            .and_then(|row| Some(row.first()?.re.bits()))
-        else {
+        let Some(bits) = self.rows.first().and_then(|row| Some(row.first()?.re.bits())) else {
             return Vec::new();
         };
         let vector = |free: usize| {

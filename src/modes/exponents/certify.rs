@@ -55,9 +55,7 @@ impl Certificate {
     pub(super) fn disc(&self, column: usize) -> (f64, f64, usize) {
         let group = &self.groups[self.of[column]];
         let at = group.members.iter().position(|&c| c == column);
-        at.map_or((f64::INFINITY, f64::INFINITY, 0), |at| {
-            (group.discs[at], group.radii[at], group.shared[at])
-        })
+        at.map_or((f64::INFINITY, f64::INFINITY, 0), |at| (group.discs[at], group.radii[at], group.shared[at]))
     }
 }
 
@@ -77,11 +75,7 @@ const FAR: f64 = 1.0 + 1e-11;
 
 /// Discs for all columns, those in `together` (of the exponent 0) as one group from the start. `twin` tells
 /// which column is the exact conjugate of another one.
-pub(super) fn certify(
-    couplings: &Couplings,
-    together: usize,
-    twin: &[Option<usize>],
-) -> Certificate {
+pub(super) fn certify(couplings: &Couplings, together: usize, twin: &[Option<usize>]) -> Certificate {
     let m = couplings.size;
     let mut sets: Vec<Option<Vec<usize>>> = Vec::new();
     if together > 0 {
@@ -96,22 +90,19 @@ pub(super) fn certify(
     }
     let mut done: Vec<Option<Group>> = vec![None; sets.len()];
     let mut todo: Vec<usize> = (0..sets.len()).rev().collect();
-    let join = |a: usize,
-                b: usize,
-                sets: &mut Vec<Option<Vec<usize>>>,
-                of: &mut Vec<usize>,
-                done: &mut Vec<Option<Group>>| {
-        let moved = sets[b].take().unwrap_or_default();
-        for &j in &moved {
-            of[j] = a;
-        }
-        if let Some(set) = &mut sets[a] {
-            set.extend(moved);
-            set.sort_unstable();
-        }
-        done[a] = None;
-        done[b] = None;
-    };
+    let join =
+        |a: usize, b: usize, sets: &mut Vec<Option<Vec<usize>>>, of: &mut Vec<usize>, done: &mut Vec<Option<Group>>| {
+            let moved = sets[b].take().unwrap_or_default();
+            for &j in &moved {
+                of[j] = a;
+            }
+            if let Some(set) = &mut sets[a] {
+                set.extend(moved);
+                set.sort_unstable();
+            }
+            done[a] = None;
+            done[b] = None;
+        };
     loop {
         while let Some(at) = todo.pop() {
             let Some(members) = sets[at].clone() else {
@@ -147,10 +138,7 @@ pub(super) fn certify(
         }
         let met = (0..m).find_map(|j| {
             (0..j)
-                .find(|&i| {
-                    of[i] != of[j]
-                        && !exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j]))
-                })
+                .find(|&i| of[i] != of[j] && !exceeds(couplings.distance.get(i, j) * NEAR, up(disc[i] + disc[j])))
                 .map(|i| (i, j))
         });
         match met {
@@ -184,26 +172,12 @@ fn mirrored(group: &Group, column: usize, twin: &[Option<usize>]) -> Group {
             partner[i] = j;
         }
     }
-    Group {
-        members: vec![column],
-        reach: (0..m).map(|j| group.reach[partner[j]]).collect(),
-        ..group.clone()
-    }
+    Group { members: vec![column], reach: (0..m).map(|j| group.reach[partner[j]]).collect(), ..group.clone() }
 }
 
 /// The discs of a group, or the column that it can't be separated from.
 fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
-    let Couplings {
-        size,
-        right,
-        left_t,
-        q,
-        q_t,
-        defect,
-        least,
-        distance,
-        ..
-    } = couplings;
+    let Couplings { size, right, left_t, q, q_t, defect, least, distance, .. } = couplings;
     let m = *size;
     let factor = 1.0 + slack(4 * m);
     let mut inside = vec![false; m];
@@ -301,10 +275,8 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         }
         if !shown {
             // The row that needs the most is the one to blame.
-            let worst = outside
-                .iter()
-                .copied()
-                .max_by(|&a, &b| (base[a] / diagonal[a]).total_cmp(&(base[b] / diagonal[b])));
+            let worst =
+                outside.iter().copied().max_by(|&a, &b| (base[a] / diagonal[a]).total_cmp(&(base[b] / diagonal[b])));
             return worst.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
         }
         std::mem::swap(&mut tau, &mut next);
@@ -334,13 +306,7 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             for &i in &outside {
                 reach[i] = tau[i];
             }
-            return Ok(Group {
-                members,
-                discs,
-                radii,
-                shared,
-                reach,
-            });
+            return Ok(Group { members, discs, radii, shared, reach });
         }
         radius = 2.0 * needed;
     }
@@ -379,10 +345,7 @@ fn spread(couplings: &Couplings, members: &[usize], discs: &[f64]) -> (Vec<f64>,
             }
         }
     }
-    let shared = component
-        .iter()
-        .map(|a| component.iter().filter(|b| *b == a).count())
-        .collect();
+    let shared = component.iter().map(|a| component.iter().filter(|b| *b == a).count()).collect();
     let radii = (0..k)
         .map(|a| {
             (0..k)

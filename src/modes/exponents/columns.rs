@@ -24,24 +24,8 @@ pub(super) struct Columns {
 
 impl Columns {
     pub(super) fn new(start: Start) -> Self {
-        let Start {
-            mu,
-            x,
-            y,
-            twin,
-            zeros,
-            chains,
-            links,
-        } = start;
-        Self {
-            mu: mu.into_iter().map(Complex::from_c64).collect(),
-            x,
-            y,
-            twin,
-            zeros,
-            chains,
-            links,
-        }
+        let Start { mu, x, y, twin, zeros, chains, links } = start;
+        Self { mu: mu.into_iter().map(Complex::from_c64).collect(), x, y, twin, zeros, chains, links }
     }
 
     pub(super) fn count(&self) -> usize {
@@ -82,14 +66,8 @@ impl Image {
     }
 
     fn get(&self, i: usize, j: usize) -> (Complex, f64) {
-        let value = Complex {
-            re: self.value.get(i, 2 * j),
-            im: self.value.get(i, 2 * j + 1),
-        };
-        (
-            value,
-            up(self.error.get(i, 2 * j) + self.error.get(i, 2 * j + 1)),
-        )
+        let value = Complex { re: self.value.get(i, 2 * j), im: self.value.get(i, 2 * j + 1) };
+        (value, up(self.error.get(i, 2 * j) + self.error.get(i, 2 * j + 1)))
     }
 
     fn column(&self, j: usize) -> Vec<(Complex, f64)> {
@@ -112,50 +90,30 @@ fn stacked(n: usize, columns: &[&Vec<Complex>]) -> Matrix {
 ///
 /// By the bounds of [`Complex`] the evaluation costs 16 u² |μa|, 4 u² |μa + b|, 16 u² |μ||μa + b| and 4 u² of the
 /// result, in all less than 48 u² (|μ|²|a| + |μ||b| + |c|); errors of a, b and c come on top.
-fn quadratic(
-    mu: Complex,
-    a: (Complex, f64),
-    b: (Complex, f64),
-    c: (Complex, f64),
-) -> (Complex, f64) {
+fn quadratic(mu: Complex, a: (Complex, f64), b: (Complex, f64), c: (Complex, f64)) -> (Complex, f64) {
     let value = mu.mul(a.0).add(b.0).mul(mu).add(c.0);
     let m = mu.size() * (1.0 + 1e-15);
     let sizes = m * m * a.0.size() + m * b.0.size() + c.0.size();
-    (
-        value,
-        up(48.0 * U2 * sizes * (1.0 + 1e-14) + m * m * a.1 + m * b.1 + c.1),
-    )
+    (value, up(48.0 * U2 * sizes * (1.0 + 1e-14) + m * m * a.1 + m * b.1 + c.1))
 }
 
 /// A double-double number in doubles.
 fn rounded((value, error): (Complex, f64)) -> Approximate {
     Approximate {
         value: value.to_c64(),
-        error: if error == 0.0 && value.low() == 0.0 {
-            0.0
-        } else {
-            up(error + value.low())
-        },
+        error: if error == 0.0 && value.low() == 0.0 { 0.0 } else { up(error + value.low()) },
     }
 }
 
 /// What each column contributes, with exponents replaced by two-sided quotients.
 pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
     let n = scaled.n;
-    let own: Vec<usize> = (0..columns.count())
-        .filter(|&j| columns.twin[j].is_none())
-        .collect();
-    let radii: Vec<Vec<f64>> = scaled
-        .zero
-        .iter()
-        .map(|v| v.iter().map(|x| x.radius).collect())
-        .collect();
+    let own: Vec<usize> = (0..columns.count()).filter(|&j| columns.twin[j].is_none()).collect();
+    let radii: Vec<Vec<f64>> = scaled.zero.iter().map(|v| v.iter().map(|x| x.radius).collect()).collect();
     let x = stacked(n, &own.iter().map(|&j| &columns.x[j]).collect::<Vec<_>>());
     let y = stacked(n, &own.iter().map(|&j| &columns.y[j]).collect::<Vec<_>>());
-    let right =
-        [&scaled.mass, &scaled.velocity, &scaled.stiffness].map(|a| Image::new(a, &x, &radii));
-    let left =
-        [&scaled.mass, &scaled.velocity_t, &scaled.stiffness_t].map(|a| Image::new(a, &y, &[]));
+    let right = [&scaled.mass, &scaled.velocity, &scaled.stiffness].map(|a| Image::new(a, &x, &radii));
+    let left = [&scaled.mass, &scaled.velocity_t, &scaled.stiffness_t].map(|a| Image::new(a, &y, &[]));
     let mut sheets: Vec<Option<Sheet>> = vec![None; columns.count()];
     for (at, &j) in own.iter().enumerate() {
         let inexact = radii.get(j).map_or(&[] as &[f64], Vec::as_slice);
@@ -166,11 +124,7 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
             let linked = |image: &Image, forward: bool| {
                 let mut sum = vec![(Complex::ZERO, 0.0); n];
                 for link in &columns.links {
-                    let (to, from) = if forward {
-                        (link.to, link.from)
-                    } else {
-                        (link.from, link.to)
-                    };
+                    let (to, from) = if forward { (link.to, link.from) } else { (link.from, link.to) };
                     if to != j {
                         continue;
                     }
@@ -179,10 +133,7 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
                         let term = by.mul(x);
                         let value = sum.0.add(term);
                         let rounding = U2 * (16.0 * term.size() + 4.0 * value.size());
-                        *sum = (
-                            value,
-                            up(sum.1 + e * link.value.abs() + rounding * (1.0 + 1e-14)),
-                        );
+                        *sum = (value, up(sum.1 + e * link.value.abs() + rounding * (1.0 + 1e-14)));
                     }
                 }
                 sum
@@ -191,9 +142,8 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
         } else {
             let (u, v, w) = (of_x(0), of_x(1), of_x(2));
             let (p, q, r) = (of_y(0), of_y(1), of_y(2));
-            let residuals = |mu: Complex| -> Vec<(Complex, f64)> {
-                (0..n).map(|i| quadratic(mu, u[i], v[i], w[i])).collect()
-            };
+            let residuals =
+                |mu: Complex| -> Vec<(Complex, f64)> { (0..n).map(|i| quadratic(mu, u[i], v[i], w[i])).collect() };
             let mut mu = columns.mu[j];
             let mut residual = residuals(mu);
             for _ in 0..2 {
@@ -220,15 +170,12 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
                 sizes += y.size() * value.size();
             }
             // Products cost 16 u² each, n sums at most 4 n u² of all.
-            let error =
-                error * (1.0 + 1e-13) + (16.0 + 4.0 * n as f64) * U2 * sizes * (1.0 + 1e-13);
+            let error = error * (1.0 + 1e-13) + (16.0 + 4.0 * n as f64) * U2 * sizes * (1.0 + 1e-13);
             let size = mu.size() * (1.0 + 1e-15);
             Sheet {
                 x: columns.x[j].iter().map(|x| rounded((*x, 0.0))).collect(),
                 y: columns.y[j].iter().map(|y| rounded((*y, 0.0))).collect(),
-                left: (0..n)
-                    .map(|i| rounded(quadratic(mu, p[i], q[i], r[i])))
-                    .collect(),
+                left: (0..n).map(|i| rounded(quadratic(mu, p[i], q[i], r[i]))).collect(),
                 rest: (0..n)
                     .map(|i| {
                         // D x + μ M x
@@ -280,10 +227,7 @@ fn zero_sheet(
             .zip(b)
             .map(|(a, b)| {
                 let value = a.0.add(b.0);
-                (
-                    value,
-                    up(a.1 + b.1 + 4.0 * U2 * value.size() * (1.0 + 1e-14)),
-                )
+                (value, up(a.1 + b.1 + 4.0 * U2 * value.size() * (1.0 + 1e-14)))
             })
             .collect()
     };
@@ -308,15 +252,11 @@ fn zero_sheet(
     let from_left = sum(linked(&left[1], false), left[2].column(at));
     let rest = sum(right[1].column(at), linked(&right[0], true));
     // Moduli of y may be large where exponents near 0 are hardly separated: the plain sum does.
-    let defect: f64 = columns.y[j]
-        .iter()
-        .zip(&residual)
-        .map(|(y, (value, error))| y.size() * (value.size() + error))
-        .sum();
+    let defect: f64 =
+        columns.y[j].iter().zip(&residual).map(|(y, (value, error))| y.size() * (value.size() + error)).sum();
     let x = columns.x[j].iter().enumerate();
     Sheet {
-        x: x.map(|(i, x)| rounded((*x, inexact.get(i).copied().unwrap_or(0.0))))
-            .collect(),
+        x: x.map(|(i, x)| rounded((*x, inexact.get(i).copied().unwrap_or(0.0)))).collect(),
         y: columns.y[j].iter().map(|y| rounded((*y, 0.0))).collect(),
         residual: residual.into_iter().map(rounded).collect(),
         left: from_left.into_iter().map(rounded).collect(),
@@ -382,9 +322,7 @@ pub(super) fn improve(
     let mut changes = Vec::with_capacity(which.len());
     for &j in which {
         let difference = |i: usize| columns.mu[j].sub(columns.mu[i]).to_c64();
-        changes.push(steps(couplings, columns, sheets, j, difference, |i| {
-            skip(j, i)
-        }));
+        changes.push(steps(couplings, columns, sheets, j, difference, |i| skip(j, i)));
     }
     for (&j, (dx, dy)) in which.iter().zip(changes) {
         let real = columns.mu[j].im.hi == 0.0 && columns.mu[j].im.lo == 0.0;

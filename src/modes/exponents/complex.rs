@@ -16,16 +16,10 @@ pub(super) struct Complex {
 }
 
 impl Complex {
-    pub(super) const ZERO: Self = Self {
-        re: DoubleDouble::ZERO,
-        im: DoubleDouble::ZERO,
-    };
+    pub(super) const ZERO: Self = Self { re: DoubleDouble::ZERO, im: DoubleDouble::ZERO };
 
     pub(super) fn from_c64(value: c64) -> Self {
-        Self {
-            re: DoubleDouble::exact(value.re),
-            im: DoubleDouble::exact(value.im),
-        }
+        Self { re: DoubleDouble::exact(value.re), im: DoubleDouble::exact(value.im) }
     }
 
     /// The nearest pair of doubles: off by at most u of each part.
@@ -39,31 +33,19 @@ impl Complex {
     }
 
     pub(super) fn conj(self) -> Self {
-        Self {
-            re: self.re,
-            im: -self.im,
-        }
+        Self { re: self.re, im: -self.im }
     }
 
     pub(super) fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re + other.re,
-            im: self.im + other.im,
-        }
+        Self { re: self.re + other.re, im: self.im + other.im }
     }
 
     pub(super) fn sub(self, other: Self) -> Self {
-        Self {
-            re: self.re - other.re,
-            im: self.im - other.im,
-        }
+        Self { re: self.re - other.re, im: self.im - other.im }
     }
 
     pub(super) fn mul(self, other: Self) -> Self {
-        Self {
-            re: self.re * other.re - self.im * other.im,
-            im: self.re * other.im + self.im * other.re,
-        }
+        Self { re: self.re * other.re - self.im * other.im, im: self.re * other.im + self.im * other.re }
     }
 
     pub(super) fn is_finite(self) -> bool {
@@ -85,10 +67,7 @@ pub(super) struct Wide {
 
 impl Wide {
     pub(super) fn zero(bits: usize) -> Self {
-        Self {
-            re: Big::zero(bits),
-            im: Big::zero(bits),
-        }
+        Self { re: Big::zero(bits), im: Big::zero(bits) }
     }
 
     /// Whether it is exactly 0.
@@ -97,31 +76,19 @@ impl Wide {
     }
 
     pub(super) fn from_complex(value: Complex, bits: usize) -> Self {
-        Self {
-            re: Big::from_double_double(value.re, bits),
-            im: Big::from_double_double(value.im, bits),
-        }
+        Self { re: Big::from_double_double(value.re, bits), im: Big::from_double_double(value.im, bits) }
     }
 
     pub(super) fn from_c64(value: c64, bits: usize) -> Self {
-        Self {
-            re: Big::from_f64(value.re, bits),
-            im: Big::from_f64(value.im, bits),
-        }
+        Self { re: Big::from_f64(value.re, bits), im: Big::from_f64(value.im, bits) }
     }
 
     pub(super) fn add(&self, other: &Self) -> Self {
-        Self {
-            re: &self.re + &other.re,
-            im: &self.im + &other.im,
-        }
+        Self { re: &self.re + &other.re, im: &self.im + &other.im }
     }
 
     pub(super) fn sub(&self, other: &Self) -> Self {
-        Self {
-            re: &self.re - &other.re,
-            im: &self.im - &other.im,
-        }
+        Self { re: &self.re - &other.re, im: &self.im - &other.im }
     }
 
     pub(super) fn mul(&self, other: &Self) -> Self {
@@ -132,42 +99,27 @@ impl Wide {
     }
 
     pub(super) fn times(&self, other: &Big) -> Self {
-        Self {
-            re: &self.re * other,
-            im: &self.im * other,
-        }
+        Self { re: &self.re * other, im: &self.im * other }
     }
 
     /// The quotient; not finite where the divisor may be 0.
     pub(super) fn div(&self, other: &Self) -> Self {
         let square = &(&other.re * &other.re) + &(&other.im * &other.im);
         let product = self.mul(&other.conj());
-        Self {
-            re: &product.re / &square,
-            im: &product.im / &square,
-        }
+        Self { re: &product.re / &square, im: &product.im / &square }
     }
 
     pub(super) fn conj(&self) -> Self {
-        Self {
-            re: self.re.clone(),
-            im: -&self.im,
-        }
+        Self { re: self.re.clone(), im: -&self.im }
     }
 
     /// Rounded to so many bits, and taken to be exactly that.
     pub(super) fn center(&self, bits: usize) -> Self {
-        Self {
-            re: self.re.center().with_bits(bits).center(),
-            im: self.im.center().with_bits(bits).center(),
-        }
+        Self { re: self.re.center().with_bits(bits).center(), im: self.im.center().with_bits(bits).center() }
     }
 
     pub(super) fn with_bits(self, bits: usize) -> Self {
-        Self {
-            re: self.re.with_bits(bits),
-            im: self.im.with_bits(bits),
-        }
+        Self { re: self.re.with_bits(bits), im: self.im.with_bits(bits) }
     }
 
     pub(super) fn is_finite(&self) -> bool {
@@ -182,10 +134,7 @@ impl Wide {
 
     /// The midpoint in double-double.
     pub(super) fn to_complex(&self) -> Complex {
-        Complex {
-            re: self.re.center().to_ball().mid,
-            im: self.im.center().to_ball().mid,
-        }
+        Complex { re: self.re.center().to_ball().mid, im: self.im.center().to_ball().mid }
     }
 
     /// An upper bound of the distance from the midpoint.

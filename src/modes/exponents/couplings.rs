@@ -34,10 +34,7 @@ pub(super) struct Approximate {
 
 impl Approximate {
     pub(super) fn conj(self) -> Self {
-        Self {
-            value: c64::new(self.value.re, -self.value.im),
-            error: self.error,
-        }
+        Self { value: c64::new(self.value.re, -self.value.im), error: self.error }
     }
 }
 
@@ -131,11 +128,7 @@ struct Bundle {
 }
 
 impl Bundle {
-    fn new<'a>(
-        n: usize,
-        sheets: &'a [Sheet],
-        part: impl Fn(&'a Sheet) -> &'a [Approximate],
-    ) -> Self {
+    fn new<'a>(n: usize, sheets: &'a [Sheet], part: impl Fn(&'a Sheet) -> &'a [Approximate]) -> Self {
         let m = sheets.len();
         let mut parts = Plain::zeros(n, 2 * m);
         let (mut moduli, mut errors) = (Plain::zeros(n, m), Plain::zeros(n, m));
@@ -148,11 +141,7 @@ impl Bundle {
                 errors.set(i, j, x.error);
             }
         }
-        Self {
-            parts,
-            moduli,
-            errors,
-        }
+        Self { parts, moduli, errors }
     }
 }
 
@@ -197,8 +186,7 @@ impl Couplings {
         let m = sheets.len();
         let x = Bundle::new(n, sheets, |sheet| &sheet.x);
         let y = Bundle::new(n, sheets, |sheet| &sheet.y);
-        let (residuals, residuals_error) =
-            inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.residual));
+        let (residuals, residuals_error) = inner(&y, &Bundle::new(n, sheets, |sheet| &sheet.residual));
         let (lefts, lefts_error) = inner(&Bundle::new(n, sheets, |sheet| &sheet.left), &x);
         let turned = Bundle::new(n, sheets, |sheet| &sheet.turned);
         let (first, first_error) = inner(&turned, &Bundle::new(n, sheets, |sheet| &sheet.image));
@@ -232,24 +220,18 @@ impl Couplings {
                 let size = up(modulus(entry) + error);
                 q.set(i, j, size);
                 q_t.set(j, i, size);
-                right.set(
-                    i,
-                    j,
-                    up(modulus(residuals.get(i, j)) + residuals_error.get(i, j)),
-                );
+                right.set(i, j, up(modulus(residuals.get(i, j)) + residuals_error.get(i, j)));
                 left_t.set(j, i, up(modulus(lefts.get(i, j)) + lefts_error.get(i, j)));
             }
         }
         // What links add: Σ_k Q_ik T_kj from the right, Σ_k T_ik Q_kj from the left.
-        let sizes =
-            |i: usize, j: usize| {
-                if i == j {
-                    up(modulus(unit.get(i, i))
-                        + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
-                } else {
-                    q.get(i, j)
-                }
-            };
+        let sizes = |i: usize, j: usize| {
+            if i == j {
+                up(modulus(unit.get(i, i)) + 2.0 * (first_error.get(i, i) + second_error.get(i, i)))
+            } else {
+                q.get(i, j)
+            }
+        };
         for link in links {
             let size = link.value.abs();
             for (i, defect) in defect.iter_mut().enumerate() {
@@ -277,19 +259,18 @@ impl Couplings {
         }
         let finite = |plain: &Plain| plain.data.iter().all(|x| x.is_finite());
         let diagonal = defect.iter().chain(&least).all(|x| x.is_finite());
-        (diagonal && finite(&right) && finite(&left_t) && finite(&q) && finite(&distances))
-            .then_some(Self {
-                size: m,
-                right,
-                left_t,
-                q,
-                q_t,
-                defect,
-                least,
-                distance: distances,
-                residuals,
-                lefts,
-                unit,
-            })
+        (diagonal && finite(&right) && finite(&left_t) && finite(&q) && finite(&distances)).then_some(Self {
+            size: m,
+            right,
+            left_t,
+            q,
+            q_t,
+            defect,
+            least,
+            distance: distances,
+            residuals,
+            lefts,
+            unit,
+        })
     }
 }

@@ -15,9 +15,7 @@ use dashu_int::IBig;
 use super::basis::{Metric, finished};
 use super::blocks::{Blocks, Pencil, Search};
 use super::complex::Wide;
-use super::polynomial::{
-    Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through,
-};
+use super::polynomial::{Polynomial, by_multiplicity, determinant, divided, gcd, mirrored, roots, through};
 use super::{IntegerQuadratic, Options};
 use crate::precision::{Big, Rounding};
 
@@ -52,9 +50,7 @@ pub(super) struct ExactSpectrum {
 fn at([m, d, s]: &[Vec<Vec<IBig>>; 3], lambda: &IBig) -> Vec<Vec<IBig>> {
     let n = m.len();
     let entry = |i: usize, j: usize| (&m[i][j] * lambda + &d[i][j]) * lambda + &s[i][j];
-    (0..n)
-        .map(|i| (0..n).map(|j| entry(i, j)).collect())
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect()
 }
 
 /// The exact spectrum; `None` where it is out of reach.
@@ -116,9 +112,7 @@ pub(super) fn exact(
         };
         let bits = 128 + 4 * options.digits;
         let factor = (&factor, multiplicity);
-        found.extend(with_blocks(
-            &pencil, factor, &parts, bits, semisimple, metric,
-        )?);
+        found.extend(with_blocks(&pencil, factor, &parts, bits, semisimple, metric)?);
     }
     let in_units = |mut root: ExactRoot| {
         let by = rate(root.growth.bits());
@@ -154,17 +148,11 @@ fn with_blocks(
             bits *= 2;
             continue;
         };
-        let lambda = |(growth, omega): &(Big, Big)| Wide {
-            re: growth.clone(),
-            im: omega.clone(),
-        };
+        let lambda = |(growth, omega): &(Big, Big)| Wide { re: growth.clone(), im: omega.clone() };
         let lambdas: Vec<Wide> = parts.iter().map(lambda).collect();
         let alone = pencil.conjugates() == 1;
         let search = if metric.is_none() && alone && (multiplicity == 1 || semisimple) {
-            let single = Blocks {
-                sizes: vec![1; multiplicity],
-                heads: Vec::new(),
-            };
+            let single = Blocks { sizes: vec![1; multiplicity], heads: Vec::new() };
             Search::Found(vec![single; parts.len()])
         } else {
             pencil.blocks(factor, &lambdas, multiplicity, semisimple, metric)

@@ -31,27 +31,11 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
         let entry = matrices.mass.get(j * n + i).cloned();
         Big::from_parts(entry.unwrap_or_default(), 0, 128 + 4 * DIGITS)
     };
-    let metric = Metric {
-        n,
-        mass: &mass,
-        shift: &vec![0; n],
-    };
-    let found = exact(
-        &matrices,
-        n,
-        &Options::default().digits(DIGITS),
-        false,
-        Some(&metric),
-    )?;
-    let right = Pencil {
-        matrices: &matrices,
-        n,
-    };
+    let metric = Metric { n, mass: &mass, shift: &vec![0; n] };
+    let found = exact(&matrices, n, &Options::default().digits(DIGITS), false, Some(&metric))?;
+    let right = Pencil { matrices: &matrices, n };
     let turned = transposed(&matrices, n);
-    let left = Pencil {
-        matrices: &turned,
-        n,
-    };
+    let left = Pencil { matrices: &turned, n };
     let mut start = Start {
         mu: Vec::with_capacity(2 * n),
         x: Vec::with_capacity(2 * n),
@@ -64,29 +48,17 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
     for root in found.roots.into_iter().chain(found.zero) {
         let blocks = root.blocks.filter(|_| root.multiplicity == 1)?;
         let x = blocks.heads.into_iter().next()?;
-        let lambda = Wide {
-            re: root.growth,
-            im: root.omega,
-        };
+        let lambda = Wide { re: root.growth, im: root.omega };
         let y = left.null_vector(&lambda)?;
         // yᵀ(2λM + D)x = 1, and |x|² = 1 / |λ| as in `start`.
         let slope = right.slope(&lambda, &x);
         let bits = lambda.re.bits();
         let zero = || Wide::zero(bits);
-        let product = y
-            .iter()
-            .zip(&slope)
-            .fold(zero(), |sum, (y, s)| sum.add(&y.mul(s)));
+        let product = y.iter().zip(&slope).fold(zero(), |sum, (y, s)| sum.add(&y.mul(s)));
         let size = |x: &Wide| (&(&x.re * &x.re) + &(&x.im * &x.im)).sqrt();
-        let square = x.iter().fold(Big::zero(bits), |sum, x| {
-            &sum + &(&(&x.re * &x.re) + &(&x.im * &x.im))
-        });
+        let square = x.iter().fold(Big::zero(bits), |sum, x| &sum + &(&(&x.re * &x.re) + &(&x.im * &x.im)));
         let length = (&Big::one(bits) / &(&square * &size(&lambda))).sqrt();
-        let inverse = Wide {
-            re: Big::one(bits),
-            im: Big::zero(bits),
-        }
-        .div(&product.times(&length));
+        let inverse = Wide { re: Big::one(bits), im: Big::zero(bits) }.div(&product.times(&length));
         let x: Vec<Complex> = x.iter().map(|x| x.times(&length).to_complex()).collect();
         let y: Vec<Complex> = y.iter().map(|y| y.mul(&inverse).to_complex()).collect();
         if !x.iter().chain(&y).all(|x| x.is_finite()) {
@@ -102,9 +74,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
         }
         let conj = |v: Vec<Complex>| v.into_iter().map(Complex::conj).collect();
         start.twin.push((!real).then(|| start.mu.len() - 1));
-        start
-            .mu
-            .push(if real { mu } else { c64::new(mu.re, -mu.im) });
+        start.mu.push(if real { mu } else { c64::new(mu.re, -mu.im) });
         start.x.push(if real { x } else { conj(x) });
         start.y.push(if real { y } else { conj(y) });
     }
@@ -115,15 +85,9 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
 fn whole(scaled: &Scaled) -> Option<IntegerQuadratic> {
     let entries = |matrix: &Matrix| -> Vec<Big> {
         let columns = (0..scaled.n).flat_map(|j| (0..scaled.n).map(move |i| (i, j)));
-        columns
-            .map(|(i, j)| Big::from_double_double(matrix.get(i, j), 128))
-            .collect()
+        columns.map(|(i, j)| Big::from_double_double(matrix.get(i, j), 128)).collect()
     };
-    let all = [
-        entries(&scaled.mass.mid),
-        entries(&scaled.velocity.mid),
-        entries(&scaled.stiffness.mid),
-    ];
+    let all = [entries(&scaled.mass.mid), entries(&scaled.velocity.mid), entries(&scaled.stiffness.mid)];
     let nonzero = all.iter().flatten().filter(|x| !x.is_zero());
     let least = nonzero.map(|x| x.mid().1).min()?;
     let whole = |entries: &[Big]| -> Option<Vec<IBig>> {

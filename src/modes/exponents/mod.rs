@@ -294,9 +294,7 @@ pub enum ExponentsError {
         found: usize,
     },
     /// A zero vector is not in the kernel of S, depends on those before it, or has the wrong length.
-    #[error(
-        "zero vector {index} is not an independent vector of the kernel of the stiffness matrix"
-    )]
+    #[error("zero vector {index} is not an independent vector of the kernel of the stiffness matrix")]
     ZeroVector {
         /// Its number, from 0.
         index: usize,
@@ -326,10 +324,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
     let x = Ball::ONE / mass.sqrt();
     let precise = precise.map(|[mass, damping]| {
         let growth = -&(&damping / &(&mass + &mass));
-        Box::new(PreciseExponent {
-            omega: Big::zero(growth.bits()),
-            growth,
-        })
+        Box::new(PreciseExponent { omega: Big::zero(growth.bits()), growth })
     });
     let entry = Exponent {
         kind,
@@ -347,12 +342,7 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
         ExponentKind::Overdamped => Stability::Stable,
         _ => Stability::Undecided,
     };
-    Exponents {
-        entries: vec![entry.clone(), entry],
-        stability,
-        secular: Some(false),
-        rung: Rung::Refined,
-    }
+    Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), rung: Rung::Refined }
 }
 
 /// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the

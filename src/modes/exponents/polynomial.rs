@@ -92,11 +92,7 @@ pub(super) fn primitive(mut p: Polynomial) -> Polynomial {
     let negative = *last < IBig::ZERO;
     let mut content = UBig::ZERO;
     for c in p.iter().filter(|c| !c.is_zero()) {
-        content = if content.is_zero() {
-            c.clone().unsigned_abs()
-        } else {
-            content.gcd(c.clone().unsigned_abs())
-        };
+        content = if content.is_zero() { c.clone().unsigned_abs() } else { content.gcd(c.clone().unsigned_abs()) };
         if content.is_one() {
             break;
         }
@@ -195,9 +191,7 @@ pub(super) fn by_multiplicity(p: &Polynomial) -> Option<Vec<(Polynomial, usize)>
 /// p(-t)
 pub(super) fn mirrored(p: &Polynomial) -> Polynomial {
     let terms = p.iter().enumerate();
-    terms
-        .map(|(k, c)| if k % 2 == 1 { -c } else { c.clone() })
-        .collect()
+    terms.map(|(k, c)| if k % 2 == 1 { -c } else { c.clone() }).collect()
 }
 
 /// A root of a polynomial with simple roots, its parts with their bounds; the imaginary part is exactly 0 where that
@@ -218,14 +212,8 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
     if degree == 0 {
         return Some(Vec::new());
     }
-    let c: Vec<Big> = p
-        .iter()
-        .map(|c| Big::from_parts(c.clone(), 0, bits))
-        .collect();
-    let lead = Wide {
-        re: c[degree].clone(),
-        im: Big::zero(bits),
-    };
+    let c: Vec<Big> = p.iter().map(|c| Big::from_parts(c.clone(), 0, bits)).collect();
+    let lead = Wide { re: c[degree].clone(), im: Big::zero(bits) };
     let mut z = begin(p, bits);
     let value = |z: &Wide| {
         c.iter().rev().fold(Wide::zero(bits), |sum, c| {
@@ -294,18 +282,11 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
     for i in 0..degree {
         let conj = z[i].conj();
         let alone = (0..degree).all(|j| j == i || apart(&conj, &z[j]) > radii[i] + radii[j]);
-        let im = if alone {
-            Big::zero(bits)
-        } else {
-            z[i].im.clone().with_added_radius(radii[i])
-        };
+        let im = if alone { Big::zero(bits) } else { z[i].im.clone().with_added_radius(radii[i]) };
         if !alone && im.contains_zero() {
             return None;
         }
-        found.push(Wide {
-            re: z[i].re.clone().with_added_radius(radii[i]),
-            im,
-        });
+        found.push(Wide { re: z[i].re.clone().with_added_radius(radii[i]), im });
     }
     Some(found)
 }
@@ -342,10 +323,7 @@ fn begin(p: &Polynomial, bits: usize) -> Vec<Wide> {
         for k in 0..count as usize {
             let angle = std::f64::consts::TAU * (k as f64 + 0.25) / count + 0.7 + side as f64;
             let part = |x: f64| Big::from_f64(x, bits).scale(whole as i64);
-            points.push(Wide {
-                re: part(radius * angle.cos()),
-                im: part(radius * angle.sin()),
-            });
+            points.push(Wide { re: part(radius * angle.cos()), im: part(radius * angle.sin()) });
         }
     }
     points

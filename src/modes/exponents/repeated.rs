@@ -10,9 +10,7 @@ use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
 use super::spectrum::{Facts, finish, kind, omega_squared};
-use super::{
-    Exponent, ExponentKind, Exponents, IntegerQuadratic, Limit, Options, PreciseExponent, Rung,
-};
+use super::{Exponent, ExponentKind, Exponents, IntegerQuadratic, Limit, Options, PreciseExponent, Rung};
 use crate::precision::{Ball, Big, Magnitude, up};
 
 /// Bits of combinations of vectors that come in balls or doubles.
@@ -37,9 +35,7 @@ pub(super) fn exact_spectrum(
     let n = scaled.n;
     let pencil = Pencil { matrices, n };
     let mass = pencil.values(&matrices.mass, 0, 4 * BITS);
-    let multiple = mass
-        .first()
-        .map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
+    let multiple = mass.first().map_or(Big::one(BITS), |mass| (mass / &true_mass).sqrt());
     let shape = |head: Option<&Vec<Wide>>, known: bool| match head {
         Some(head) => finished(&head.iter().map(|x| x.times(&multiple)).collect::<Vec<_>>()),
         None if known || !options.vectors => (Vec::new(), 0.0),
@@ -59,9 +55,7 @@ pub(super) fn exact_spectrum(
             let open = Exponent {
                 vector,
                 vector_error_bound,
-                limit: Some(Limit::Unresolved {
-                    count: root.multiplicity,
-                }),
+                limit: Some(Limit::Unresolved { count: root.multiplicity }),
                 ..entry
             };
             entries.extend(std::iter::repeat_n(open, root.multiplicity));
@@ -87,9 +81,7 @@ pub(super) fn exact_spectrum(
                 }
             }
             None => {
-                let limit = Some(Limit::Unresolved {
-                    count: root.multiplicity,
-                });
+                let limit = Some(Limit::Unresolved { count: root.multiplicity });
                 let known = scaled.zero.len().max(1);
                 let count = if paired { root.multiplicity / 2 } else { known };
                 let open = zero(shape(None, false), limit, 0);
@@ -107,10 +99,7 @@ fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
         growth,
         omega,
         omega_squared: omega_squared(&growth, &omega),
-        precise: Some(Box::new(PreciseExponent {
-            growth: root.growth.clone(),
-            omega: root.omega.clone(),
-        })),
+        precise: Some(Box::new(PreciseExponent { growth: root.growth.clone(), omega: root.omega.clone() })),
         vector: Vec::new(),
         vector_error_bound: 0.0,
         cluster,
@@ -162,10 +151,7 @@ fn zero_rows(blocks: &Blocks, paired: bool) -> Vec<(Option<Vec<Wide>>, usize)> {
 /// (x + iy)/√2
 fn joined(x: &[Wide], y: &[Wide]) -> Vec<Wide> {
     let root = Big::one(4 * BITS).scale(-1).sqrt();
-    let turned = |y: &Wide| Wide {
-        re: -&y.im,
-        im: y.re.clone(),
-    };
+    let turned = |y: &Wide| Wide { re: -&y.im, im: y.re.clone() };
     let both = x.iter().zip(y).map(|(x, y)| x.add(&turned(y)).times(&root));
     both.collect()
 }
@@ -177,11 +163,7 @@ fn true_mass(scaled: &Scaled, i: usize, j: usize) -> Ball {
 }
 
 /// Shapes of the entries of the exponent 0 from the kernel of S, where no block is larger than 2; so many entries.
-pub(super) fn zero_shapes(
-    scaled: &Scaled,
-    solution: &Solution,
-    count: usize,
-) -> Option<Vec<Shape>> {
+pub(super) fn zero_shapes(scaled: &Scaled, solution: &Solution, count: usize) -> Option<Vec<Shape>> {
     let wide = |at: &usize| -> Vec<Wide> {
         let vector = scaled.zero[*at].iter().zip(&scaled.shift);
         let part = |(x, shift): (&Ball, &i32)| Wide {
@@ -190,11 +172,8 @@ pub(super) fn zero_shapes(
         };
         vector.map(part).collect()
     };
-    let metric = Metric {
-        n: scaled.n,
-        mass: &|i, j| Big::from_ball(&true_mass(scaled, i, j), BITS),
-        shift: &scaled.shift,
-    };
+    let metric =
+        Metric { n: scaled.n, mass: &|i, j| Big::from_ball(&true_mass(scaled, i, j), BITS), shift: &scaled.shift };
     let z = scaled.zero.len();
     let heads = &solution.facts.zero_heads;
     let others: Vec<usize> = (0..z).filter(|at| !heads.contains(at)).collect();
@@ -209,15 +188,9 @@ pub(super) fn zero_shapes(
     } else {
         vec![1; z]
     };
-    let blocks = Blocks {
-        sizes,
-        heads: vectors,
-    };
+    let blocks = Blocks { sizes, heads: vectors };
     let rows = zero_rows(&blocks, solution.facts.paired).into_iter();
-    Some(
-        rows.filter_map(|(head, _)| Some(finished(&head?)))
-            .collect(),
-    )
+    Some(rows.filter_map(|(head, _)| Some(finished(&head?))).collect())
 }
 
 /// Shapes of exponents that the bounds do not separate and that have as many vectors as there are of them, with xᴴMy = 0:
@@ -229,15 +202,11 @@ pub(super) fn cluster_shapes(scaled: &Scaled, columns: &[Shape]) -> Option<Vec<S
     let candidates = columns.iter().enumerate().map(|(at, (vector, _))| {
         let own = vector.iter().map(|x| Wide::from_c64(*x, BITS));
         // The weights of the columns are carried along.
-        let weights = (0..k)
-            .map(|other| Wide::from_c64(c64::new(f64::from(u8::from(at == other)), 0.0), BITS));
+        let weights = (0..k).map(|other| Wide::from_c64(c64::new(f64::from(u8::from(at == other)), 0.0), BITS));
         own.chain(weights).collect()
     });
-    let metric = Metric {
-        n: scaled.n,
-        mass: &|i, j| Big::from_ball(&true_mass(scaled, i, j), BITS),
-        shift: &scaled.shift,
-    };
+    let metric =
+        Metric { n: scaled.n, mass: &|i, j| Big::from_ball(&true_mass(scaled, i, j), BITS), shift: &scaled.shift };
     let basis = metric.orthonormal(&[], candidates.collect(), k)?;
     let shape = |vector: &Vec<Wide>| {
         let (own, weights) = vector.split_at(scaled.n);
@@ -247,10 +216,7 @@ pub(super) fn cluster_shapes(scaled: &Scaled, columns: &[Shape]) -> Option<Vec<S
             (size * Magnitude::from_f64(*bound)).to_f64()
         });
         let sum: f64 = reached.sum();
-        (
-            vector,
-            up((sum + rounding) * (1.0 + k as f64 * f64::EPSILON)),
-        )
+        (vector, up((sum + rounding) * (1.0 + k as f64 * f64::EPSILON)))
     };
     Some(basis.iter().map(shape).collect())
 }

@@ -71,15 +71,13 @@ pub(super) fn turn(
     });
     let inverse = q.partial_piv_lu().inverse();
     let block = &inverse * &h;
-    let finite = |m: &Mat<c64>| {
-        (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| (m[(i, j)].re + m[(i, j)].im).is_finite()))
-    };
+    let finite =
+        |m: &Mat<c64>| (0..m.ncols()).all(|j| (0..m.nrows()).all(|i| (m[(i, j)].re + m[(i, j)].im).is_finite()));
     if !finite(&block) {
         return None;
     }
     let place = |j: usize| members.iter().position(|&i| i == j);
-    let mut conjugate: Vec<Option<usize>> =
-        members.iter().map(|&j| twin[j].and_then(place)).collect();
+    let mut conjugate: Vec<Option<usize>> = members.iter().map(|&j| twin[j].and_then(place)).collect();
     for a in 0..k {
         if let Some(b) = conjugate[a]
             && conjugate[b].is_none()
@@ -87,9 +85,8 @@ pub(super) fn turn(
             conjugate[b] = Some(a);
         }
     }
-    let self_conjugate = (0..k).all(|a| {
-        conjugate[a].is_some() || twin[members[a]].is_none() && !twin.contains(&Some(members[a]))
-    });
+    let self_conjugate =
+        (0..k).all(|a| conjugate[a].is_some() || twin[members[a]].is_none() && !twin.contains(&Some(members[a])));
     let (vectors, steps, new_twin) = if self_conjugate {
         // Real and imaginary parts instead of x and its conjugate: x = a + ib, x̄ = a - ib.
         let mut p = Mat::<c64>::zeros(k, k);
@@ -160,11 +157,5 @@ pub(super) fn turn(
         (vectors, steps, vec![None; k])
     };
     let left = vectors.partial_piv_lu().inverse() * &inverse;
-    (finite(&left) && finite(&vectors)).then_some(Turn {
-        members,
-        right: vectors,
-        left,
-        steps,
-        twin: new_twin,
-    })
+    (finite(&left) && finite(&vectors)).then_some(Turn { members, right: vectors, left, steps, twin: new_twin })
 }

@@ -46,18 +46,11 @@ impl Enclosure {
                 }
             }
         }
-        Self {
-            mid,
-            radius,
-            weight,
-        }
+        Self { mid, radius, weight }
     }
 
     pub(super) fn ball(&self, row: usize, column: usize) -> Ball {
-        Ball {
-            mid: self.mid.get(row, column),
-            radius: self.radius.get(row, column),
-        }
+        Ball { mid: self.mid.get(row, column), radius: self.radius.get(row, column) }
     }
 
     /// Whether the exact matrix is symmetric, as far as exact entries tell.
@@ -65,9 +58,7 @@ impl Enclosure {
         let n = self.mid.rows;
         (0..n).all(|j| {
             (0..=j).all(|i| {
-                self.radius.get(i, j) == 0.0
-                    && self.radius.get(j, i) == 0.0
-                    && self.mid.get(i, j) == self.mid.get(j, i)
+                self.radius.get(i, j) == 0.0 && self.radius.get(j, i) == 0.0 && self.mid.get(i, j) == self.mid.get(j, i)
             })
         })
     }
@@ -84,18 +75,14 @@ impl Enclosure {
 
     /// The midpoints as doubles.
     pub(super) fn doubles(&self) -> Mat<f64> {
-        Mat::from_fn(self.mid.rows, self.mid.columns, |i, j| {
-            self.mid.get(i, j).hi
-        })
+        Mat::from_fn(self.mid.rows, self.mid.columns, |i, j| self.mid.get(i, j).hi)
     }
 
     /// A bound of how far xᵀAy may be from the form of the midpoints, for |x| and |y| at most `x`.
     pub(super) fn uncertainty(&self, x: &[f64]) -> f64 {
         let n = x.len();
-        let sum: f64 = (0..n)
-            .flat_map(|i| (0..n).map(move |k| (i, k)))
-            .map(|(i, k)| x[i] * self.radius.get(i, k) * x[k])
-            .sum();
+        let sum: f64 =
+            (0..n).flat_map(|i| (0..n).map(move |k| (i, k))).map(|(i, k)| x[i] * self.radius.get(i, k) * x[k]).sum();
         up(sum * (1.0 + (n * n) as f64 * f64::EPSILON))
     }
 
@@ -117,24 +104,14 @@ impl Enclosure {
 impl Scaled {
     pub(super) fn new(problem: &QuadraticProblem) -> Result<Self, ExponentsError> {
         let n = problem.dimension;
-        for (matrix, entries) in [
-            (Which::Mass, &problem.mass),
-            (Which::Velocity, &problem.velocity),
-            (Which::Stiffness, &problem.stiffness),
-        ] {
+        for (matrix, entries) in
+            [(Which::Mass, &problem.mass), (Which::Velocity, &problem.velocity), (Which::Stiffness, &problem.stiffness)]
+        {
             if entries.len() != n * n {
-                return Err(ExponentsError::Shape {
-                    matrix,
-                    expected: n * n,
-                    found: entries.len(),
-                });
+                return Err(ExponentsError::Shape { matrix, expected: n * n, found: entries.len() });
             }
             if let Some(at) = entries.iter().position(|x| !x.is_finite()) {
-                return Err(ExponentsError::NotFinite {
-                    matrix,
-                    row: at % n,
-                    column: at / n,
-                });
+                return Err(ExponentsError::NotFinite { matrix, row: at % n, column: at / n });
             }
         }
         if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
@@ -143,11 +120,7 @@ impl Scaled {
         let shift: Vec<i32> = (0..n)
             .map(|i| {
                 let m = problem.mass[i * n + i].mid.hi;
-                if m > 0.0 {
-                    -exponent_of(m).div_euclid(2)
-                } else {
-                    0
-                }
+                if m > 0.0 { -exponent_of(m).div_euclid(2) } else { 0 }
             })
             .collect();
         // |λ| is at most about max(|D|, √|S|).
@@ -155,10 +128,7 @@ impl Scaled {
         for column in 0..n {
             for row in 0..n {
                 let by = shift[row] + shift[column];
-                let (d, s) = (
-                    problem.velocity[column * n + row].mid.hi,
-                    problem.stiffness[column * n + row].mid.hi,
-                );
+                let (d, s) = (problem.velocity[column * n + row].mid.hi, problem.stiffness[column * n + row].mid.hi);
                 if d != 0.0 {
                     power = power.max(exponent_of(d) + by + 1);
                 }
@@ -172,11 +142,7 @@ impl Scaled {
         }
         let matrix = |entries: &[Ball], times: i32, transposed: bool| {
             Enclosure::new(n, |row, column| {
-                let at = if transposed {
-                    row * n + column
-                } else {
-                    column * n + row
-                };
+                let at = if transposed { row * n + column } else { column * n + row };
                 entries[at].scale(shift[row] + shift[column] - times * power)
             })
         };

@@ -15,11 +15,7 @@ pub(super) struct Shapes<'a> {
 
 impl<'a> Shapes<'a> {
     pub(super) fn new(scaled: &'a Scaled, solution: &'a Solution, wanted: bool) -> Self {
-        Self {
-            scaled,
-            solution,
-            wanted,
-        }
+        Self { scaled, solution, wanted }
     }
 
     /// The vector of a column and a bound of the error of each component.
@@ -34,21 +30,13 @@ impl<'a> Shapes<'a> {
         if !self.wanted {
             return (Vec::new(), 0.0);
         }
-        let Solution {
-            columns,
-            sheets,
-            certificate,
-            ..
-        } = self.solution;
+        let Solution { columns, sheets, certificate, .. } = self.solution;
         let columns = &columns.base;
         let n = self.scaled.n;
         let x: Vec<c64> = sheets[j].x.iter().map(|x| x.value).collect();
         let group = &certificate.groups[certificate.of[j]];
-        let mut off: Vec<f64> = sheets[j]
-            .x
-            .iter()
-            .map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im))
-            .collect();
+        let mut off: Vec<f64> =
+            sheets[j].x.iter().map(|x| x.error + f64::EPSILON * x.value.re.hypot(x.value.im)).collect();
         if j >= columns.zeros {
             for (i, &reach) in group.reach.iter().enumerate() {
                 if reach > 0.0 {
@@ -71,18 +59,12 @@ impl<'a> Shapes<'a> {
             }
         }
         let terms: f64 = sizes.iter().zip(&weighted).map(|(a, b)| a * b).sum();
-        let rounding =
-            (2.0 * n as f64 + 8.0) * f64::EPSILON * terms + self.scaled.mass.uncertainty(&sizes);
+        let rounding = (2.0 * n as f64 + 8.0) * f64::EPSILON * terms + self.scaled.mass.uncertainty(&sizes);
         let length = square.sqrt();
         // |√(s + h) - √s| <= |h| / √s.
         let length_error = rounding / length;
-        let error_square: f64 = off
-            .iter()
-            .zip(self.scaled.mass.magnitude_times(&off))
-            .map(|(a, b)| a * b)
-            .sum();
-        let epsilon =
-            up((error_square.sqrt() * slack * slack + length_error) / (length - length_error));
+        let error_square: f64 = off.iter().zip(self.scaled.mass.magnitude_times(&off)).map(|(a, b)| a * b).sum();
+        let epsilon = up((error_square.sqrt() * slack * slack + length_error) / (length - length_error));
         // In the coordinates of the problem.
         let physical = |p: usize, value: f64| value * f64::from(self.scaled.shift[p]).exp2();
         let most = (0..n).fold(0.0_f64, |most, p| most.max(physical(p, sizes[p])));
@@ -95,14 +77,9 @@ impl<'a> Shapes<'a> {
         let mut bound: f64 = 0.0;
         for p in 0..n {
             let share = (sizes[p] + off[p]) * (epsilon / (1.0 - epsilon) + angle);
-            let error = (off[p] + share) * slack / (length - length_error)
-                + 8.0 * f64::EPSILON * sizes[p] / length;
+            let error = (off[p] + share) * slack / (length - length_error) + 8.0 * f64::EPSILON * sizes[p] / length;
             let error = up(physical(p, error));
-            bound = if error.is_finite() && bound.is_finite() {
-                bound.max(error)
-            } else {
-                f64::INFINITY
-            };
+            bound = if error.is_finite() && bound.is_finite() { bound.max(error) } else { f64::INFINITY };
         }
         if !bound.is_finite() || epsilon.is_nan() || epsilon >= 0.5 {
             bound = f64::INFINITY;

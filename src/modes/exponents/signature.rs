@@ -51,11 +51,7 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
                 off += x.error * (modulus(v) + mu(i) * modulus(u))
                     + modulus(x) * (v.error + (mu(i) * u.error + exponent.low() * modulus(u)));
             }
-            form[(a, b)] = if sign < 0.0 {
-                c64::new(sum.im, -sum.re)
-            } else {
-                sum
-            };
+            form[(a, b)] = if sign < 0.0 { c64::new(sum.im, -sum.re) } else { sum };
             // Four products and sums of n terms, each within γ of all sizes.
             let rounding = (4.0 * sheets[i].x.len() as f64 + 32.0) * f64::EPSILON;
             error[(a, b)] = (off + rounding * sizes) * slack;
@@ -67,11 +63,7 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
         if reach == 0.0 {
             continue;
         }
-        let (x, rest, image) = (
-            norm(&sheets[i].x),
-            norm(&sheets[i].rest),
-            norm(&sheets[i].image),
-        );
+        let (x, rest, image) = (norm(&sheets[i].x), norm(&sheets[i].rest), norm(&sheets[i].image));
         let linked: f64 = columns
             .links
             .iter()
@@ -90,9 +82,7 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
     let rows = (0..k).map(|a| (0..k).map(|b| error[(a, b)]).sum::<f64>());
     // The largest is below the sum, which does not pass over what is not a number.
     let own = rows.sum::<f64>() * slack;
-    [1.0, -1.0]
-        .into_iter()
-        .any(|side| least_eigenvalue(&form, side).is_some_and(|m| m > (own + outside) * slack))
+    [1.0, -1.0].into_iter().any(|side| least_eigenvalue(&form, side).is_some_and(|m| m > (own + outside) * slack))
 }
 
 /// A positive lower bound of the eigenvalues of side (H + Hᴴ) / 2, as doubles stand, if there is one.
@@ -116,15 +106,10 @@ fn least_eigenvalue(form: &Mat<c64>, side: f64) -> Option<f64> {
     if least.is_nan() || least <= 0.0 || least == f64::INFINITY {
         return None;
     }
-    let size: f64 = (0..2 * k)
-        .flat_map(|a| (0..2 * k).map(move |b| (a, b)))
-        .map(|(a, b)| real[(a, b)].abs())
-        .sum();
+    let size: f64 = (0..2 * k).flat_map(|a| (0..2 * k).map(move |b| (a, b))).map(|(a, b)| real[(a, b)].abs()).sum();
     // Forming the entries and taking the shift away costs some units of all entries more.
     let guard = 8.0 * (2.0 * k as f64 + 8.0) * f64::EPSILON * size;
     let bound = 0.5 * least;
-    let shifted = Mat::from_fn(2 * k, 2 * k, |a, b| {
-        real[(a, b)] - if a == b { bound + guard } else { 0.0 }
-    });
+    let shifted = Mat::from_fn(2 * k, 2 * k, |a, b| real[(a, b)] - if a == b { bound + guard } else { 0.0 });
     cholesky_pivots(&shifted, 0.0).map(|_| bound)
 }

@@ -19,8 +19,7 @@ use super::start::{cholesky, start};
 use super::wide::climb;
 use super::wide_columns::WideColumns;
 use super::{
-    Exponents, ExponentsError, IntegerQuadratic, Options, QuadraticProblem, QuadraticSource, Rung,
-    Stability, Structure,
+    Exponents, ExponentsError, IntegerQuadratic, Options, QuadraticProblem, QuadraticSource, Rung, Stability, Structure,
 };
 use crate::precision::{Ball, Big, DoubleDouble};
 
@@ -57,19 +56,14 @@ pub(super) fn solve(
         Err(ExponentsError::NoConvergence) => {
             let facts = Facts::new(&scaled);
             let exact = source.integers();
-            if let Some(found) =
-                exact.and_then(|matrices| decided(&scaled, &matrices, &facts, options))
-            {
+            if let Some(found) = exact.and_then(|matrices| decided(&scaled, &matrices, &facts, options)) {
                 return Ok(found);
             }
             if problem.zero_vectors.is_empty() {
                 return Err(ExponentsError::NoConvergence);
             }
             // Chains longer than those that are split off: without what is known of them, everything near 0 stays open.
-            let open = QuadraticProblem {
-                zero_vectors: Vec::new(),
-                ..problem.clone()
-            };
+            let open = QuadraticProblem { zero_vectors: Vec::new(), ..problem.clone() };
             return solve(&open, &(), options);
         }
         found => found?,
@@ -92,22 +86,13 @@ pub(super) fn solve(
 }
 
 /// The exponents of matrices that are known exactly.
-fn decided(
-    scaled: &Scaled,
-    matrices: &IntegerQuadratic,
-    facts: &Facts,
-    options: &Options,
-) -> Option<Exponents> {
+fn decided(scaled: &Scaled, matrices: &IntegerQuadratic, facts: &Facts, options: &Options) -> Option<Exponents> {
     let n = scaled.n;
     let bits = 128 + 4 * options.digits;
     let pencil = Pencil { matrices, n };
     let values = pencil.values(&matrices.mass, 0, bits);
     let mass = |i: usize, j: usize| values.get(j * n + i).cloned().unwrap_or(Big::zero(bits));
-    let metric = Metric {
-        n,
-        mass: &mass,
-        shift: &scaled.shift,
-    };
+    let metric = Metric { n, mass: &mass, shift: &scaled.shift };
     let metric = options.vectors.then_some(&metric);
     let found = exact(matrices, n, options, facts.definite, metric)?;
     Some(exact_spectrum(scaled, facts, matrices, found, options))
@@ -130,10 +115,7 @@ fn undecided(solution: &Solution) -> bool {
 }
 
 /// The rungs up to double-double.
-pub(super) fn in_double_double(
-    scaled: &Scaled,
-    options: &Options,
-) -> Result<Solution, ExponentsError> {
+pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ExponentsError> {
     let l = cholesky(&scaled.mass.doubles()).ok_or(ExponentsError::NotPositiveDefinite)?;
     if !is_positive_definite(&scaled.mass) {
         return Err(ExponentsError::NotPositiveDefinite);
@@ -150,8 +132,7 @@ pub(super) fn in_double_double(
     for round in 0..ROUNDS {
         let sheets = measure(scaled, &mut columns);
         let distance = |i: usize, j: usize| columns.distance(i, j);
-        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance)
-        else {
+        let Some(couplings) = Couplings::new(scaled.n, &sheets, &columns.links, &[], distance) else {
             break;
         };
         let certificate = certify(&couplings, columns.together(), &columns.twin);
@@ -161,27 +142,17 @@ pub(super) fn in_double_double(
             mark_rough(&mut statuses, &columns, &sheets, &certificate);
         }
         let score = score(&statuses);
-        let lacking: Vec<usize> = (0..columns.count())
-            .filter(|&j| statuses[j].lacking || statuses[j].rough)
-            .collect();
+        let lacking: Vec<usize> = (0..columns.count()).filter(|&j| statuses[j].lacking || statuses[j].rough).collect();
         let gained = best.as_ref().is_none_or(|(before, _)| score < before - 4.0);
         stalled = if gained { 0 } else { stalled + 1 };
         let next = (!lacking.is_empty() && stalled < 2 && round + 1 < ROUNDS)
             .then(|| better(&couplings, &columns, &sheets, &certificate, &lacking));
         let done = next.is_none();
         if best.as_ref().is_none_or(|(before, _)| score <= *before) {
-            let rung = if round == 0 {
-                Rung::Doubles
-            } else {
-                Rung::Refined
-            };
+            let rung = if round == 0 { Rung::Doubles } else { Rung::Refined };
             let kept = std::mem::replace(&mut columns, next.unwrap_or_else(Columns::none));
             let solution = Solution {
-                columns: WideColumns {
-                    wide: vec![None; kept.count()],
-                    base: kept,
-                    bits: 0,
-                },
+                columns: WideColumns { wide: vec![None; kept.count()], base: kept, bits: 0 },
                 sheets,
                 certificate,
                 facts: facts.clone(),
@@ -196,17 +167,13 @@ pub(super) fn in_double_double(
             break;
         }
     }
-    best.map(|(_, solution)| solution)
-        .ok_or(ExponentsError::NoConvergence)
+    best.map(|(_, solution)| solution).ok_or(ExponentsError::NoConvergence)
 }
 
 /// The bits of all radii together, relative to what they have to cover; digits before vectors.
 fn score(statuses: &[Status]) -> f64 {
     let weight = |status: &Status| if status.lacking { 1e4 } else { 0.0 };
-    statuses
-        .iter()
-        .map(|status| status.score + weight(status))
-        .sum()
+    statuses.iter().map(|status| status.score + weight(status)).sum()
 }
 
 /// Better columns in the place of those that lack digits.
@@ -232,15 +199,9 @@ fn better(
         }
         let own = |j: usize| {
             columns.twin[j].is_some_and(|i| members.contains(&i))
-                || columns
-                    .twin
-                    .iter()
-                    .enumerate()
-                    .any(|(k, i)| *i == Some(j) && members.contains(&k))
+                || columns.twin.iter().enumerate().any(|(k, i)| *i == Some(j) && members.contains(&k))
         };
-        let real = members
-            .iter()
-            .any(|&j| own(j) || columns.mu[j].im.hi == 0.0);
+        let real = members.iter().any(|&j| own(j) || columns.mu[j].im.hi == 0.0);
         let centre = centre(columns, &members, real);
         let shift = |j: usize| columns.mu[j].sub(centre).to_c64();
         if let Some(turn) = turn(couplings, members, &columns.twin, shift) {
@@ -250,9 +211,8 @@ fn better(
     }
     // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
     // pair has to be biorthonormal to more digits than it needs for itself.
-    let single: Vec<usize> = (columns.together()..columns.count())
-        .filter(|&j| columns.twin[j].is_none() && !turned[j])
-        .collect();
+    let single: Vec<usize> =
+        (columns.together()..columns.count()).filter(|&j| columns.twin[j].is_none() && !turned[j]).collect();
     let of = &certificate.of;
     improve(couplings, &mut next, sheets, &single, |j, i| of[i] == of[j]);
     next.mirror();
@@ -265,27 +225,12 @@ fn centre(columns: &Columns, members: &[usize], real: bool) -> Complex {
         sum = sum.add(columns.mu[j]);
     }
     let by = DoubleDouble::exact(members.len() as f64);
-    Complex {
-        re: sum.re / by,
-        im: if real {
-            DoubleDouble::ZERO
-        } else {
-            sum.im / by
-        },
-    }
+    Complex { re: sum.re / by, im: if real { DoubleDouble::ZERO } else { sum.im / by } }
 }
 
 impl Columns {
     fn none() -> Self {
-        Self {
-            mu: Vec::new(),
-            x: Vec::new(),
-            y: Vec::new(),
-            twin: Vec::new(),
-            zeros: 0,
-            chains: 0,
-            links: Vec::new(),
-        }
+        Self { mu: Vec::new(), x: Vec::new(), y: Vec::new(), twin: Vec::new(), zeros: 0, chains: 0, links: Vec::new() }
     }
 
     /// Puts the turned columns in the place of the members.
@@ -317,9 +262,9 @@ impl Columns {
             };
             new.push((mu, scale(x, by), scale(y, 1.0 / by)));
         }
-        let ok = new.iter().all(|(mu, x, y)| {
-            mu.is_finite() && x.iter().all(|x| x.is_finite()) && y.iter().all(|y| y.is_finite())
-        });
+        let ok = new
+            .iter()
+            .all(|(mu, x, y)| mu.is_finite() && x.iter().all(|x| x.is_finite()) && y.iter().all(|y| y.is_finite()));
         if !ok {
             return;
         }
@@ -330,15 +275,8 @@ impl Columns {
                 && centre.im.hi == 0.0
                 && !turn.twin.contains(&Some(a));
             let clean = |v: Vec<Complex>| -> Vec<Complex> {
-                let part = |x: Complex| Complex {
-                    re: x.re,
-                    im: DoubleDouble::ZERO,
-                };
-                if real {
-                    v.into_iter().map(part).collect()
-                } else {
-                    v
-                }
+                let part = |x: Complex| Complex { re: x.re, im: DoubleDouble::ZERO };
+                if real { v.into_iter().map(part).collect() } else { v }
             };
             self.mu[j] = mu;
             self.x[j] = clean(x);
@@ -375,9 +313,7 @@ impl Facts {
         Self {
             gyroscopic,
             paired: gyroscopic || scaled.structure == Structure::Circulatory,
-            definite: gyroscopic
-                && scaled.zero.is_empty()
-                && is_positive_definite(&scaled.stiffness),
+            definite: gyroscopic && scaled.zero.is_empty() && is_positive_definite(&scaled.stiffness),
             symmetric: match scaled.structure {
                 Structure::Gyroscopic | Structure::Circulatory => false,
                 Structure::Symmetric => true,
@@ -401,9 +337,7 @@ fn bad_zero_vector(scaled: &Scaled) -> Option<usize> {
             return Some(index);
         }
         let outside = (0..n).any(|i| {
-            let image = (0..n).fold(Ball::ZERO, |sum, k| {
-                sum + scaled.stiffness.ball(i, k) * vector[k]
-            });
+            let image = (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.stiffness.ball(i, k) * vector[k]);
             !image.contains_zero()
         });
         // Elimination by those before; what is left has a component that is not 0.
@@ -435,17 +369,14 @@ fn least_zeros(scaled: &Scaled) -> (usize, Vec<usize>) {
     let z = scaled.zero.len();
     let n = scaled.n;
     let is_head = |v: &Vec<Ball>| {
-        let image =
-            |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
+        let image = |i: usize| (0..n).fold(Ball::ZERO, |sum, k| sum + scaled.velocity.ball(i, k) * v[k]);
         let image: Vec<Ball> = (0..n).map(image).collect();
         if matches!(scaled.structure, Structure::Circulatory | Structure::Damped) {
             return image.iter().all(Ball::is_zero);
         }
         scaled.zero.iter().all(|other| {
             let parts = other.iter().zip(&image);
-            parts
-                .fold(Ball::ZERO, |sum, (a, b)| sum + *a * *b)
-                .is_zero()
+            parts.fold(Ball::ZERO, |sum, (a, b)| sum + *a * *b).is_zero()
         })
     };
     let heads: Vec<usize> = (0..z).filter(|at| is_head(&scaled.zero[*at])).collect();

@@ -58,26 +58,17 @@ pub(super) struct Value {
 
 impl Value {
     pub(super) fn new(growth: Ball, omega: Ball) -> Self {
-        Self {
-            growth,
-            omega,
-            wide: None,
-        }
+        Self { growth, omega, wide: None }
     }
 
     pub(super) fn wide(growth: Big, omega: Big) -> Self {
-        Self {
-            growth: growth.to_far_ball(),
-            omega: omega.to_far_ball(),
-            wide: Some((growth, omega)),
-        }
+        Self { growth: growth.to_far_ball(), omega: omega.to_far_ball(), wide: Some((growth, omega)) }
     }
 }
 
 /// Whether the group of the first column holds the exponent 0 as often as is proved, and nothing else.
 pub(super) fn zeros_proved(facts: &Facts, columns: &Columns, certificate: &Certificate) -> bool {
-    columns.together() > 0
-        && certificate.groups[certificate.of[0]].members.len() == facts.least_zeros
+    columns.together() > 0 && certificate.groups[certificate.of[0]].members.len() == facts.least_zeros
 }
 
 /// What is known of all columns.
@@ -104,13 +95,7 @@ pub(super) fn status(
         .map(|j| {
             let of_zero = columns.together() > 0 && certificate.of[j] == certificate.of[0];
             if of_zero && zeros {
-                return Status {
-                    growth_zero: true,
-                    omega_zero: true,
-                    lacking: false,
-                    rough: false,
-                    score: 0.0,
-                };
+                return Status { growth_zero: true, omega_zero: true, lacking: false, rough: false, score: 0.0 };
             }
             let (disc, radius, shared) = discs[j];
             let (re, im) = (columns.mu[j].re.hi, columns.mu[j].im.hi);
@@ -128,42 +113,23 @@ pub(super) fn status(
                     })
             };
             let conj = columns.mu[j].conj();
-            let across = Complex {
-                re: -conj.re,
-                im: -conj.im,
-            };
+            let across = Complex { re: -conj.re, im: -conj.im };
             let near = |part: f64| part.abs() <= up(radius);
             let growth_zero = !of_zero
                 && (facts.definite
-                    || facts.paired
-                        && near(re)
-                        && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
-            let omega_zero = !of_zero
-                && !facts.definite
-                && near(im)
-                && (alone(conj) || facts.symmetric && shared > 1 && on_axis(j));
-            let Value {
-                growth,
-                omega,
-                wide,
-            } = value(j, radius);
+                    || facts.paired && near(re) && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
+            let omega_zero =
+                !of_zero && !facts.definite && near(im) && (alone(conj) || facts.symmetric && shared > 1 && on_axis(j));
+            let Value { growth, omega, wide } = value(j, radius);
             let size = re.hypot(im);
             let part = |zero: bool, value: &Ball, wide: Option<&Big>| {
                 if zero {
                     return (true, 0.0);
                 }
-                let least = if value.mid.hi == 0.0 {
-                    1e-20 * size
-                } else {
-                    value.mid.hi.abs()
-                };
+                let least = if value.mid.hi == 0.0 { 1e-20 * size } else { value.mid.hi.abs() };
                 let need = least * 10f64.powi(-(options.digits.min(300) as i32) - 3);
                 let missing = (radius / need).log2();
-                let bits = if missing.is_nan() {
-                    2000.0
-                } else {
-                    missing.clamp(0.0, 2000.0)
-                };
+                let bits = if missing.is_nan() { 2000.0 } else { missing.clamp(0.0, 2000.0) };
                 let covered = match wide {
                     Some(wide) => covers_wide(wide, options),
                     None => covers(value, options),
@@ -172,13 +138,7 @@ pub(super) fn status(
             };
             let a = part(growth_zero, &growth, wide.as_ref().map(|w| &w.0));
             let b = part(omega_zero, &omega, wide.as_ref().map(|w| &w.1));
-            Status {
-                growth_zero,
-                omega_zero,
-                lacking: of_zero || !(a.0 && b.0),
-                rough: false,
-                score: a.1 + b.1,
-            }
+            Status { growth_zero, omega_zero, lacking: of_zero || !(a.0 && b.0), rough: false, score: a.1 + b.1 }
         })
         .collect()
 }
@@ -204,12 +164,7 @@ fn is_parallel(a: &Sheet, b: &Sheet) -> bool {
 }
 
 /// Marks columns whose vectors are [`Status::rough`], and those that may have a vector less than there are exponents.
-pub(super) fn mark_rough(
-    statuses: &mut [Status],
-    columns: &Columns,
-    sheets: &[Sheet],
-    certificate: &Certificate,
-) {
+pub(super) fn mark_rough(statuses: &mut [Status], columns: &Columns, sheets: &[Sheet], certificate: &Certificate) {
     let largest: Vec<f64> = sheets
         .iter()
         .map(|sheet| {
@@ -265,12 +220,7 @@ fn covers_wide(x: &Big, options: &Options) -> bool {
 /// The entries in printing order.
 pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) -> Exponents {
     let mut entries = Vec::new();
-    let Solution {
-        columns,
-        certificate,
-        facts,
-        ..
-    } = solution;
+    let Solution { columns, certificate, facts, .. } = solution;
     let columns = &columns.base;
     let shapes = Shapes::new(scaled, solution, options.vectors);
     // Of the real exponents without dissipation the growing half stands for the pairs.
@@ -303,14 +253,8 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
     }
     let z = columns.zeros;
     if z > 0 {
-        let zeros = if facts.paired {
-            facts.least_zeros / 2
-        } else {
-            z
-        };
-        let basis = options
-            .vectors
-            .then(|| zero_shapes(scaled, solution, zeros));
+        let zeros = if facts.paired { facts.least_zeros / 2 } else { z };
+        let basis = options.vectors.then(|| zero_shapes(scaled, solution, zeros));
         let mut basis = basis.flatten().unwrap_or_default().into_iter();
         for k in 0..zeros {
             let shape = basis.next().unwrap_or_else(|| shapes.of(k % z));
@@ -323,36 +267,23 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             let j = columns.together() - 1 - k;
             let mut open = entry(scaled, solution, j, &shapes, options);
             open.kind = ExponentKind::Undecided;
-            open.limit = Some(Limit::Unresolved {
-                count: columns.together(),
-            });
+            open.limit = Some(Limit::Unresolved { count: columns.together() });
             entries.push(open);
         }
     }
     // On the axis several exponents are known to be there because their form is definite, and then each has its vector.
-    finish(entries, solution.rung, options, &|entry| {
-        entry.growth.is_zero()
-    })
+    finish(entries, solution.rung, options, &|entry| entry.growth.is_zero())
 }
 
 /// Puts an orthonormal basis in the place of the shapes of a group of exponents that the bounds do not separate, if they
 /// show as many vectors as there are of them.
-fn orthonormal(
-    scaled: &Scaled,
-    solution: &Solution,
-    shapes: &Shapes<'_>,
-    group: &Group,
-    entries: &mut [Exponent],
-) {
+fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group: &Group, entries: &mut [Exponent]) {
     let columns = &solution.columns.base;
     let Some(&first) = group.members.first() else {
         return;
     };
     let one_place = group.members.len() > 1
-        && group
-            .shared
-            .iter()
-            .all(|shared| *shared == group.members.len())
+        && group.shared.iter().all(|shared| *shared == group.members.len())
         && group.members.iter().all(|&j| j >= columns.together());
     if !one_place {
         return;
@@ -370,8 +301,7 @@ fn orthonormal(
             spanning.push((vector, bound));
         } else if !conjugate {
             // A pair that stands for two real exponents.
-            let part =
-                |of: &dyn Fn(&c64) -> f64| vector.iter().map(|x| c64::new(of(x), 0.0)).collect();
+            let part = |of: &dyn Fn(&c64) -> f64| vector.iter().map(|x| c64::new(of(x), 0.0)).collect();
             spanning.push((part(&|x| x.re), bound));
             spanning.push((part(&|x| x.im), bound));
         }
@@ -394,47 +324,20 @@ fn orthonormal(
     }
 }
 
-fn entry(
-    scaled: &Scaled,
-    solution: &Solution,
-    j: usize,
-    shapes: &Shapes<'_>,
-    options: &Options,
-) -> Exponent {
-    let Solution {
-        columns,
-        certificate,
-        statuses,
-        ..
-    } = solution;
+fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, options: &Options) -> Exponent {
+    let Solution { columns, certificate, statuses, .. } = solution;
     let status = &statuses[j];
     let (_, radius, shared) = certificate.disc(j);
-    let Value {
-        growth,
-        omega,
-        wide,
-    } = columns.value(j, radius);
-    let growth = if status.growth_zero {
-        Ball::ZERO
-    } else {
-        growth.scale(scaled.power)
-    };
-    let mut omega = if status.omega_zero {
-        Ball::ZERO
-    } else {
-        omega.scale(scaled.power)
-    };
+    let Value { growth, omega, wide } = columns.value(j, radius);
+    let growth = if status.growth_zero { Ball::ZERO } else { growth.scale(scaled.power) };
+    let mut omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
     if omega.is_negative() {
         omega = -omega;
     }
     let (vector, vector_error_bound) = shapes.of(j);
     let precise = wide.map(|(growth, omega)| {
         let part = |zero: bool, x: &Big| {
-            if zero {
-                Big::zero(x.bits())
-            } else {
-                x.scale(scaled.power.into())
-            }
+            if zero { Big::zero(x.bits()) } else { x.scale(scaled.power.into()) }
         };
         let omega = part(status.omega_zero, &omega);
         Box::new(PreciseExponent {
@@ -557,10 +460,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
                     && (other.growth - entry.growth).contains_zero()
                     && (other.kind == ExponentKind::Zero) == (entry.kind == ExponentKind::Zero)
             };
-            let twin = entries[..known]
-                .iter()
-                .find(near)
-                .map(|other| other.cluster);
+            let twin = entries[..known].iter().find(near).map(|other| other.cluster);
             let own = entry.cluster;
             entries.push(entry);
             if let Some(twin) = twin {
@@ -574,12 +474,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }
-    Exponents {
-        entries,
-        stability,
-        secular,
-        rung,
-    }
+    Exponents { entries, stability, secular, rung }
 }
 
 /// Clusters counted in the order of their first members.
@@ -605,14 +500,10 @@ pub(super) fn finish(
 ) -> Exponents {
     sort(&mut entries);
     let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
-    let on_axis =
-        |entry: &Exponent| matches!(entry.kind, ExponentKind::Oscillation | ExponentKind::Zero);
-    let secular =
-        |entry: &Exponent| on_axis(entry) && matches!(entry.limit, Some(Limit::Defective { .. }));
+    let on_axis = |entry: &Exponent| matches!(entry.kind, ExponentKind::Oscillation | ExponentKind::Zero);
+    let secular = |entry: &Exponent| on_axis(entry) && matches!(entry.limit, Some(Limit::Defective { .. }));
     let may_be_secular = |entry: &Exponent| {
-        entry.growth.contains_zero()
-            && matches!(entry.limit, Some(Limit::Unresolved { .. }))
-            && !semisimple(entry)
+        entry.growth.contains_zero() && matches!(entry.limit, Some(Limit::Unresolved { .. })) && !semisimple(entry)
     };
     let grows = entries.iter().any(secular);
     let may_grow = entries.iter().any(may_be_secular);
@@ -632,14 +523,5 @@ pub(super) fn finish(
     if let Some(wanted) = options.lowest {
         entries.truncate(wanted);
     }
-    Exponents {
-        entries,
-        stability,
-        secular: if grows {
-            Some(true)
-        } else {
-            (!may_grow).then_some(false)
-        },
-        rung,
-    }
+    Exponents { entries, stability, secular: if grows { Some(true) } else { (!may_grow).then_some(false) }, rung }
 }

@@ -9,9 +9,7 @@
 //! Nothing here is trusted: what comes out is certified afterwards, however it came about.
 
 use faer::linalg::solvers::DenseSolveCore;
-use faer::linalg::triangular_solve::{
-    solve_lower_triangular_in_place, solve_upper_triangular_in_place,
-};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, c64};
 
 use super::complex::Complex;
@@ -118,9 +116,7 @@ fn kernel(scaled: &Scaled, l: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>) -> Option<K
     };
     let size = largest(d) * largest(&left) * largest(&basis) * n as f64;
     let inner = small.svd().ok()?;
-    let rank = (0..z)
-        .filter(|&k| inner.S()[k].abs() > 1e-10 * size)
-        .count();
+    let rank = (0..z).filter(|&k| inner.S()[k].abs() > 1e-10 * size).count();
     let chains = z - rank;
     let heads = Mat::from_fn(z, chains, |i, j| inner.V()[(i, rank + j)]);
     // -S⁺ D Z a
@@ -129,21 +125,13 @@ fn kernel(scaled: &Scaled, l: &Mat<f64>, d: &Mat<f64>, s: &Mat<f64>) -> Option<K
     let mut chain = svd.U().transpose() * &target;
     for i in 0..n {
         let value = svd.S()[i];
-        let by = if i < n - z && value.abs() > 1e-13 * largest_s {
-            -1.0 / value
-        } else {
-            0.0
-        };
+        let by = if i < n - z && value.abs() > 1e-13 * largest_s { -1.0 / value } else { 0.0 };
         for j in 0..chains {
             chain[(i, j)] *= by;
         }
     }
     let chain = svd.V() * &chain;
-    Some(Kernel {
-        basis,
-        chain,
-        heads,
-    })
+    Some(Kernel { basis, chain, heads })
 }
 
 /// Makes rows and columns of like size by powers of two (Parlett, Reinsch, Numer. Math. 13 (1969) 293).
@@ -227,11 +215,7 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Start> {
         return None;
     }
     // Columns of the exponent 0: (γ x, 0) and (γ z₁, Z a).
-    let kernel = if z > 0 {
-        Some(kernel(scaled, l, &d, &s)?)
-    } else {
-        None
-    };
+    let kernel = if z > 0 { Some(kernel(scaled, l, &d, &s)?) } else { None };
     let chains = kernel.as_ref().map_or(0, |kernel| kernel.chain.ncols());
     let split = z + chains;
     let mut fixed = Mat::<f64>::zeros(2 * n, split);
@@ -259,19 +243,18 @@ pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Start> {
             continue;
         };
         // All columns of first order, and their inverse.
-        let v = Mat::from_fn(2 * n, 2 * n, |i, j| {
-            if j < split {
-                c64::new(fixed[(i, j)], 0.0)
-            } else {
-                vectors[(i, j - split)]
-            }
-        });
+        let v =
+            Mat::from_fn(
+                2 * n,
+                2 * n,
+                |i, j| {
+                    if j < split { c64::new(fixed[(i, j)], 0.0) } else { vectors[(i, j - split)] }
+                },
+            );
         let w = v.partial_piv_lu().inverse();
         let clear = (split..2 * n).all(|j| {
             // Columns have length 1, so that a row is as long as its exponent is ill-conditioned.
-            let square: f64 = (0..2 * n)
-                .map(|i| w[(j, i)].re * w[(j, i)].re + w[(j, i)].im * w[(j, i)].im)
-                .sum();
+            let square: f64 = (0..2 * n).map(|i| w[(j, i)].re * w[(j, i)].re + w[(j, i)].im * w[(j, i)].im).sum();
             (0.5..MOST_CONDITION * MOST_CONDITION).contains(&square)
         });
         if clear || attempt > 0 {
@@ -299,9 +282,7 @@ fn disturb(a: &mut Mat<f64>) {
     let mut state = 1_u64;
     for j in 0..m {
         for i in 0..m {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             let share = (state >> 40) as f64 / f64::from(1 << 23) - 1.0;
             a[(i, j)] += share * 1e-9 * (rows[i] * columns[j]).sqrt();
         }
@@ -321,20 +302,13 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
         (None, a.clone())
     };
     let mut block = Mat::from_fn(left, left, |i, j| inner[(split + i, split + j)]);
-    let scale = if balance {
-        balanced(&mut block)
-    } else {
-        vec![1.0; left]
-    };
+    let scale = if balance { balanced(&mut block) } else { vec![1.0; left] };
     if left == 0 {
         return Some((Vec::new(), Mat::zeros(m, 0)));
     }
     let eigen = block.eigen().ok()?;
     let values: Vec<c64> = (0..left).map(|k| eigen.S()[k]).collect();
-    if values
-        .iter()
-        .any(|x| !(x.re.is_finite() && x.im.is_finite()))
-    {
+    if values.iter().any(|x| !(x.re.is_finite() && x.im.is_finite())) {
         return None;
     }
     // Pairs: each value above the axis, then its conjugate.
@@ -362,17 +336,12 @@ fn rest(a: &Mat<f64>, fixed: &Mat<f64>, balance: bool) -> Option<(Vec<c64>, Mat<
         }
         // (T₀ - λ) b = -A₁₂ a with T₀² = 0: b = (A₁₂ a + T₀ A₁₂ a / λ) / λ.
         let mut b: Vec<c64> = (0..split)
-            .map(|i| {
-                (0..left).fold(c64::new(0.0, 0.0), |sum, j| {
-                    sum + inside[j] * inner[(i, split + j)]
-                })
-            })
+            .map(|i| (0..left).fold(c64::new(0.0, 0.0), |sum, j| sum + inside[j] * inner[(i, split + j)]))
             .collect();
         if split > 0 {
             let by = c64::new(1.0, 0.0) / value;
-            let turned: Vec<c64> = (0..split)
-                .map(|i| (0..split).fold(c64::new(0.0, 0.0), |sum, j| sum + b[j] * inner[(i, j)]))
-                .collect();
+            let turned: Vec<c64> =
+                (0..split).map(|i| (0..split).fold(c64::new(0.0, 0.0), |sum, j| sum + b[j] * inner[(i, j)])).collect();
             for (b, t) in b.iter_mut().zip(turned) {
                 *b = (*b + t * by) * by;
             }
@@ -443,22 +412,14 @@ fn assemble(
     solve_upper_triangular_in_place(l.transpose(), xs.as_mut(), Par::Seq);
     solve_upper_triangular_in_place(l.transpose(), ys.as_mut(), Par::Seq);
     let column = |from: &Mat<f64>, j: usize, by: f64| -> Vec<Complex> {
-        (0..n)
-            .map(|i| Complex::from_c64(c64::new(from[(i, 2 * j)] * by, from[(i, 2 * j + 1)] * by)))
-            .collect()
+        (0..n).map(|i| Complex::from_c64(c64::new(from[(i, 2 * j)] * by, from[(i, 2 * j + 1)] * by))).collect()
     };
     let (mut x, mut y) = (Vec::with_capacity(2 * n), Vec::with_capacity(2 * n));
     let mut twin = vec![None; 2 * n];
     for j in 0..2 * n {
         if j < z {
             let mid = scaled.zero[j].iter();
-            x.push(
-                mid.map(|value: &Ball| Complex {
-                    re: value.mid,
-                    im: DoubleDouble::ZERO,
-                })
-                .collect(),
-            );
+            x.push(mid.map(|value: &Ball| Complex { re: value.mid, im: DoubleDouble::ZERO }).collect());
             y.push(real(column(&ys, j, 1.0)));
             continue;
         }
@@ -487,11 +448,7 @@ fn assemble(
         }
         let make = |from: &Mat<f64>, by: f64| {
             let values = column(from, j, by);
-            if mu[j].im == 0.0 {
-                real(values)
-            } else {
-                values
-            }
+            if mu[j].im == 0.0 { real(values) } else { values }
         };
         x.push(make(&xs, by));
         y.push(make(&ys, 1.0 / by));
@@ -502,25 +459,13 @@ fn assemble(
             for from in 0..z {
                 let value = kernel.heads[(from, to)] * LINK;
                 if value != 0.0 {
-                    links.push(Link {
-                        from,
-                        to: z + to,
-                        value,
-                    });
+                    links.push(Link { from, to: z + to, value });
                 }
             }
         }
     }
     let finite = |columns: &[Vec<Complex>]| columns.iter().flatten().all(|x| x.is_finite());
-    (finite(&x) && finite(&y)).then_some(Start {
-        mu,
-        x,
-        y,
-        twin,
-        zeros: z,
-        chains: split - z,
-        links,
-    })
+    (finite(&x) && finite(&y)).then_some(Start { mu, x, y, twin, zeros: z, chains: split - z, links })
 }
 
 fn real(mut column: Vec<Complex>) -> Vec<Complex> {

@@ -54,11 +54,8 @@ pub(super) fn climb(
     };
     let count: usize = matrices.right.iter().map(Rows::count).sum();
     let mut best = solution;
-    let mut columns = WideColumns {
-        base: best.columns.base.clone(),
-        wide: vec![None; best.columns.base.count()],
-        bits: half(bits),
-    };
+    let mut columns =
+        WideColumns { base: best.columns.base.clone(), wide: vec![None; best.columns.base.count()], bits: half(bits) };
     let lacking = lacking(&best.statuses);
     columns.widen(&closed(&best.certificate, &columns.base, &lacking));
     let mut score = f64::INFINITY;
@@ -94,14 +91,7 @@ pub(super) fn climb(
         };
         let certificate = certify(&couplings, columns.base.together(), &columns.base.twin);
         let value = |j: usize, radius: f64| columns.value(j, radius);
-        let statuses = status(
-            &best.facts,
-            &columns.base,
-            &sheets,
-            &value,
-            &certificate,
-            options,
-        );
+        let statuses = status(&best.facts, &columns.base, &sheets, &value, &certificate, options);
         let now: f64 = statuses.iter().map(|status| status.score).sum();
         let lacking = self::lacking(&statuses);
         stalled = if now < score - 4.0 { 0 } else { stalled + 1 };
@@ -110,19 +100,8 @@ pub(super) fn climb(
         let open = lacking.iter().any(|&j| j >= columns.base.together());
         if now <= score {
             score = now;
-            let kept = WideColumns {
-                base: columns.base.clone(),
-                wide: columns.wide.clone(),
-                bits: columns.bits,
-            };
-            best = Solution {
-                columns: kept,
-                sheets,
-                certificate,
-                facts: best.facts,
-                statuses,
-                rung: Rung::Precise,
-            };
+            let kept = WideColumns { base: columns.base.clone(), wide: columns.wide.clone(), bits: columns.bits };
+            best = Solution { columns: kept, sheets, certificate, facts: best.facts, statuses, rung: Rung::Precise };
         }
         if !open {
             break;
@@ -146,21 +125,14 @@ pub(super) fn climb(
 }
 
 fn lacking(statuses: &[Status]) -> Vec<usize> {
-    (0..statuses.len())
-        .filter(|&j| statuses[j].lacking)
-        .collect()
+    (0..statuses.len()).filter(|&j| statuses[j].lacking).collect()
 }
 
 /// The given columns, all of their groups, and those that they are conjugates of.
 fn closed(certificate: &Certificate, columns: &Columns, which: &[usize]) -> Vec<usize> {
     let mut all: Vec<usize> = which
         .iter()
-        .flat_map(|&j| {
-            certificate.groups[certificate.of[j]]
-                .members
-                .iter()
-                .copied()
-        })
+        .flat_map(|&j| certificate.groups[certificate.of[j]].members.iter().copied())
         .flat_map(|j| [j, columns.twin[j].unwrap_or(j)])
         .collect();
     all.sort_unstable();
@@ -176,11 +148,7 @@ fn better(
     lacking: &[usize],
 ) -> WideColumns {
     let base = &columns.base;
-    let mut next = WideColumns {
-        base: base.clone(),
-        wide: columns.wide.clone(),
-        bits: columns.bits,
-    };
+    let mut next = WideColumns { base: base.clone(), wide: columns.wide.clone(), bits: columns.bits };
     let mut turned = vec![false; base.count()];
     for group in &certificate.groups {
         if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
@@ -197,17 +165,11 @@ fn better(
             base.twin[j].is_some_and(|i| members.contains(&i))
                 || (0..base.count()).any(|k| base.twin[k] == Some(j) && members.contains(&k))
         };
-        let real = members
-            .iter()
-            .any(|&j| own(j) || base.twin[j].is_none() && !base.twin.contains(&Some(j)));
+        let real = members.iter().any(|&j| own(j) || base.twin[j].is_none() && !base.twin.contains(&Some(j)));
         let Some(centre) = centre(columns, &members, real) else {
             continue;
         };
-        let shift = |j: usize| {
-            columns
-                .mu(j)
-                .map_or(c64::new(f64::NAN, 0.0), |mu| mu.sub(&centre).to_c64())
-        };
+        let shift = |j: usize| columns.mu(j).map_or(c64::new(f64::NAN, 0.0), |mu| mu.sub(&centre).to_c64());
         if let Some(turn) = turn(couplings, members.clone(), &base.twin, shift) {
             turn.members.iter().for_each(|&j| turned[j] = true);
             apply(columns, &mut next, &turn, &centre);
@@ -228,12 +190,7 @@ fn better(
         let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
         let by = Wide::from_c64(by, bits);
         let part = |d: c64| Wide::from_c64(if real { c64::new(d.re, 0.0) } else { d }, bits);
-        let x: Vec<Wide> = column
-            .x
-            .iter()
-            .zip(dx)
-            .map(|(x, d)| x.add(&part(d)).center(bits))
-            .collect();
+        let x: Vec<Wide> = column.x.iter().zip(dx).map(|(x, d)| x.add(&part(d)).center(bits)).collect();
         let y: Vec<Wide> = column
             .y
             .iter()

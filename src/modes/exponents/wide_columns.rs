@@ -20,12 +20,7 @@ pub(super) struct Rows(Vec<Vec<(usize, Big)>>);
 
 impl Rows {
     fn new(n: usize, entry: impl Fn(usize, usize) -> Big) -> Self {
-        let row = |i: usize| {
-            (0..n)
-                .map(|j| (j, entry(i, j)))
-                .filter(|(_, x)| !x.is_zero())
-                .collect()
-        };
+        let row = |i: usize| (0..n).map(|j| (j, entry(i, j))).filter(|(_, x)| !x.is_zero()).collect();
         Self((0..n).map(row).collect())
     }
 
@@ -34,8 +29,7 @@ impl Rows {
             .iter()
             .map(|row| {
                 let zero = Wide::zero(bits);
-                row.iter()
-                    .fold(zero, |sum, (j, entry)| sum.add(&x[*j].times(entry)))
+                row.iter().fold(zero, |sum, (j, entry)| sum.add(&x[*j].times(entry)))
             })
             .collect()
     }
@@ -63,10 +57,7 @@ impl Matrices {
         let precise = source.precisely(bits).or_else(|| as_it_is(problem, bits))?;
         let square = n * n;
         let whole = [&precise.mass, &precise.velocity, &precise.stiffness];
-        if whole
-            .iter()
-            .any(|m| m.len() != square || m.iter().any(|x| !x.is_finite()))
-        {
+        if whole.iter().any(|m| m.len() != square || m.iter().any(|x| !x.is_finite())) {
             return None;
         }
         let entry = |k: usize, row: usize, column: usize| {
@@ -83,10 +74,7 @@ impl Matrices {
 /// Enclosures without radius are the matrices to any precision.
 fn as_it_is(problem: &QuadraticProblem, bits: usize) -> Option<PreciseQuadratic> {
     let wide = |entries: &[crate::precision::Ball]| -> Option<Vec<Big>> {
-        entries
-            .iter()
-            .map(|x| x.is_exact().then(|| Big::from_ball(x, bits)))
-            .collect()
+        entries.iter().map(|x| x.is_exact().then(|| Big::from_ball(x, bits))).collect()
     };
     Some(PreciseQuadratic {
         mass: wide(&problem.mass)?,
@@ -109,13 +97,7 @@ pub(super) struct WideColumn {
 
 impl WideColumn {
     pub(super) fn new(mu: Wide, x: Vec<Wide>, y: Vec<Wide>) -> Self {
-        Self {
-            mu,
-            x,
-            y,
-            image: Vec::new(),
-            slope: Vec::new(),
-        }
+        Self { mu, x, y, image: Vec::new(), slope: Vec::new() }
     }
 
     fn conj(&self) -> Self {
@@ -133,13 +115,8 @@ impl WideColumn {
     fn unit(&self, other: &Self) -> Approximate {
         let sum = self.mu.add(&other.mu);
         let parts = other.image.iter().zip(&other.slope);
-        let entry = self
-            .y
-            .iter()
-            .zip(parts)
-            .fold(Wide::zero(64), |total, (y, (u, v))| {
-                total.add(&y.mul(&sum.mul(u).add(v)))
-            });
+        let entry =
+            self.y.iter().zip(parts).fold(Wide::zero(64), |total, (y, (u, v))| total.add(&y.mul(&sum.mul(u).add(v))));
         approximate(&entry)
     }
 }
@@ -160,11 +137,7 @@ impl WideColumns {
         };
         let error = Magnitude::from_f64(radius);
         let part = |x: &Big| x.clone().with_added_radius(error);
-        let im = if source == j {
-            part(&column.mu.im)
-        } else {
-            -&part(&column.mu.im)
-        };
+        let im = if source == j { part(&column.mu.im) } else { -&part(&column.mu.im) };
         Value::wide(part(&column.mu.re), im)
     }
 
@@ -180,8 +153,7 @@ impl WideColumns {
         let mut known = Vec::new();
         for group in &certificate.groups {
             let members = group.members.iter();
-            let columns: Vec<(usize, WideColumn)> =
-                members.filter_map(|&j| Some((j, self.get(j)?))).collect();
+            let columns: Vec<(usize, WideColumn)> = members.filter_map(|&j| Some((j, self.get(j)?))).collect();
             if group.members.len() < 2 || columns.len() > MOST_TOGETHER {
                 continue;
             }
@@ -207,11 +179,7 @@ impl WideColumns {
                 let difference = self.base.mu[i].sub(self.base.mu[j]);
                 // A column of many bits is rounded to 2^-104 of itself here; closer ones count as not apart.
                 let size = self.base.mu[i].size() + self.base.mu[j].size();
-                if difference.size() > 1e-15 * size {
-                    difference.to_c64()
-                } else {
-                    c64::new(0.0, 0.0)
-                }
+                if difference.size() > 1e-15 * size { difference.to_c64() } else { c64::new(0.0, 0.0) }
             }
         }
     }
@@ -220,11 +188,7 @@ impl WideColumns {
     pub(super) fn widen(&mut self, which: &[usize]) {
         for &j in which {
             if self.base.twin[j].is_none() && j >= self.base.together() && self.wide[j].is_none() {
-                let wide = |v: &[Complex]| {
-                    v.iter()
-                        .map(|x| Wide::from_complex(*x, self.bits))
-                        .collect()
-                };
+                let wide = |v: &[Complex]| v.iter().map(|x| Wide::from_complex(*x, self.bits)).collect();
                 let mu = Wide::from_complex(self.base.mu[j], self.bits);
                 let (x, y) = (wide(&self.base.x[j]), wide(&self.base.y[j]));
                 self.wide[j] = Some(WideColumn::new(mu, x, y));
@@ -241,10 +205,7 @@ pub(super) fn half(bits: usize) -> usize {
 fn approximate(x: &Wide) -> Approximate {
     let value = x.to_c64();
     let size = value.re.hypot(value.im);
-    Approximate {
-        value,
-        error: x.radius() + size * 2f64.powi(-50) + 1e-300,
-    }
+    Approximate { value, error: x.radius() + size * 2f64.powi(-50) + 1e-300 }
 }
 
 pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
@@ -262,13 +223,8 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
     };
     let mut mu = column.mu.clone().with_bits(bits);
     let mut residual = quadratic(&mu, &of_x);
-    let against = |residual: &[Wide]| {
-        column
-            .y
-            .iter()
-            .zip(residual)
-            .fold(Wide::zero(bits), |sum, (y, r)| sum.add(&y.mul(r)))
-    };
+    let against =
+        |residual: &[Wide]| column.y.iter().zip(residual).fold(Wide::zero(bits), |sum, (y, r)| sum.add(&y.mul(r)));
     for _ in 0..2 {
         let over = against(&residual);
         let mut under = Wide::zero(64);
@@ -291,11 +247,7 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
     let defect = against(&residual).abs_upper();
     let left = quadratic(&mu, &of_y);
     let all = |v: &[Wide]| v.iter().map(approximate).collect::<Vec<_>>();
-    let rest: Vec<Wide> = of_x[1]
-        .iter()
-        .zip(&of_x[0])
-        .map(|(v, u)| v.add(&mu.mul(u)))
-        .collect();
+    let rest: Vec<Wide> = of_x[1].iter().zip(&of_x[0]).map(|(v, u)| v.add(&mu.mul(u))).collect();
     let turned: Vec<Wide> = column.y.iter().map(|y| mu.mul(y)).collect();
     let sheet = Sheet {
         x: all(&column.x),
@@ -317,8 +269,7 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
 /// Puts the turned columns in the place of the members.
 pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centre: &Wide) {
     let bits = from.bits;
-    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| from.get(j)).collect()
-    else {
+    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| from.get(j)).collect() else {
         return;
     };
     let k = turn.members.len();
@@ -350,10 +301,8 @@ pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centr
         if !(by.is_finite() && by > 0.0) {
             return;
         }
-        let real = turn.twin[a].is_none()
-            && turn.steps[a].im == 0.0
-            && centre.im.is_zero()
-            && !turn.twin.contains(&Some(a));
+        let real =
+            turn.twin[a].is_none() && turn.steps[a].im == 0.0 && centre.im.is_zero() && !turn.twin.contains(&Some(a));
         let scale = |v: Vec<Wide>, by: f64| -> Vec<Wide> {
             let by = Big::from_f64(by, bits);
             v.iter()
@@ -381,18 +330,10 @@ pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centr
         }
         to.base.mu[j] = Complex {
             re: column.mu.re.to_ball().mid,
-            im: if real {
-                DoubleDouble::ZERO
-            } else {
-                column.mu.im.to_ball().mid
-            },
+            im: if real { DoubleDouble::ZERO } else { column.mu.im.to_ball().mid },
         };
         to.base.x[j] = column.x.iter().map(Wide::to_complex).collect();
         to.base.y[j] = column.y.iter().map(Wide::to_complex).collect();
-        to.wide[j] = if to.base.twin[j].is_some() {
-            None
-        } else {
-            Some(column)
-        };
+        to.wide[j] = if to.base.twin[j].is_some() { None } else { Some(column) };
     }
 }

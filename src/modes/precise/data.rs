@@ -18,12 +18,7 @@ pub(super) struct Data {
 
 impl Data {
     /// `None` where the numbers are not known well enough to be used at all.
-    pub(super) fn new(
-        problem: &PreciseProblem,
-        shift: &[i32],
-        power: i32,
-        scale: i64,
-    ) -> Option<Self> {
+    pub(super) fn new(problem: &PreciseProblem, shift: &[i32], power: i32, scale: i64) -> Option<Self> {
         let n = problem.dimension;
         let right = problem.mass.len() == n * n
             && problem.stiffness.len() == n * n
@@ -34,13 +29,7 @@ impl Data {
         let mass = Symmetric::new(&problem.mass, shift, 0, scale)?;
         let stiffness = Symmetric::new(&problem.stiffness, shift, power, scale)?;
         let zero = ZeroSpace::new(problem, &mass, shift, scale)?;
-        Some(Self {
-            n,
-            scale,
-            mass,
-            stiffness,
-            zero,
-        })
+        Some(Self { n, scale, mass, stiffness, zero })
     }
 
     /// Quotients are rounded to 2^-scale, but not so far that a difference might vanish as a double.
@@ -76,19 +65,10 @@ impl ZeroSpace {
     fn new(problem: &PreciseProblem, mass: &Symmetric, shift: &[i32], scale: i64) -> Option<Self> {
         let n = problem.dimension;
         let mut sum = Sum::default();
-        let mut zero = Self {
-            vectors: Vec::new(),
-            images: Vec::new(),
-            image_error: Vec::new(),
-            defect: 0.0,
-        };
+        let mut zero = Self { vectors: Vec::new(), images: Vec::new(), image_error: Vec::new(), defect: 0.0 };
         let mut errors: Vec<f64> = Vec::new();
         // Norms in units of 1, not of 2^-scale.
-        let one = |x: f64| {
-            crate::precision::DoubleDouble::exact(x)
-                .scale(-(scale as i32))
-                .hi
-        };
+        let one = |x: f64| crate::precision::DoubleDouble::exact(x).scale(-(scale as i32)).hi;
         let radius = mass.radius.as_ref().map_or(0.0, |radius| {
             let row = |row| (0..n).map(|column| radius.get(row, column)).sum::<f64>();
             (0..n).map(row).fold(0.0, f64::max) * (1.0 + 1e-9)
@@ -96,9 +76,7 @@ impl ZeroSpace {
         let image = |v: &[IBig], error: f64, sum: &mut Sum| {
             let exact = mass.times(v, sum);
             let image: Vec<IBig> = exact.iter().map(|x| shifted(x, -scale)).collect();
-            let largest = v
-                .iter()
-                .fold(0.0_f64, |most, x| most.max(double(x, -scale).abs()));
+            let largest = v.iter().fold(0.0_f64, |most, x| most.max(double(x, -scale).abs()));
             let error = mass.norm * (1.0 + 1e-9) * error + radius * (largest + one(error)) + 1.0;
             (image, up(error * (1.0 + 1e-9)))
         };
@@ -117,9 +95,7 @@ impl ZeroSpace {
             }
             for round in 0..3 {
                 if round > 0 {
-                    for (b, (image, b_error)) in
-                        zero.vectors.iter().zip(zero.images.iter().zip(&errors))
-                    {
+                    for (b, (image, b_error)) in zero.vectors.iter().zip(zero.images.iter().zip(&errors)) {
                         let c = shifted(&dot(&v, image, &mut sum), -scale);
                         for (x, b) in v.iter_mut().zip(b) {
                             *x -= shifted(&(&c * b), -scale);
@@ -168,13 +144,7 @@ impl ZeroSpace {
 
     /// ZᵀMx over 2^(scale + x_scale), and a bound of the M-length of x along the zero vectors: with
     /// r the length of ZᵀMx it is at most r / √(1 - defect).
-    pub(super) fn overlap(
-        &self,
-        x: &[IBig],
-        scale: i64,
-        x_scale: i64,
-        sum: &mut Sum,
-    ) -> (Vec<IBig>, f64) {
+    pub(super) fn overlap(&self, x: &[IBig], scale: i64, x_scale: i64, sum: &mut Sum) -> (Vec<IBig>, f64) {
         if self.vectors.is_empty() {
             return (Vec::new(), 0.0);
         }
@@ -186,8 +156,7 @@ impl ZeroSpace {
             .zip(&self.image_error)
             .map(|(image, error)| {
                 let exact = dot(image, x, sum);
-                let part =
-                    double(&exact, -(scale + x_scale)).abs() + size * of_units(*error, scale);
+                let part = double(&exact, -(scale + x_scale)).abs() + size * of_units(*error, scale);
                 square += part * part;
                 exact
             })

@@ -23,11 +23,7 @@ pub(super) fn length(x: &IBig) -> usize {
 
 /// x 2^shift, rounded towards minus infinity.
 pub(super) fn shifted(x: &IBig, shift: i64) -> IBig {
-    if shift >= 0 {
-        x << shift as usize
-    } else {
-        x >> shift.unsigned_abs() as usize
-    }
+    if shift >= 0 { x << shift as usize } else { x >> shift.unsigned_abs() as usize }
 }
 
 /// x 2^exponent as a double-double.
@@ -48,22 +44,14 @@ pub(super) fn double_double(x: &IBig, exponent: i64) -> DoubleDouble {
     for (place, &word) in words[first..].iter().enumerate() {
         let shift = (place * size) as i64 - offset as i64;
         // Bits above 2^106 are zeros: the number ends there.
-        top |= if shift < 0 {
-            u128::from(word) >> -shift
-        } else {
-            u128::from(word) << shift
-        };
+        top |= if shift < 0 { u128::from(word) >> -shift } else { u128::from(word) << shift };
     }
     let place = (exponent + drop as i64).clamp(-4000, 4000) as i32;
     let (high, low) = ((top >> 53) as f64, (top & ((1 << 53) - 1)) as f64);
     // Each half has 53 bits, so that nothing is rounded here.
     let sum = DoubleDouble::new(high * 9_007_199_254_740_992.0, low);
     let value = sum.scale(place);
-    if sign == Sign::Negative {
-        -value
-    } else {
-        value
-    }
+    if sign == Sign::Negative { -value } else { value }
 }
 
 /// The nearest double or one beside it.
@@ -132,11 +120,7 @@ impl Sum {
 
     fn add(&mut self, a: &IBig, b: &IBig) {
         let ((sign, a), (other, b)) = (a.as_sign_words(), b.as_sign_words());
-        let part = if sign == other {
-            &mut self.plus
-        } else {
-            &mut self.minus
-        };
+        let part = if sign == other { &mut self.plus } else { &mut self.minus };
         multiply_add(part, a, b);
     }
 
@@ -202,12 +186,7 @@ impl Symmetric {
             }
         }
         let words = words(columns.iter().flatten().map(|(_, x)| x));
-        Some(Self {
-            columns,
-            words,
-            radius: (!exact).then_some(radius),
-            norm: sums.into_iter().fold(0.0, f64::max),
-        })
+        Some(Self { columns, words, radius: (!exact).then_some(radius), norm: sums.into_iter().fold(0.0, f64::max) })
     }
 
     /// The matrix times x, exactly.
@@ -250,8 +229,7 @@ impl Symmetric {
 pub(super) fn unit(value: &Big, by: i64, scale: i64) -> Option<(IBig, f64)> {
     let (significand, exponent) = value.mid();
     let whole = shifted(significand, exponent + by + scale);
-    let lossless =
-        exponent + by + scale >= 0 || shifted(&whole, -(exponent + by + scale)) == *significand;
+    let lossless = exponent + by + scale >= 0 || shifted(&whole, -(exponent + by + scale)) == *significand;
     let radius: Magnitude = value.radius().scale(by + scale);
     let error = radius.to_f64() + if lossless { 0.0 } else { 1.0 };
     // The sum of the two is rounded up.

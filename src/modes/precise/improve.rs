@@ -50,13 +50,7 @@ struct Pairs<'a> {
 impl Pairs<'_> {
     /// Of any column i and an own column j.
     fn pair(&self, i: usize, j: usize, at: usize) -> Pair {
-        let Measured {
-            quotient,
-            couplings,
-            h,
-            noise,
-            ..
-        } = self.measured;
+        let Measured { quotient, couplings, h, noise, .. } = self.measured;
         let mut coupling = h.get(i, at).hi.abs();
         let mut uncertain = noise.get(i, at);
         if let Some(other) = self.own[i] {
@@ -74,22 +68,13 @@ impl Pairs<'_> {
 
 /// Better columns over 2^scale, or the columns that would have to be taken along because they are
 /// not separated from these.
-pub(super) fn improve(
-    data: &Data,
-    columns: &Columns,
-    measured: &Measured,
-    scale: i64,
-) -> Result<Columns, Vec<usize>> {
+pub(super) fn improve(data: &Data, columns: &Columns, measured: &Measured, scale: i64) -> Result<Columns, Vec<usize>> {
     let m = measured.quotient.len();
     let mut own = vec![None; m];
     for (at, &column) in columns.own.iter().enumerate() {
         own[column] = Some(at);
     }
-    let pairs = Pairs {
-        measured,
-        own,
-        scale: data.quotient_scale(),
-    };
+    let pairs = Pairs { measured, own, scale: data.quotient_scale() };
     let mut leader: Vec<usize> = (0..m).collect();
     let mut more = Vec::new();
     for (at, &j) in columns.own.iter().enumerate() {
@@ -158,11 +143,7 @@ pub(super) fn improve(
             rotate(&mut better, &places, &rotation);
         }
     }
-    Ok(Columns {
-        scale,
-        own: columns.own.clone(),
-        x: better,
-    })
+    Ok(Columns { scale, own: columns.own.clone(), x: better })
 }
 
 /// Orthogonal eigenvectors of the block of S - (G - 1) Λ, symmetrised, that belongs to a cluster.
@@ -174,11 +155,7 @@ fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Ma
     let value = |x: &IBig| double(x, -pairs.scale);
     // A narrow cluster is measured from its centre, a wide one from zero.
     let narrow = value(&(high - low)) < 1e-3 * value(high).abs().max(value(low).abs());
-    let centre = if narrow {
-        shifted(&(low + high), -1)
-    } else {
-        IBig::ZERO
-    };
+    let centre = if narrow { shifted(&(low + high), -1) } else { IBig::ZERO };
     let mut block = Plain::zeros(c, c);
     for (q, (&j, &at)) in cluster.iter().zip(places).enumerate() {
         for (p, (&i, &other)) in cluster.iter().zip(places).enumerate() {
@@ -208,11 +185,7 @@ fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Ma
     let mut defect = product(&v.transposed(), &v, Part::Lower);
     for q in 0..c {
         for p in 0..c {
-            let unit = if p == q {
-                DoubleDouble::ONE
-            } else {
-                DoubleDouble::ZERO
-            };
+            let unit = if p == q { DoubleDouble::ONE } else { DoubleDouble::ZERO };
             let value = (unit - defect.get(p, q)) * DoubleDouble::exact(0.5);
             defect.set(p, q, value);
         }
@@ -225,13 +198,8 @@ fn rotation(pairs: &Pairs<'_>, cluster: &[usize], places: &[usize]) -> Option<Ma
 /// The columns at `places`, recombined.
 fn rotate(x: &mut [Vec<IBig>], places: &[usize], rotation: &Matrix) {
     let c = places.len();
-    let factors: Vec<Vec<IBig>> = (0..c)
-        .map(|q| {
-            (0..c)
-                .map(|p| from_double_double(rotation.get(p, q), ROTATION))
-                .collect()
-        })
-        .collect();
+    let factors: Vec<Vec<IBig>> =
+        (0..c).map(|q| (0..c).map(|p| from_double_double(rotation.get(p, q), ROTATION)).collect()).collect();
     let old: Vec<Vec<IBig>> = places.iter().map(|&at| x[at].clone()).collect();
     for (&at, factors) in places.iter().zip(&factors) {
         for (row, target) in x[at].iter_mut().enumerate() {

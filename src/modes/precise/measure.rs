@@ -57,9 +57,7 @@ pub(super) struct Measured {
 }
 
 fn scaled(x: f64, exponent: i64) -> f64 {
-    DoubleDouble::exact(x)
-        .scale(exponent.clamp(-4000, 4000) as i32)
-        .hi
+    DoubleDouble::exact(x).scale(exponent.clamp(-4000, 4000) as i32).hi
 }
 
 /// What a coupling does to an eigenvalue at most, roughly: h² / gap, and h at most.
@@ -88,17 +86,9 @@ fn image(data: &Data, x: &[IBig], x_scale: i64, sum: &mut Sum) -> Option<Image> 
     }
     // Truncated: |s - μ g| <= 2^-q g.
     let quotient = (s << q as usize) / &norm;
-    let residual = y
-        .iter()
-        .zip(&z)
-        .map(|(y, z)| shifted(&((y << q as usize) - &quotient * z), -(x_scale + q)))
-        .collect();
-    Some(Image {
-        quotient,
-        residual,
-        mass_times: z.iter().map(|z| shifted(z, -x_scale)).collect(),
-        norm,
-    })
+    let residual =
+        y.iter().zip(&z).map(|(y, z)| shifted(&((y << q as usize) - &quotient * z), -(x_scale + q))).collect();
+    Some(Image { quotient, residual, mass_times: z.iter().map(|z| shifted(z, -x_scale)).collect(), norm })
 }
 
 /// Columns at full precision, a basis around them, and what follows from both.
@@ -150,32 +140,15 @@ pub(super) fn measure(
         leak[column] = length;
     }
     let (couplings, norm) = setting.bounds(&products, background, &leak);
-    let Products {
-        h, noise, mut g, ..
-    } = products;
+    let Products { h, noise, mut g, .. } = products;
     for (at, (&j, (norm, _))) in columns.own.iter().zip(&norm).enumerate() {
         g.set(j, at, *norm - DoubleDouble::ONE);
     }
-    Some(Measured {
-        quotient: setting.quotient,
-        couplings,
-        x: setting.x,
-        h,
-        noise,
-        g,
-        overlap,
-        leak,
-        norm,
-    })
+    Some(Measured { quotient: setting.quotient, couplings, x: setting.x, h, noise, g, overlap, leak, norm })
 }
 
 impl<'a> Setting<'a> {
-    fn new(
-        data: &'a Data,
-        columns: &'a Columns,
-        background: Option<&Background>,
-        sum: &mut Sum,
-    ) -> Option<Self> {
+    fn new(data: &'a Data, columns: &'a Columns, background: Option<&Background>, sum: &mut Sum) -> Option<Self> {
         let m = background.map_or(columns.own.len(), |b| b.quotients.len());
         let mut images = Vec::with_capacity(columns.own.len());
         for x in &columns.x {
@@ -240,10 +213,7 @@ impl<'a> Setting<'a> {
         let unit = product_bound(n) + 2.25 * LOST;
         for (at, &place) in place.iter().enumerate() {
             for row in 0..self.own.len() {
-                let value = products
-                    .h
-                    .get(row, at)
-                    .scale(place.clamp(-4000, 4000) as i32);
+                let value = products.h.get(row, at).scale(place.clamp(-4000, 4000) as i32);
                 products.h.set(row, at, value);
                 let bound = up(unit * products.noise.get(row, at) + 1e-270);
                 products.noise.set(row, at, up(scaled(bound, place)));
@@ -300,8 +270,7 @@ impl<'a> Setting<'a> {
         let (n, k) = (self.data.n, self.images.len());
         let mut own = Plain::zeros(n, k);
         for (at, &column) in self.columns.own.iter().enumerate() {
-            own.column_mut(at)
-                .copy_from_slice(self.sizes.column(column));
+            own.column_mut(at).copy_from_slice(self.sizes.column(column));
         }
         let of = |radius: &Option<Plain>| {
             let radius = radius.as_ref()?;
@@ -319,10 +288,7 @@ impl<'a> Setting<'a> {
             }
         }
         let sizes_t = self.sizes.transposed();
-        Off {
-            h: bound_product(&sizes_t, &h, Part::All),
-            g: bound_product(&sizes_t, &g, Part::All),
-        }
+        Off { h: bound_product(&sizes_t, &h, Part::All), g: bound_product(&sizes_t, &g, Part::All) }
     }
 
     /// Bounds of all couplings, and x_jᵀMx_j of own columns.
@@ -342,9 +308,7 @@ impl<'a> Setting<'a> {
             None => Couplings::zeros(m),
         };
         couplings.order = (0..m).collect();
-        couplings
-            .order
-            .sort_by(|&i, &j| self.quotient[i].cmp(&self.quotient[j]));
+        couplings.order.sort_by(|&i, &j| self.quotient[i].cmp(&self.quotient[j]));
         let order = couplings.order.windows(2);
         couplings.steps = order.map(|pair| self.gap(pair[0], pair[1])).collect();
         let mut norms = Vec::with_capacity(self.images.len());
@@ -370,9 +334,8 @@ impl<'a> Setting<'a> {
             couplings.least[j] = (norm.hi - error) * (1.0 - 1e-15);
             couplings.most[j] = up(norm.hi + error);
             couplings.size[j] = self.size[j];
-            couplings.defect[j] = up(scaled(couplings.most[j], -q)
-                + scaled(off.h.get(j, at), -p)
-                + self.size[j] * along);
+            couplings.defect[j] =
+                up(scaled(couplings.most[j], -q) + scaled(off.h.get(j, at), -p) + self.size[j] * along);
         }
         for &j in &self.columns.own {
             for i in 0..m {
@@ -407,11 +370,7 @@ fn with_rounded_quotients(couplings: &Couplings, q: i64) -> Couplings {
         result.defect[j] = up(result.defect[j] + off * result.most[j]);
         let g = couplings.g.column(j);
         for (h, g) in result.h.column_mut(j).iter_mut().zip(g) {
-            *h = if *h == 0.0 && *g == 0.0 {
-                0.0
-            } else {
-                up(*h + off * g)
-            };
+            *h = if *h == 0.0 && *g == 0.0 { 0.0 } else { up(*h + off * g) };
         }
     }
     result

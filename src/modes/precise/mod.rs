@@ -20,9 +20,7 @@ use super::certify::{Cluster, Couplings, Enclosures, certify};
 use super::dense::{Matrix, Plain};
 use super::pencil::{Bounded, Scaled, ZeroSpace, couplings, pencil};
 use super::quick::Bounds;
-use super::{
-    Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers,
-};
+use super::{Certificate, Gram, Kind, ModesError, Options, Rung, Solution, Source, covered, covers};
 use crate::precision::{Big, Magnitude};
 use data::Data;
 use fixed::{LOST, length};
@@ -61,15 +59,9 @@ impl Precise {
             Kind::Oscillation => (omega_squared.sqrt(), zero),
             Kind::Zero => (zero.clone(), zero),
             Kind::Unstable => (zero, (-&omega_squared).sqrt()),
-            Kind::Damped | Kind::Overdamped | Kind::Undecided => {
-                (omega_squared.sqrt(), (-&omega_squared).sqrt())
-            }
+            Kind::Damped | Kind::Overdamped | Kind::Undecided => (omega_squared.sqrt(), (-&omega_squared).sqrt()),
         };
-        Self {
-            omega_squared,
-            omega,
-            growth,
-        }
+        Self { omega_squared, omega, growth }
     }
 }
 
@@ -90,9 +82,7 @@ fn covering(
     source: &dyn Source,
     options: &Options,
 ) -> Result<Solution, ModesError> {
-    let few = options
-        .lowest
-        .is_some_and(|wanted| FEW * wanted <= scaled.n);
+    let few = options.lowest.is_some_and(|wanted| FEW * wanted <= scaled.n);
     if few
         && options.digits >= MANY
         && let Ok(solution) = below(&options.clone().digits(15))
@@ -103,9 +93,7 @@ fn covering(
     }
     match below(options) {
         Ok(solution) if covered(&solution.certificate, options) => Ok(solution),
-        Ok(solution) => {
-            Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution))
-        }
+        Ok(solution) => Ok(climb(scaled, zero, Some(&solution), source, options).unwrap_or(solution)),
         Err(error) if is_final(&error) => Err(error),
         Err(error) => climb(scaled, zero, None, source, options).ok_or(error),
     }
@@ -128,9 +116,7 @@ pub(super) fn further(
     }
     let finer = options.clone().digits(options.digits.max(CLOSE_DIGITS));
     let apart = climb(scaled, zero, Some(&solution), source, &finer);
-    Ok(apart
-        .filter(|apart| apart.certificate.clusters.len() > clusters.len())
-        .unwrap_or(solution))
+    Ok(apart.filter(|apart| apart.certificate.clusters.len() > clusters.len()).unwrap_or(solution))
 }
 
 /// Whether more precision changes nothing.
@@ -138,9 +124,7 @@ fn is_final(error: &ModesError) -> bool {
     match error {
         ModesError::NotPositiveDefinite { singular, .. } => !singular,
         ModesError::NoConvergence => false,
-        ModesError::NotFinite { .. } | ModesError::Shape { .. } | ModesError::ZeroVector { .. } => {
-            true
-        }
+        ModesError::NotFinite { .. } | ModesError::Shape { .. } | ModesError::ZeroVector { .. } => true,
     }
 }
 
@@ -169,11 +153,7 @@ fn climb(
     options: &Options,
 ) -> Option<Solution> {
     let mut goal = Goal::new(options.digits);
-    let mut matrices = Matrices {
-        scaled,
-        source,
-        data: None,
-    };
+    let mut matrices = Matrices { scaled, source, data: None };
     let total = scaled.n - zero.mid.columns;
     let (mut columns, mut background) = match solved {
         Some(solution) => {
@@ -216,13 +196,8 @@ fn climb(
             let background = background.as_ref();
             let solution = assemble(data, &columns, &measured, enclosures, solved, background);
             let verdict = verdict(&solution, options, &goal);
-            let gained = best
-                .as_ref()
-                .is_none_or(|(before, _)| verdict.score < before - 4.0);
-            if best
-                .as_ref()
-                .is_none_or(|(before, _)| verdict.score <= *before)
-            {
+            let gained = best.as_ref().is_none_or(|(before, _)| verdict.score < before - 4.0);
+            if best.as_ref().is_none_or(|(before, _)| verdict.score <= *before) {
                 best = Some((verdict.score, solution));
             }
             if verdict.satisfied {
@@ -314,9 +289,7 @@ fn work(data: &Data, columns: &Columns) -> f64 {
 }
 
 fn column(x: &Matrix, column: usize, scale: i64) -> Vec<IBig> {
-    (0..x.rows)
-        .map(|row| fixed::from_double_double(x.get(row, column), scale))
-        .collect()
+    (0..x.rows).map(|row| fixed::from_double_double(x.get(row, column), scale)).collect()
 }
 
 /// The same columns and some of the double-double ones.
@@ -327,11 +300,7 @@ fn widened(columns: &Columns, more: Vec<usize>, x: &Matrix) -> Columns {
     all.extend(more.map(|j| (j, column(x, j, columns.scale))));
     all.sort_by_key(|(j, _)| *j);
     let (own, x) = all.into_iter().unzip();
-    Columns {
-        scale: columns.scale,
-        own,
-        x,
-    }
+    Columns { scale: columns.scale, own, x }
 }
 
 impl Background {
@@ -360,13 +329,7 @@ impl Background {
         }
         let pencil = pencil(scaled, None, zero, &x);
         let (quotients, couplings) = couplings(&pencil)?;
-        Some(Self {
-            x,
-            quotients,
-            couplings,
-            leak: pencil.leak,
-            g: pencil.g,
-        })
+        Some(Self { x, quotients, couplings, leak: pencil.leak, g: pencil.g })
     }
 
     /// [`lacking`] by what double-double shows; all columns where it shows nothing.
@@ -380,11 +343,7 @@ impl Background {
 
 /// The columns of all clusters with a wanted mode that lacks digits.
 fn lacking(certificate: &Certificate, options: &Options) -> Vec<usize> {
-    let Certificate {
-        order,
-        eigenvalues,
-        clusters,
-    } = certificate;
+    let Certificate { order, eigenvalues, clusters } = certificate;
     let wanted = options.lowest.unwrap_or(usize::MAX);
     let lacks = |position: usize| !covers(&eigenvalues[position], options);
     let mut own: Vec<usize> = clusters
@@ -402,9 +361,7 @@ fn estimates(certificate: &Certificate) -> Couplings {
     let mut couplings = Couplings::zeros(values.len());
     couplings.order = certificate.order.clone();
     let steps = values.windows(2);
-    couplings.steps = steps
-        .map(|pair| (pair[1].mid - pair[0].mid).hi.max(0.0))
-        .collect();
+    couplings.steps = steps.map(|pair| (pair[1].mid - pair[0].mid).hi.max(0.0)).collect();
     for (&column, value) in certificate.order.iter().zip(values) {
         couplings.size[column] = value.abs_upper();
     }
@@ -431,13 +388,7 @@ struct Verdict {
 
 fn verdict(solution: &Solution, options: &Options, goal: &Goal) -> Verdict {
     let wanted = options.lowest.unwrap_or(usize::MAX);
-    let mut result = Verdict {
-        satisfied: true,
-        met: true,
-        signs: false,
-        roundings: false,
-        score: 0.0,
-    };
+    let mut result = Verdict { satisfied: true, met: true, signs: false, roundings: false, score: 0.0 };
     let values = solution.certificate.eigenvalues.iter();
     for (ball, precise) in values.zip(&solution.precise).take(wanted) {
         let (size, radius, covered) = match precise {
@@ -520,10 +471,7 @@ fn assemble(
     }
     let mut g = match background {
         Some(background) => background.g.clone(),
-        None => Bounded {
-            mid: Matrix::zeros(m, m),
-            radius: Plain::zeros(m, m),
-        },
+        None => Bounded { mid: Matrix::zeros(m, m), radius: Plain::zeros(m, m) },
     };
     for (at, &j) in columns.own.iter().enumerate() {
         for i in 0..m {
@@ -542,11 +490,7 @@ fn assemble(
         x: measured.x.clone(),
         gram: Gram::Entries(g),
         leak: measured.leak.clone(),
-        certificate: Certificate {
-            order,
-            eigenvalues,
-            clusters,
-        },
+        certificate: Certificate { order, eigenvalues, clusters },
         precise,
         rung: solved.map_or(Rung::Precise, |solved| solved.rung),
         correction: None,

@@ -21,11 +21,7 @@ pub(super) struct Goal {
 
 impl Goal {
     pub(super) fn new(digits: usize) -> Self {
-        Self {
-            bits: (digits as f64 + 4.0) * std::f64::consts::LOG2_10,
-            signs: 0,
-            largest: 1.0,
-        }
+        Self { bits: (digits as f64 + 4.0) * std::f64::consts::LOG2_10, signs: 0, largest: 1.0 }
     }
 
     /// Eigenvalues below this are not told from 0 yet.
@@ -75,9 +71,7 @@ impl Plan {
         (stiffness, mass): (f64, f64),
     ) -> Self {
         let m = couplings.order.len();
-        let length: Vec<f64> = (0..m)
-            .map(|column| x.column_hi(column).iter().map(|x| x.abs()).sum())
-            .collect();
+        let length: Vec<f64> = (0..m).map(|column| x.column_hi(column).iter().map(|x| x.abs()).sum()).collect();
         let mut is_own = vec![false; m];
         own.iter().for_each(|&j| is_own[j] = true);
         let (mut matrices, mut columns): (f64, f64) = (64.0, 64.0);
@@ -103,10 +97,7 @@ impl Plan {
                 }
             };
             let mut gap = 0.0;
-            for (step, &i) in couplings.steps[position..]
-                .iter()
-                .zip(&couplings.order[position + 1..])
-            {
+            for (step, &i) in couplings.steps[position..].iter().zip(&couplings.order[position + 1..]) {
                 gap += step;
                 bits(i, gap);
             }
@@ -116,9 +107,6 @@ impl Plan {
                 bits(couplings.order[before], gap);
             }
         }
-        Self {
-            matrices: matrices.min(1e6).ceil() as i64 + 3,
-            columns: columns.min(MOST_COLUMN_BITS).ceil() as i64 + 3,
-        }
+        Self { matrices: matrices.min(1e6).ceil() as i64 + 3, columns: columns.min(MOST_COLUMN_BITS).ceil() as i64 + 3 }
     }
 }

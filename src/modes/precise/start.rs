@@ -18,11 +18,7 @@ pub(super) fn start(data: &Data) -> Option<Columns> {
     for j in 0..n {
         let mut column = vec![IBig::ZERO; n];
         for i in (0..=j).rev() {
-            let mut rest = if i == j {
-                IBig::ONE << (2 * p) as usize
-            } else {
-                IBig::ZERO
-            };
+            let mut rest = if i == j { IBig::ONE << (2 * p) as usize } else { IBig::ZERO };
             for k in i + 1..=j {
                 if factor[k][i] != IBig::ZERO && column[k] != IBig::ZERO {
                     rest -= &factor[k][i] * &column[k];
@@ -39,10 +35,7 @@ pub(super) fn start(data: &Data) -> Option<Columns> {
         // Xᵀ M z in the columns that are left.
         let image = data.mass.times(&data.zero.vectors[at], &mut sum);
         let image: Vec<IBig> = image.iter().map(|y| shifted(y, -p)).collect();
-        let mut v: Vec<IBig> = x[at..]
-            .iter()
-            .map(|x| shifted(&dot(x, &image, &mut sum), -p))
-            .collect();
+        let mut v: Vec<IBig> = x[at..].iter().map(|x| shifted(&dot(x, &image, &mut sum), -p)).collect();
         let norm = root_of_squares(&v, &mut sum);
         if v[0] < IBig::ZERO {
             v[0] -= &norm;
@@ -58,10 +51,7 @@ pub(super) fn start(data: &Data) -> Option<Columns> {
         }
         // X <- X - 2 (X v) vᵀ
         for row in 0..n {
-            let along = x[at..]
-                .iter()
-                .zip(&v)
-                .fold(IBig::ZERO, |sum, (x, v)| sum + &x[row] * v);
+            let along = x[at..].iter().zip(&v).fold(IBig::ZERO, |sum, (x, v)| sum + &x[row] * v);
             let along = shifted(&along, 1 - p);
             for (x, v) in x[at..].iter_mut().zip(&v) {
                 x[row] -= shifted(&(&along * v), -p);
@@ -69,11 +59,7 @@ pub(super) fn start(data: &Data) -> Option<Columns> {
         }
     }
     let x = x.split_off(zeros);
-    Some(Columns {
-        scale: p,
-        own: (0..x.len()).collect(),
-        x,
-    })
+    Some(Columns { scale: p, own: (0..x.len()).collect(), x })
 }
 
 fn root_of_squares(v: &[IBig], sum: &mut Sum) -> IBig {

@@ -35,11 +35,7 @@ impl Big {
         let square = self.significand.clone().unsigned_abs() << shift;
         let (root, rest) = square.sqrt_rem();
         let exponent = (self.exponent - shift as i64).div_euclid(2);
-        let mut radius = if rest.is_zero() {
-            Magnitude::ZERO
-        } else {
-            Magnitude::power_of_two(exponent)
-        };
+        let mut radius = if rest.is_zero() { Magnitude::ZERO } else { Magnitude::power_of_two(exponent) };
         if !self.is_exact() {
             let (at, least) = (self.mid_lower(), self.abs_lower());
             let sum = at.sqrt_down().add_down(least.sqrt_down());
@@ -67,11 +63,7 @@ impl Big {
             }
         }
         let power = power.unwrap_or_else(|| Self::one(self.bits));
-        if exponent < 0 {
-            &Self::one(self.bits) / &power
-        } else {
-            power
-        }
+        if exponent < 0 { &Self::one(self.bits) / &power } else { power }
     }
 }
 
@@ -79,22 +71,12 @@ impl Big {
 ///
 /// The quotient of the integers is rounded towards 0: off by less than one unit, and by nothing
 /// where the division leaves no rest.
-pub(super) fn quotient(
-    numerator: IBig,
-    denominator: &UBig,
-    exponent: i64,
-    bits: usize,
-    radius: Magnitude,
-) -> Big {
+pub(super) fn quotient(numerator: IBig, denominator: &UBig, exponent: i64, bits: usize, radius: Magnitude) -> Big {
     let wanted = (bits + EXTRA + denominator.bit_len()).saturating_sub(length(&numerator));
     let (sign, magnitude) = numerator.into_parts();
     let (digits, rest) = (magnitude << wanted).div_rem(denominator);
     let exponent = exponent.saturating_sub(wanted as i64);
-    let radius = if rest.is_zero() {
-        radius
-    } else {
-        radius.add(Magnitude::power_of_two(exponent))
-    };
+    let radius = if rest.is_zero() { radius } else { radius.add(Magnitude::power_of_two(exponent)) };
     Big::rounded(IBig::from_parts(sign, digits), exponent, bits, radius)
 }
 
@@ -153,10 +135,7 @@ impl Neg for &Big {
     type Output = Big;
 
     fn neg(self) -> Big {
-        Big {
-            significand: -&self.significand,
-            ..self.clone()
-        }
+        Big { significand: -&self.significand, ..self.clone() }
     }
 }
 
@@ -177,11 +156,7 @@ impl Add for &Big {
         if other.is_mid_zero() {
             return Big::rounded(self.significand.clone(), self.exponent, bits, radius);
         }
-        let (large, small) = if self.top() >= other.top() {
-            (self, other)
-        } else {
-            (other, self)
-        };
+        let (large, small) = if self.top() >= other.top() { (self, other) } else { (other, self) };
         if large.top() - small.top() > bits as i64 + 64 && large.exponent > small.top() {
             let radius = radius.add(small.mid_upper());
             return Big::rounded(large.significand.clone(), large.exponent, bits, radius);
@@ -226,12 +201,7 @@ impl Mul for &Big {
         if !ra.is_zero() {
             radius = radius.add(other.mid_upper().mul(ra));
         }
-        Big::rounded(
-            &self.significand * &other.significand,
-            self.exponent + other.exponent,
-            bits,
-            radius,
-        )
+        Big::rounded(&self.significand * &other.significand, self.exponent + other.exponent, bits, radius)
     }
 }
 
@@ -259,12 +229,6 @@ impl Div for &Big {
             Sign::Positive => self.significand.clone(),
             Sign::Negative => -&self.significand,
         };
-        quotient(
-            numerator,
-            &divisor,
-            self.exponent - other.exponent,
-            bits,
-            radius,
-        )
+        quotient(numerator, &divisor, self.exponent - other.exponent, bits, radius)
     }
 }

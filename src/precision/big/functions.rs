@@ -35,10 +35,7 @@ thread_local! {
 }
 
 /// What `f` gives with `bits` + [`GUARD`] bits, as a number with a bound.
-fn evaluate(
-    bits: usize,
-    f: impl FnOnce(&Context<HalfEven>, Option<&mut ConstCache>) -> FpResult<Value>,
-) -> Big {
+fn evaluate(bits: usize, f: impl FnOnce(&Context<HalfEven>, Option<&mut ConstCache>) -> FpResult<Value>) -> Big {
     let bits = bits.clamp(2, MOST_BITS);
     let context = Context::<HalfEven>::new(bits + GUARD);
     let result = CONSTANTS.with(|cache| match cache.try_borrow_mut() {
@@ -77,10 +74,7 @@ impl Big {
         Repr::new(significand.clone(), exponent as isize)
     }
 
-    fn point(
-        &self,
-        f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>,
-    ) -> Self {
+    fn point(&self, f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>) -> Self {
         let x = self.repr();
         evaluate(self.bits(), |context, cache| f(context, &x, cache))
     }
@@ -92,10 +86,7 @@ impl Big {
 
     /// f(x) for an odd f with f(x) = x + d, |d| <= |x|^3 for |x| <= 1/2: that holds for sin, tan, asin,
     /// atan, sinh, tanh, by their series.
-    fn odd(
-        &self,
-        f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>,
-    ) -> Self {
+    fn odd(&self, f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>) -> Self {
         let x = self.center();
         if x.is_tiny() {
             let cube = x.mid_upper().powi(3);
@@ -105,10 +96,7 @@ impl Big {
     }
 
     /// f(x) for f(x) = 1 + d with |d| <= x^2 for |x| <= 1/2: cos and cosh.
-    fn even(
-        &self,
-        f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>,
-    ) -> Self {
+    fn even(&self, f: impl FnOnce(&Context<HalfEven>, &Repr<2>, Option<&mut ConstCache>) -> FpResult<Value>) -> Self {
         if self.is_tiny() {
             let square = self.mid_upper().powi(2);
             return Self::one(self.bits()).with_added_radius(square);
@@ -182,9 +170,7 @@ impl Big {
         }
         // |atan(m + h) - atan m| <= |h| / (1 + min x^2) over the ball.
         let slope = Magnitude::ONE.div(Magnitude::ONE.add_down(self.abs_lower_squared()));
-        self.center()
-            .angle(&Self::one(self.bits()), self.bits())
-            .with_added_radius(self.radius().mul(slope))
+        self.center().angle(&Self::one(self.bits()), self.bits()).with_added_radius(self.radius().mul(slope))
     }
 
     /// A lower bound of x^2, as a power of 2.
@@ -220,11 +206,7 @@ impl Big {
         // On the axis a displacement along it turns nothing.
         let along = y.is_zero() && rx < x.mid_lower();
         if !(shift.is_zero() || along) {
-            let s = size_x
-                .mul(ry)
-                .add(size_y.mul(rx))
-                .div(distance)
-                .div(distance.sub_down(shift));
+            let s = size_x.mul(ry).add(size_y.mul(rx)).div(distance).div(distance.sub_down(shift));
             if shift.scale(1) >= distance || s >= Magnitude::ONE {
                 return anywhere();
             }
@@ -237,11 +219,7 @@ impl Big {
     fn angle(&self, x: &Self, bits: usize) -> Self {
         let y = self;
         if y.is_zero() {
-            return if x.is_positive() {
-                Self::zero(bits)
-            } else {
-                Self::pi(bits)
-            };
+            return if x.is_positive() { Self::zero(bits) } else { Self::pi(bits) };
         }
         let signed = |value: Self| if y.is_negative() { -&value } else { value };
         if x.is_zero() {
@@ -270,10 +248,7 @@ impl Big {
     /// Arc sine. A number across the end of [-1, 1] is cut off there; one outside is not finite.
     #[must_use]
     pub fn asin(&self) -> Self {
-        self.arc(
-            |x| x.odd(|context, x, cache| context.asin::<2>(x, cache)),
-            |x, rest| x.atan2(rest),
-        )
+        self.arc(|x| x.odd(|context, x, cache| context.asin::<2>(x, cache)), |x, rest| x.atan2(rest))
     }
 
     /// Arc cosine. A number across the end of [-1, 1] is cut off there; one outside is not finite.
@@ -332,8 +307,7 @@ impl Big {
             let square = self.mid_upper().powi(2);
             (&Self::one(self.bits()) + &self.center()).with_added_radius(square)
         } else {
-            self.center()
-                .point(|context, x, cache| context.exp::<2>(x, cache))
+            self.center().point(|context, x, cache| context.exp::<2>(x, cache))
         };
         if self.is_exact() {
             return value;
@@ -352,11 +326,7 @@ impl Big {
         let ln = |x: &Self| x.point(|context, x, cache| context.ln::<2>(x, cache));
         let value = if top.abs() <= 1 << 16 {
             let center = self.center();
-            if (&center - &Self::one(self.bits())).is_zero() {
-                Self::zero(self.bits())
-            } else {
-                ln(&center)
-            }
+            if (&center - &Self::one(self.bits())).is_zero() { Self::zero(self.bits()) } else { ln(&center) }
         } else {
             // x = m 2^top with m near 1: the second part outweighs the first by far.
             let bits = self.bits() + 64;
@@ -378,11 +348,7 @@ impl Big {
         let value = match self.halves() {
             Some((grows, falls)) => {
                 let size = (&grows - &falls).with_bits(self.bits());
-                if self.mid().0.sign() == dashu_int::Sign::Negative {
-                    -&size
-                } else {
-                    size
-                }
+                if self.mid().0.sign() == dashu_int::Sign::Negative { -&size } else { size }
             }
             None => self.odd(|context, x, cache| context.sinh::<2>(x, cache)),
         };
@@ -419,10 +385,7 @@ impl Big {
         if self.is_exact() {
             return value;
         }
-        let slope = value
-            .abs_upper()
-            .add(Magnitude::ONE)
-            .mul(self.radius().exp());
+        let slope = value.abs_upper().add(Magnitude::ONE).mul(self.radius().exp());
         value.with_added_radius(self.radius().mul(slope))
     }
 
@@ -440,11 +403,7 @@ impl Big {
             let q = (-&self.center().abs().scale(1)).with_bits(bits).exp();
             let one = Self::one(bits);
             let size = (&(&one - &q) / &(&one + &q)).with_bits(self.bits());
-            if self.mid().0.sign() == dashu_int::Sign::Negative {
-                -&size
-            } else {
-                size
-            }
+            if self.mid().0.sign() == dashu_int::Sign::Negative { -&size } else { size }
         };
         // The slope is at most 1.
         value.with_added_radius(self.radius())

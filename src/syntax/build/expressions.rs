@@ -59,10 +59,7 @@ impl Builder {
     }
 
     fn expressions_in(&self, pair: Pair<'_, Rule>) -> Vec<ExprRef> {
-        pair.into_inner()
-            .filter(|part| part.as_rule() == Rule::expr)
-            .map(|part| self.expression(part))
-            .collect()
+        pair.into_inner().filter(|part| part.as_rule() == Rule::expr).map(|part| self.expression(part)).collect()
     }
 
     /// Makes a node of an operand that takes no more members.
@@ -72,11 +69,9 @@ impl Builder {
             Form::Name(name) => ExprKind::Name(name),
             Form::Sum(terms) => ExprKind::Sum(terms),
             Form::Product(factors) => ExprKind::Product(factors),
-            Form::Compare(operator, left, right) => ExprKind::Compare {
-                operator: *operator,
-                left: *left,
-                right: *right,
-            },
+            Form::Compare(operator, left, right) => {
+                ExprKind::Compare { operator: *operator, left: *left, right: *right }
+            }
             Form::And(members) => ExprKind::And(members),
             Form::Or(members) => ExprKind::Or(members),
         };
@@ -146,10 +141,7 @@ impl Builder {
         } else {
             ExprKind::Negate(inner)
         };
-        Operand {
-            span,
-            form: Form::Done(self.push(span, kind)),
-        }
+        Operand { span, form: Form::Done(self.push(span, kind)) }
     }
 
     fn postfix<'i>(&self, operand: Operand<'i>, sign: Pair<'i, Rule>) -> Operand<'i> {
@@ -165,9 +157,7 @@ impl Builder {
                 self.push(span, ExprKind::Index { base, indices })
             }
             Rule::field => {
-                let column = sign
-                    .into_inner()
-                    .find(|part| part.as_rule() == Rule::column);
+                let column = sign.into_inner().find(|part| part.as_rule() == Rule::column);
                 match column {
                     Some(column) => {
                         let field = &self.name(&column);
@@ -181,20 +171,14 @@ impl Builder {
             }
             _ => self.push(span, ExprKind::Prime(base)),
         };
-        Operand {
-            span,
-            form: Form::Done(node),
-        }
+        Operand { span, form: Form::Done(node) }
     }
 
     fn call<'i>(&self, operand: Operand<'i>, list: Pair<'i, Rule>) -> Operand<'i> {
         let at = self.span(&list);
         let span = operand.span.to(at);
         let Form::Name(name) = operand.form else {
-            return Operand {
-                span,
-                form: self.impossible(span),
-            };
+            return Operand { span, form: self.impossible(span) };
         };
         if operand.span.end != at.start && !words::is_function(name) {
             self.object(SyntaxError::MissingMultiplication {
@@ -203,27 +187,13 @@ impl Builder {
                 span: Span::new(operand.span.start, at.start + 1),
             });
         }
-        let function = Name {
-            text: name.into(),
-            span: operand.span,
-        };
+        let function = Name { text: name.into(), span: operand.span };
         let arguments = self.expressions_in(list);
-        let kind = ExprKind::Call {
-            function: &function,
-            arguments: &arguments,
-        };
-        Operand {
-            span,
-            form: Form::Done(self.push(span, kind)),
-        }
+        let kind = ExprKind::Call { function: &function, arguments: &arguments };
+        Operand { span, form: Form::Done(self.push(span, kind)) }
     }
 
-    fn infix<'i>(
-        &self,
-        left: Operand<'i>,
-        sign: &Pair<'i, Rule>,
-        right: Operand<'i>,
-    ) -> Operand<'i> {
+    fn infix<'i>(&self, left: Operand<'i>, sign: &Pair<'i, Rule>, right: Operand<'i>) -> Operand<'i> {
         let span = left.span.to(right.span);
         let at = self.span(sign);
         let form = match sign.as_rule() {
@@ -282,19 +252,10 @@ impl Builder {
         Form::Product(factors)
     }
 
-    fn compare<'i>(
-        &self,
-        at: Span,
-        left: Operand<'i>,
-        operator: Comparison,
-        right: Operand<'i>,
-    ) -> Form<'i> {
+    fn compare<'i>(&self, at: Span, left: Operand<'i>, operator: Comparison, right: Operand<'i>) -> Form<'i> {
         self.condition(at);
         if let Form::Compare(..) = left.form {
-            self.object(SyntaxError::ChainedComparison {
-                first: left.span,
-                span: at,
-            });
+            self.object(SyntaxError::ChainedComparison { first: left.span, span: at });
         }
         Form::Compare(operator, self.close(left), self.close(right))
     }

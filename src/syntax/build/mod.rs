@@ -15,10 +15,7 @@ use pest::pratt_parser::PrattParser;
 
 use self::pieces::Places;
 use super::arena::{Expressions, Units};
-use super::ast::{
-    Binding, Comment, Declaration, File, IndexEntry, IndexKind, Indices, Name, Statement,
-    StatementKind,
-};
+use super::ast::{Binding, Comment, Declaration, File, IndexEntry, IndexKind, Indices, Name, Statement, StatementKind};
 use super::error::SyntaxError;
 use super::explain;
 use super::grammar::{Grammar, Rule, in_words, precedences};
@@ -61,12 +58,7 @@ impl Builder {
         let mut expressions = self.expressions.into_inner();
         expressions.finish();
         self.units.finish();
-        File {
-            statements: self.statements,
-            expressions,
-            units: self.units,
-            comments: self.comments,
-        }
+        File { statements: self.statements, expressions, units: self.units, comments: self.comments }
     }
 
     /// Reads the statement at `span` of `source` and keeps its tree.
@@ -85,10 +77,7 @@ impl Builder {
                 explain::explain(source, span, span.start + at as u32, in_words(&positives))
             }
             // pest's own guard of the stack, which the count of levels should forestall.
-            ErrorVariant::CustomError { .. } => SyntaxError::NestingTooDeep {
-                most: MOST_LEVELS,
-                span,
-            },
+            ErrorVariant::CustomError { .. } => SyntaxError::NestingTooDeep { most: MOST_LEVELS, span },
         })?;
         let kind = required(statement_in(pairs), span).and_then(|pair| self.kind(pair));
         // What the tree objects to stands before the place where building it ended.
@@ -102,10 +91,7 @@ impl Builder {
 
     fn span(&self, pair: &Pair<'_, Rule>) -> Span {
         let span = pair.as_span();
-        Span::new(
-            self.places.of(span.start() as u32),
-            self.places.of(span.end() as u32),
-        )
+        Span::new(self.places.of(span.start() as u32), self.places.of(span.end() as u32))
     }
 
     /// Keeps the first error that pest had no objection to.
@@ -117,9 +103,7 @@ impl Builder {
         let rule = pair.as_rule();
         let span = self.span(&pair);
         Ok(match rule {
-            Rule::model => StatementKind::Model {
-                name: required(self.first_name(pair.into_inner()), span)?,
-            },
+            Rule::model => StatementKind::Model { name: required(self.first_name(pair.into_inner()), span)? },
             Rule::param => StatementKind::Param(self.binding(pair)?.0),
             Rule::let_named => StatementKind::Let(self.binding(pair)?.0),
             Rule::guess => {
@@ -156,11 +140,7 @@ impl Builder {
                     }
                 }
                 let (path, path_span) = required(path, span)?;
-                StatementKind::Table {
-                    name: required(name, span)?,
-                    path: path.trim_matches('"').to_owned(),
-                    path_span,
-                }
+                StatementKind::Table { name: required(name, span)?, path: path.trim_matches('"').to_owned(), path_span }
             }
             _ => {
                 let expr = pair.into_inner().find(|part| part.as_rule() == Rule::expr);
@@ -189,11 +169,7 @@ impl Builder {
             }
         }
         match sides.as_slice() {
-            [left, right] => Ok(StatementKind::Constraint {
-                indices,
-                left: *left,
-                right: *right,
-            }),
+            [left, right] => Ok(StatementKind::Constraint { indices, left: *left, right: *right }),
             _ => required(None, span),
         }
     }
@@ -222,41 +198,25 @@ impl Builder {
                 _ => {}
             }
         }
-        let binding = Binding {
-            name: required(name, span)?,
-            indices,
-            unit,
-            value,
-            uncertainty,
-        };
+        let binding = Binding { name: required(name, span)?, indices, unit, value, uncertainty };
         Ok((binding, rate))
     }
 
     fn name(&self, pair: &Pair<'_, Rule>) -> Name {
-        Name {
-            text: pair.as_str().into(),
-            span: self.span(pair),
-        }
+        Name { text: pair.as_str().into(), span: self.span(pair) }
     }
 
     /// A name that the file declares, which can't be one of the language's own.
     fn declared(&self, pair: &Pair<'_, Rule>) -> Name {
         let name = self.name(pair);
         if let Some(meaning) = words::reserved_for(&name.text) {
-            self.object(SyntaxError::ReservedName {
-                name: name.text.to_string(),
-                meaning,
-                span: name.span,
-            });
+            self.object(SyntaxError::ReservedName { name: name.text.to_string(), meaning, span: name.span });
         }
         name
     }
 
     fn first_name(&self, parts: Pairs<'_, Rule>) -> Option<Name> {
-        parts
-            .into_iter()
-            .find(|part| part.as_rule() == Rule::name)
-            .map(|part| self.name(&part))
+        parts.into_iter().find(|part| part.as_rule() == Rule::name).map(|part| self.name(&part))
     }
 
     fn indices(&self, pair: Pair<'_, Rule>) -> Result<Indices, SyntaxError> {
@@ -267,15 +227,10 @@ impl Builder {
             let span = self.span(&part);
             match part.as_rule() {
                 Rule::rows => {
-                    let mut names = part
-                        .into_inner()
-                        .filter(|part| part.as_rule() == Rule::name);
+                    let mut names = part.into_inner().filter(|part| part.as_rule() == Rule::name);
                     let variable = required(names.next(), span)?;
                     let table = required(names.next(), span)?;
-                    let kind = IndexKind::Rows {
-                        variable: self.declared(&variable),
-                        table: self.name(&table),
-                    };
+                    let kind = IndexKind::Rows { variable: self.declared(&variable), table: self.name(&table) };
                     entries.push(IndexEntry { span, kind });
                 }
                 Rule::range | Rule::unnamed => {
@@ -291,11 +246,7 @@ impl Builder {
                 _ => {}
             }
         }
-        Ok(Indices {
-            span,
-            entries: entries.into(),
-            filter,
-        })
+        Ok(Indices { span, entries: entries.into(), filter })
     }
 
     fn range(&self, pair: Pair<'_, Rule>) -> Result<IndexKind, SyntaxError> {
@@ -330,9 +281,5 @@ fn required<T>(part: Option<T>, span: Span) -> Result<T, SyntaxError> {
 }
 
 fn incomplete(span: Span) -> SyntaxError {
-    SyntaxError::Unexpected {
-        found: "an incomplete statement".to_owned(),
-        expected: Vec::new(),
-        span,
-    }
+    SyntaxError::Unexpected { found: "an incomplete statement".to_owned(), expected: Vec::new(), span }
 }

@@ -79,11 +79,7 @@ impl Places {
         let mut text = String::new();
         let mut at = span.start;
         for one in known {
-            text.push_str(
-                source
-                    .get(Span::new(at, one.span.start).range())
-                    .unwrap_or(""),
-            );
+            text.push_str(source.get(Span::new(at, one.span.start).range()).unwrap_or(""));
             stand_ins.push((text.len() as u32, one.expr));
             shifts.push((text.len() as u32, one.span.start));
             text.push_str(STAND_IN);
@@ -129,10 +125,7 @@ impl Builder {
             let within = known.partition_point(|one| one.span.start < region.span.start);
             let inner = known.split_off(within);
             let expr = self.region(source, &region, &inner)?;
-            known.push(Known {
-                span: region.span,
-                expr,
-            });
+            known.push(Known { span: region.span, expr });
         }
         let text = self.places.text(source, span, &known);
         let statement = statement_in(Grammar::parse(Rule::single, &text).ok()?)?;
@@ -162,14 +155,7 @@ impl Builder {
     }
 
     /// Adds the terms of a piece to those before it.
-    fn piece(
-        &self,
-        source: &str,
-        span: Span,
-        known: &[Known],
-        subtracted: bool,
-        terms: &mut Vec<Term>,
-    ) -> Option<()> {
+    fn piece(&self, source: &str, span: Span, known: &[Known], subtracted: bool, terms: &mut Vec<Term>) -> Option<()> {
         let replaced;
         let text = if known.is_empty() {
             self.places.plain(span.start);

@@ -49,14 +49,7 @@ impl Builder {
         }
         let base = required(base, span)?;
         Ok(match power {
-            Some((numerator, denominator)) => self.push_unit(
-                span,
-                UnitKind::Power {
-                    base,
-                    numerator,
-                    denominator,
-                },
-            ),
+            Some((numerator, denominator)) => self.push_unit(span, UnitKind::Power { base, numerator, denominator }),
             None => base,
         })
     }
@@ -74,9 +67,7 @@ impl Builder {
             }
         }
         match (numerator, denominator) {
-            (Some(numerator), Some(denominator)) if denominator != 0 => {
-                Ok((numerator, denominator))
-            }
+            (Some(numerator), Some(denominator)) if denominator != 0 => Ok((numerator, denominator)),
             _ => Err(SyntaxError::UnitExponent { span }),
         }
     }

@@ -54,9 +54,7 @@ impl<'s> Context<'s> {
     pub(super) fn read(source: &'s str, span: Span, at: u32) -> Option<Self> {
         let mut tokens = Lexer::new(source, span).filter(|t| t.kind != TokenKind::Comment);
         let word = tokens.next()?;
-        let statement = words::STATEMENT_WORDS
-            .into_iter()
-            .find(|s| *s == word.text(source))?;
+        let statement = words::STATEMENT_WORDS.into_iter().find(|s| *s == word.text(source))?;
         let mut context = Context {
             source,
             statement,
@@ -171,10 +169,7 @@ impl<'s> Context<'s> {
     /// Keeps the beginning of the product that a token belongs to.
     fn follow_product(&mut self, token: Token) {
         let ends = expects_operand(token.kind, token.text(self.source))
-            && !matches!(
-                token.kind,
-                TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open
-            );
+            && !matches!(token.kind, TokenKind::Star | TokenKind::Slash | TokenKind::Caret | TokenKind::Open);
         if ends {
             self.chain = None;
         } else {
@@ -199,8 +194,7 @@ impl<'s> Context<'s> {
     fn at_name(&self) -> bool {
         self.enclosures.is_empty()
             && self.part == Part::Name
-            && (self.before_is_word() && words::is_naming(self.statement)
-                || self.before.kind == TokenKind::Comma)
+            && (self.before_is_word() && words::is_naming(self.statement) || self.before.kind == TokenKind::Comma)
     }
 
     pub(super) fn mistake(&self, expected: Vec<&'static str>) -> SyntaxError {
@@ -208,13 +202,11 @@ impl<'s> Context<'s> {
             Some(found) => found,
             None => return self.at_end(),
         };
-        self.by_place(found)
-            .or_else(|| self.by_token(found))
-            .unwrap_or_else(|| SyntaxError::Unexpected {
-                found: describe(self.source, found),
-                expected,
-                span: found.span(),
-            })
+        self.by_place(found).or_else(|| self.by_token(found)).unwrap_or_else(|| SyntaxError::Unexpected {
+            found: describe(self.source, found),
+            expected,
+            span: found.span(),
+        })
     }
 
     fn at_end(&self) -> SyntaxError {
@@ -224,43 +216,26 @@ impl<'s> Context<'s> {
         if self.before_is_word() {
             return match statement {
                 "constraint" | "period" => SyntaxError::MissingExpression { statement, span },
-                _ if words::is_naming(statement) => SyntaxError::MissingName {
-                    statement,
-                    found: "nothing".to_owned(),
-                    span,
-                },
-                _ => SyntaxError::MissingRightSide {
-                    statement,
-                    span: end,
-                },
+                _ if words::is_naming(statement) => {
+                    SyntaxError::MissingName { statement, found: "nothing".to_owned(), span }
+                }
+                _ => SyntaxError::MissingRightSide { statement, span: end },
             };
         }
         if self.before.kind == TokenKind::Comma && self.part == Part::Name {
-            return SyntaxError::MissingName {
-                statement,
-                found: "nothing".to_owned(),
-                span,
-            };
+            return SyntaxError::MissingName { statement, found: "nothing".to_owned(), span };
         }
         match self.before.kind {
             TokenKind::Equals if statement == "table" => SyntaxError::MissingPath { span },
             TokenKind::Equals => SyntaxError::MissingValue { span },
-            TokenKind::Colon => SyntaxError::MissingUnit {
-                span,
-                assignment: false,
-            },
+            TokenKind::Colon => SyntaxError::MissingUnit { span, assignment: false },
             TokenKind::Dot => SyntaxError::MissingColumn { span },
-            _ if self.before_expects_operand() => SyntaxError::MissingOperand {
-                sign: self.text(self.before).to_owned(),
-                span,
-                found: None,
-            },
+            _ if self.before_expects_operand() => {
+                SyntaxError::MissingOperand { sign: self.text(self.before).to_owned(), span, found: None }
+            }
             _ => match self.comparison {
                 Some(token) => SyntaxError::ComparisonForEquals { span: token.span() },
-                None => SyntaxError::MissingRightSide {
-                    statement,
-                    span: end,
-                },
+                None => SyntaxError::MissingRightSide { statement, span: end },
             },
         }
     }
@@ -279,28 +254,15 @@ impl<'s> Context<'s> {
                 return Some(SyntaxError::NeedlessEquals { statement, span });
             }
             return Some(match reserved {
-                Some(meaning) => SyntaxError::ReservedName {
-                    name: text.to_owned(),
-                    meaning,
-                    span,
-                },
-                None => SyntaxError::MissingName {
-                    statement,
-                    found: describe(self.source, found),
-                    span,
-                },
+                Some(meaning) => SyntaxError::ReservedName { name: text.to_owned(), meaning, span },
+                None => SyntaxError::MissingName { statement, found: describe(self.source, found), span },
             });
         }
         if self.before.kind == TokenKind::Dot {
-            return Some(SyntaxError::MissingColumn {
-                span: self.before.span(),
-            });
+            return Some(SyntaxError::MissingColumn { span: self.before.span() });
         }
         if self.before.kind == TokenKind::Colon && found.kind == TokenKind::Equals {
-            return Some(SyntaxError::MissingUnit {
-                span: self.before.span(),
-                assignment: found.glued,
-            });
+            return Some(SyntaxError::MissingUnit { span: self.before.span(), assignment: found.glued });
         }
         if self.enclosures.is_empty()
             && let Some(error) = unknown_statement(self.source, self.before, found, self.after)
@@ -312,11 +274,7 @@ impl<'s> Context<'s> {
             && binds
             && let Some(meaning) = words::reserved_for(text)
         {
-            return Some(SyntaxError::ReservedName {
-                name: text.to_owned(),
-                meaning,
-                span,
-            });
+            return Some(SyntaxError::ReservedName { name: text.to_owned(), meaning, span });
         }
         if self.part == Part::Unit {
             return Some(self.in_unit(found));
@@ -338,9 +296,7 @@ impl<'s> Context<'s> {
                 return Some(SyntaxError::SumWithoutBody { span });
             }
             if !enclosure.has_range {
-                return Some(SyntaxError::HalfRange {
-                    span: self.before.span(),
-                });
+                return Some(SyntaxError::HalfRange { span: self.before.span() });
             }
         }
         None
@@ -349,17 +305,12 @@ impl<'s> Context<'s> {
     fn in_unit(&self, found: Token) -> SyntaxError {
         let span = found.span();
         if self.before.kind == TokenKind::Caret
-            || self.before.kind == TokenKind::Open
-                && self.before_last.is_some_and(|t| t.kind == TokenKind::Caret)
+            || self.before.kind == TokenKind::Open && self.before_last.is_some_and(|t| t.kind == TokenKind::Caret)
         {
             return SyntaxError::UnitExponent { span };
         }
-        if self.before.kind == TokenKind::Colon && self.statement == "coord" && self.found.is_none()
-        {
-            return SyntaxError::MissingUnit {
-                span: self.before.span(),
-                assignment: false,
-            };
+        if self.before.kind == TokenKind::Colon && self.statement == "coord" && self.found.is_none() {
+            return SyntaxError::MissingUnit { span: self.before.span(), assignment: false };
         }
         if found.kind == TokenKind::Equals && self.statement == "coord" {
             return SyntaxError::CoordinateValue { span };
@@ -370,9 +321,7 @@ impl<'s> Context<'s> {
             return self.missing_multiplication(found);
         }
         match found.kind {
-            TokenKind::Comparison if self.text(found) == "==" => {
-                SyntaxError::ComparisonForEquals { span }
-            }
+            TokenKind::Comparison if self.text(found) == "==" => SyntaxError::ComparisonForEquals { span },
             _ => SyntaxError::BadUnit { span },
         }
     }
@@ -384,26 +333,16 @@ impl<'s> Context<'s> {
         let statement = self.statement;
         let naming = self.part == Part::Name && self.enclosures.is_empty();
         match found.kind {
-            TokenKind::Plus if self.before_expects_operand() => {
-                Some(SyntaxError::UnaryPlus { span })
-            }
+            TokenKind::Plus if self.before_expects_operand() => Some(SyntaxError::UnaryPlus { span }),
             TokenKind::PlusMinus => Some(SyntaxError::MisplacedUncertainty { span }),
-            TokenKind::Text => Some(SyntaxError::MisplacedText {
-                number: quoted_number(text),
-                span,
-            }),
+            TokenKind::Text => Some(SyntaxError::MisplacedText { number: quoted_number(text), span }),
             TokenKind::Word | TokenKind::Number | TokenKind::Open => self.operand(found, naming),
             TokenKind::Prime if naming => Some(SyntaxError::MisplacedRate { statement, span }),
             TokenKind::Prime if self.before.kind == TokenKind::Number => {
-                Some(SyntaxError::PostfixOnNumber {
-                    sign: text.to_owned(),
-                    span,
-                })
+                Some(SyntaxError::PostfixOnNumber { sign: text.to_owned(), span })
             }
             TokenKind::Equals => self.equals(found),
-            TokenKind::Comparison if naming && text == "==" => {
-                Some(SyntaxError::ComparisonForEquals { span })
-            }
+            TokenKind::Comparison if naming && text == "==" => Some(SyntaxError::ComparisonForEquals { span }),
             TokenKind::Comma => self.comma(found, naming),
             TokenKind::Colon if self.enclosures.is_empty() => match self.part {
                 Part::Value if words::is_naming(statement) => Some(SyntaxError::UnitBehindValue {
@@ -414,33 +353,19 @@ impl<'s> Context<'s> {
                 Part::Unit => None,
                 Part::Name | Part::Value => Some(SyntaxError::MisplacedUnit { statement, span }),
             },
-            TokenKind::Range if !self.before_expects_operand() => {
-                Some(SyntaxError::MisplacedRange { span })
-            }
+            TokenKind::Range if !self.before_expects_operand() => Some(SyntaxError::MisplacedRange { span }),
             TokenKind::Minus | TokenKind::Dot if naming => {
-                let fix = format!(
-                    "{}_{}",
-                    self.text(self.before),
-                    self.after.map_or("", |t| self.text(t))
-                );
+                let fix = format!("{}_{}", self.text(self.before), self.after.map_or("", |t| self.text(t)));
                 Some(SyntaxError::BrokenName {
                     fix,
-                    span: self
-                        .before
-                        .span()
-                        .to(self.after.map_or(span, |after| after.span())),
+                    span: self.before.span().to(self.after.map_or(span, |after| after.span())),
                 })
             }
             TokenKind::Comparison | TokenKind::Star | TokenKind::Slash | TokenKind::Caret
-                if matches!(
-                    self.before.kind,
-                    TokenKind::Equals | TokenKind::Open | TokenKind::Comma
-                ) || self.before_is_word() =>
+                if matches!(self.before.kind, TokenKind::Equals | TokenKind::Open | TokenKind::Comma)
+                    || self.before_is_word() =>
             {
-                Some(SyntaxError::MissingLeftOperand {
-                    sign: text.to_owned(),
-                    span,
-                })
+                Some(SyntaxError::MissingLeftOperand { sign: text.to_owned(), span })
             }
             TokenKind::Comparison
             | TokenKind::Star
@@ -486,9 +411,7 @@ impl<'s> Context<'s> {
         let span = found.span();
         let statement = self.statement;
         if let Some(enclosure) = self.enclosures.last() {
-            return enclosure
-                .filter
-                .then_some(SyntaxError::EqualsForComparison { span });
+            return enclosure.filter.then_some(SyntaxError::EqualsForComparison { span });
         }
         if matches!(statement, "model" | "period") {
             return Some(SyntaxError::NeedlessEquals { statement, span });
@@ -497,10 +420,7 @@ impl<'s> Context<'s> {
             return Some(SyntaxError::CoordinateValue { span });
         }
         if self.before_expects_operand() {
-            return Some(SyntaxError::MissingLeftOperand {
-                sign: "=".to_owned(),
-                span,
-            });
+            return Some(SyntaxError::MissingLeftOperand { sign: "=".to_owned(), span });
         }
         if self.before.kind == TokenKind::Word && self.before.first_on_line {
             return Some(no_statement(self.source, self.before, self.found));
@@ -530,12 +450,8 @@ impl<'s> Context<'s> {
                     span: self.before.span().to(after.span()),
                 })
             }
-            _ => (self.part == Part::Value && self.enclosures.is_empty()).then_some(
-                SyntaxError::SeveralValues {
-                    statement: self.statement,
-                    span,
-                },
-            ),
+            _ => (self.part == Part::Value && self.enclosures.is_empty())
+                .then_some(SyntaxError::SeveralValues { statement: self.statement, span }),
         }
     }
 }

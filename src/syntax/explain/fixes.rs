@@ -69,9 +69,7 @@ pub(super) fn binds(source: &str, token: Token, end: u32) -> bool {
 impl Context<'_> {
     /// `np.cos(x)`, `v.norm()`: a call behind a name and a point.
     pub(super) fn prefixed_function(&self, found: Token) -> Option<SyntaxError> {
-        let behind_point = self
-            .before_last
-            .is_some_and(|last| last.kind == TokenKind::Dot);
+        let behind_point = self.before_last.is_some_and(|last| last.kind == TokenKind::Dot);
         if !behind_point || self.text(found) != "(" {
             return None;
         }
@@ -87,11 +85,7 @@ impl Context<'_> {
             (Some(argument), false) if !argument.is_empty() => argument,
             (Some(_) | None, _) => "…".to_owned(),
         };
-        Some(SyntaxError::PrefixedFunction {
-            function,
-            fix: format!("{meant}({inside})"),
-            span,
-        })
+        Some(SyntaxError::PrefixedFunction { function, fix: format!("{meant}({inside})"), span })
     }
 
     /// Where the names and points begin that stand before the place.
@@ -175,8 +169,7 @@ impl Context<'_> {
     /// Whether a unit begins at `found`: behind a value of numbers alone, where a name would have to be
     /// declared.
     pub(super) fn is_unit_behind_number(&self, found: Token) -> bool {
-        let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close)
-            || self.text(self.before) == "pi";
+        let behind = matches!(self.before.kind, TokenKind::Number | TokenKind::Close) || self.text(self.before) == "pi";
         let with_value = matches!(self.statement, "param" | "let" | "guess" | "equilibrium");
         let Some(start) = self.value_start.filter(|_| behind && with_value) else {
             return false;
@@ -236,8 +229,7 @@ impl Context<'_> {
         };
         let rest = Lexer::new(self.source, Span::new(name.start, self.end));
         let mut tokens = rest.filter(|token| token.kind != TokenKind::Comment);
-        let equals =
-            tokens.find(|token| token.kind == TokenKind::Equals || self.text(*token) == "==");
+        let equals = tokens.find(|token| token.kind == TokenKind::Equals || self.text(*token) == "==");
         let Some(equals) = equals else {
             let declared = verbatim(self.source, name.start, self.end)?;
             return short(format!("{word} {declared}"));
@@ -245,9 +237,7 @@ impl Context<'_> {
         let head = verbatim(self.source, name.start, equals.start)?;
         let value = match (tokens.next(), tokens.next()) {
             (Some(only), None) => self.text(only),
-            (Some(number), Some(next))
-                if number.kind == TokenKind::Number && next.kind == TokenKind::Word =>
-            {
+            (Some(number), Some(next)) if number.kind == TokenKind::Number && next.kind == TokenKind::Word => {
                 self.text(number)
             }
             _ => "…",

@@ -18,19 +18,10 @@ use context::Context;
 
 /// The mistake in the statement at `span` that the grammar could not read beyond `at`;
 /// `expected` is what it would have accepted, in plain words.
-pub(super) fn explain(
-    source: &str,
-    span: Span,
-    at: u32,
-    expected: Vec<&'static str>,
-) -> SyntaxError {
+pub(super) fn explain(source: &str, span: Span, at: u32, expected: Vec<&'static str>) -> SyntaxError {
     match Context::read(source, span, at) {
         Some(context) => context.mistake(expected),
-        None => SyntaxError::Unexpected {
-            found: "this".to_owned(),
-            expected,
-            span,
-        },
+        None => SyntaxError::Unexpected { found: "this".to_owned(), expected, span },
     }
 }
 
@@ -38,27 +29,15 @@ pub(super) fn explain(
 pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> SyntaxError {
     let text = token.text(source);
     if token.kind != TokenKind::Word {
-        return SyntaxError::NoStatement {
-            found: describe(source, token),
-            span: token.span(),
-        };
+        return SyntaxError::NoStatement { found: describe(source, token), span: token.span() };
     }
     let suggestion = suggested(source, token, next);
-    let binds = next.is_some_and(|next| {
-        matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "["
-    });
+    let binds =
+        next.is_some_and(|next| matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "[");
     if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
-        SyntaxError::MissingStatementWord {
-            name: text.to_owned(),
-            fix: None,
-            span: token.span(),
-        }
+        SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, span: token.span() }
     } else {
-        SyntaxError::UnknownStatement {
-            word: text.to_owned(),
-            suggestion,
-            span: token.span(),
-        }
+        SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, span: token.span() }
     }
 }
 
@@ -83,9 +62,8 @@ pub(super) fn unknown_statement(
         return None;
     }
     let suggestion = suggested(source, found, after);
-    let binds = after.is_some_and(|after| {
-        matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "["
-    });
+    let binds = after
+        .is_some_and(|after| matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "[");
     let meant = if found.first_on_line {
         suggestion.is_some() || before_word || binds
     } else {
@@ -98,9 +76,7 @@ pub(super) fn unknown_statement(
 /// begin statements.
 pub(super) fn more_unknown_statements(source: &str, span: Span) -> Vec<SyntaxError> {
     let mut errors = Vec::new();
-    let mut tokens = Lexer::new(source, span)
-        .filter(|token| token.kind != TokenKind::Comment)
-        .peekable();
+    let mut tokens = Lexer::new(source, span).filter(|token| token.kind != TokenKind::Comment).peekable();
     let mut depth = 0_usize;
     let mut before = None;
     // A word that is told, or was before; what follows it may be its name.

@@ -17,20 +17,13 @@ impl Context<'_> {
             return Some(SyntaxError::MisplacedNot { span });
         }
         if text == "where" && self.before.kind == TokenKind::Comma {
-            return Some(SyntaxError::CommaBeforeWhere {
-                span: self.before.span(),
-            });
+            return Some(SyntaxError::CommaBeforeWhere { span: self.before.span() });
         }
         if word && words::is_connective(text) {
-            return self
-                .before_expects_operand()
-                .then(|| self.missing_operand(found));
+            return self.before_expects_operand().then(|| self.missing_operand(found));
         }
         if word && words::is_statement_word(text) {
-            return Some(SyntaxError::WordInExpression {
-                word: text.to_owned(),
-                span,
-            });
+            return Some(SyntaxError::WordInExpression { word: text.to_owned(), span });
         }
         if self.statement == "table" && self.part == Part::Value {
             return Some(SyntaxError::MissingPath { span });
@@ -40,15 +33,13 @@ impl Context<'_> {
         }
         if naming {
             return match (word, self.statement) {
-                _ if self.before.kind == TokenKind::Prime => Some(SyntaxError::MisplacedRate {
-                    statement: self.statement,
-                    span: self.before.span(),
-                }),
+                _ if self.before.kind == TokenKind::Prime => {
+                    Some(SyntaxError::MisplacedRate { statement: self.statement, span: self.before.span() })
+                }
                 (false, _) if text == "(" => Some(SyntaxError::FunctionDefinition { span }),
-                _ if self.before_is_word() => Some(SyntaxError::MissingRightSide {
-                    statement: self.statement,
-                    span: self.word.span(),
-                }),
+                _ if self.before_is_word() => {
+                    Some(SyntaxError::MissingRightSide { statement: self.statement, span: self.word.span() })
+                }
                 (true, "coord") => Some(SyntaxError::MissingComma {
                     span: self.before.span().to(span),
                     left: self.text(self.before).to_owned(),
@@ -59,9 +50,7 @@ impl Context<'_> {
             };
         }
         let indices = self.part == Part::Name || self.statement == "constraint";
-        let opened = self
-            .before_last
-            .is_some_and(|t| matches!(self.text(t), "[" | ","));
+        let opened = self.before_last.is_some_and(|t| matches!(self.text(t), "[" | ","));
         if self.before.kind == TokenKind::Word && indices && opened && self.enclosures.len() == 1 {
             return Some(SyntaxError::IndexWithoutIn {
                 name: self.text(self.before).to_owned(),
@@ -88,10 +77,7 @@ impl Context<'_> {
             });
         }
         if text == "[" && self.before.kind == TokenKind::Number {
-            return Some(SyntaxError::PostfixOnNumber {
-                sign: text.to_owned(),
-                span,
-            });
+            return Some(SyntaxError::PostfixOnNumber { sign: text.to_owned(), span });
         }
         Some(self.side_by_side(found))
     }
@@ -106,21 +92,13 @@ impl Context<'_> {
         if let Some(error) = self.prefixed_function(found) {
             return error;
         }
-        let is_function =
-            |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
+        let is_function = |token: Token| token.kind == TokenKind::Word && words::is_function(self.text(token));
         if is_function(before) {
             // What goes on behind it may or may not belong to the argument.
             let whole = self.after.is_none_or(|after| {
-                matches!(
-                    after.kind,
-                    TokenKind::Word | TokenKind::Plus | TokenKind::Minus | TokenKind::Close
-                )
+                matches!(after.kind, TokenKind::Word | TokenKind::Plus | TokenKind::Minus | TokenKind::Close)
             });
-            let argument = if whole && found.kind != TokenKind::Open {
-                self.text(found)
-            } else {
-                "…"
-            };
+            let argument = if whole && found.kind != TokenKind::Open { self.text(found) } else { "…" };
             return SyntaxError::MissingParentheses {
                 function: self.text(before).to_owned(),
                 argument: argument.to_owned(),
@@ -155,17 +133,11 @@ impl Context<'_> {
         let right = match (self.text(found), self.after) {
             ("(", _) => "(…)".to_owned(),
             ("[", _) => "[…]".to_owned(),
-            (name, Some(after))
-                if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued =>
-            {
+            (name, Some(after)) if found.kind == TokenKind::Word && self.text(after) == "(" && after.glued => {
                 format!("{name}(…)")
             }
             (text, _) => text.to_owned(),
         };
-        SyntaxError::MissingMultiplication {
-            left,
-            right,
-            span: self.before.span().to(found.span()),
-        }
+        SyntaxError::MissingMultiplication { left, right, span: self.before.span().to(found.span()) }
     }
 }

@@ -34,10 +34,7 @@ pub(super) fn place(
     end: Option<usize>,
     pieces: &Pieces<'_>,
 ) -> Placed {
-    let mut placed = Placed {
-        inside: Vec::new(),
-        end,
-    };
+    let mut placed = Placed { inside: Vec::new(), end };
     let inner = comments.get(from..to).unwrap_or(&[]);
     if inner.is_empty() {
         return placed;
@@ -46,10 +43,7 @@ pub(super) fn place(
         .filter(|at| {
             matches!(
                 pieces.list.get(*at),
-                Some(Piece::Place(
-                    Break::Member | Break::Fill | Break::Factor | Break::Weak,
-                    _
-                ))
+                Some(Piece::Place(Break::Member | Break::Fill | Break::Factor | Break::Weak, _))
             )
         })
         .collect();
@@ -58,10 +52,7 @@ pub(super) fn place(
     let mut least = 0;
     let mut late = Vec::new();
     for (offset, comment) in inner.iter().enumerate() {
-        while tokens
-            .get(next)
-            .is_some_and(|(_, start)| *start < comment.span.start)
-        {
+        while tokens.get(next).is_some_and(|(_, start)| *start < comment.span.start) {
             next += 1;
         }
         let before = next.checked_sub(1).and_then(|at| tokens.get(at));
@@ -71,10 +62,7 @@ pub(super) fn place(
             let next = hosts.partition_point(|at| *at < first);
             // Behind an operator at the end of a line it speaks of what stands before that.
             let first = if is_operator(pieces, first) { first } else { 0 };
-            hosts
-                .get(next.saturating_sub(1))
-                .filter(|at| **at + 1 == first)
-                .or_else(|| hosts.get(next))
+            hosts.get(next.saturating_sub(1)).filter(|at| **at + 1 == first).or_else(|| hosts.get(next))
         } else {
             let count = hosts.partition_point(|at| *at < behind);
             hosts.get(count.saturating_sub(1))
@@ -91,33 +79,25 @@ pub(super) fn place(
     late.extend(placed.end);
     placed.end = late.pop();
     let last = hosts.last().copied().unwrap_or(0);
-    placed
-        .inside
-        .extend(late.into_iter().map(|comment| (last, comment)));
+    placed.inside.extend(late.into_iter().map(|comment| (last, comment)));
     placed
 }
 
 fn is_operator(pieces: &Pieces<'_>, at: usize) -> bool {
-    let signs = [
-        "+", "-", "*", "/", "and", "or", "==", "!=", "<", "<=", ">", ">=",
-    ];
+    let signs = ["+", "-", "*", "/", "and", "or", "==", "!=", "<", "<=", ">", ">="];
     matches!(pieces.list.get(at), Some(Piece::Token(text)) if signs.contains(&text.as_ref()))
 }
 
 /// The pieces that are tokens, and where they start in the source; those not found are left out.
 fn starts(source: &str, span: Span, pieces: &Pieces<'_>) -> Vec<(usize, u32)> {
-    let tokens: Vec<_> = Lexer::new(source, span)
-        .filter(|token| token.kind != TokenKind::Comment)
-        .collect();
+    let tokens: Vec<_> = Lexer::new(source, span).filter(|token| token.kind != TokenKind::Comment).collect();
     let mut at = 0;
     let mut found = Vec::new();
     for (place, piece) in pieces.list.iter().enumerate() {
         let Piece::Token(text) = piece else {
             continue;
         };
-        let same = |kind: TokenKind, written: &str| {
-            written == text || kind == TokenKind::PlusMinus && text == "±"
-        };
+        let same = |kind: TokenKind, written: &str| written == text || kind == TokenKind::PlusMinus && text == "±";
         let mut steps = 0;
         for (ahead, token) in tokens.iter().enumerate().skip(at) {
             let written = token.text(source);

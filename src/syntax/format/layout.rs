@@ -163,13 +163,7 @@ struct Writer<'p, 'f, 's> {
 }
 
 /// Writes a statement; `split` where its right side was written with its members apart.
-pub(super) fn lay<'s>(
-    pieces: &Pieces<'_>,
-    placed: &Placed,
-    comments: &'s [Comment],
-    split: bool,
-    page: &mut Page<'s>,
-) {
+pub(super) fn lay<'s>(pieces: &Pieces<'_>, placed: &Placed, comments: &'s [Comment], split: bool, page: &mut Page<'s>) {
     let mut writer = Writer {
         pieces,
         measures: Measures::new(pieces, placed),
@@ -224,11 +218,7 @@ impl Writer<'_, '_, '_> {
 
     fn in_one_line(&self, at: usize) -> bool {
         let close = self.measures.close[at] as usize;
-        let end = self
-            .measures
-            .same
-            .get(close)
-            .map_or(close, |end| *end as usize);
+        let end = self.measures.same.get(close).map_or(close, |end| *end as usize);
         self.column + self.pieces.between(at, end) <= WIDTH
     }
 
@@ -245,15 +235,9 @@ impl Writer<'_, '_, '_> {
             Group::WholeList => DEEPEST_LIST,
             Group::Sum | Group::List | Group::Other => DEEPEST,
         };
-        let indent = if self.column <= deepest {
-            self.column
-        } else {
-            self.stepped()
-        };
+        let indent = if self.column <= deepest { self.column } else { self.stepped() };
         // Short members share lines, unless comments or the author set them apart.
-        let apart = self.measures.forced[at]
-            || !self.measures.short[at]
-            || split && whole && self.in_one_line(at);
+        let apart = self.measures.forced[at] || !self.measures.short[at] || split && whole && self.in_one_line(at);
         self.frames.push(Frame {
             indent: match group {
                 Group::Sum | Group::WholeSum => indent.saturating_sub(SIGN).max(SIGN),
@@ -292,8 +276,8 @@ impl Writer<'_, '_, '_> {
                 !apart && item <= rest
             }
             Break::Fill | Break::Factor => {
-                let moved = self.indent() + item <= WIDTH
-                    && (kind == Break::Fill || self.column >= self.indent() + GAIN);
+                let moved =
+                    self.indent() + item <= WIDTH && (kind == Break::Fill || self.column >= self.indent() + GAIN);
                 item <= rest || !moved && to(&self.measures.strong) <= rest
             }
             Break::Weak | Break::Hidden => to(&self.measures.any) <= rest,
@@ -312,9 +296,7 @@ impl Writer<'_, '_, '_> {
 
     /// Behind a bracket: gives up lining up with it, where that helps.
     fn unindent(&mut self, at: usize) -> bool {
-        let behind = at
-            .checked_sub(1)
-            .and_then(|before| self.pieces.list.get(before));
+        let behind = at.checked_sub(1).and_then(|before| self.pieces.list.get(before));
         if !matches!(behind, Some(Piece::Open(_))) {
             return false;
         }

@@ -55,13 +55,8 @@ pub(super) struct Page<'s> {
 /// The text of a comment: a blank between `#` and words, none at the end.
 fn text(comment: &Comment) -> Cow<'_, str> {
     let text = comment.text.trim_end();
-    let word =
-        |c: char| c.is_alphanumeric() || matches!(c, '(' | '[' | '"' | '\'' | '`' | '„' | '“');
-    if text.starts_with(word) {
-        Cow::Owned(format!(" {text}"))
-    } else {
-        Cow::Borrowed(text)
-    }
+    let word = |c: char| c.is_alphanumeric() || matches!(c, '(' | '[' | '"' | '\'' | '`' | '„' | '“');
+    if text.starts_with(word) { Cow::Owned(format!(" {text}")) } else { Cow::Borrowed(text) }
 }
 
 impl<'s> Page<'s> {
@@ -72,14 +67,7 @@ impl<'s> Page<'s> {
 
     fn push(&mut self, code: String, comment: Option<Cow<'s, str>>, head: Option<Head>) {
         let width = width(&code);
-        self.lines.push(Line {
-            code,
-            comment,
-            blank_before: std::mem::take(&mut self.blank),
-            head,
-            width,
-            shift: 0,
-        });
+        self.lines.push(Line { code, comment, blank_before: std::mem::take(&mut self.blank), head, width, shift: 0 });
     }
 
     /// A line of code.
@@ -154,9 +142,7 @@ impl<'s> Page<'s> {
 }
 
 fn joined(above: &Line<'_>, below: &Line<'_>) -> bool {
-    let (Some(_), Some(_), Some(first), Some(second)) =
-        (above.sign(), below.sign(), &above.head, &below.head)
-    else {
+    let (Some(_), Some(_), Some(first), Some(second)) = (above.sign(), below.sign(), &above.head, &below.head) else {
         return false;
     };
     let units = first.colon.is_some() && first.colon == second.colon;

@@ -26,11 +26,7 @@ pub(super) struct Pieces<'f> {
 
 /// Columns that a text takes.
 pub(super) fn width(text: &str) -> usize {
-    if text.bytes().all(|byte| (b' '..0x7f).contains(&byte)) {
-        text.len()
-    } else {
-        text.width()
-    }
+    if text.bytes().all(|byte| (b' '..0x7f).contains(&byte)) { text.len() } else { text.width() }
 }
 
 impl<'f> Pieces<'f> {

@@ -2,9 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::ast::{
-    Comparison, ExprKind, ExprRef, Factor, IndexKind, Indices, Term, UnitKind, UnitRef,
-};
+use super::super::ast::{Comparison, ExprKind, ExprRef, Factor, IndexKind, Indices, Term, UnitKind, UnitRef};
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
 /// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
@@ -76,11 +74,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
 
     fn subscript(&mut self, members: &[ExprRef]) {
         let simple = members.iter().all(|member| self.is_simple(*member));
-        let (manner, blank) = if simple {
-            (Manner::Tight, "")
-        } else {
-            (Manner::Wide, " ")
-        };
+        let (manner, blank) = if simple { (Manner::Tight, "") } else { (Manner::Wide, " ") };
         self.token("[");
         self.open(Group::List);
         for (position, member) in members.iter().enumerate() {
@@ -171,11 +165,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         });
         for (position, term) in terms.iter().enumerate() {
             if position > 0 {
-                let (kind, blank) = if tight {
-                    (Break::Hidden, "")
-                } else {
-                    (Break::Member, " ")
-                };
+                let (kind, blank) = if tight { (Break::Hidden, "") } else { (Break::Member, " ") };
                 self.place(kind, blank);
                 self.token(if term.subtracted() { "-" } else { "+" });
                 if !tight {
@@ -225,10 +215,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             }
             ExprKind::Product(factors) => self.product(factors, inner_manner),
             ExprKind::Sum(terms) => self.sum(terms, manner == Manner::Whole, inner_manner),
-            ExprKind::Call {
-                function,
-                arguments,
-            } => {
+            ExprKind::Call { function, arguments } => {
                 self.token(&function.text);
                 self.list(["(", ")"], arguments, Group::List);
             }
@@ -245,18 +232,10 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                 self.token(")");
             }
             ExprKind::Vector(members) => {
-                let group = if manner == Manner::Whole {
-                    Group::WholeList
-                } else {
-                    Group::List
-                };
+                let group = if manner == Manner::Whole { Group::WholeList } else { Group::List };
                 self.list(["[", "]"], members, group);
             }
-            ExprKind::Compare {
-                operator,
-                left,
-                right,
-            } => {
+            ExprKind::Compare { operator, left, right } => {
                 self.open(Group::Other);
                 self.child(*left, Strength::Sum, inner_manner);
                 self.place(Break::Fill, " ");
@@ -345,11 +324,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                     self.token(")");
                 }
             }
-            UnitKind::Power {
-                base,
-                numerator,
-                denominator,
-            } => {
+            UnitKind::Power { base, numerator, denominator } => {
                 // Powers of powers need the parentheses, powers in products don't.
                 let power = matches!(file.unit(*base).kind, UnitKind::Power { .. });
                 if power {
@@ -373,8 +348,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         if numerator < 0 {
             self.put("-");
         }
-        self.out
-            .token(Cow::Owned(numerator.unsigned_abs().to_string()));
+        self.out.token(Cow::Owned(numerator.unsigned_abs().to_string()));
         if denominator != 1 {
             self.put("/");
             self.out.token(Cow::Owned(denominator.to_string()));

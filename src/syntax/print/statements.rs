@@ -29,13 +29,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.run(Job::Expr(at, Strength::Any, Manner::Whole));
     }
 
-    fn head(
-        &mut self,
-        name: &'f str,
-        indices: Option<&'f Indices>,
-        rate: bool,
-        unit: Option<UnitRef>,
-    ) {
+    fn head(&mut self, name: &'f str, indices: Option<&'f Indices>, rate: bool, unit: Option<UnitRef>) {
         self.put(name);
         if let Some(indices) = indices {
             self.run(Job::Indices(indices, true));
@@ -53,12 +47,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
 
     fn binding(&mut self, word: &'static str, binding: &'f Binding, rate: bool) {
         self.word(word);
-        self.head(
-            &binding.name.text,
-            binding.indices.as_deref(),
-            rate,
-            binding.unit,
-        );
+        self.head(&binding.name.text, binding.indices.as_deref(), rate, binding.unit);
         if let Some(value) = binding.value {
             self.value(value);
         }
@@ -90,12 +79,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
                         self.put(",");
                         self.out.place(Break::Fill, " ");
                     }
-                    self.head(
-                        &declaration.name.text,
-                        declaration.indices.as_deref(),
-                        false,
-                        declaration.unit,
-                    );
+                    self.head(&declaration.name.text, declaration.indices.as_deref(), false, declaration.unit);
                 }
                 self.out.close();
             }
@@ -104,11 +88,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             StatementKind::Potential(value) => self.equation("V", *value),
             StatementKind::Lagrangian(value) => self.equation("lagrangian", *value),
             StatementKind::Dissipation(value) => self.equation("dissipation", *value),
-            StatementKind::Constraint {
-                indices,
-                left,
-                right,
-            } => {
+            StatementKind::Constraint { indices, left, right } => {
                 self.word("constraint");
                 if let Some(indices) = indices {
                     self.run(Job::Indices(indices, true));

@@ -58,10 +58,7 @@ impl BruteForce {
             coordinates,
             velocities,
             accelerations,
-            time: model
-                .symbols
-                .iter()
-                .find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol)),
+            time: model.symbols.iter().find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol)),
         }
     }
 
@@ -104,12 +101,7 @@ impl BruteForce {
     }
 
     /// A sum of the derivation in the symbols used here, momenta replaced by what they are.
-    pub(crate) fn expression(
-        &self,
-        pool: &mut Pool,
-        sum: &MotionSum,
-        momenta: &[ExprId],
-    ) -> ExprId {
+    pub(crate) fn expression(&self, pool: &mut Pool, sum: &MotionSum, momenta: &[ExprId]) -> ExprId {
         sum.expression(pool, |pool, motion| match motion {
             Motion::Acceleration(i) => self.accelerations[i],
             Motion::Velocity(i) => pool.symbol_expr(self.velocities[i]),
@@ -165,12 +157,7 @@ fn renamed(text: &str, new: &dyn Fn(&str, usize) -> Option<String>) -> String {
 
 /// The values of printed expressions at a point, through the parser: the model's parameters have their
 /// values, coordinates and their derivatives those of `point[primes][coordinate]` (in decimal).
-pub(crate) fn values(
-    model: &Model,
-    texts: &[String],
-    point: &[Vec<String>; 3],
-    bits: usize,
-) -> Vec<Big> {
+pub(crate) fn values(model: &Model, texts: &[String], point: &[Vec<String>; 3], bits: usize) -> Vec<Big> {
     let mut file = String::from("coord z\nT = z'^2\n");
     for (k, parameter) in model.parameters.iter().enumerate() {
         let value = model.pool.display(parameter.value.unwrap());
@@ -217,7 +204,5 @@ pub(crate) fn decimal(text: &str, bits: usize) -> Big {
 pub(crate) fn left_sides(derivation: &Derivation) -> Vec<String> {
     let texts = derivation.equation_texts();
     let texts = texts.iter();
-    texts
-        .map(|text| text.strip_suffix(" = 0").unwrap().to_owned())
-        .collect()
+    texts.map(|text| text.strip_suffix(" = 0").unwrap().to_owned()).collect()
 }

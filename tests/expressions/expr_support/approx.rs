@@ -17,17 +17,11 @@ impl Approx {
     }
 
     fn with(value: f64, error: f64) -> Approx {
-        Approx {
-            value,
-            error: error + value.abs() * 1e-15,
-        }
+        Approx { value, error: error + value.abs() * 1e-15 }
     }
 
     /// Where it is not certain that there is a value.
-    const UNCERTAIN: Approx = Approx {
-        value: f64::NAN,
-        error: f64::INFINITY,
-    };
+    const UNCERTAIN: Approx = Approx { value: f64::NAN, error: f64::INFINITY };
 
     fn is_uncertain(&self) -> bool {
         self.error == f64::INFINITY || self.value.is_infinite()
@@ -36,10 +30,7 @@ impl Approx {
     /// Whether both are the same value, or the expected one (`self`) is not certain to exist.
     pub fn agrees(&self, found: &Approx) -> bool {
         let allowed = 8.0 * (self.error + found.error) + 1e-290;
-        if !self.value.is_finite()
-            || !self.error.is_finite()
-            || self.error > 1e-6 * (1.0 + self.value.abs())
-        {
+        if !self.value.is_finite() || !self.error.is_finite() || self.error > 1e-6 * (1.0 + self.value.abs()) {
             return true;
         }
         // Infinite: somewhere on the way it was not certain that there is a value.
@@ -95,21 +86,14 @@ impl Scalar for Approx {
         Approx::with(value, (self.error + other.error * value.abs()) / smallest)
     }
     fn neg(&self) -> Self {
-        Approx {
-            value: -self.value,
-            error: self.error,
-        }
+        Approx { value: -self.value, error: self.error }
     }
     fn powi(&self, exponent: i32) -> Self {
         let mut power = Approx::exact(1.0);
         for _ in 0..exponent.abs() {
             power = power.mul(self);
         }
-        if exponent < 0 {
-            Approx::exact(1.0).div(&power)
-        } else {
-            power
-        }
+        if exponent < 0 { Approx::exact(1.0).div(&power) } else { power }
     }
     fn sqrt(&self) -> Self {
         if self.is_uncertain() {
@@ -119,14 +103,7 @@ impl Scalar for Approx {
             return Approx::UNCERTAIN;
         }
         let value = self.value.sqrt();
-        Approx::with(
-            value,
-            if self.error == 0.0 {
-                0.0
-            } else {
-                self.error / value
-            },
-        )
+        Approx::with(value, if self.error == 0.0 { 0.0 } else { self.error / value })
     }
     fn pow(&self, exponent: &Self) -> Self {
         if self.is_uncertain() || exponent.is_uncertain() {
@@ -151,10 +128,7 @@ impl Scalar for Approx {
             }
             Function::Asin | Function::Acos => {
                 if x.abs() + self.error > 1.0 && self.error > 0.0 {
-                    return Approx {
-                        value: f64::NAN,
-                        error: f64::INFINITY,
-                    };
+                    return Approx { value: f64::NAN, error: f64::INFINITY };
                 }
                 let slope = 1.0 / (1.0 - x * x).sqrt();
                 self.function(function, if self.error == 0.0 { 0.0 } else { slope })
@@ -194,10 +168,7 @@ pub struct Dual {
 
 impl Dual {
     fn chain(&self, value: Approx, slope: Approx) -> Dual {
-        Dual {
-            value,
-            slope: self.slope.mul(&slope),
-        }
+        Dual { value, slope: self.slope.mul(&slope) }
     }
 }
 
@@ -205,38 +176,20 @@ impl Scalar for Dual {
     type Precision = ();
 
     fn from_number(number: &Number, (): ()) -> Self {
-        Dual {
-            value: Approx::from_number(number, ()),
-            slope: Approx::exact(0.0),
-        }
+        Dual { value: Approx::from_number(number, ()), slope: Approx::exact(0.0) }
     }
     fn pi((): ()) -> Self {
-        Dual {
-            value: Approx::pi(()),
-            slope: Approx::exact(0.0),
-        }
+        Dual { value: Approx::pi(()), slope: Approx::exact(0.0) }
     }
     fn add(&self, other: &Self) -> Self {
-        Dual {
-            value: self.value.add(&other.value),
-            slope: self.slope.add(&other.slope),
-        }
+        Dual { value: self.value.add(&other.value), slope: self.slope.add(&other.slope) }
     }
     fn sub(&self, other: &Self) -> Self {
-        Dual {
-            value: self.value.sub(&other.value),
-            slope: self.slope.sub(&other.slope),
-        }
+        Dual { value: self.value.sub(&other.value), slope: self.slope.sub(&other.slope) }
     }
     fn mul(&self, other: &Self) -> Self {
-        let slope = self
-            .slope
-            .mul(&other.value)
-            .add(&self.value.mul(&other.slope));
-        Dual {
-            value: self.value.mul(&other.value),
-            slope,
-        }
+        let slope = self.slope.mul(&other.value).add(&self.value.mul(&other.slope));
+        Dual { value: self.value.mul(&other.value), slope }
     }
     fn div(&self, other: &Self) -> Self {
         let value = self.value.div(&other.value);
@@ -244,16 +197,10 @@ impl Scalar for Dual {
         Dual { value, slope }
     }
     fn neg(&self) -> Self {
-        Dual {
-            value: self.value.neg(),
-            slope: self.slope.neg(),
-        }
+        Dual { value: self.value.neg(), slope: self.slope.neg() }
     }
     fn powi(&self, exponent: i32) -> Self {
-        let slope = self
-            .value
-            .powi(exponent - 1)
-            .mul(&Approx::exact(f64::from(exponent)));
+        let slope = self.value.powi(exponent - 1).mul(&Approx::exact(f64::from(exponent)));
         self.chain(self.value.powi(exponent), slope)
     }
     fn sqrt(&self) -> Self {
@@ -264,10 +211,7 @@ impl Scalar for Dual {
         let value = self.value.pow(&exponent.value);
         let by_base = self.slope.mul(&exponent.value).div(&self.value);
         let by_exponent = exponent.slope.mul(&self.value.apply(Function::Ln));
-        Dual {
-            value,
-            slope: by_base.add(&by_exponent).mul(&value),
-        }
+        Dual { value, slope: by_base.add(&by_exponent).mul(&value) }
     }
     fn apply(&self, function: Function) -> Self {
         let one = Approx::exact(1.0);
@@ -293,11 +237,7 @@ impl Scalar for Dual {
     fn atan2(&self, x: &Self) -> Self {
         let value = self.value.atan2(&x.value);
         let r2 = self.value.mul(&self.value).add(&x.value.mul(&x.value));
-        let slope = self
-            .slope
-            .mul(&x.value)
-            .sub(&x.slope.mul(&self.value))
-            .div(&r2);
+        let slope = self.slope.mul(&x.value).sub(&x.slope.mul(&self.value)).div(&r2);
         Dual { value, slope }
     }
     fn is_finite(&self) -> bool {

@@ -129,11 +129,7 @@ pub const FUNCTIONS: [(&str, Function); 12] = [
 ];
 
 fn function(name: &str) -> Function {
-    FUNCTIONS
-        .iter()
-        .find(|(n, _)| *n == name)
-        .unwrap_or_else(|| panic!("no function {name}"))
-        .1
+    FUNCTIONS.iter().find(|(n, _)| *n == name).unwrap_or_else(|| panic!("no function {name}")).1
 }
 
 /// A double as it is.

@@ -10,9 +10,7 @@ fn belongings(file: &File) -> Vec<(usize, String)> {
     let mut found: Vec<(usize, String)> = Vec::new();
     let mut taken = None;
     for comment in &file.comments {
-        let begun = file
-            .statements
-            .partition_point(|statement| statement.span.start < comment.span.start);
+        let begun = file.statements.partition_point(|statement| statement.span.start < comment.span.start);
         let inside = begun > 0 && comment.span.start < file.statements[begun - 1].span.end;
         let behind = comment.trailing && begun > 0 && taken != Some(begun);
         let statement = if inside || behind { begun } else { begun + 1 };
@@ -49,18 +47,11 @@ pub(crate) fn laws(source: &str) -> String {
     if formatted.is_empty() {
         return formatted;
     }
-    let crlf = source
-        .split_inclusive('\n')
-        .next()
-        .unwrap_or("")
-        .ends_with("\r\n");
+    let crlf = source.split_inclusive('\n').next().unwrap_or("").ends_with("\r\n");
     assert_eq!(formatted.contains("\r\n"), crlf, "{both}");
     let plain = formatted.replace("\r\n", "\n");
     assert!(plain.ends_with('\n') && !plain.starts_with('\n'), "{both}");
-    assert!(
-        !plain.contains("\n\n\n") && !plain.ends_with("\n\n"),
-        "{both}"
-    );
+    assert!(!plain.contains("\n\n\n") && !plain.ends_with("\n\n"), "{both}");
     for line in plain.lines() {
         assert_eq!(line.trim_end(), line, "{both}");
         assert!(code(line).chars().count() <= 100, "{line}\n{both}");

@@ -32,11 +32,7 @@ impl Case {
         let text = String::from_utf8(std::fs::read(path).unwrap()).unwrap();
         let mut case = Self::default();
         for line in text.trim_start_matches('\u{feff}').lines() {
-            let Some((word, value)) = line
-                .trim()
-                .strip_prefix("# ")
-                .and_then(|line| line.split_once(": "))
-            else {
+            let Some((word, value)) = line.trim().strip_prefix("# ").and_then(|line| line.split_once(": ")) else {
                 continue;
             };
             let list = || value.split_whitespace().map(str::to_owned).collect();
@@ -78,9 +74,7 @@ fn fault(source: &str, diagnostics: impl Iterator<Item = Diagnostic>) -> Fault {
         });
         (diagnostic.message, place)
     });
-    Fault {
-        messages: messages.collect(),
-    }
+    Fault { messages: messages.collect() }
 }
 
 pub(crate) fn run(path: &Path, settings: &[String]) -> Result<Done, Fault> {
@@ -92,14 +86,8 @@ pub(crate) fn run_with_table(source: &str, table: Option<&str>) -> Result<Done, 
     run_source(source, None, &[], table)
 }
 
-fn run_source(
-    source: &str,
-    folder: Option<&Path>,
-    settings: &[String],
-    table: Option<&str>,
-) -> Result<Done, Fault> {
-    let file =
-        parse(source).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
+fn run_source(source: &str, folder: Option<&Path>, settings: &[String], table: Option<&str>) -> Result<Done, Fault> {
+    let file = parse(source).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
     let mut tables = TableTexts::new();
     if let Some(table) = table {
         tables = tables.with("t.csv", table);
@@ -113,13 +101,10 @@ fn run_source(
     }
     let mut set = Settings::new();
     for setting in settings {
-        set.add(setting)
-            .map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
+        set.add(setting).map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
     }
-    let model = elaborate(&file, &tables, &set)
-        .map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
-    let linearized =
-        linearize(model).map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
+    let model = elaborate(&file, &tables, &set).map_err(|errors| fault(source, errors.iter().map(Diagnostic::from)))?;
+    let linearized = linearize(model).map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
     let normal = normal_modes(&linearized, &Options::default())
         .map_err(|error| fault(source, [Diagnostic::from(&error)].into_iter()))?;
     Ok(Done { linearized, normal })
@@ -134,11 +119,7 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
     let mut faults = Vec::new();
     for (i, one) in modes.iter().enumerate() {
         if one.vector.len() != n {
-            return vec![format!(
-                "vector {} has {} components",
-                i + 1,
-                one.vector.len()
-            )];
+            return vec![format!("vector {} has {} components", i + 1, one.vector.len())];
         }
         let times = |x: &[f64]| -> Vec<f64> {
             let row = |row| (0..n).map(|at| mass[row + n * at] * x[at]).sum();
@@ -154,9 +135,7 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
             }
             let size = |at: &usize| one.vector[*at].hypot(one.imaginary[*at]);
             let largest = (0..n).map(|at| size(&at)).fold(0.0, f64::max);
-            let lead = (0..n)
-                .find(|at| size(at) >= largest * (1.0 - 1e-6))
-                .unwrap();
+            let lead = (0..n).find(|at| size(at) >= largest * (1.0 - 1e-6)).unwrap();
             if one.vector[lead] <= 0.0 || one.imaginary[lead] != 0.0 {
                 faults.push(format!("vector {} has the wrong phase", i + 1));
             }
@@ -169,22 +148,14 @@ pub(crate) fn check_vectors(done: &Done) -> Vec<String> {
             let product: f64 = applied.iter().zip(&other.vector).map(|(a, b)| a * b).sum();
             let want = if i == j { 1.0 } else { 0.0 };
             // Masses that differ by many decades leave more rounding in this sum than in x.
-            let size: f64 = (0..n * n)
-                .map(|at| (mass[at] * one.vector[at % n] * other.vector[at / n]).abs())
-                .sum();
+            let size: f64 = (0..n * n).map(|at| (mass[at] * one.vector[at % n] * other.vector[at / n]).abs()).sum();
             let reach = one.vector_error_bound.max(other.vector_error_bound);
             if (product - want).abs() > 1e-9 * size.max(1.0) + 1e3 * reach {
                 faults.push(format!("xᵀMy of {} and {} is {product}", i + 1, j + 1));
             }
         }
-        let largest = one
-            .vector
-            .iter()
-            .fold(0.0, |largest: f64, x| largest.max(x.abs()));
-        let lead = one
-            .vector
-            .iter()
-            .find(|x| x.abs() >= largest * (1.0 - 1e-6));
+        let largest = one.vector.iter().fold(0.0, |largest: f64, x| largest.max(x.abs()));
+        let lead = one.vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
         if lead.is_some_and(|lead| *lead <= 0.0) {
             faults.push(format!("vector {} has the wrong sign", i + 1));
         }

@@ -113,19 +113,14 @@ pub(crate) fn trees() -> BoxedStrategy<Tree> {
         });
         prop_oneof![
             (boxed.clone(), list(1)).prop_map(|(base, i)| Tree::Index(base, i)),
-            (boxed.clone(), select(vec!["k", "T", "mass", "in"]))
-                .prop_map(|(base, field)| Tree::Field(base, field)),
+            (boxed.clone(), select(vec!["k", "T", "mass", "in"])).prop_map(|(base, field)| Tree::Field(base, field)),
             boxed.clone().prop_map(Tree::Prime),
             boxed.clone().prop_map(Tree::Negate),
             (boxed.clone(), boxed.clone()).prop_map(|(a, b)| Tree::Power(a, b)),
             signed.clone().prop_map(Tree::Product),
             signed.prop_map(Tree::Sum),
             (select(vec!["sin", "rows", "f"]), list(0)).prop_map(|(f, a)| Tree::Call(f, a)),
-            (
-                entries(inner.clone().boxed(), false),
-                proptest::option::of(conditions(inner.clone().boxed())),
-                boxed
-            )
+            (entries(inner.clone().boxed(), false), proptest::option::of(conditions(inner.clone().boxed())), boxed)
                 .prop_map(|(entries, filter, body)| Tree::SumOver(entries, filter, body)),
             list(1).prop_map(Tree::Vector),
         ]
@@ -134,10 +129,7 @@ pub(crate) fn trees() -> BoxedStrategy<Tree> {
 }
 
 pub(crate) fn unit_trees() -> BoxedStrategy<UnitTree> {
-    let leaf = prop_oneof![
-        Just(UnitTree::One),
-        select(vec!["kg", "T", "V", "µm", "Ω", "s"]).prop_map(UnitTree::Name),
-    ];
+    let leaf = prop_oneof![Just(UnitTree::One), select(vec!["kg", "T", "V", "µm", "Ω", "s"]).prop_map(UnitTree::Name),];
     leaf.prop_recursive(3, 8, 3, |inner| {
         let list = proptest::collection::vec((any::<bool>(), inner.clone()), 2..4);
         prop_oneof![
@@ -152,10 +144,7 @@ pub(crate) fn unit_trees() -> BoxedStrategy<UnitTree> {
 }
 
 pub(crate) fn bounds() -> impl Strategy<Value = Bound> {
-    let indices = (
-        entries(trees(), true),
-        proptest::option::of(conditions(trees())),
-    );
+    let indices = (entries(trees(), true), proptest::option::of(conditions(trees())));
     (
         names(),
         proptest::option::of(indices),
@@ -181,10 +170,7 @@ pub(crate) struct Planter {
 }
 
 pub(crate) fn named(text: &str) -> Name {
-    Name {
-        text: text.into(),
-        span: Span::default(),
-    }
+    Name { text: text.into(), span: Span::default() }
 }
 
 impl Planter {
@@ -225,26 +211,19 @@ impl Planter {
                 self.push(ExprKind::Power { base, exponent })
             }
             Tree::Product(list) => {
-                let factors: Vec<Factor> = list
-                    .iter()
-                    .map(|(divided, tree)| Factor::new(*divided, self.tree(tree)))
-                    .collect();
+                let factors: Vec<Factor> =
+                    list.iter().map(|(divided, tree)| Factor::new(*divided, self.tree(tree))).collect();
                 self.push(ExprKind::Product(&factors))
             }
             Tree::Sum(list) => {
-                let terms: Vec<Term> = list
-                    .iter()
-                    .map(|(subtracted, tree)| Term::new(*subtracted, self.tree(tree)))
-                    .collect();
+                let terms: Vec<Term> =
+                    list.iter().map(|(subtracted, tree)| Term::new(*subtracted, self.tree(tree))).collect();
                 self.push(ExprKind::Sum(&terms))
             }
             Tree::Call(function, list) => {
                 let function = &named(function);
                 let arguments = &self.all(list);
-                self.push(ExprKind::Call {
-                    function,
-                    arguments,
-                })
+                self.push(ExprKind::Call { function, arguments })
             }
             Tree::SumOver(entries, filter, body) => {
                 let indices = &self.indices(entries, filter.as_ref());
@@ -259,18 +238,12 @@ impl Planter {
     }
 
     pub(crate) fn condition(&mut self, condition: &Condition) -> ExprRef {
-        let all = |this: &mut Self, list: &[Condition]| {
-            list.iter().map(|c| this.condition(c)).collect::<Vec<_>>()
-        };
+        let all = |this: &mut Self, list: &[Condition]| list.iter().map(|c| this.condition(c)).collect::<Vec<_>>();
         match condition {
             Condition::Compare(operator, left, right) => {
                 let left = self.tree(left);
                 let right = self.tree(right);
-                self.push(ExprKind::Compare {
-                    operator: *operator,
-                    left,
-                    right,
-                })
+                self.push(ExprKind::Compare { operator: *operator, left, right })
             }
             Condition::Not(inner) => {
                 let inner = self.condition(inner);
@@ -296,15 +269,12 @@ impl Planter {
                     span: Span::default(),
                     kind: match entry {
                         Entry::Member(tree) => IndexKind::Member(self.tree(tree)),
-                        Entry::Range(variable, from, to) => IndexKind::Range {
-                            variable: variable.map(named),
-                            from: self.tree(from),
-                            to: self.tree(to),
-                        },
-                        Entry::Rows(variable, table) => IndexKind::Rows {
-                            variable: named(variable),
-                            table: named(table),
-                        },
+                        Entry::Range(variable, from, to) => {
+                            IndexKind::Range { variable: variable.map(named), from: self.tree(from), to: self.tree(to) }
+                        }
+                        Entry::Rows(variable, table) => {
+                            IndexKind::Rows { variable: named(variable), table: named(table) }
+                        }
                     },
                 })
                 .collect(),
@@ -321,11 +291,9 @@ impl Planter {
                 factors = list.iter().map(|(d, u)| (*d, self.unit(u))).collect();
                 UnitKind::Product(&factors)
             }
-            UnitTree::Power(base, numerator, denominator) => UnitKind::Power {
-                base: self.unit(base),
-                numerator: *numerator,
-                denominator: *denominator,
-            },
+            UnitTree::Power(base, numerator, denominator) => {
+                UnitKind::Power { base: self.unit(base), numerator: *numerator, denominator: *denominator }
+            }
         };
         let span = Span::default();
         self.file.units.push(Unit { span, kind })
@@ -354,24 +322,12 @@ impl Planter {
                     StatementKind::Param(binding)
                 }
                 2 => StatementKind::Let(binding),
-                3 => StatementKind::Guess {
-                    binding,
-                    rate: bound.rate,
-                },
-                4 => StatementKind::Equilibrium {
-                    binding,
-                    rate: bound.rate,
-                },
+                3 => StatementKind::Guess { binding, rate: bound.rate },
+                4 => StatementKind::Equilibrium { binding, rate: bound.rate },
                 5 => StatementKind::Kinetic(self.tree(&bound.value)),
                 6 => {
-                    let declaration = Declaration {
-                        name: binding.name,
-                        indices: binding.indices,
-                        unit: binding.unit,
-                    };
-                    StatementKind::Coord {
-                        declarations: vec![declaration.clone(), declaration],
-                    }
+                    let declaration = Declaration { name: binding.name, indices: binding.indices, unit: binding.unit };
+                    StatementKind::Coord { declarations: vec![declaration.clone(), declaration] }
                 }
                 _ => StatementKind::Constraint {
                     indices: None,
@@ -379,10 +335,7 @@ impl Planter {
                     right: self.tree(&bound.value),
                 },
             };
-            self.file.statements.push(Statement {
-                span: Span::default(),
-                kind,
-            });
+            self.file.statements.push(Statement { span: Span::default(), kind });
         }
     }
 }

@@ -49,11 +49,7 @@ fn captures(value: &Value) -> BTreeMap<usize, String> {
 
 impl Grammar {
     pub(crate) fn new(json: &Value) -> Self {
-        let mut grammar = Self {
-            repository: json["repository"].clone(),
-            contexts: Vec::new(),
-            rules: Vec::new(),
-        };
+        let mut grammar = Self { repository: json["repository"].clone(), contexts: Vec::new(), rules: Vec::new() };
         let top = json["patterns"].as_array().unwrap();
         let rules = grammar.compile(top);
         grammar.rules.push(rules);
@@ -76,17 +72,8 @@ impl Grammar {
     }
 
     fn rule(&mut self, pattern: &Value, rules: &mut Vec<Rule>) {
-        let known = [
-            "include",
-            "patterns",
-            "match",
-            "name",
-            "captures",
-            "begin",
-            "beginCaptures",
-            "end",
-            "endCaptures",
-        ];
+        let known =
+            ["include", "patterns", "match", "name", "captures", "begin", "beginCaptures", "end", "endCaptures"];
         for key in pattern.as_object().unwrap().keys() {
             assert!(known.contains(&key.as_str()), "`{key}` is not understood");
         }
@@ -132,12 +119,7 @@ impl Grammar {
         let mut stack: Vec<usize> = Vec::new();
         let mut start = 0;
         for line in text.split_inclusive('\n') {
-            self.line(
-                line.trim_end_matches(['\n', '\r']),
-                start,
-                &mut stack,
-                &mut found,
-            );
+            self.line(line.trim_end_matches(['\n', '\r']), start, &mut stack, &mut found);
             start += line.len();
         }
         found
@@ -156,9 +138,7 @@ impl Grammar {
                 let Some(hit) = regex.captures_from_pos(line, at).unwrap() else {
                     continue;
                 };
-                let before = best
-                    .as_ref()
-                    .map(|(other, _)| other.get(0).unwrap().start());
+                let before = best.as_ref().map(|(other, _)| other.get(0).unwrap().start());
                 if before.is_none_or(|before| hit.get(0).unwrap().start() < before) {
                     best = Some((hit, rule));
                 }
@@ -168,11 +148,7 @@ impl Grammar {
             };
             let whole = hit.get(0).unwrap();
             let mut note = |from: usize, to: usize, scope: &str| {
-                found.push(Scoped {
-                    start: start + from,
-                    end: start + to,
-                    scope: scope.to_owned(),
-                });
+                found.push(Scoped { start: start + from, end: start + to, scope: scope.to_owned() });
             };
             let names = match (rule, inside) {
                 (Some(rule), _) => {

@@ -35,11 +35,7 @@ pub fn ball(x: &RBig) -> Ball {
     let rest = x - double(hi);
     let lo = rest.to_f64().value();
     let error = abs(rest - double(lo));
-    let radius = if error == RBig::ZERO {
-        0.0
-    } else {
-        error.to_f64().value() * (1.0 + 1e-10)
-    };
+    let radius = if error == RBig::ZERO { 0.0 } else { error.to_f64().value() * (1.0 + 1e-10) };
     Ball::new(DoubleDouble::new(hi, lo), radius)
 }
 
@@ -52,17 +48,8 @@ pub fn parse(text: &str) -> RBig {
 }
 
 pub fn problem(mass: &Exact, stiffness: &Exact) -> Problem {
-    let flat = |a: &Exact| {
-        (0..a.len())
-            .flat_map(|c| (0..a.len()).map(move |r| ball(&a[r][c])))
-            .collect()
-    };
-    Problem {
-        dimension: mass.len(),
-        mass: flat(mass),
-        stiffness: flat(stiffness),
-        zero_vectors: Vec::new(),
-    }
+    let flat = |a: &Exact| (0..a.len()).flat_map(|c| (0..a.len()).map(move |r| ball(&a[r][c]))).collect();
+    Problem { dimension: mass.len(), mass: flat(mass), stiffness: flat(stiffness), zero_vectors: Vec::new() }
 }
 
 pub fn with_digits(digits: usize) -> Options {
@@ -71,19 +58,7 @@ pub fn with_digits(digits: usize) -> Options {
 
 pub fn diagonal(entries: &[RBig]) -> Exact {
     let n = entries.len();
-    (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| {
-                    if i == j {
-                        entries[i].clone()
-                    } else {
-                        RBig::ZERO
-                    }
-                })
-                .collect()
-        })
-        .collect()
+    (0..n).map(|i| (0..n).map(|j| if i == j { entries[i].clone() } else { RBig::ZERO }).collect()).collect()
 }
 
 /// Masses between springs k[0] (to the left wall), k[1], ..., k[n] (to the right wall).
@@ -109,13 +84,7 @@ pub fn integers(values: &[i64]) -> Vec<RBig> {
 /// Also the dimension of the kernel.
 pub fn count_below(mass: &Exact, stiffness: &Exact, s: &RBig) -> (usize, usize) {
     let n = mass.len();
-    let mut a: Exact = (0..n)
-        .map(|i| {
-            (0..n)
-                .map(|j| &stiffness[i][j] - &(&mass[i][j] * s))
-                .collect()
-        })
-        .collect();
+    let mut a: Exact = (0..n).map(|i| (0..n).map(|j| &stiffness[i][j] - &(&mass[i][j] * s)).collect()).collect();
     let mut left: Vec<usize> = (0..n).collect();
     let (mut negative, mut zero) = (0, 0);
     while !left.is_empty() {
@@ -137,11 +106,7 @@ pub fn count_below(mass: &Exact, stiffness: &Exact, s: &RBig) -> (usize, usize) 
         }
         // The diagonal vanishes: a pair (p, q) with an entry beside it has one eigenvalue of
         // each sign.
-        let pair = left.iter().find_map(|&p| {
-            left.iter()
-                .find(|&&q| a[p][q] != RBig::ZERO)
-                .map(|&q| (p, q))
-        });
+        let pair = left.iter().find_map(|&p| left.iter().find(|&&q| a[p][q] != RBig::ZERO).map(|&q| (p, q)));
         let Some((p, q)) = pair else {
             zero += left.len();
             break;
@@ -165,12 +130,7 @@ pub fn count_below(mass: &Exact, stiffness: &Exact, s: &RBig) -> (usize, usize) 
 /// there.
 pub fn check_enclosures(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum) {
     let mut positions: Vec<&librate::modes::Mode> = spectrum.modes.iter().collect();
-    positions.sort_by(|a, b| {
-        a.omega_squared
-            .mid
-            .partial_cmp(&b.omega_squared.mid)
-            .unwrap()
-    });
+    positions.sort_by(|a, b| a.omega_squared.mid.partial_cmp(&b.omega_squared.mid).unwrap());
     for (k, mode) in positions.iter().enumerate() {
         let b = mode.omega_squared;
         assert!(b.is_finite());
@@ -178,16 +138,9 @@ pub fn check_enclosures(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum) {
         let (low, high) = (&mid - double(b.radius), mid + double(b.radius));
         // λ_k >= low: at most k below; λ_k <= high: at least k + 1 not above.
         let (below, _) = count_below(mass, stiffness, &low);
-        assert!(
-            below <= k,
-            "mode {k}: {below} eigenvalues below its enclosure {b:?}"
-        );
+        assert!(below <= k, "mode {k}: {below} eigenvalues below its enclosure {b:?}");
         let (below, at) = count_below(mass, stiffness, &high);
-        assert!(
-            below + at > k,
-            "mode {k}: {} eigenvalues up to its enclosure's end {b:?}",
-            below + at
-        );
+        assert!(below + at > k, "mode {k}: {} eigenvalues up to its enclosure's end {b:?}", below + at);
     }
 }
 
@@ -195,26 +148,17 @@ pub fn check_enclosures(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum) {
 pub fn check_vectors(problem: &Problem, spectrum: &Spectrum, tolerance: f64) {
     let n = problem.dimension;
     let apply = |a: &[Ball], x: &[f64]| -> Vec<f64> {
-        (0..n)
-            .map(|r| (0..n).map(|c| a[c * n + r].mid_f64() * x[c]).sum())
-            .collect()
+        (0..n).map(|r| (0..n).map(|c| a[c * n + r].mid_f64() * x[c]).sum()).collect()
     };
     for (i, a) in spectrum.modes.iter().enumerate() {
         let image = apply(&problem.mass, &a.vector);
         for (j, b) in spectrum.modes.iter().enumerate() {
             let dot: f64 = image.iter().zip(&b.vector).map(|(x, y)| x * y).sum();
             let want = f64::from(u8::from(i == j));
-            assert!(
-                (dot - want).abs() < tolerance,
-                "modes {i}, {j}: xᵀMy = {dot}"
-            );
+            assert!((dot - want).abs() < tolerance, "modes {i}, {j}: xᵀMy = {dot}");
         }
         let largest = a.vector.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-        let first = a
-            .vector
-            .iter()
-            .find(|x| x.abs() >= (1.0 - 1e-6) * largest)
-            .unwrap();
+        let first = a.vector.iter().find(|x| x.abs() >= (1.0 - 1e-6) * largest).unwrap();
         assert!(*first > 0.0);
     }
 }

@@ -20,17 +20,11 @@ pub fn big(x: &RBig, bits: usize) -> Big {
     let quotient = &shifted / denominator;
     let exact = &quotient * IBig::from(denominator.clone()) == shifted;
     let value = Big::from_parts(quotient, -places, bits + 16);
-    if exact {
-        value
-    } else {
-        value.with_added_radius(Magnitude::power_of_two(-places))
-    }
+    if exact { value } else { value.with_added_radius(Magnitude::power_of_two(-places)) }
 }
 
 fn flat(a: &Exact, bits: usize) -> Vec<Big> {
-    (0..a.len())
-        .flat_map(|c| (0..a.len()).map(move |r| big(&a[r][c], bits)))
-        .collect()
+    (0..a.len()).flat_map(|c| (0..a.len()).map(move |r| big(&a[r][c], bits))).collect()
 }
 
 /// An exact problem, and the bits that it was asked for.
@@ -63,12 +57,7 @@ pub fn solved_precisely(
 ) -> (Spectrum, Vec<usize>) {
     let mut coarse = problem(mass, stiffness);
     coarse.zero_vectors = zeros.iter().map(|z| z.iter().map(ball).collect()).collect();
-    let known = Known {
-        mass,
-        stiffness,
-        zeros,
-        asked: RefCell::new(Vec::new()),
-    };
+    let known = Known { mass, stiffness, zeros, asked: RefCell::new(Vec::new()) };
     let spectrum = solve_from(&coarse, &known, options).unwrap();
     (spectrum, known.asked.into_inner())
 }
@@ -107,10 +96,7 @@ pub fn check_printed(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum, digit
             continue;
         }
         let (text, rounding) = printed(mode, digits);
-        assert!(
-            matches!(rounding, Rounding::Correct | Rounding::Tie),
-            "mode {k}: {text} {rounding:?}"
-        );
+        assert!(matches!(rounding, Rounding::Correct | Rounding::Tie), "mode {k}: {text} {rounding:?}");
         let (low, high) = ends(&text);
         let (low, high) = (&low * &low, &high * &high);
         let (low, high) = match mode.kind {
@@ -120,10 +106,6 @@ pub fn check_printed(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum, digit
         let (below, _) = count_below(mass, stiffness, &low);
         let (under, at) = count_below(mass, stiffness, &high);
         assert!(below <= k, "mode {k}: {below} eigenvalues below {text}");
-        assert!(
-            under + at > k,
-            "mode {k}: {} eigenvalues up to {text}",
-            under + at
-        );
+        assert!(under + at > k, "mode {k}: {} eigenvalues up to {text}", under + at);
     }
 }

@@ -25,11 +25,7 @@ pub(crate) fn times(until: &str, samples: usize) -> Times {
 pub(crate) fn share(linearized: &Linearized, part: f64) -> Constant {
     let places = linearized.equilibrium().values.iter();
     let large = places.map(|x| x.mid_f64().abs()).fold(0.0, f64::max);
-    let size = if large > 0.0 && large < 1e-3 {
-        large
-    } else {
-        1.0
-    };
+    let size = if large > 0.0 && large < 1e-3 { large } else { 1.0 };
     Constant::parse(&format!("{:e}", part * size)).unwrap()
 }
 
@@ -41,9 +37,7 @@ pub(crate) fn start(model: &Model, text: &str) -> Start {
 
 pub(crate) fn motion(model: &Model, from: &str, until: &str, samples: usize) -> Trajectory {
     let system = System::new(model).unwrap();
-    system
-        .motion(&start(model, from), &times(until, samples))
-        .unwrap()
+    system.motion(&start(model, from), &times(until, samples)).unwrap()
 }
 
 pub(crate) fn decimal(text: &str) -> Big {
@@ -52,11 +46,7 @@ pub(crate) fn decimal(text: &str) -> Big {
 
 pub(crate) fn signed(text: &str) -> Big {
     let value = decimal(text);
-    if text.starts_with('-') {
-        value.neg()
-    } else {
-        value
-    }
+    if text.starts_with('-') { value.neg() } else { value }
 }
 
 pub(crate) fn reference(name: &str) -> Vec<Vec<String>> {
@@ -65,8 +55,7 @@ pub(crate) fn reference(name: &str) -> Vec<Vec<String>> {
     let rows = all[name].as_array().unwrap().iter();
     rows.map(|row| {
         let row = row.as_array().unwrap().iter();
-        row.map(|value| value.as_str().unwrap().to_owned())
-            .collect()
+        row.map(|value| value.as_str().unwrap().to_owned()).collect()
     })
     .collect()
 }
@@ -80,16 +69,9 @@ pub(crate) fn check(name: &str, model: &Model, trajectory: &Trajectory, digits: 
         for (own, want) in row.iter().zip(want) {
             let off = Big::from_ball(own, BITS).sub(&signed(want)).mid_f64().abs();
             // References have 40 digits. Where nothing is proved, a start that is rounded to 31 counts as exact in the radius.
-            let unit = if trajectory.proved.is_some() {
-                1e-39
-            } else {
-                1e-31
-            };
+            let unit = if trajectory.proved.is_some() { 1e-39 } else { 1e-31 };
             let bound = own.radius + unit * signed(want).mid_f64().abs().max(1.0);
-            assert!(
-                off <= bound,
-                "{name}: {own:?} is off by {off:e} from {want}"
-            );
+            assert!(off <= bound, "{name}: {own:?} is off by {off:e} from {want}");
         }
     }
     let csv = motion_csv(model, trajectory, None, digits);
