@@ -1,11 +1,9 @@
 //! Eigenvectors of a small matrix, by two ways: in doubles, and by the QR algorithm at any precision. Nothing here has bounds;
 //! what comes out is taken as exactly what it is by who asks for it.
 
-use faer::Mat;
+use faer::{Mat, c64};
 
-use super::complex::{Complex, hypot};
-use crate::precision::Enclosure;
-use crate::precision::Magnitude;
+use crate::precision::{Complex, Enclosure, Magnitude, hypot};
 
 /// Sweeps of the QR algorithm for one eigenvalue: three or four do up to 16 digits, and each beyond doubles them.
 const SWEEPS: usize = 60;
@@ -22,7 +20,6 @@ pub(super) struct Basis<S> {
 impl<S: Enclosure> Basis<S> {
     /// In doubles.
     pub(super) fn quick(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
-        use nalgebra::{Complex as Double, DMatrix};
         // Beyond the range of doubles there are no vectors in doubles.
         if !matrix.iter().all(|x| x.middle().is_finite()) {
             return None;
@@ -30,23 +27,15 @@ impl<S: Enclosure> Basis<S> {
         let middle = Mat::from_fn(n, n, |i, j| matrix[n * i + j].middle());
         let eigen = middle.eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
-        let inverse = DMatrix::from_fn(n, n, |i, j| {
-            let entry = vectors[(i, j)];
-            Double::new(entry.re, entry.im)
-        })
-        .try_inverse()?;
-        let entries = |of: &dyn Fn(usize, usize) -> (f64, f64)| -> Option<Vec<Complex<S>>> {
+        let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]).try_inverse()?;
+        let entries = |of: &dyn Fn(usize, usize) -> c64| -> Option<Vec<Complex<S>>> {
             let all = (0..n * n).map(|at| of(at / n, at % n));
-            all.map(|(re, im)| {
-                let is_finite = re.is_finite() && im.is_finite();
-                is_finite.then(|| Complex::exact(re, im, precision))
-            })
-            .collect()
+            all.map(|x| x.is_finite().then(|| Complex::from_c64(x, precision))).collect()
         };
         Some(Self {
-            values: (0..n).map(|j| Complex::exact(values[j].re, values[j].im, precision)).collect(),
-            vectors: entries(&|i, j| (vectors[(i, j)].re, vectors[(i, j)].im))?,
-            inverse: entries(&|i, j| (inverse[(i, j)].re, inverse[(i, j)].im))?,
+            values: (0..n).map(|j| Complex::from_c64(values[j], precision)).collect(),
+            vectors: entries(&|i, j| vectors[(i, j)])?,
+            inverse: entries(&|i, j| inverse[(i, j)])?,
         })
     }
 
@@ -78,20 +67,20 @@ struct Turn<S> {
 impl<S: Enclosure> Turn<S> {
     fn new(x: &Complex<S>, y: &Complex<S>, precision: S::Precision) -> Option<Self> {
         // Of like size before they are squared.
-        let (_, exponent) = hypot(x.size(), y.size()).parts();
-        let (x, y) = (x.doubled(-exponent), y.doubled(-exponent));
+        let (_, exponent) = hypot(x.upper_bound(), y.upper_bound()).parts();
+        let (x, y) = (x.scale(-exponent), y.scale(-exponent));
         let (own, other) = (x.square_of_modulus().center(), y.square_of_modulus());
         if !other.is_positive() {
             return None;
         }
         let length = own.add(&other).center().sqrt().center();
         if !own.is_positive() {
-            let sine = y.conj().times(&S::exact(1.0, precision).div(&length));
+            let sine = y.conjugate().times(&S::exact(1.0, precision).div(&length));
             return Some(Self { cosine: S::exact(0.0, precision), sine: sine.center() });
         }
         let own = own.sqrt().center();
         let share = S::exact(1.0, precision).div(&own.mul(&length).center());
-        Some(Self { cosine: own.div(&length).center(), sine: x.mul(&y.conj()).times(&share).center() })
+        Some(Self { cosine: own.div(&length).center(), sine: x.mul(&y.conjugate()).times(&share).center() })
     }
 }
 
@@ -99,7 +88,7 @@ impl<S: Enclosure> Schur<S> {
     fn new(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         let zero = S::exact(0.0, precision);
         let form = matrix.iter().map(|x| Complex::new(x.center(), zero.clone()));
-        let unit = |at: usize| Complex::exact(f64::from(u8::from(at / n == at % n)), 0.0, precision);
+        let unit = |at: usize| Complex::real(f64::from(u8::from(at / n == at % n)), precision);
         let mut schur = Self { n, precision, form: form.collect(), basis: (0..n * n).map(unit).collect() };
         schur.hessenberg();
         schur.triangular().then_some(schur)
@@ -115,7 +104,7 @@ impl<S: Enclosure> Schur<S> {
         let (c, s) = (&turn.cosine, &turn.sine);
         let pair = |x: &Complex<S>, y: &Complex<S>, s: &Complex<S>| {
             let first = x.times(c).add(&s.mul(y)).center();
-            let second = y.times(c).sub(&s.conj().mul(x)).center();
+            let second = y.times(c).sub(&s.conjugate().mul(x)).center();
             (first, second)
         };
         for j in 0..n {
@@ -123,7 +112,7 @@ impl<S: Enclosure> Schur<S> {
             let (first, second) = pair(&self.form[above], &self.form[below], s);
             (self.form[above], self.form[below]) = (first, second);
         }
-        let mirrored = s.conj();
+        let mirrored = s.conjugate();
         for matrix in [&mut self.form, &mut self.basis] {
             for row in matrix.chunks_exact_mut(n) {
                 let (first, second) = pair(&row[i], &row[i + 1], &mirrored);
@@ -137,7 +126,7 @@ impl<S: Enclosure> Schur<S> {
         if let Some(turn) = Turn::new(x, y, self.precision) {
             self.turn(row, &turn);
         }
-        let zero = Complex::exact(0.0, 0.0, self.precision);
+        let zero = Complex::zero(self.precision);
         self.form[self.n * (row + 1) + column] = zero;
     }
 
@@ -151,9 +140,9 @@ impl<S: Enclosure> Schur<S> {
 
     /// Whether an entry below the diagonal is nothing beside those on it.
     fn is_negligible(&self, row: usize) -> bool {
-        let beside = self.entry(row - 1, row - 1).size() + self.entry(row, row).size();
+        let beside = self.entry(row - 1, row - 1).upper_bound() + self.entry(row, row).upper_bound();
         let rounding = Magnitude::from_f64(S::rounding(self.precision));
-        self.entry(row, row - 1).size() <= beside * rounding
+        self.entry(row, row - 1).upper_bound() <= beside * rounding
     }
 
     fn triangular(&mut self) -> bool {
@@ -165,7 +154,7 @@ impl<S: Enclosure> Schur<S> {
                 first -= 1;
             }
             if first > 0 {
-                let zero = Complex::exact(0.0, 0.0, self.precision);
+                let zero = Complex::zero(self.precision);
                 self.form[self.n * first + first - 1] = zero;
             }
             if first == last {
@@ -191,12 +180,12 @@ impl<S: Enclosure> Schur<S> {
     fn shift(&self, last: usize) -> Complex<S> {
         let (a, b) = (self.entry(last - 1, last - 1), self.entry(last - 1, last));
         let (c, d) = (self.entry(last, last - 1), self.entry(last, last));
-        let half = a.sub(d).doubled(-1).center();
+        let half = a.sub(d).scale(-1).center();
         let product = b.mul(c).center();
         let root = half.mul(&half).add(&product).center().root(self.precision);
         let (plus, minus) = (half.add(&root).center(), half.sub(&root).center());
-        let larger = if plus.size() < minus.size() { minus } else { plus };
-        if larger.size().is_zero() {
+        let larger = if plus.upper_bound() < minus.upper_bound() { minus } else { plus };
+        if larger.upper_bound().is_zero() {
             return d.clone();
         }
         d.sub(&product.mul(&larger.inverse()))
@@ -216,20 +205,20 @@ impl<S: Enclosure> Schur<S> {
 
     fn vectors(&self) -> Vec<Complex<S>> {
         let n = self.n;
-        let largest = self.form.iter().map(Complex::size);
+        let largest = self.form.iter().map(Complex::upper_bound);
         let largest = largest.fold(Magnitude::ZERO, Magnitude::max);
         let least = largest * Magnitude::from_f64(S::rounding(self.precision));
-        let mut vectors = vec![Complex::exact(0.0, 0.0, self.precision); n * n];
+        let mut vectors = vec![Complex::zero(self.precision); n * n];
         for k in 0..n {
             let value = self.entry(k, k);
-            let mut own = vec![Complex::exact(1.0, 0.0, self.precision); k + 1];
+            let mut own = vec![Complex::real(1.0, self.precision); k + 1];
             for i in (0..k).rev() {
-                let mut sum = Complex::exact(0.0, 0.0, self.precision);
+                let mut sum = Complex::zero(self.precision);
                 for (j, x) in own.iter().enumerate().skip(i + 1) {
                     sum = sum.add(&self.entry(i, j).mul(x));
                 }
                 let mut gap = value.sub(self.entry(i, i)).center();
-                if gap.size() < least {
+                if gap.upper_bound() < least {
                     gap.re = S::from_size(least, self.precision);
                 }
                 own[i] = sum.mul(&gap.inverse()).center();
@@ -237,14 +226,14 @@ impl<S: Enclosure> Schur<S> {
             let column: Vec<Complex<S>> = (0..n)
                 .map(|i| {
                     let products = own.iter().enumerate();
-                    let zero = Complex::exact(0.0, 0.0, self.precision);
+                    let zero = Complex::zero(self.precision);
                     products.fold(zero, |sum, (j, x)| sum.add(&self.basis[n * i + j].mul(x)))
                 })
                 .collect();
-            let size = column.iter().map(Complex::size);
+            let size = column.iter().map(Complex::upper_bound);
             let (_, exponent) = size.fold(Magnitude::ZERO, Magnitude::max).parts();
             for (i, x) in column.iter().enumerate() {
-                vectors[n * i + k] = x.doubled(-exponent).center();
+                vectors[n * i + k] = x.scale(-exponent).center();
             }
         }
         vectors
@@ -259,15 +248,15 @@ pub(super) fn inverse<S: Enclosure>(
 ) -> Option<Vec<Complex<S>>> {
     let mut left: Vec<Vec<Complex<S>>> = matrix.chunks_exact(n).map(<[_]>::to_vec).collect();
     let mut right: Vec<Vec<Complex<S>>> =
-        (0..n).map(|i| (0..n).map(|j| Complex::exact(f64::from(u8::from(i == j)), 0.0, precision)).collect()).collect();
+        (0..n).map(|i| (0..n).map(|j| Complex::real(f64::from(u8::from(i == j)), precision)).collect()).collect();
     for k in 0..n {
         let mut pivot = k;
         for i in k + 1..n {
-            if left[pivot][k].size() < left[i][k].size() {
+            if left[pivot][k].upper_bound() < left[i][k].upper_bound() {
                 pivot = i;
             }
         }
-        if left[pivot][k].size().is_zero() {
+        if left[pivot][k].upper_bound().is_zero() {
             return None;
         }
         left.swap(k, pivot);

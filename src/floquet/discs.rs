@@ -6,9 +6,7 @@
 //! A. Horn and C. R. Johnson, Matrix Analysis, 2nd ed. (2013), §6.1).
 
 use super::basis::Basis;
-use super::complex::Complex;
-use crate::precision::Enclosure;
-use crate::precision::Magnitude;
+use crate::precision::{Complex, Enclosure, Magnitude};
 
 /// A disc that holds exactly one eigenvalue where it is `single`.
 #[derive(Clone, Debug)]
@@ -35,12 +33,12 @@ impl<S: Enclosure> Disc<S> {
         }
         let inverse = S::exact(1.0, precision).div(&rest);
         let center = self.center.times(&inverse);
-        let radius = self.radius * inverse.size() + center.spread();
+        let radius = self.radius * inverse.size() + center.radius();
         Some(Self { center: center.center(), radius, single: self.single })
     }
 
     pub(super) fn conjugate(&self) -> Self {
-        Self { center: self.center.conj(), ..self.clone() }
+        Self { center: self.center.conjugate(), ..self.clone() }
     }
 }
 
@@ -61,7 +59,7 @@ impl<S: Enclosure> Covers<S> {
     /// From a matrix row by row; `None` where its eigenvectors could not be told apart.
     pub(super) fn new(matrix: &[S], n: usize, basis: &Basis<S>, precision: S::Precision) -> Option<Self> {
         let (values, vectors, left) = (&basis.values, &basis.vectors, &basis.inverse);
-        let zero = Complex::exact(0.0, 0.0, precision);
+        let zero = Complex::zero(precision);
         let sum = |term: &dyn Fn(usize) -> Complex<S>| (0..n).fold(zero.clone(), |sum, k| sum.add(&term(k)));
         // ΦV - VD, then W times it, and |1 - WV|.
         let mut residual = Vec::with_capacity(n * n);
@@ -78,8 +76,8 @@ impl<S: Enclosure> Covers<S> {
             for j in 0..n {
                 coupling.push(sum(&|k| left[n * i + k].mul(&residual[n * k + j])));
                 let product = sum(&|k| left[n * i + k].mul(&vectors[n * k + j]));
-                let unit = Complex::exact(f64::from(u8::from(i == j)), 0.0, precision);
-                row = row + unit.sub(&product).size();
+                let unit = Complex::real(f64::from(u8::from(i == j)), precision);
+                row = row + unit.sub(&product).upper_bound();
             }
             defect = defect.max(row);
         }
@@ -88,7 +86,7 @@ impl<S: Enclosure> Covers<S> {
         }
         // Σ_(k>0) Eᵏ Y is at most |E|/(1 - |E|) times the largest entry of the column of Y.
         let share = defect / Magnitude::ONE.sub_down(defect);
-        let size = |i: usize, j: usize| coupling[n * i + j].size();
+        let size = |i: usize, j: usize| coupling[n * i + j].upper_bound();
         let columns: Vec<Magnitude> =
             (0..n).map(|j| (0..n).fold(Magnitude::ZERO, |most, i| most.max(size(i, j)))).collect();
         let mut matrix = Form {
@@ -100,7 +98,7 @@ impl<S: Enclosure> Covers<S> {
         };
         for i in 0..n {
             let center = values[i].add(&coupling[n * i + i]);
-            matrix.own.push(center.spread() + share * columns[i]);
+            matrix.own.push(center.radius() + share * columns[i]);
             matrix.centers.push(center.center());
             for (j, column) in columns.iter().enumerate() {
                 matrix.off.push(size(i, j) + share * *column);
@@ -112,7 +110,7 @@ impl<S: Enclosure> Covers<S> {
             if !cover.disc.single {
                 let members = connected(i, &plain, precision);
                 cover.disc.radius = members.iter().fold(Magnitude::ZERO, |most, at| {
-                    let distance = plain[*at].center.sub(&plain[i].center).size();
+                    let distance = plain[*at].center.sub(&plain[i].center).upper_bound();
                     most.max(distance + plain[*at].radius)
                 });
             }
@@ -169,7 +167,7 @@ impl<S: Enclosure> Form<S> {
         let mut gap = Magnitude::INFINITE;
         let mut strongest = Magnitude::ZERO;
         for j in (0..n).filter(|j| *j != i) {
-            gap = gap.min(self.centers[i].sub(&self.centers[j]).size());
+            gap = gap.min(self.centers[i].sub(&self.centers[j]).upper_bound());
             strongest = strongest.max(self.off[n * j + i]);
         }
         // Any positive number would do; the sizes only choose one.

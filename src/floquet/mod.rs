@@ -10,7 +10,6 @@
 //! nothing and neither does the result.
 
 mod basis;
-mod complex;
 mod discs;
 mod error;
 mod monodromy;

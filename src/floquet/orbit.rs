@@ -3,11 +3,10 @@
 use nalgebra::{DMatrix, DVector, Dyn, LU};
 
 use super::basis::inverse;
-use super::complex::Complex;
 use super::monodromy::{Stop, Trip, trip};
 use crate::flow::{Equations, Plain, count};
-use crate::precision::Enclosure;
 use crate::precision::{Ball, Magnitude};
+use crate::precision::{Complex, Enclosure};
 
 /// Newton steps to a periodic motion, in doubles.
 const NEWTON: usize = 60;

@@ -6,10 +6,8 @@
 //! appendix 29).
 
 use super::basis::Basis;
-use super::complex::Complex;
 use super::discs::Covers;
-use crate::precision::Enclosure;
-use crate::precision::Magnitude;
+use crate::precision::{Complex, Enclosure, Magnitude};
 
 /// Whether i x* ω x is definite on the invariant subspace that belongs to a set of connected discs; `form` is ω row by row. With that
 /// all eigenvalues in these discs are on the circle.
@@ -33,13 +31,13 @@ pub(super) fn is_definite<S: Enclosure>(
     };
     // U = V1 + V2 Z.
     let vector = |i: usize, j: usize| {
-        let size = |m: &usize| basis.vectors[n * i + m].size();
+        let size = |m: &usize| basis.vectors[n * i + m].upper_bound();
         let spread = others.iter().fold(Magnitude::ZERO, |sum, m| sum + size(m)) * reach;
         let own = &basis.vectors[n * i + j];
-        Complex::new(own.re.with_spread(spread), own.im.with_spread(spread))
+        own.with_added_radius(spread)
     };
     let vectors: Vec<Vec<Complex<S>>> = members.iter().map(|j| (0..n).map(|i| vector(i, *j)).collect()).collect();
-    let zero = Complex::exact(0.0, 0.0, precision);
+    let zero = Complex::zero(precision);
     let turned: Vec<Vec<Complex<S>>> = vectors
         .iter()
         .map(|vector| {
@@ -57,7 +55,7 @@ pub(super) fn is_definite<S: Enclosure>(
                 .iter()
                 .map(|right| {
                     let parts = left.iter().zip(right);
-                    let sum = parts.fold(zero.clone(), |sum, (x, y)| sum.add(&x.conj().mul(y)));
+                    let sum = parts.fold(zero.clone(), |sum, (x, y)| sum.add(&x.conjugate().mul(y)));
                     Complex::new(sum.im.neg(), sum.re)
                 })
                 .collect()
@@ -95,7 +93,7 @@ fn reach<S: Enclosure>(
     for i in others {
         for j in members {
             let difference = covers.plain[*i].center.sub(&covers.plain[*j].center);
-            let half = difference.size().scale(-1);
+            let half = difference.upper_bound().scale(-1);
             let square = S::from_size(half, precision);
             let rest = difference.square_of_modulus().sub(&square.mul(&square));
             if !rest.is_positive() {

@@ -12,6 +12,7 @@
 
 mod ball;
 mod big;
+mod complex;
 mod decimal;
 mod double;
 mod dual;
@@ -28,6 +29,7 @@ mod system;
 pub use ball::Ball;
 pub(crate) use ball::{U2, up};
 pub use big::Big;
+pub(crate) use complex::{Complex, hypot};
 pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
 pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
 pub(crate) use double::{exponent_of, power_of_two, product_error};

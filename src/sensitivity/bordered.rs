@@ -13,16 +13,17 @@
 //! G' = -Yᴴ P' X by any parameter, lambda included (W. Govaerts, Numerical Methods for Bifurcations of Dynamical Equilibria (2000),
 //! chapter 3; W.-J. Beyn, C. Effenberger, D. Kressner, Numer. Math. 119 (2011) 489).
 
-use nalgebra::{Complex, DMatrix};
+use faer::c64;
+use nalgebra::DMatrix;
 
-use super::complex::{Enclosed, Rows};
+use super::{Enclosed, Rows};
 use crate::linearize::WithMultipliers;
 use crate::precision::{Ball, System, power_of_two};
 
 /// Borders are vectors of P at an exponent off by this much of itself: they need not be good, and P must be regular there.
 const OFF: f64 = power_of_two(-26);
 
-type Dense = DMatrix<Complex<f64>>;
+type Dense = DMatrix<c64>;
 
 /// Columns X and Y as above, one list each.
 pub(super) struct Kernel {
@@ -44,10 +45,10 @@ fn polynomial(whole: &WithMultipliers, place: Place) -> Vec<Enclosed> {
         let k = i + n * j;
         let mut entry = Enclosed { re: whole.stiffness[k], im: Ball::ZERO };
         if !whole.mass[k].is_zero() {
-            entry = entry.add(place.square.times(whole.mass[k]));
+            entry = entry.add(&place.square.times(&whole.mass[k]));
         }
         match &whole.velocity {
-            Some(velocity) if !velocity[k].is_zero() => entry.add(place.exponent.times(velocity[k])),
+            Some(velocity) if !velocity[k].is_zero() => entry.add(&place.exponent.times(&velocity[k])),
             _ => entry,
         }
     };
@@ -63,7 +64,7 @@ pub(super) fn kernel(whole: &WithMultipliers, place: Place, count: usize, own_le
         return None;
     }
     // Rows and columns of like size, or small masses look like null vectors: by the terms, whose sum may vanish.
-    let (one, two) = (place.exponent.size(), place.square.size());
+    let (one, two) = (place.exponent.upper_bound().to_f64(), place.square.upper_bound().to_f64());
     let term = |k: usize| {
         let velocity = whole.velocity.as_ref().map_or(0.0, |all| all[k].mid_f64());
         let sizes = [whole.mass[k].mid_f64() * two, velocity * one];
@@ -75,7 +76,7 @@ pub(super) fn kernel(whole: &WithMultipliers, place: Place, count: usize, own_le
             (size > 0.0).then(|| -(0.5 * size.log2()).round() as i32)
         })
         .collect::<Option<_>>()?;
-    let scaled: Vec<Enclosed> = (0..n * n).map(|k| entries[k].scale(units[k / n] + units[k % n])).collect();
+    let scaled: Vec<Enclosed> = (0..n * n).map(|k| entries[k].scale(i64::from(units[k / n] + units[k % n]))).collect();
     let (right, left) = borders(whole, place, &units, count, own_left)?;
     let real = scaled.iter().all(|x| x.im.is_zero());
     let system = bordered(n, &scaled, &right, &left, real)?;
@@ -112,18 +113,18 @@ fn borders(
     own_left: bool,
 ) -> Option<(Dense, Dense)> {
     let n = whole.order;
-    let exact = |value: Complex<f64>| Enclosed::exact(value);
+    let exact = |value: c64| Enclosed::from_c64(value, ());
     let beside = Place {
-        exponent: exact(place.exponent.middle() * (1.0 + OFF)),
-        square: exact(place.square.middle() * (1.0 + OFF) * (1.0 + OFF)),
+        exponent: exact(place.exponent.to_c64() * (1.0 + OFF)),
+        square: exact(place.square.to_c64() * (1.0 + OFF) * (1.0 + OFF)),
     };
     let entries = polynomial(whole, beside);
-    let matrix = Dense::from_fn(n, n, |i, j| entries[n * i + j].scale(units[i] + units[j]).middle());
+    let matrix = Dense::from_fn(n, n, |i, j| entries[n * i + j].scale(i64::from(units[i] + units[j])).to_c64());
     // A start without a pattern of its own: the generator of Knuth's MMIX.
     let mut state = 1_u64;
     let start = Dense::from_fn(n, count, |_, _| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        Complex::new((state >> 40) as f64 * power_of_two(-24) - 0.5, 0.0)
+        c64::new((state >> 40) as f64 * power_of_two(-24) - 0.5, 0.0)
     });
     let step = |matrix: Dense| -> Option<Dense> {
         let found = matrix.lu().solve(&start)?;
@@ -144,11 +145,11 @@ fn bordered(n: usize, scaled: &[Enclosed], right: &Dense, left: &Dense, real: bo
         if i < n && j < n {
             scaled[n * i + j]
         } else if i < n {
-            Enclosed::exact(left[(i, j - n)])
+            Enclosed::from_c64(left[(i, j - n)], ())
         } else if j < n {
-            Enclosed::exact(right[(j, i - n)].conj())
+            Enclosed::from_c64(right[(j, i - n)].conj(), ())
         } else {
-            Enclosed::ZERO
+            Enclosed::zero(())
         }
     };
     if real {
@@ -175,6 +176,6 @@ fn column(n: usize, count: usize, k: usize, system: &System, real: bool, units: 
     *right.get_mut(n + k)? = Ball::ONE;
     let found = system.solve(&right)?;
     let part = |i: usize| Enclosed { re: found[i], im: if real { Ball::ZERO } else { found[size + i] } };
-    let column = (0..size).map(|i| part(i).scale(units.get(i).copied().unwrap_or(0)));
+    let column = (0..size).map(|i| part(i).scale(units.get(i).map_or(0, |unit| i64::from(*unit))));
     Some(column.collect())
 }

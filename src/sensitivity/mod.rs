@@ -11,7 +11,6 @@
 //! takes a derivative for 0 because it is small.
 
 mod bordered;
-mod complex;
 mod split;
 
 use crate::expr::{ExprId, Pool, ZeroVerdict};
@@ -20,9 +19,13 @@ use crate::model::Model;
 use crate::modes::{Kind, Options};
 use crate::number::Number;
 use crate::oscillation::{NormalMode, NormalModes, Uncertainty, in_units, normal_modes};
-use crate::precision::Ball;
+use crate::precision::{Ball, Complex};
 use bordered::Place;
-use complex::{Enclosed, Rows};
+
+type Enclosed = Complex<Ball>;
+
+/// Rows and columns of small matrices: `a[i][j]`.
+type Rows<T> = Vec<Vec<T>>;
 
 /// First derivatives of the exponents of all modes by all parameters.
 #[derive(Clone, Debug)]
@@ -213,12 +216,12 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
         return Some(Space::real(whole, square, vectors));
     }
     let exponent = Enclosed { re: hull(own().map(|mode| mode.growth))?, im: hull(own().map(|mode| mode.omega))? };
-    let square = exponent.mul(exponent);
+    let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
     let kernel = bordered::kernel(whole, place, count, false)?;
     let mut slope = form(whole.order, &whole.mass, &kernel.x, &kernel.y);
     let double = exponent.scale(1);
-    slope.iter_mut().flatten().for_each(|entry| *entry = entry.mul(double));
+    slope.iter_mut().flatten().for_each(|entry| *entry = entry.mul(&double));
     if let Some(velocity) = &whole.velocity {
         add(&mut slope, form(whole.order, velocity, &kernel.x, &kernel.y));
     }
@@ -269,21 +272,21 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
 
 /// YᴴAX, for a matrix column by column.
 fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -> Rows<Enclosed> {
-    let mut sums = vec![vec![Enclosed::ZERO; x.len()]; y.len()];
-    let mut image = vec![Enclosed::ZERO; order];
+    let mut sums = vec![vec![Enclosed::zero(()); x.len()]; y.len()];
+    let mut image = vec![Enclosed::zero(()); order];
     for (q, x) in x.iter().enumerate() {
-        image.fill(Enclosed::ZERO);
+        image.fill(Enclosed::zero(()));
         for (x, column) in x.iter().zip(matrix.chunks_exact(order.max(1))) {
             for (image, entry) in image.iter_mut().zip(column) {
                 if !entry.is_zero() {
-                    *image = image.add(x.times(*entry));
+                    *image = image.add(&x.times(entry));
                 }
             }
         }
         for (sums, y) in sums.iter_mut().zip(y) {
             for (y, image) in y.iter().zip(&image) {
                 if !image.is_zero() {
-                    sums[q] = sums[q].add(y.conj().mul(*image));
+                    sums[q] = sums[q].add(&y.conjugate().mul(image));
                 }
             }
         }
@@ -293,7 +296,7 @@ fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -
 
 fn add(sums: &mut Rows<Enclosed>, more: Rows<Enclosed>) {
     for (sum, more) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
-        *sum = sum.add(*more);
+        *sum = sum.add(more);
     }
 }
 
@@ -339,16 +342,16 @@ fn beginning(
     let x: Rows<Enclosed> = vectors.iter().map(|x| x.iter().copied().map(real).collect()).collect();
     let weighted = |matrix: &[Ball], factor: Enclosed| -> Rows<Enclosed> {
         let form = form(order, matrix, &x, &x).into_iter();
-        form.map(|row| row.into_iter().map(|entry| entry.mul(factor)).collect()).collect()
+        form.map(|row| row.into_iter().map(|entry| entry.mul(&factor)).collect()).collect()
     };
     // -(λ² dM + λ dD + dS) and 2 λ M.
     let mut change = weighted(&slopes.stiffness, real(-Ball::ONE));
     add(&mut change, weighted(&slopes.mass, real(square)));
     if let Some(velocity) = &slopes.velocity {
-        add(&mut change, weighted(velocity, Enclosed::ZERO.sub(exponent)));
+        add(&mut change, weighted(velocity, Enclosed::zero(()).sub(&exponent)));
     }
     let double = exponent.scale(1);
-    let slope: Rows<Enclosed> = gram.iter().map(|row| row.iter().map(|entry| double.times(*entry)).collect()).collect();
+    let slope: Rows<Enclosed> = gram.iter().map(|row| row.iter().map(|entry| double.times(entry)).collect()).collect();
     split::general(&change, &slope)
 }
 
@@ -381,7 +384,7 @@ impl Space {
                     }
                     _ => true,
                 };
-                stays.then(|| vec![Enclosed::ZERO; *count])
+                stays.then(|| vec![Enclosed::zero(()); *count])
             }
             Self::Real { square, vectors, gram } => {
                 let order = vectors.first()?.len();
@@ -423,7 +426,7 @@ impl Space {
                     if matrix.iter().any(|entry| !entry.is_zero()) {
                         let mut part = form(order, matrix, x, y);
                         let entries = part.iter_mut().flatten();
-                        entries.for_each(|entry| *entry = entry.mul(factor));
+                        entries.for_each(|entry| *entry = entry.mul(&factor));
                         add(&mut change, part);
                     }
                 };
@@ -431,8 +434,10 @@ impl Space {
                 if let Some(velocity) = &slopes.velocity {
                     more(velocity, place.exponent);
                 }
-                let change: Rows<Enclosed> =
-                    change.into_iter().map(|row| row.into_iter().map(|x| Enclosed::ZERO.sub(x)).collect()).collect();
+                let change: Rows<Enclosed> = change
+                    .into_iter()
+                    .map(|row| row.into_iter().map(|x| Enclosed::zero(()).sub(&x)).collect())
+                    .collect();
                 let mut moved = split::general(&change, slope)?;
                 for moved in &mut moved {
                     match kept {

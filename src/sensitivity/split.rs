@@ -3,8 +3,8 @@
 use faer::{Mat, c64};
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use super::complex::{Enclosed, Rows};
-use crate::precision::{Ball, up};
+use super::{Enclosed, Rows};
+use crate::precision::{Ball, Magnitude, up};
 
 /// Row sums of upper bounds; the largest, rounded up for at most `n` terms each.
 fn largest_row(n: usize, entry: impl Fn(usize, usize) -> f64) -> f64 {
@@ -85,11 +85,11 @@ pub(super) fn symmetric(a: &Rows<Ball>, g: &Rows<Ball>) -> Option<Vec<Ball>> {
 pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Enclosed>> {
     let m = a.len();
     if m == 1 {
-        let value = a[0][0].div(g[0][0]);
+        let value = a[0][0].div(&g[0][0]);
         return value.is_finite().then(|| vec![value]);
     }
-    type Dense = DMatrix<nalgebra::Complex<f64>>;
-    let middle = |matrix: &Rows<Enclosed>| Dense::from_fn(m, m, |i, j| matrix[i][j].middle());
+    type Dense = DMatrix<c64>;
+    let middle = |matrix: &Rows<Enclosed>| Dense::from_fn(m, m, |i, j| matrix[i][j].to_c64());
     let (middle_a, middle_g) = (middle(a), middle(g));
     let product = middle_g.clone().try_inverse()? * &middle_a;
     if !product.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
@@ -99,11 +99,11 @@ pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Encl
     let eigen = product.eigen().ok()?;
     let vectors = Dense::from_fn(m, m, |i, j| {
         let entry = eigen.U()[(i, j)];
-        nalgebra::Complex::new(entry.re, entry.im)
+        entry
     });
     let inverse = (middle_g * &vectors).try_inverse()?;
     let exact = |matrix: &Dense| -> Rows<Enclosed> {
-        let row = |i: usize| (0..m).map(|j| Enclosed::exact(matrix[(i, j)])).collect();
+        let row = |i: usize| (0..m).map(|j| Enclosed::from_c64(matrix[(i, j)], ())).collect();
         (0..m).map(row).collect()
     };
     let (vectors, inverse) = (exact(&vectors), exact(&inverse));
@@ -111,18 +111,18 @@ pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Encl
     let (h, g) = (turned(a), turned(g));
     let one = Enclosed { re: Ball::ONE, im: Ball::ZERO };
     let f = largest_row(m, |i, j| {
-        let unit = if i == j { one } else { Enclosed::ZERO };
-        g[i][j].sub(unit).size()
+        let unit = if i == j { one } else { Enclosed::zero(()) };
+        g[i][j].sub(&unit).upper_bound().to_f64()
     });
     if f.is_nan() || f >= 0.5 {
         return None;
     }
-    let reach = up(up(largest_row(m, |i, j| h[i][j].size()) / (1.0 - f)) * f);
+    let reach = up(up(largest_row(m, |i, j| h[i][j].upper_bound().to_f64()) / (1.0 - f)) * f);
     let discs: Vec<Enclosed> = (0..m)
         .map(|i| {
-            let rest: f64 = (0..m).filter(|j| *j != i).map(|j| h[i][j].size()).sum();
+            let rest: f64 = (0..m).filter(|j| *j != i).map(|j| h[i][j].upper_bound().to_f64()).sum();
             let rest = up(rest * (1.0 + m as f64 * f64::EPSILON) + reach);
-            h[i][i].with_added_radius(rest)
+            h[i][i].with_added_radius(Magnitude::from_f64(rest))
         })
         .collect();
     if !discs.iter().all(Enclosed::is_finite) {
@@ -138,7 +138,7 @@ fn joined(mut discs: Vec<Enclosed>) -> Vec<Enclosed> {
     loop {
         let meeting = (0..m)
             .flat_map(|i| (0..i).map(move |j| (i, j)))
-            .find(|&(i, j)| of[i] != of[j] && discs[i].sub(discs[j]).contains_zero());
+            .find(|&(i, j)| of[i] != of[j] && discs[i].sub(&discs[j]).contains_zero());
         let Some((i, j)) = meeting else { break };
         let hull = discs[i].hull(&discs[j]);
         let (one, other) = (of[i], of[j]);
@@ -158,7 +158,8 @@ fn joined(mut discs: Vec<Enclosed>) -> Vec<Enclosed> {
 
 fn times(a: &Rows<Enclosed>, b: &Rows<Enclosed>) -> Rows<Enclosed> {
     let m = b.len();
-    let entry = |row: &Vec<Enclosed>, j: usize| (0..m).fold(Enclosed::ZERO, |sum, k| sum.add(row[k].mul(b[k][j])));
+    let entry =
+        |row: &Vec<Enclosed>, j: usize| (0..m).fold(Enclosed::zero(()), |sum, k| sum.add(&row[k].mul(&b[k][j])));
     let row = |row: &Vec<Enclosed>| (0..m).map(|j| entry(row, j)).collect();
     a.iter().map(row).collect()
 }

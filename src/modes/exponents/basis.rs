@@ -121,7 +121,7 @@ fn dot(x: &[Wide], y: &[Wide]) -> Wide {
     x.iter()
         .zip(y)
         .filter(|(x, y)| !(x.is_zero() || y.is_zero()))
-        .fold(Wide::zero(bits), |sum, (x, y)| sum.add(&x.conj().mul(y)))
+        .fold(Wide::zero(bits), |sum, (x, y)| sum.add(&x.conjugate().mul(y)))
 }
 
 /// x - factor·y
@@ -159,7 +159,7 @@ pub(super) fn finished(vector: &[Wide]) -> (Vec<c64>, f64) {
         Wide { im: Big::zero(sign.bits()), re: if first.re.is_negative() { -&sign } else { sign } }
     } else {
         let square = &(&first.re * &first.re) + &(&first.im * &first.im);
-        first.conj().times(&(&Big::one(square.bits()) / &square.sqrt()))
+        first.conjugate().times(&(&Big::one(square.bits()) / &square.sqrt()))
     };
     let mut bound = 0.0_f64;
     let turned = |x: &Wide| {

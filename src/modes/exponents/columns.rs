@@ -39,7 +39,7 @@ impl Columns {
 
     /// |μ_i - μ_j|, nearly.
     pub(super) fn distance(&self, i: usize, j: usize) -> f64 {
-        self.mu[i].sub(self.mu[j]).size()
+        self.mu[i].sub(&self.mu[j]).modulus()
     }
 }
 
@@ -91,9 +91,9 @@ fn stacked(n: usize, columns: &[&Vec<Complex>]) -> Matrix {
 /// By the bounds of [`Complex`] the evaluation costs 16 u² |μa|, 4 u² |μa + b|, 16 u² |μ||μa + b| and 4 u² of the
 /// result, in all less than 48 u² (|μ|²|a| + |μ||b| + |c|); errors of a, b and c come on top.
 fn quadratic(mu: Complex, a: (Complex, f64), b: (Complex, f64), c: (Complex, f64)) -> (Complex, f64) {
-    let value = mu.mul(a.0).add(b.0).mul(mu).add(c.0);
-    let m = mu.size() * (1.0 + 1e-15);
-    let sizes = m * m * a.0.size() + m * b.0.size() + c.0.size();
+    let value = mu.mul(&a.0).add(&b.0).mul(&mu).add(&c.0);
+    let m = mu.modulus() * (1.0 + 1e-15);
+    let sizes = m * m * a.0.modulus() + m * b.0.modulus() + c.0.modulus();
     (value, up(48.0 * U2 * sizes * (1.0 + 1e-14) + m * m * a.1 + m * b.1 + c.1))
 }
 
@@ -130,9 +130,9 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
                     }
                     let by = Complex::from_c64(c64::new(link.value, 0.0));
                     for (sum, (x, e)) in sum.iter_mut().zip(image.column(from)) {
-                        let term = by.mul(x);
-                        let value = sum.0.add(term);
-                        let rounding = U2 * (16.0 * term.size() + 4.0 * value.size());
+                        let term = by.mul(&x);
+                        let value = sum.0.add(&term);
+                        let rounding = U2 * (16.0 * term.modulus() + 4.0 * value.modulus());
                         *sum = (value, up(sum.1 + e * link.value.abs() + rounding * (1.0 + 1e-14)));
                     }
                 }
@@ -149,14 +149,14 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
             for _ in 0..2 {
                 let (mut over, mut under) = (Complex::ZERO, Complex::ZERO);
                 for (i, y) in columns.y[j].iter().enumerate() {
-                    over = over.add(y.mul(residual[i].0));
-                    let slope = mu.mul(u[i].0);
-                    under = under.add(y.mul(slope.add(slope).add(v[i].0)));
+                    over = over.add(&y.mul(&residual[i].0));
+                    let slope = mu.mul(&u[i].0);
+                    under = under.add(&y.mul(&slope.add(&slope).add(&v[i].0)));
                 }
                 let step = over.to_c64() / under.to_c64();
                 // Where exponents meet, a step may lead anywhere; also not finite.
-                if step.re.hypot(step.im) <= 4.0 * mu.size() {
-                    let next = mu.sub(Complex::from_c64(step));
+                if step.re.hypot(step.im) <= 4.0 * mu.modulus() {
+                    let next = mu.sub(&Complex::from_c64(step));
                     mu = next;
                     residual = residuals(mu);
                 }
@@ -165,13 +165,13 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
             let mut defect = Complex::ZERO;
             let (mut error, mut sizes) = (0.0, 0.0);
             for (y, (value, e)) in columns.y[j].iter().zip(&residual) {
-                defect = defect.add(y.mul(*value));
-                error += y.size() * e;
-                sizes += y.size() * value.size();
+                defect = defect.add(&y.mul(value));
+                error += y.modulus() * e;
+                sizes += y.modulus() * value.modulus();
             }
             // Products cost 16 u² each, n sums at most 4 n u² of all.
             let error = error * (1.0 + 1e-13) + (16.0 + 4.0 * n as f64) * U2 * sizes * (1.0 + 1e-13);
-            let size = mu.size() * (1.0 + 1e-15);
+            let size = mu.modulus() * (1.0 + 1e-15);
             Sheet {
                 x: columns.x[j].iter().map(|x| rounded((*x, 0.0))).collect(),
                 y: columns.y[j].iter().map(|y| rounded((*y, 0.0))).collect(),
@@ -179,30 +179,30 @@ pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
                 rest: (0..n)
                     .map(|i| {
                         // D x + μ M x
-                        let product = mu.mul(u[i].0);
-                        let sum = product.add(v[i].0);
-                        let rounding = U2 * (20.0 * product.size() + 4.0 * v[i].0.size());
+                        let product = mu.mul(&u[i].0);
+                        let sum = product.add(&v[i].0);
+                        let rounding = U2 * (20.0 * product.modulus() + 4.0 * v[i].0.modulus());
                         rounded((sum, up(v[i].1 + size * u[i].1 + rounding * (1.0 + 1e-14))))
                     })
                     .collect(),
                 turned: columns.y[j]
                     .iter()
                     .map(|y| {
-                        let product = mu.mul(*y);
-                        rounded((product, up(17.0 * U2 * product.size())))
+                        let product = mu.mul(y);
+                        rounded((product, up(17.0 * U2 * product.modulus())))
                     })
                     .collect(),
                 image: u.into_iter().map(rounded).collect(),
                 residual: residual.into_iter().map(rounded).collect(),
-                defect: up(defect.size() * (1.0 + 1e-15) + error),
+                defect: up(defect.modulus() * (1.0 + 1e-15) + error),
             }
         };
         sheets[j] = Some(sheet);
     }
     for j in 0..columns.count() {
         if let Some(i) = columns.twin[j] {
-            columns.mu[j] = columns.mu[i].conj();
-            sheets[j] = sheets[i].as_ref().map(Sheet::conj);
+            columns.mu[j] = columns.mu[i].conjugate();
+            sheets[j] = sheets[i].as_ref().map(Sheet::conjugate);
         }
     }
     sheets.into_iter().flatten().collect()
@@ -226,8 +226,8 @@ fn zero_sheet(
         a.into_iter()
             .zip(b)
             .map(|(a, b)| {
-                let value = a.0.add(b.0);
-                (value, up(a.1 + b.1 + 4.0 * U2 * value.size() * (1.0 + 1e-14)))
+                let value = a.0.add(&b.0);
+                (value, up(a.1 + b.1 + 4.0 * U2 * value.modulus() * (1.0 + 1e-14)))
             })
             .collect()
     };
@@ -241,9 +241,9 @@ fn zero_sheet(
             let mut total = (Complex::ZERO, 0.0);
             for link in columns.links.iter().filter(|link| link.from == j) {
                 let by = Complex::from_c64(c64::new(link.value, 0.0));
-                let term = by.mul(columns.y[link.to][i]);
-                let value = total.0.add(term);
-                let rounding = U2 * (16.0 * term.size() + 4.0 * value.size());
+                let term = by.mul(&columns.y[link.to][i]);
+                let value = total.0.add(&term);
+                let rounding = U2 * (16.0 * term.modulus() + 4.0 * value.modulus());
                 total = (value, up(total.1 + rounding * (1.0 + 1e-14)));
             }
             total
@@ -253,7 +253,7 @@ fn zero_sheet(
     let rest = sum(right[1].column(at), linked(&right[0], true));
     // Moduli of y may be large where exponents near 0 are hardly separated: the plain sum does.
     let defect: f64 =
-        columns.y[j].iter().zip(&residual).map(|(y, (value, error))| y.size() * (value.size() + error)).sum();
+        columns.y[j].iter().zip(&residual).map(|(y, (value, error))| y.modulus() * (value.modulus() + error)).sum();
     let x = columns.x[j].iter().enumerate();
     Sheet {
         x: x.map(|(i, x)| rounded((*x, inexact.get(i).copied().unwrap_or(0.0)))).collect(),
@@ -321,7 +321,7 @@ pub(super) fn improve(
 ) {
     let mut changes = Vec::with_capacity(which.len());
     for &j in which {
-        let difference = |i: usize| columns.mu[j].sub(columns.mu[i]).to_c64();
+        let difference = |i: usize| columns.mu[j].sub(&columns.mu[i]).to_c64();
         changes.push(steps(couplings, columns, sheets, j, difference, |i| skip(j, i)));
     }
     for (&j, (dx, dy)) in which.iter().zip(changes) {
@@ -329,12 +329,12 @@ pub(super) fn improve(
         let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
         for (x, dx) in columns.x[j].iter_mut().zip(dx) {
             let dx = if real { c64::new(dx.re, 0.0) } else { dx };
-            *x = x.add(Complex::from_c64(dx));
+            *x = x.add(&Complex::from_c64(dx));
         }
         for (y, dy) in columns.y[j].iter_mut().zip(dy) {
             let dy = if real { c64::new(dy.re, 0.0) } else { dy };
-            *y = y.add(Complex::from_c64(dy));
-            let scaled = y.mul(Complex::from_c64(by));
+            *y = y.add(&Complex::from_c64(dy));
+            let scaled = y.mul(&Complex::from_c64(by));
             if scaled.is_finite() {
                 *y = scaled;
                 if real {
@@ -345,8 +345,8 @@ pub(super) fn improve(
     }
     for j in 0..columns.count() {
         if let Some(i) = columns.twin[j] {
-            columns.x[j] = columns.x[i].iter().map(|x| x.conj()).collect();
-            columns.y[j] = columns.y[i].iter().map(|y| y.conj()).collect();
+            columns.x[j] = columns.x[i].iter().map(|x| x.conjugate()).collect();
+            columns.y[j] = columns.y[i].iter().map(|y| y.conjugate()).collect();
         }
     }
 }

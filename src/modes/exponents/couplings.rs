@@ -33,7 +33,7 @@ pub(super) struct Approximate {
 }
 
 impl Approximate {
-    pub(super) fn conj(self) -> Self {
+    pub(super) fn conjugate(self) -> Self {
         Self { value: c64::new(self.value.re, -self.value.im), error: self.error }
     }
 }
@@ -56,16 +56,16 @@ pub(super) struct Sheet {
 }
 
 impl Sheet {
-    pub(super) fn conj(&self) -> Self {
-        let conj = |x: &[Approximate]| x.iter().map(|x| x.conj()).collect();
+    pub(super) fn conjugate(&self) -> Self {
+        let conjugate = |x: &[Approximate]| x.iter().map(|x| x.conjugate()).collect();
         Self {
-            x: conj(&self.x),
-            y: conj(&self.y),
-            residual: conj(&self.residual),
-            left: conj(&self.left),
-            image: conj(&self.image),
-            rest: conj(&self.rest),
-            turned: conj(&self.turned),
+            x: conjugate(&self.x),
+            y: conjugate(&self.y),
+            residual: conjugate(&self.residual),
+            left: conjugate(&self.left),
+            image: conjugate(&self.image),
+            rest: conjugate(&self.rest),
+            turned: conjugate(&self.turned),
             defect: self.defect,
         }
     }

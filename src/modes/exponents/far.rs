@@ -72,11 +72,11 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
             start.y.push(y.clone());
             start.twin.push(None);
         }
-        let conj = |v: Vec<Complex>| v.into_iter().map(Complex::conj).collect();
+        let conjugate = |v: &[Complex]| v.iter().map(Complex::conjugate).collect();
         start.twin.push((!real).then(|| start.mu.len() - 1));
         start.mu.push(if real { mu } else { c64::new(mu.re, -mu.im) });
-        start.x.push(if real { x } else { conj(x) });
-        start.y.push(if real { y } else { conj(y) });
+        start.x.push(if real { x } else { conjugate(&x) });
+        start.y.push(if real { y } else { conjugate(&y) });
     }
     (start.mu.len() == 2 * n).then_some(start)
 }

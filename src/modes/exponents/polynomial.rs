@@ -247,7 +247,7 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
             let size = (z.re.mid_upper() + z.im.mid_upper()).log2();
             let change = (step.re.mid_upper() + step.im.mid_upper()).log2();
             most = most.max(change - size);
-            *z = z.sub(step).center(bits);
+            *z = z.sub(step).rounded(bits);
         }
         if most < least - 1.0 {
             least = most;
@@ -280,8 +280,8 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
     }
     let mut found = Vec::with_capacity(degree);
     for i in 0..degree {
-        let conj = z[i].conj();
-        let alone = (0..degree).all(|j| j == i || apart(&conj, &z[j]) > radii[i] + radii[j]);
+        let conjugate = z[i].conjugate();
+        let alone = (0..degree).all(|j| j == i || apart(&conjugate, &z[j]) > radii[i] + radii[j]);
         let im = if alone { Big::zero(bits) } else { z[i].im.clone().with_added_radius(radii[i]) };
         if !alone && im.contains_zero() {
             return None;

@@ -123,20 +123,20 @@ pub(super) fn turn(
             }
             for a in 0..k {
                 let mut sum = ZERO;
-                let mut conj = ZERO;
+                let mut conjugate = ZERO;
                 for b in 0..k {
                     let mut u = eigen.U()[(b, e)];
                     if value.im == 0.0 {
                         u.im = 0.0;
                     }
                     sum += back[(a, b)] * u;
-                    conj += back[(a, b)] * c64::new(u.re, -u.im);
+                    conjugate += back[(a, b)] * c64::new(u.re, -u.im);
                 }
                 if steps.len() < k {
                     vectors[(a, steps.len())] = sum;
                 }
                 if value.im > 0.0 && steps.len() + 1 < k {
-                    vectors[(a, steps.len() + 1)] = conj;
+                    vectors[(a, steps.len() + 1)] = conjugate;
                 }
             }
             steps.push(value);

@@ -35,18 +35,18 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
         let squares: f64 = v.iter().map(|x| modulus(x) * modulus(x)).sum();
         squares.sqrt() * slack
     };
-    let mu = |j: usize| columns.mu[j].size() * slack;
+    let mu = |j: usize| columns.mu[j].modulus() * slack;
     let mut form = Mat::<c64>::zeros(k, k);
     let mut error = Mat::<f64>::zeros(k, k);
     for (a, &i) in group.members.iter().enumerate() {
-        let exponent = columns.mu[i].conj();
+        let exponent = columns.mu[i].conjugate();
         let by = exponent.to_c64() * sign;
         for (b, &j) in group.members.iter().enumerate() {
             let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
             let parts = sheets[j].rest.iter().zip(&sheets[j].image);
             for (x, (v, u)) in sheets[i].x.iter().zip(parts) {
-                let conj = c64::new(x.value.re, -x.value.im);
-                sum += conj * (v.value + by * u.value);
+                let conjugate = c64::new(x.value.re, -x.value.im);
+                sum += conjugate * (v.value + by * u.value);
                 sizes += modulus(x) * (modulus(v) + mu(i) * modulus(u));
                 off += x.error * (modulus(v) + mu(i) * modulus(u))
                     + modulus(x) * (v.error + (mu(i) * u.error + exponent.low() * modulus(u)));

@@ -203,7 +203,7 @@ fn better(
         };
         let real = members.iter().any(|&j| own(j) || columns.mu[j].im.hi == 0.0);
         let centre = centre(columns, &members, real);
-        let shift = |j: usize| columns.mu[j].sub(centre).to_c64();
+        let shift = |j: usize| columns.mu[j].sub(&centre).to_c64();
         if let Some(turn) = turn(couplings, members, &columns.twin, shift) {
             turn.members.iter().for_each(|&j| turned[j] = true);
             next.turn(&turn, centre);
@@ -222,7 +222,7 @@ fn better(
 fn centre(columns: &Columns, members: &[usize], real: bool) -> Complex {
     let mut sum = Complex::ZERO;
     for &j in members {
-        sum = sum.add(columns.mu[j]);
+        sum = sum.add(&columns.mu[j]);
     }
     let by = DoubleDouble::exact(members.len() as f64);
     Complex { re: sum.re / by, im: if real { DoubleDouble::ZERO } else { sum.im / by } }
@@ -242,7 +242,7 @@ impl Columns {
             for (c, &j) in turn.members.iter().enumerate() {
                 let by = Complex::from_c64(weight(c));
                 for (sum, x) in sum.iter_mut().zip(&from[j]) {
-                    *sum = sum.add(by.mul(*x));
+                    *sum = sum.add(&by.mul(x));
                 }
             }
             sum
@@ -252,13 +252,13 @@ impl Columns {
             let x = combine(&self.x, &|c| turn.right[(c, a)]);
             let y = combine(&self.y, &|c| turn.left[(a, c)]);
             // The lengths of x and y balance as before.
-            let length = |v: &[Complex]| v.iter().map(|x| x.size() * x.size()).sum::<f64>().sqrt();
+            let length = |v: &[Complex]| v.iter().map(|x| x.modulus() * x.modulus()).sum::<f64>().sqrt();
             let old = length(&self.x[turn.members[a]]);
             let by = old / length(&x);
-            let mu = centre.add(Complex::from_c64(turn.steps[a]));
+            let mu = centre.add(&Complex::from_c64(turn.steps[a]));
             let scale = |v: Vec<Complex>, by: f64| -> Vec<Complex> {
                 let by = Complex::from_c64(c64::new(by, 0.0));
-                v.into_iter().map(|x| x.mul(by)).collect()
+                v.into_iter().map(|x| x.mul(&by)).collect()
             };
             new.push((mu, scale(x, by), scale(y, 1.0 / by)));
         }
@@ -291,9 +291,9 @@ impl Columns {
     fn mirror(&mut self) {
         for j in 0..self.count() {
             if let Some(i) = self.twin[j] {
-                self.mu[j] = self.mu[i].conj();
-                self.x[j] = self.x[i].iter().map(|x| x.conj()).collect();
-                self.y[j] = self.y[i].iter().map(|y| y.conj()).collect();
+                self.mu[j] = self.mu[i].conjugate();
+                self.x[j] = self.x[i].iter().map(|x| x.conjugate()).collect();
+                self.y[j] = self.y[i].iter().map(|y| y.conjugate()).collect();
             }
         }
     }

@@ -105,21 +105,23 @@ pub(super) fn status(
                     && (0..m).all(|k| {
                         k == j || {
                             let other = columns.mu[k];
-                            let apart = other.sub(mirrored).size() * (1.0 - 1e-14);
+                            let apart = other.sub(&mirrored).modulus() * (1.0 - 1e-14);
                             // Exponents of more bits are rounded to double-double here.
-                            let rounding = 1e-30 * (other.size() + mirrored.size());
+                            let rounding = 1e-30 * (other.modulus() + mirrored.modulus());
                             apart > up(disc + discs[k].0 + rounding)
                         }
                     })
             };
-            let conj = columns.mu[j].conj();
-            let across = Complex { re: -conj.re, im: -conj.im };
+            let conjugate = columns.mu[j].conjugate();
+            let across = Complex { re: -conjugate.re, im: -conjugate.im };
             let near = |part: f64| part.abs() <= up(radius);
             let growth_zero = !of_zero
                 && (facts.definite
                     || facts.paired && near(re) && (alone(across) || facts.gyroscopic && shared > 1 && on_axis(j)));
-            let omega_zero =
-                !of_zero && !facts.definite && near(im) && (alone(conj) || facts.symmetric && shared > 1 && on_axis(j));
+            let omega_zero = !of_zero
+                && !facts.definite
+                && near(im)
+                && (alone(conjugate) || facts.symmetric && shared > 1 && on_axis(j));
             let Value { growth, omega, wide } = value(j, radius);
             let size = re.hypot(im);
             let part = |zero: bool, value: &Ball, wide: Option<&Big>| {

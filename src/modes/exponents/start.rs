@@ -429,8 +429,8 @@ fn assemble(
             continue;
         }
         if mu[j].im < 0.0 {
-            let conj = |of: &Vec<Complex>| of.iter().map(|x| x.conj()).collect::<Vec<_>>();
-            let (a, b) = (conj(&x[j - 1]), conj(&y[j - 1]));
+            let conjugate = |of: &Vec<Complex>| of.iter().map(|x| x.conjugate()).collect::<Vec<_>>();
+            let (a, b) = (conjugate(&x[j - 1]), conjugate(&y[j - 1]));
             x.push(a);
             y.push(b);
             twin[j] = Some(j - 1);

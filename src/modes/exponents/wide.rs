@@ -76,8 +76,8 @@ pub(super) fn climb(
             if let Some(i) = columns.base.twin[j]
                 && columns.wide[i].is_some()
             {
-                sheets[j] = sheets[i].conj();
-                columns.base.mu[j] = columns.base.mu[i].conj();
+                sheets[j] = sheets[i].conjugate();
+                columns.base.mu[j] = columns.base.mu[i].conjugate();
             }
         }
         let distance = |i: usize, j: usize| {
@@ -190,13 +190,13 @@ fn better(
         let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
         let by = Wide::from_c64(by, bits);
         let part = |d: c64| Wide::from_c64(if real { c64::new(d.re, 0.0) } else { d }, bits);
-        let x: Vec<Wide> = column.x.iter().zip(dx).map(|(x, d)| x.add(&part(d)).center(bits)).collect();
+        let x: Vec<Wide> = column.x.iter().zip(dx).map(|(x, d)| x.add(&part(d)).rounded(bits)).collect();
         let y: Vec<Wide> = column
             .y
             .iter()
             .zip(dy)
             .map(|(y, d)| {
-                let mut y = y.add(&part(d)).mul(&by).center(bits);
+                let mut y = y.add(&part(d)).mul(&by).rounded(bits);
                 if real {
                     y.im = Big::zero(bits);
                 }
@@ -217,7 +217,7 @@ fn centre(columns: &WideColumns, members: &[usize], real: bool) -> Option<Wide> 
         sum = sum.add(&columns.mu(j)?);
     }
     let by = &Big::one(bits) / &Big::from_f64(members.len() as f64, bits);
-    let mut mean = sum.times(&by).center(bits);
+    let mut mean = sum.times(&by).rounded(bits);
     if real {
         mean.im = Big::zero(bits);
     }

@@ -100,14 +100,14 @@ impl WideColumn {
         Self { mu, x, y, image: Vec::new(), slope: Vec::new() }
     }
 
-    fn conj(&self) -> Self {
-        let conj = |v: &[Wide]| v.iter().map(Wide::conj).collect();
+    fn conjugate(&self) -> Self {
+        let conjugate = |v: &[Wide]| v.iter().map(Wide::conjugate).collect();
         Self {
-            mu: self.mu.conj(),
-            x: conj(&self.x),
-            y: conj(&self.y),
-            image: conj(&self.image),
-            slope: conj(&self.slope),
+            mu: self.mu.conjugate(),
+            x: conjugate(&self.x),
+            y: conjugate(&self.y),
+            image: conjugate(&self.image),
+            slope: conjugate(&self.slope),
         }
     }
 
@@ -143,7 +143,7 @@ impl WideColumns {
 
     pub(super) fn get(&self, j: usize) -> Option<WideColumn> {
         match self.base.twin[j] {
-            Some(i) => self.wide[i].as_ref().map(WideColumn::conj),
+            Some(i) => self.wide[i].as_ref().map(WideColumn::conjugate),
             None => self.wide[j].clone(),
         }
     }
@@ -166,7 +166,7 @@ impl WideColumns {
 
     pub(super) fn mu(&self, j: usize) -> Option<Wide> {
         match self.base.twin[j] {
-            Some(i) => self.wide[i].as_ref().map(|column| column.mu.conj()),
+            Some(i) => self.wide[i].as_ref().map(|column| column.mu.conjugate()),
             None => self.wide[j].as_ref().map(|column| column.mu.clone()),
         }
     }
@@ -176,10 +176,10 @@ impl WideColumns {
         match (self.mu(i), self.mu(j)) {
             (Some(a), Some(b)) => a.sub(&b).to_c64(),
             _ => {
-                let difference = self.base.mu[i].sub(self.base.mu[j]);
+                let difference = self.base.mu[i].sub(&self.base.mu[j]);
                 // A column of many bits is rounded to 2^-104 of itself here; closer ones count as not apart.
-                let size = self.base.mu[i].size() + self.base.mu[j].size();
-                if difference.size() > 1e-15 * size { difference.to_c64() } else { c64::new(0.0, 0.0) }
+                let size = self.base.mu[i].modulus() + self.base.mu[j].modulus();
+                if difference.modulus() > 1e-15 * size { difference.to_c64() } else { c64::new(0.0, 0.0) }
             }
         }
     }
@@ -188,8 +188,8 @@ impl WideColumns {
     pub(super) fn widen(&mut self, which: &[usize]) {
         for &j in which {
             if self.base.twin[j].is_none() && j >= self.base.together() && self.wide[j].is_none() {
-                let wide = |v: &[Complex]| v.iter().map(|x| Wide::from_complex(*x, self.bits)).collect();
-                let mu = Wide::from_complex(self.base.mu[j], self.bits);
+                let wide = |v: &[Complex]| v.iter().map(|x| Wide::from_complex(x, self.bits)).collect();
+                let mu = Wide::from_complex(&self.base.mu[j], self.bits);
                 let (x, y) = (wide(&self.base.x[j]), wide(&self.base.y[j]));
                 self.wide[j] = Some(WideColumn::new(mu, x, y));
             }
@@ -205,7 +205,7 @@ pub(super) fn half(bits: usize) -> usize {
 fn approximate(x: &Wide) -> Approximate {
     let value = x.to_c64();
     let size = value.re.hypot(value.im);
-    Approximate { value, error: x.radius() + size * 2f64.powi(-50) + 1e-300 }
+    Approximate { value, error: x.radius().to_f64() + size * 2f64.powi(-50) + 1e-300 }
 }
 
 pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
@@ -221,7 +221,8 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
             })
             .collect()
     };
-    let mut mu = column.mu.clone().with_bits(bits);
+    let mu = column.mu.clone();
+    let mut mu = Wide::new(mu.re.with_bits(bits), mu.im.with_bits(bits));
     let mut residual = quadratic(&mu, &of_x);
     let against =
         |residual: &[Wide]| column.y.iter().zip(residual).fold(Wide::zero(bits), |sum, (y, r)| sum.add(&y.mul(r)));
@@ -235,16 +236,16 @@ pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
         }
         let step = over.div(&under);
         // Where exponents meet, a step may lead anywhere.
-        if !step.is_finite() || step.abs_upper() > 4.0 * mu.abs_upper() {
+        if !step.is_finite() || step.upper_bound().to_f64() > 4.0 * mu.upper_bound().to_f64() {
             break;
         }
-        mu = mu.sub(&step).center(bits);
+        mu = mu.sub(&step).rounded(bits);
         if real {
             mu.im = Big::zero(bits);
         }
         residual = quadratic(&mu, &of_x);
     }
-    let defect = against(&residual).abs_upper();
+    let defect = against(&residual).upper_bound().to_f64();
     let left = quadratic(&mu, &of_y);
     let all = |v: &[Wide]| v.iter().map(approximate).collect::<Vec<_>>();
     let rest: Vec<Wide> = of_x[1].iter().zip(&of_x[0]).map(|(v, u)| v.add(&mu.mul(u))).collect();
@@ -290,7 +291,7 @@ pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centr
             for (c, column) in old.iter().enumerate() {
                 let by = Wide::from_c64(weight(c), bits);
                 for (sum, x) in sum.iter_mut().zip(part(column)) {
-                    *sum = sum.add(&by.mul(x)).center(bits);
+                    *sum = sum.add(&by.mul(x)).rounded(bits);
                 }
             }
             sum
@@ -307,7 +308,7 @@ pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centr
             let by = Big::from_f64(by, bits);
             v.iter()
                 .map(|x| {
-                    let mut x = x.times(&by).center(bits);
+                    let mut x = x.times(&by).rounded(bits);
                     if real {
                         x.im = Big::zero(bits);
                     }
