@@ -83,8 +83,8 @@
 //!
 //! Errors are one enum a stage, collected in [`Error`](enum@crate::Error); each turns into a
 //! [`Diagnostic`](diagnostic::Diagnostic) with a code, its places and the fix. The library never prints,
-//! never panics on any input, and never reads a file it was not handed. Results as text and JSON come with
-//! the feature `cli`; the folder `schema` describes the JSON.
+//! never panics on any input, and never reads a file it was not handed. Results as text, JSON, CSV, LaTeX and pictures come with
+//! the feature `report`; the folder `schema` describes the JSON.
 //!
 //! # What may change
 //!
@@ -176,5 +176,5 @@ pub mod amplitude;
 #[cfg(feature = "engine")]
 pub mod chart;
 
-#[cfg(feature = "cli")]
+#[cfg(feature = "report")]
 pub mod report;
