@@ -1,20 +1,63 @@
-//! The columns in double-double: residuals, quotients and improvement.
+//! Columns: approximate exponents with their vectors; residuals, quotients and improvement in numbers of any precision.
 
 use faer::c64;
 
 use super::super::dense::{Matrix, Plain};
-use super::complex::Complex;
+use super::certify::Certificate;
+use super::complex::{Complex, Exact, part, rounded};
 use super::couplings::{Approximate, Couplings, Link, Sheet};
-use super::scale::{Enclosure, Scaled};
-use super::start::Start;
-use crate::precision::{U2, up};
+use super::resolve::{Turn, members};
+use super::scale::{self, Scaled};
+use super::spectrum::Value;
+use crate::precision::{self, Ball, Enclosure, Magnitude, up};
 
-/// Approximate vectors and exponents, all exact numbers but for the given vectors of the kernel.
+/// Quotients are taken so often.
+const QUOTIENTS: usize = 2;
+
+/// An exponent with its vector and left vector: approximations that are exact numbers, but for the given vectors of the kernel.
 #[derive(Clone)]
+pub(super) struct Column<S> {
+    pub(super) mu: precision::Complex<S>,
+    pub(super) x: Vec<precision::Complex<S>>,
+    pub(super) y: Vec<precision::Complex<S>>,
+}
+
+impl<S: Exact> Column<S> {
+    pub(super) fn conjugate(&self) -> Self {
+        Self { mu: self.mu.conjugate(), x: conjugate(&self.x), y: conjugate(&self.y) }
+    }
+
+    pub(super) fn is_real(&self) -> bool {
+        Enclosure::is_zero(&self.mu.im)
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        self.mu.is_finite() && self.x.iter().chain(&self.y).all(precision::Complex::is_finite)
+    }
+
+    /// With steps added to the vectors, the left one divided by Q_jj; `None` where that leaves the range of numbers.
+    pub(super) fn improved(&self, steps: (Vec<c64>, Vec<c64>), unit: c64, precision: S::Precision) -> Option<Self> {
+        let real = self.is_real();
+        let number = |z| precision::Complex::<S>::from_c64(z, precision);
+        let added = |z: &precision::Complex<S>, step: c64| z.add(&number(part(step, real)));
+        let by = c64::new(1.0, 0.0) / unit;
+        let by = number(if (by.re + by.im).is_finite() { by } else { c64::new(1.0, 0.0) });
+        let (dx, dy) = steps;
+        let x = self.x.iter().zip(dx).map(|(x, step)| rounded(&added(x, step), real, precision));
+        let y = self.y.iter().zip(dy).map(|(y, step)| rounded(&added(y, step).mul(&by), real, precision));
+        let improved = Self { mu: self.mu.clone(), x: x.collect(), y: y.collect() };
+        improved.is_finite().then_some(improved)
+    }
+}
+
+pub(super) fn conjugate<S: Exact>(vector: &[precision::Complex<S>]) -> Vec<precision::Complex<S>> {
+    vector.iter().map(precision::Complex::conjugate).collect()
+}
+
+/// The columns of a problem, in double-double.
+#[derive(Clone, Default)]
 pub(super) struct Columns {
-    pub(super) mu: Vec<Complex>,
-    pub(super) x: Vec<Vec<Complex>>,
-    pub(super) y: Vec<Vec<Complex>>,
+    pub(super) all: Vec<Column<Ball>>,
     /// The column that this one is the exact conjugate of.
     pub(super) twin: Vec<Option<usize>>,
     pub(super) zeros: usize,
@@ -23,13 +66,12 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn new(start: Start) -> Self {
-        let Start { mu, x, y, twin, zeros, chains, links } = start;
-        Self { mu: mu.into_iter().map(Complex::from_c64).collect(), x, y, twin, zeros, chains, links }
+    pub(super) fn count(&self) -> usize {
+        self.all.len()
     }
 
-    pub(super) fn count(&self) -> usize {
-        self.mu.len()
+    pub(super) fn mu(&self, j: usize) -> &Complex {
+        &self.all[j].mu
     }
 
     /// How many columns belong to the exponent 0.
@@ -39,8 +81,127 @@ impl Columns {
 
     /// |μ_i - μ_j|, nearly.
     pub(super) fn distance(&self, i: usize, j: usize) -> f64 {
-        self.mu[i].sub(&self.mu[j]).modulus()
+        self.mu(i).sub(self.mu(j)).modulus()
     }
+
+    /// Whether a column is neither the conjugate of another nor has one.
+    pub(super) fn is_single(&self, j: usize) -> bool {
+        self.twin[j].is_none() && !self.twin.contains(&Some(j))
+    }
+
+    /// The exponent with this radius.
+    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
+        let mu = self.mu(j).with_added_radius(Magnitude::from_f64(radius));
+        Value::new(mu.re, mu.im)
+    }
+
+    /// Puts the turned columns in the place of the members.
+    pub(super) fn put(&mut self, turn: &Turn, new: Vec<Column<Ball>>) {
+        let paired = turn.twin.iter().any(Option::is_some);
+        for (a, column) in new.into_iter().enumerate() {
+            let j = turn.members[a];
+            if paired || self.twin[j].is_some() || column.is_real() {
+                self.twin[j] = turn.twin[a].map(|b| turn.members[b]);
+            }
+            self.all[j] = column;
+        }
+    }
+
+    /// Conjugates as what they are.
+    pub(super) fn mirror(&mut self) {
+        for j in 0..self.count() {
+            if let Some(i) = self.twin[j] {
+                self.all[j] = self.all[i].conjugate();
+            }
+        }
+    }
+
+    /// Turns each group that lacks digits and is not resolved, by `turn` with its members and whether they are closed under
+    /// conjugation; tells which columns have been turned.
+    pub(super) fn turn_groups(
+        &self,
+        certificate: &Certificate,
+        lacking: &[usize],
+        turn: &mut dyn FnMut(Vec<usize>, bool) -> bool,
+    ) -> Vec<bool> {
+        let mut turned = vec![false; self.count()];
+        for group in &certificate.groups {
+            if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
+                continue;
+            }
+            let Some(members) = members(&group.members, &self.twin, self.together()) else {
+                continue;
+            };
+            if members.len() < 2 || members.iter().any(|&j| turned[j]) {
+                continue;
+            }
+            let paired = |j: usize| {
+                let of = |k: usize| self.twin[k] == Some(j) && members.contains(&k);
+                self.twin[j].is_some_and(|i| members.contains(&i)) || (0..self.count()).any(of)
+            };
+            let real = members.iter().any(|&j| paired(j) || self.is_single(j));
+            if turn(members.clone(), real) {
+                members.iter().for_each(|&j| turned[j] = true);
+            }
+        }
+        turned
+    }
+}
+
+/// The mean of the exponents of a group; real where the group is closed under conjugation.
+pub(super) fn center<S: Exact>(
+    exponents: &[precision::Complex<S>],
+    real: bool,
+    precision: S::Precision,
+) -> precision::Complex<S> {
+    let zero = precision::Complex::zero(precision);
+    let sum = exponents.iter().fold(zero, |sum, mu| sum.add(mu));
+    let by = S::exact(1.0, precision).div(&S::exact(exponents.len() as f64, precision));
+    rounded(&sum.times(&by), real, precision)
+}
+
+/// The columns that a turn makes of the members of a group, with exponents as finely as `center`, vectors with `precision`; `None`
+/// where they leave the range of numbers. The lengths of x and y balance as before.
+pub(super) fn turned<S: Exact>(
+    old: &[Column<S>],
+    turn: &Turn,
+    center: &precision::Complex<S>,
+    (precision, fine): (S::Precision, S::Precision),
+) -> Option<Vec<Column<S>>> {
+    let n = old.first()?.x.len();
+    let length = |v: &[precision::Complex<S>]| {
+        let squares = v.iter().map(precision::Complex::to_c64).map(|x| x.re * x.re + x.im * x.im);
+        squares.sum::<f64>().sqrt()
+    };
+    let columns = (0..old.len()).map(|a| {
+        let combine = |part: &dyn Fn(&Column<S>) -> &[precision::Complex<S>], weight: &dyn Fn(usize) -> c64| {
+            let mut sum = vec![precision::Complex::<S>::zero(precision); n];
+            for (c, column) in old.iter().enumerate() {
+                let by = precision::Complex::from_c64(weight(c), precision);
+                for (sum, x) in sum.iter_mut().zip(part(column)) {
+                    *sum = rounded(&sum.add(&by.mul(x)), false, precision);
+                }
+            }
+            sum
+        };
+        let x = combine(&|column| &column.x, &|c| turn.right[(c, a)]);
+        let y = combine(&|column| &column.y, &|c| turn.left[(a, c)]);
+        let by = length(&old[a].x) / length(&x);
+        if !(by.is_finite() && by > 0.0) {
+            return None;
+        }
+        let single = turn.twin[a].is_none() && !turn.twin.contains(&Some(a));
+        let real = single && turn.steps[a].im == 0.0 && Enclosure::is_zero(&center.im);
+        let scaled = |v: Vec<precision::Complex<S>>, by: f64| {
+            let by = S::exact(by, precision);
+            v.iter().map(|x| rounded(&x.times(&by), real, precision)).collect()
+        };
+        let mu = center.add(&precision::Complex::from_c64(turn.steps[a], fine));
+        let mu = rounded(&mu, real, fine);
+        let column = Column { mu, x: scaled(x, by), y: scaled(y, 1.0 / by) };
+        column.is_finite().then_some(column)
+    });
+    columns.collect()
 }
 
 /// A matrix times complex columns, with a bound of the error of each entry.
@@ -51,7 +212,7 @@ struct Image {
 
 impl Image {
     /// `inexact`: by how much the vectors themselves may be off, for the first of them.
-    fn new(matrix: &Enclosure, x: &Matrix, inexact: &[Vec<f64>]) -> Self {
+    fn new(matrix: &scale::Enclosure, x: &Matrix, inexact: &[Vec<f64>]) -> Self {
         let (value, mut error) = matrix.times(x);
         for (j, radii) in inexact.iter().enumerate() {
             if radii.iter().all(|r| *r == 0.0) {
@@ -65,205 +226,149 @@ impl Image {
         Self { value, error }
     }
 
-    fn get(&self, i: usize, j: usize) -> (Complex, f64) {
-        let value = Complex { re: self.value.get(i, 2 * j), im: self.value.get(i, 2 * j + 1) };
-        (value, up(self.error.get(i, 2 * j) + self.error.get(i, 2 * j + 1)))
-    }
-
-    fn column(&self, j: usize) -> Vec<(Complex, f64)> {
-        (0..self.value.rows).map(|i| self.get(i, j)).collect()
+    fn column(&self, j: usize) -> Vec<Complex> {
+        let part = |i: usize, j: usize| Ball::new(self.value.get(i, j), self.error.get(i, j));
+        (0..self.value.rows).map(|i| Complex::new(part(i, 2 * j), part(i, 2 * j + 1))).collect()
     }
 }
 
-fn stacked(n: usize, columns: &[&Vec<Complex>]) -> Matrix {
+fn stacked<'a>(n: usize, columns: impl Iterator<Item = &'a Vec<Complex>>) -> Matrix {
+    let columns: Vec<_> = columns.collect();
     let mut matrix = Matrix::zeros(n, 2 * columns.len());
-    for (j, column) in columns.iter().enumerate() {
+    for (j, column) in columns.into_iter().enumerate() {
         for (i, x) in column.iter().enumerate() {
-            matrix.set(i, 2 * j, x.re);
-            matrix.set(i, 2 * j + 1, x.im);
+            matrix.set(i, 2 * j, x.re.mid);
+            matrix.set(i, 2 * j + 1, x.im.mid);
         }
     }
     matrix
 }
 
-/// (μ a + b) μ + c with a bound of its error.
-///
-/// By the bounds of [`Complex`] the evaluation costs 16 u² |μa|, 4 u² |μa + b|, 16 u² |μ||μa + b| and 4 u² of the
-/// result, in all less than 48 u² (|μ|²|a| + |μ||b| + |c|); errors of a, b and c come on top.
-fn quadratic(mu: Complex, a: (Complex, f64), b: (Complex, f64), c: (Complex, f64)) -> (Complex, f64) {
-    let value = mu.mul(&a.0).add(&b.0).mul(&mu).add(&c.0);
-    let m = mu.modulus() * (1.0 + 1e-15);
-    let sizes = m * m * a.0.modulus() + m * b.0.modulus() + c.0.modulus();
-    (value, up(48.0 * U2 * sizes * (1.0 + 1e-14) + m * m * a.1 + m * b.1 + c.1))
+/// A number in doubles.
+pub(super) fn approximate<S: Exact>(z: &precision::Complex<S>) -> Approximate {
+    let error = z.re.middle_error() + z.im.middle_error();
+    Approximate { value: z.to_c64(), error: if error == 0.0 { 0.0 } else { up(error) } }
 }
 
-/// A double-double number in doubles.
-fn rounded((value, error): (Complex, f64)) -> Approximate {
-    Approximate {
-        value: value.to_c64(),
-        error: if error == 0.0 && value.low() == 0.0 { 0.0 } else { up(error + value.low()) },
-    }
+fn approximates<S: Exact>(vector: &[precision::Complex<S>]) -> Vec<Approximate> {
+    vector.iter().map(approximate).collect()
 }
 
 /// What each column contributes, with exponents replaced by two-sided quotients.
 pub(super) fn measure(scaled: &Scaled, columns: &mut Columns) -> Vec<Sheet> {
     let n = scaled.n;
     let own: Vec<usize> = (0..columns.count()).filter(|&j| columns.twin[j].is_none()).collect();
-    let radii: Vec<Vec<f64>> = scaled.zero.iter().map(|v| v.iter().map(|x| x.radius).collect()).collect();
-    let x = stacked(n, &own.iter().map(|&j| &columns.x[j]).collect::<Vec<_>>());
-    let y = stacked(n, &own.iter().map(|&j| &columns.y[j]).collect::<Vec<_>>());
+    let radii: Vec<Vec<f64>> =
+        columns.all[..columns.zeros].iter().map(|column| column.x.iter().map(|x| x.re.radius).collect()).collect();
+    let x = stacked(n, own.iter().map(|&j| &columns.all[j].x));
+    let y = stacked(n, own.iter().map(|&j| &columns.all[j].y));
     let right = [&scaled.mass, &scaled.velocity, &scaled.stiffness].map(|a| Image::new(a, &x, &radii));
     let left = [&scaled.mass, &scaled.velocity_t, &scaled.stiffness_t].map(|a| Image::new(a, &y, &[]));
     let mut sheets: Vec<Option<Sheet>> = vec![None; columns.count()];
     for (at, &j) in own.iter().enumerate() {
-        let inexact = radii.get(j).map_or(&[] as &[f64], Vec::as_slice);
-        let of_x = |k: usize| right[k].column(at);
-        let of_y = |k: usize| left[k].column(at);
-        let sheet = if j < columns.together() {
-            // Columns of the exponent 0 are all their own; their places are the first.
-            let linked = |image: &Image, forward: bool| {
-                let mut sum = vec![(Complex::ZERO, 0.0); n];
-                for link in &columns.links {
-                    let (to, from) = if forward { (link.to, link.from) } else { (link.from, link.to) };
-                    if to != j {
-                        continue;
-                    }
-                    let by = Complex::from_c64(c64::new(link.value, 0.0));
-                    for (sum, (x, e)) in sum.iter_mut().zip(image.column(from)) {
-                        let term = by.mul(&x);
-                        let value = sum.0.add(&term);
-                        let rounding = U2 * (16.0 * term.modulus() + 4.0 * value.modulus());
-                        *sum = (value, up(sum.1 + e * link.value.abs() + rounding * (1.0 + 1e-14)));
-                    }
-                }
-                sum
-            };
-            zero_sheet(columns, j, inexact, &linked, (&right, &left), at)
+        sheets[j] = Some(if j < columns.together() {
+            zero_sheet(columns, j, &right, &left)
         } else {
-            let (u, v, w) = (of_x(0), of_x(1), of_x(2));
-            let (p, q, r) = (of_y(0), of_y(1), of_y(2));
-            let residuals =
-                |mu: Complex| -> Vec<(Complex, f64)> { (0..n).map(|i| quadratic(mu, u[i], v[i], w[i])).collect() };
-            let mut mu = columns.mu[j];
-            let mut residual = residuals(mu);
-            for _ in 0..2 {
-                let (mut over, mut under) = (Complex::ZERO, Complex::ZERO);
-                for (i, y) in columns.y[j].iter().enumerate() {
-                    over = over.add(&y.mul(&residual[i].0));
-                    let slope = mu.mul(&u[i].0);
-                    under = under.add(&y.mul(&slope.add(&slope).add(&v[i].0)));
-                }
-                let step = over.to_c64() / under.to_c64();
-                // Where exponents meet, a step may lead anywhere; also not finite.
-                if step.re.hypot(step.im) <= 4.0 * mu.modulus() {
-                    let next = mu.sub(&Complex::from_c64(step));
-                    mu = next;
-                    residual = residuals(mu);
-                }
-            }
-            columns.mu[j] = mu;
-            let mut defect = Complex::ZERO;
-            let (mut error, mut sizes) = (0.0, 0.0);
-            for (y, (value, e)) in columns.y[j].iter().zip(&residual) {
-                defect = defect.add(&y.mul(value));
-                error += y.modulus() * e;
-                sizes += y.modulus() * value.modulus();
-            }
-            // Products cost 16 u² each, n sums at most 4 n u² of all.
-            let error = error * (1.0 + 1e-13) + (16.0 + 4.0 * n as f64) * U2 * sizes * (1.0 + 1e-13);
-            let size = mu.modulus() * (1.0 + 1e-15);
-            Sheet {
-                x: columns.x[j].iter().map(|x| rounded((*x, 0.0))).collect(),
-                y: columns.y[j].iter().map(|y| rounded((*y, 0.0))).collect(),
-                left: (0..n).map(|i| rounded(quadratic(mu, p[i], q[i], r[i]))).collect(),
-                rest: (0..n)
-                    .map(|i| {
-                        // D x + μ M x
-                        let product = mu.mul(&u[i].0);
-                        let sum = product.add(&v[i].0);
-                        let rounding = U2 * (20.0 * product.modulus() + 4.0 * v[i].0.modulus());
-                        rounded((sum, up(v[i].1 + size * u[i].1 + rounding * (1.0 + 1e-14))))
-                    })
-                    .collect(),
-                turned: columns.y[j]
-                    .iter()
-                    .map(|y| {
-                        let product = mu.mul(y);
-                        rounded((product, up(17.0 * U2 * product.modulus())))
-                    })
-                    .collect(),
-                image: u.into_iter().map(rounded).collect(),
-                residual: residual.into_iter().map(rounded).collect(),
-                defect: up(defect.modulus() * (1.0 + 1e-15) + error),
-            }
-        };
-        sheets[j] = Some(sheet);
+            let of = |images: &[Image; 3]| images.each_ref().map(|image| image.column(at));
+            sheet(&mut columns.all[j], &of(&right), &of(&left), ())
+        });
     }
     for j in 0..columns.count() {
         if let Some(i) = columns.twin[j] {
-            columns.mu[j] = columns.mu[i].conjugate();
+            columns.all[j].mu = columns.mu(i).conjugate();
             sheets[j] = sheets[i].as_ref().map(Sheet::conjugate);
         }
     }
     sheets.into_iter().flatten().collect()
 }
 
-/// Σ over the links of a column of the images of the columns at their other ends: forward (XT)_j, else (TYᵀ)_j.
-type Linked<'a> = dyn Fn(&Image, bool) -> Vec<(Complex, f64)> + 'a;
-
-/// A column of the exponent 0. With x̃ = (XT)_j, a combination of vectors of the kernel, the residual is D x̃ + S x_j,
-/// and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
-fn zero_sheet(
-    columns: &Columns,
-    j: usize,
-    inexact: &[f64],
-    linked: &Linked<'_>,
-    (right, left): (&[Image; 3], &[Image; 3]),
-    at: usize,
+/// What a column contributes that is none of the exponent 0, its exponent replaced by the two-sided quotient. `of_x` are M x, D x
+/// and S x, `of_y` those of the transposes and y.
+pub(super) fn sheet<S: Exact>(
+    column: &mut Column<S>,
+    of_x: &[Vec<precision::Complex<S>>; 3],
+    of_y: &[Vec<precision::Complex<S>>; 3],
+    precision: S::Precision,
 ) -> Sheet {
-    let n = columns.x[j].len();
-    let sum = |a: Vec<(Complex, f64)>, b: Vec<(Complex, f64)>| -> Vec<(Complex, f64)> {
-        a.into_iter()
-            .zip(b)
-            .map(|(a, b)| {
-                let value = a.0.add(&b.0);
-                (value, up(a.1 + b.1 + 4.0 * U2 * value.modulus() * (1.0 + 1e-14)))
-            })
-            .collect()
+    type Vector<S> = Vec<precision::Complex<S>>;
+    let real = column.is_real();
+    let quadratic = |mu: &precision::Complex<S>, parts: &[Vector<S>; 3]| -> Vector<S> {
+        let [u, v, w] = parts;
+        let parts = u.iter().zip(v).zip(w);
+        parts.map(|((u, v), w)| mu.mul(u).add(v).mul(mu).add(w)).collect()
+    };
+    let zero = precision::Complex::<S>::zero(precision);
+    let against = |vector: &[precision::Complex<S>]| {
+        let terms = column.y.iter().zip(vector);
+        terms.fold(zero.clone(), |sum, (y, r)| sum.add(&y.mul(r)))
+    };
+    let mut mu = rounded(&column.mu, real, precision);
+    let mut residual = quadratic(&mu, of_x);
+    for _ in 0..QUOTIENTS {
+        let slopes = of_x[0].iter().zip(&of_x[1]).map(|(u, v)| {
+            let slope = mu.mul(u);
+            slope.add(&slope).add(v)
+        });
+        let step = against(&residual).div(&against(&slopes.collect::<Vec<_>>())).center();
+        // Where exponents meet, a step may lead anywhere.
+        if !step.is_finite() || step.upper_bound() > mu.upper_bound() * Magnitude::from_f64(4.0) {
+            break;
+        }
+        mu = rounded(&mu.sub(&step), real, precision);
+        residual = quadratic(&mu, of_x);
+    }
+    let rest: Vector<S> = of_x[1].iter().zip(&of_x[0]).map(|(v, u)| v.add(&mu.mul(u))).collect();
+    let turned: Vector<S> = column.y.iter().map(|y| mu.mul(y)).collect();
+    let sheet = Sheet {
+        x: approximates(&column.x),
+        y: approximates(&column.y),
+        left: approximates(&quadratic(&mu, of_y)),
+        image: approximates(&of_x[0]),
+        rest: approximates(&rest),
+        turned: approximates(&turned),
+        defect: against(&residual).upper_bound().to_f64(),
+        residual: approximates(&residual),
+    };
+    column.mu = mu;
+    sheet
+}
+
+/// A column of the exponent 0; these are all their own, and the first. With x̃ = (XT)_j, a combination of vectors of the kernel,
+/// the residual is D x̃ + S x_j, and exactly 0 for a vector of the kernel; from the left Dᵀ ỹ + Sᵀ y_j with ỹ = (TYᵀ)_j.
+fn zero_sheet(columns: &Columns, j: usize, right: &[Image; 3], left: &[Image; 3]) -> Sheet {
+    let Column { x, y, .. } = &columns.all[j];
+    let none = vec![Complex::zero(()); x.len()];
+    let sum = |a: Vec<Complex>, b: &[Complex]| -> Vec<Complex> { a.iter().zip(b).map(|(a, b)| a.add(b)).collect() };
+    // Σ over the links of a column of what belongs to the columns at their other ends.
+    let linked = |forward: bool, vector: &dyn Fn(usize) -> Vec<Complex>| {
+        columns.links.iter().fold(none.clone(), |total, link| {
+            let (to, from) = if forward { (link.to, link.from) } else { (link.from, link.to) };
+            if to != j {
+                return total;
+            }
+            let by = Ball::exact(link.value);
+            sum(total, &vector(from).iter().map(|x| x.times(&by)).collect::<Vec<_>>())
+        })
     };
     let residual = if j < columns.zeros {
-        vec![(Complex::ZERO, 0.0); n]
+        none.clone()
     } else {
-        sum(linked(&right[1], true), right[2].column(at))
+        sum(linked(true, &|from| right[1].column(from)), &right[2].column(j))
     };
-    let turned: Vec<(Complex, f64)> = (0..n)
-        .map(|i| {
-            let mut total = (Complex::ZERO, 0.0);
-            for link in columns.links.iter().filter(|link| link.from == j) {
-                let by = Complex::from_c64(c64::new(link.value, 0.0));
-                let term = by.mul(&columns.y[link.to][i]);
-                let value = total.0.add(&term);
-                let rounding = U2 * (16.0 * term.modulus() + 4.0 * value.modulus());
-                total = (value, up(total.1 + rounding * (1.0 + 1e-14)));
-            }
-            total
-        })
-        .collect();
-    let from_left = sum(linked(&left[1], false), left[2].column(at));
-    let rest = sum(right[1].column(at), linked(&right[0], true));
+    let turned = linked(false, &|from| columns.all[from].y.clone());
+    let from_left = sum(linked(false, &|from| left[1].column(from)), &left[2].column(j));
+    let rest = sum(right[1].column(j), &linked(true, &|from| right[0].column(from)));
     // Moduli of y may be large where exponents near 0 are hardly separated: the plain sum does.
-    let defect: f64 =
-        columns.y[j].iter().zip(&residual).map(|(y, (value, error))| y.modulus() * (value.modulus() + error)).sum();
-    let x = columns.x[j].iter().enumerate();
+    let sizes = y.iter().zip(&residual).map(|(y, r)| y.upper_bound() * r.upper_bound());
     Sheet {
-        x: x.map(|(i, x)| rounded((*x, inexact.get(i).copied().unwrap_or(0.0)))).collect(),
-        y: columns.y[j].iter().map(|y| rounded((*y, 0.0))).collect(),
-        residual: residual.into_iter().map(rounded).collect(),
-        left: from_left.into_iter().map(rounded).collect(),
-        image: right[0].column(at).into_iter().map(rounded).collect(),
-        rest: rest.into_iter().map(rounded).collect(),
-        turned: turned.into_iter().map(rounded).collect(),
-        defect: up(defect * (1.0 + (n as f64 + 8.0) * f64::EPSILON)),
+        x: approximates(x),
+        y: approximates(y),
+        left: approximates(&from_left),
+        image: approximates(&right[0].column(j)),
+        rest: approximates(&rest),
+        turned: approximates(&turned),
+        defect: sizes.fold(Magnitude::ZERO, |sum, size| sum + size).to_f64(),
+        residual: approximates(&residual),
     }
 }
 
@@ -277,7 +382,7 @@ pub(super) fn steps<'a>(
     difference: impl Fn(usize) -> c64,
     skip: impl Fn(usize) -> bool,
 ) -> (Vec<c64>, Vec<c64>) {
-    let n = columns.x[j].len();
+    let n = columns.all[j].x.len();
     let zero = c64::new(0.0, 0.0);
     let (mut right, mut left) = (vec![zero; columns.count()], vec![zero; columns.count()]);
     for i in (0..columns.count()).filter(|&i| i != j && !skip(i)) {
@@ -309,44 +414,4 @@ pub(super) fn steps<'a>(
     let x = sum(&right, &|i| &sheets[i].x);
     let y = sum(&left, &|i| &sheets[i].y);
     (x, y)
-}
-
-/// One step for each of the given columns, and left vectors rescaled so that Q_jj is nearly 1.
-pub(super) fn improve(
-    couplings: &Couplings,
-    columns: &mut Columns,
-    sheets: &[Sheet],
-    which: &[usize],
-    skip: impl Fn(usize, usize) -> bool,
-) {
-    let mut changes = Vec::with_capacity(which.len());
-    for &j in which {
-        let difference = |i: usize| columns.mu[j].sub(&columns.mu[i]).to_c64();
-        changes.push(steps(couplings, columns, sheets, j, difference, |i| skip(j, i)));
-    }
-    for (&j, (dx, dy)) in which.iter().zip(changes) {
-        let real = columns.mu[j].im.hi == 0.0 && columns.mu[j].im.lo == 0.0;
-        let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
-        for (x, dx) in columns.x[j].iter_mut().zip(dx) {
-            let dx = if real { c64::new(dx.re, 0.0) } else { dx };
-            *x = x.add(&Complex::from_c64(dx));
-        }
-        for (y, dy) in columns.y[j].iter_mut().zip(dy) {
-            let dy = if real { c64::new(dy.re, 0.0) } else { dy };
-            *y = y.add(&Complex::from_c64(dy));
-            let scaled = y.mul(&Complex::from_c64(by));
-            if scaled.is_finite() {
-                *y = scaled;
-                if real {
-                    y.im = crate::precision::DoubleDouble::ZERO;
-                }
-            }
-        }
-    }
-    for j in 0..columns.count() {
-        if let Some(i) = columns.twin[j] {
-            columns.x[j] = columns.x[i].iter().map(|x| x.conjugate()).collect();
-            columns.y[j] = columns.y[i].iter().map(|y| y.conjugate()).collect();
-        }
-    }
 }

@@ -1,56 +1,63 @@
-//! Complex numbers in double-double and of any precision.
+//! Complex numbers in double-double and of any precision, with bounds of their parts.
 
 use faer::c64;
 
-use crate::precision::{self, Big, DoubleDouble};
+use crate::precision::{self, Ball, Big, Enclosure};
 
 /// A complex number in double-double.
-///
-/// Sums are off by at most 4 u² of the result in each part, so of its modulus. A part of a product is a sum
-/// of two products off by 6 u² each: at most (6 + 4 (1 + 6 u²)) u² (|ac| + |bd|) <= 11 u² |z||w|, so that the
-/// modulus is off by at most 16 u² |z||w|.
-pub(super) type Complex = precision::Complex<DoubleDouble>;
+pub(super) type Complex = precision::Complex<Ball>;
 
-impl Complex {
-    pub(super) const ZERO: Self = Self { re: DoubleDouble::ZERO, im: DoubleDouble::ZERO };
+/// A complex number of any precision.
+pub(super) type Wide = precision::Complex<Big>;
 
-    pub(super) fn from_c64(value: c64) -> Self {
-        Self::new(value.re.into(), value.im.into())
-    }
+/// Enclosures whose midpoints can be taken as numbers.
+pub(super) trait Exact: Enclosure {
+    /// The midpoint, rounded to the precision and taken to be exactly that.
+    fn rounded(&self, precision: Self::Precision) -> Self;
+}
 
-    /// The nearest pair of doubles: off by at most u of each part.
-    pub(super) fn to_c64(&self) -> c64 {
-        c64::new(self.re.hi, self.im.hi)
-    }
-
-    /// What [`Complex::to_c64`] loses, from above.
-    pub(super) fn low(&self) -> f64 {
-        self.re.lo.abs() + self.im.lo.abs()
-    }
-
-    /// The modulus, about.
-    pub(super) fn modulus(&self) -> f64 {
-        self.re.hi.hypot(self.im.hi)
+impl Exact for Ball {
+    fn rounded(&self, (): ()) -> Self {
+        self.center()
     }
 }
 
-/// A complex number of any precision, each part with its bound.
-pub(super) type Wide = precision::Complex<Big>;
+impl Exact for Big {
+    fn rounded(&self, bits: usize) -> Self {
+        self.center().with_bits(bits).center()
+    }
+}
+
+/// Both parts rounded, and the imaginary one left out where the number is known to be real.
+pub(super) fn rounded<S: Exact>(
+    z: &precision::Complex<S>,
+    real: bool,
+    precision: S::Precision,
+) -> precision::Complex<S> {
+    let im = if real { S::exact(0.0, precision) } else { z.im.rounded(precision) };
+    precision::Complex::new(z.re.rounded(precision), im)
+}
+
+/// A pair of doubles, without the imaginary one where the number is known to be real.
+pub(super) fn part(z: c64, real: bool) -> c64 {
+    if real { c64::new(z.re, 0.0) } else { z }
+}
+
+impl Complex {
+    /// The modulus, about.
+    pub(super) fn modulus(&self) -> f64 {
+        self.re.mid.hi.hypot(self.im.mid.hi)
+    }
+}
 
 impl Wide {
     pub(super) fn from_complex(value: &Complex, bits: usize) -> Self {
-        Self::new(Big::from_double_double(value.re, bits), Big::from_double_double(value.im, bits))
+        Self::new(Big::from_ball(&value.re, bits), Big::from_ball(&value.im, bits))
     }
 
     /// The midpoint in double-double.
     pub(super) fn to_complex(&self) -> Complex {
-        let part = |x: &Big| x.center().to_ball().mid;
+        let part = |x: &Big| x.center().to_ball().center();
         Complex::new(part(&self.re), part(&self.im))
-    }
-
-    /// Rounded to so many bits, and taken to be exactly that.
-    pub(super) fn rounded(&self, bits: usize) -> Self {
-        let part = |x: &Big| x.center().with_bits(bits).center();
-        Self::new(part(&self.re), part(&self.im))
     }
 }

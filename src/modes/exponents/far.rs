@@ -5,15 +5,14 @@
 //! both sides are what elimination leaves at them. What the matrices are uncertain by is left to the bounds.
 
 use dashu_int::IBig;
-use faer::c64;
 
 use super::super::dense::Matrix;
 use super::basis::Metric;
 use super::blocks::Pencil;
-use super::complex::{Complex, Wide};
+use super::columns::{Column, Columns};
+use super::complex::Wide;
 use super::exact::exact;
 use super::scale::Scaled;
-use super::start::Start;
 use super::{IntegerQuadratic, Options, Units};
 use crate::precision::Big;
 
@@ -21,7 +20,7 @@ use crate::precision::Big;
 const DIGITS: usize = 20;
 
 /// Exponents and vectors of a problem without zero modes whose exponents are simple.
-pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
+pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
     let n = scaled.n;
     if !scaled.zero.is_empty() {
         return None;
@@ -36,15 +35,7 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
     let right = Pencil { matrices: &matrices, n };
     let turned = transposed(&matrices, n);
     let left = Pencil { matrices: &turned, n };
-    let mut start = Start {
-        mu: Vec::with_capacity(2 * n),
-        x: Vec::with_capacity(2 * n),
-        y: Vec::with_capacity(2 * n),
-        twin: Vec::with_capacity(2 * n),
-        zeros: 0,
-        chains: 0,
-        links: Vec::new(),
-    };
+    let mut columns = Columns::default();
     for root in found.roots.into_iter().chain(found.zero) {
         let blocks = root.blocks.filter(|_| root.multiplicity == 1)?;
         let x = blocks.heads.into_iter().next()?;
@@ -59,26 +50,23 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Start> {
         let square = x.iter().fold(Big::zero(bits), |sum, x| &sum + &(&(&x.re * &x.re) + &(&x.im * &x.im)));
         let length = (&Big::one(bits) / &(&square * &size(&lambda))).sqrt();
         let inverse = Wide { re: Big::one(bits), im: Big::zero(bits) }.div(&product.times(&length));
-        let x: Vec<Complex> = x.iter().map(|x| x.times(&length).to_complex()).collect();
-        let y: Vec<Complex> = y.iter().map(|y| y.mul(&inverse).to_complex()).collect();
-        if !x.iter().chain(&y).all(|x| x.is_finite()) {
+        let column = Column {
+            mu: lambda.to_complex(),
+            x: x.iter().map(|x| x.times(&length).to_complex()).collect(),
+            y: y.iter().map(|y| y.mul(&inverse).to_complex()).collect(),
+        };
+        if !column.is_finite() {
             return None;
         }
-        let mu = c64::new(lambda.re.mid_f64(), lambda.im.mid_f64());
-        let real = lambda.im.is_zero();
-        if !real {
-            start.mu.push(mu);
-            start.x.push(x.clone());
-            start.y.push(y.clone());
-            start.twin.push(None);
+        let conjugate = (!column.is_real()).then(|| column.conjugate());
+        columns.all.push(column);
+        columns.twin.push(None);
+        if let Some(conjugate) = conjugate {
+            columns.twin.push(Some(columns.count() - 1));
+            columns.all.push(conjugate);
         }
-        let conjugate = |v: &[Complex]| v.iter().map(Complex::conjugate).collect();
-        start.twin.push((!real).then(|| start.mu.len() - 1));
-        start.mu.push(if real { mu } else { c64::new(mu.re, -mu.im) });
-        start.x.push(if real { x } else { conjugate(&x) });
-        start.y.push(if real { y } else { conjugate(&y) });
     }
-    (start.mu.len() == 2 * n).then_some(start)
+    (columns.count() == 2 * n).then_some(columns)
 }
 
 /// The midpoints, all times one power of two.

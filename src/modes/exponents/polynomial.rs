@@ -3,7 +3,7 @@
 use dashu_int::ops::{Abs, DivRem, Gcd, UnsignedAbs};
 use dashu_int::{IBig, UBig};
 
-use super::complex::Wide;
+use super::complex::{Wide, rounded};
 use crate::precision::{Big, Magnitude};
 
 /// Coefficients by rising power, the last one not 0; empty for 0.
@@ -247,7 +247,7 @@ pub(super) fn roots(p: &Polynomial, bits: usize) -> Option<Vec<Root>> {
             let size = (z.re.mid_upper() + z.im.mid_upper()).log2();
             let change = (step.re.mid_upper() + step.im.mid_upper()).log2();
             most = most.max(change - size);
-            *z = z.sub(step).rounded(bits);
+            *z = rounded(&z.sub(step), false, bits);
         }
         if most < least - 1.0 {
             least = most;

@@ -17,6 +17,7 @@ use super::certify::Group;
 use super::columns::Columns;
 use super::couplings::{Approximate, Sheet};
 use super::start::cholesky_pivots;
+use crate::precision::Enclosure;
 
 /// Groups up to this size are looked at.
 const LARGEST: usize = 40;
@@ -35,12 +36,13 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
         let squares: f64 = v.iter().map(|x| modulus(x) * modulus(x)).sum();
         squares.sqrt() * slack
     };
-    let mu = |j: usize| columns.mu[j].modulus() * slack;
+    let mu = |j: usize| columns.mu(j).modulus() * slack;
     let mut form = Mat::<c64>::zeros(k, k);
     let mut error = Mat::<f64>::zeros(k, k);
     for (a, &i) in group.members.iter().enumerate() {
-        let exponent = columns.mu[i].conjugate();
+        let exponent = columns.mu(i).conjugate();
         let by = exponent.to_c64() * sign;
+        let low = exponent.re.middle_error() + exponent.im.middle_error();
         for (b, &j) in group.members.iter().enumerate() {
             let (mut sum, mut sizes, mut off) = (c64::new(0.0, 0.0), 0.0, 0.0);
             let parts = sheets[j].rest.iter().zip(&sheets[j].image);
@@ -49,7 +51,7 @@ pub(super) fn is_definite(columns: &Columns, sheets: &[Sheet], group: &Group, si
                 sum += conjugate * (v.value + by * u.value);
                 sizes += modulus(x) * (modulus(v) + mu(i) * modulus(u));
                 off += x.error * (modulus(v) + mu(i) * modulus(u))
-                    + modulus(x) * (v.error + (mu(i) * u.error + exponent.low() * modulus(u)));
+                    + modulus(x) * (v.error + (mu(i) * u.error + low * modulus(u)));
             }
             form[(a, b)] = if sign < 0.0 { c64::new(sum.im, -sum.re) } else { sum };
             // Four products and sums of n terms, each within γ of all sizes.

@@ -1,27 +1,25 @@
 //! The ladder for one problem.
 
-use faer::c64;
-
 use super::basis::Metric;
 use super::blocks::Pencil;
 use super::certify::{Certificate, certify};
-use super::columns::{Columns, improve, measure};
+use super::columns::{Column, Columns, center, measure, steps, turned};
 use super::complex::Complex;
 use super::couplings::{Couplings, Sheet};
 use super::definite::is_positive_definite;
 use super::exact::{self, exact};
 use super::far::far_start;
 use super::repeated::exact_spectrum;
-use super::resolve::{Turn, members, turn};
+use super::resolve::turn;
 use super::scale::Scaled;
-use super::spectrum::{Facts, Status, Value, mark_rough, spectrum, status};
+use super::spectrum::{Facts, Status, mark_rough, spectrum, status};
 use super::start::{cholesky, start};
 use super::wide::climb;
 use super::wide_columns::WideColumns;
 use super::{
     Exponents, ExponentsError, IntegerQuadratic, Options, QuadraticProblem, QuadraticSource, Rung, Stability, Structure,
 };
-use crate::precision::{Ball, Big, DoubleDouble};
+use crate::precision::{Ball, Big};
 
 /// Rounds in double-double, the first one included.
 const ROUNDS: usize = 12;
@@ -126,7 +124,7 @@ pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Sol
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).or_else(|| far_start(scaled));
     let begun = begun.ok_or(ExponentsError::NoConvergence)?;
-    let mut columns = Columns::new(begun);
+    let mut columns = begun;
     let mut best: Option<(f64, Solution)> = None;
     let mut stalled = 0;
     for round in 0..ROUNDS {
@@ -150,7 +148,7 @@ pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Sol
         let done = next.is_none();
         if best.as_ref().is_none_or(|(before, _)| score <= *before) {
             let rung = if round == 0 { Rung::Doubles } else { Rung::Refined };
-            let kept = std::mem::replace(&mut columns, next.unwrap_or_else(Columns::none));
+            let kept = std::mem::replace(&mut columns, next.unwrap_or_default());
             let solution = Solution {
                 columns: WideColumns { wide: vec![None; kept.count()], base: kept, bits: 0 },
                 sheets,
@@ -185,125 +183,33 @@ fn better(
     lacking: &[usize],
 ) -> Columns {
     let mut next = columns.clone();
-    // All other columns of a group that is not resolved are turned, not improved.
-    let mut turned = vec![false; columns.count()];
-    for group in &certificate.groups {
-        if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
-            continue;
+    let turned = columns.turn_groups(certificate, lacking, &mut |members, real| {
+        let old: Vec<Column<Ball>> = members.iter().map(|&j| columns.all[j].clone()).collect();
+        let exponents: Vec<Complex> = old.iter().map(|column| column.mu).collect();
+        let center = center(&exponents, real, ());
+        let shift = |j: usize| columns.mu(j).sub(&center).to_c64();
+        let turn = turn(couplings, members, &columns.twin, shift);
+        if let Some(turn) = &turn
+            && let Some(new) = turned(&old, turn, &center, ((), ()))
+        {
+            next.put(turn, new);
         }
-        let Some(members) = members(&group.members, &columns.twin, columns.together()) else {
-            continue;
-        };
-        if members.len() < 2 || members.iter().any(|&j| turned[j]) {
-            continue;
-        }
-        let own = |j: usize| {
-            columns.twin[j].is_some_and(|i| members.contains(&i))
-                || columns.twin.iter().enumerate().any(|(k, i)| *i == Some(j) && members.contains(&k))
-        };
-        let real = members.iter().any(|&j| own(j) || columns.mu[j].im.hi == 0.0);
-        let centre = centre(columns, &members, real);
-        let shift = |j: usize| columns.mu[j].sub(&centre).to_c64();
-        if let Some(turn) = turn(couplings, members, &columns.twin, shift) {
-            turn.members.iter().for_each(|&j| turned[j] = true);
-            next.turn(&turn, centre);
-        }
-    }
+        turn.is_some()
+    });
     // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
     // pair has to be biorthonormal to more digits than it needs for itself.
-    let single: Vec<usize> =
-        (columns.together()..columns.count()).filter(|&j| columns.twin[j].is_none() && !turned[j]).collect();
-    let of = &certificate.of;
-    improve(couplings, &mut next, sheets, &single, |j, i| of[i] == of[j]);
+    for j in columns.together()..columns.count() {
+        if columns.twin[j].is_none() && !turned[j] {
+            let difference = |i: usize| columns.mu(j).sub(columns.mu(i)).to_c64();
+            let same = |i: usize| certificate.of[i] == certificate.of[j];
+            let steps = steps(couplings, columns, sheets, j, difference, same);
+            if let Some(improved) = columns.all[j].improved(steps, couplings.unit.get(j, j), ()) {
+                next.all[j] = improved;
+            }
+        }
+    }
     next.mirror();
     next
-}
-
-fn centre(columns: &Columns, members: &[usize], real: bool) -> Complex {
-    let mut sum = Complex::ZERO;
-    for &j in members {
-        sum = sum.add(&columns.mu[j]);
-    }
-    let by = DoubleDouble::exact(members.len() as f64);
-    Complex { re: sum.re / by, im: if real { DoubleDouble::ZERO } else { sum.im / by } }
-}
-
-impl Columns {
-    fn none() -> Self {
-        Self { mu: Vec::new(), x: Vec::new(), y: Vec::new(), twin: Vec::new(), zeros: 0, chains: 0, links: Vec::new() }
-    }
-
-    /// Puts the turned columns in the place of the members.
-    fn turn(&mut self, turn: &Turn, centre: Complex) {
-        let k = turn.members.len();
-        let n = self.x.first().map_or(0, Vec::len);
-        let combine = |from: &[Vec<Complex>], weight: &dyn Fn(usize) -> c64| -> Vec<Complex> {
-            let mut sum = vec![Complex::ZERO; n];
-            for (c, &j) in turn.members.iter().enumerate() {
-                let by = Complex::from_c64(weight(c));
-                for (sum, x) in sum.iter_mut().zip(&from[j]) {
-                    *sum = sum.add(&by.mul(x));
-                }
-            }
-            sum
-        };
-        let mut new = Vec::with_capacity(k);
-        for a in 0..k {
-            let x = combine(&self.x, &|c| turn.right[(c, a)]);
-            let y = combine(&self.y, &|c| turn.left[(a, c)]);
-            // The lengths of x and y balance as before.
-            let length = |v: &[Complex]| v.iter().map(|x| x.modulus() * x.modulus()).sum::<f64>().sqrt();
-            let old = length(&self.x[turn.members[a]]);
-            let by = old / length(&x);
-            let mu = centre.add(&Complex::from_c64(turn.steps[a]));
-            let scale = |v: Vec<Complex>, by: f64| -> Vec<Complex> {
-                let by = Complex::from_c64(c64::new(by, 0.0));
-                v.into_iter().map(|x| x.mul(&by)).collect()
-            };
-            new.push((mu, scale(x, by), scale(y, 1.0 / by)));
-        }
-        let ok = new
-            .iter()
-            .all(|(mu, x, y)| mu.is_finite() && x.iter().all(|x| x.is_finite()) && y.iter().all(|y| y.is_finite()));
-        if !ok {
-            return;
-        }
-        for (a, (mu, x, y)) in new.into_iter().enumerate() {
-            let j = turn.members[a];
-            let real = turn.twin[a].is_none()
-                && turn.steps[a].im == 0.0
-                && centre.im.hi == 0.0
-                && !turn.twin.contains(&Some(a));
-            let clean = |v: Vec<Complex>| -> Vec<Complex> {
-                let part = |x: Complex| Complex { re: x.re, im: DoubleDouble::ZERO };
-                if real { v.into_iter().map(part).collect() } else { v }
-            };
-            self.mu[j] = mu;
-            self.x[j] = clean(x);
-            self.y[j] = clean(y);
-            if turn.twin.iter().any(Option::is_some) || self.twin[j].is_some() || real {
-                self.twin[j] = turn.twin[a].map(|b| turn.members[b]);
-            }
-        }
-    }
-
-    /// Conjugates as what they are.
-    fn mirror(&mut self) {
-        for j in 0..self.count() {
-            if let Some(i) = self.twin[j] {
-                self.mu[j] = self.mu[i].conjugate();
-                self.x[j] = self.x[i].iter().map(|x| x.conjugate()).collect();
-                self.y[j] = self.y[i].iter().map(|y| y.conjugate()).collect();
-            }
-        }
-    }
-
-    /// The exponent with this radius.
-    pub(super) fn value(&self, j: usize, radius: f64) -> Value {
-        let mu = self.mu[j];
-        let part = |x: DoubleDouble| Ball::from(x).with_added_radius(radius);
-        Value::new(part(mu.re), part(mu.im))
-    }
 }
 
 impl Facts {

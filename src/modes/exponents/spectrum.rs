@@ -98,13 +98,14 @@ pub(super) fn status(
                 return Status { growth_zero: true, omega_zero: true, lacking: false, rough: false, score: 0.0 };
             }
             let (disc, radius, shared) = discs[j];
-            let (re, im) = (columns.mu[j].re.hi, columns.mu[j].im.hi);
+            let mu = columns.mu(j);
+            let (re, im) = (mu.re.mid.hi, mu.im.mid.hi);
             // An exponent alone in its disc is its own mirror image if the mirrored disc meets no other.
             let alone = |mirrored: Complex| {
                 shared == 1
                     && (0..m).all(|k| {
                         k == j || {
-                            let other = columns.mu[k];
+                            let other = columns.mu(k);
                             let apart = other.sub(&mirrored).modulus() * (1.0 - 1e-14);
                             // Exponents of more bits are rounded to double-double here.
                             let rounding = 1e-30 * (other.modulus() + mirrored.modulus());
@@ -112,7 +113,7 @@ pub(super) fn status(
                         }
                     })
             };
-            let conjugate = columns.mu[j].conjugate();
+            let conjugate = mu.conjugate();
             let across = Complex { re: -conjugate.re, im: -conjugate.im };
             let near = |part: f64| part.abs() <= up(radius);
             let growth_zero = !of_zero
@@ -243,7 +244,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
             }
         }
     }
-    real.sort_by(|&a, &b| columns.mu[b].re.hi.total_cmp(&columns.mu[a].re.hi));
+    real.sort_by(|&a, &b| columns.mu(b).re.mid.hi.total_cmp(&columns.mu(a).re.mid.hi));
     real.truncate(real.len().div_ceil(2));
     for j in real {
         entries.push(entry(scaled, solution, j, &shapes, options));

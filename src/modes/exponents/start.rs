@@ -12,23 +12,11 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
 use faer::{Mat, Par, c64};
 
-use super::complex::Complex;
+use super::columns::{Column, Columns};
+use super::complex::{Complex, part};
 use super::couplings::Link;
 use super::scale::Scaled;
-use crate::precision::{Ball, DoubleDouble};
-
-/// Approximate columns: first those of the exponent 0, then pairs and real ones.
-pub(super) struct Start {
-    pub(super) mu: Vec<c64>,
-    pub(super) x: Vec<Vec<Complex>>,
-    pub(super) y: Vec<Vec<Complex>>,
-    /// The column that this one is the conjugate of.
-    pub(super) twin: Vec<Option<usize>>,
-    /// How many columns are the given vectors of the kernel of S, and how many continue their chains.
-    pub(super) zeros: usize,
-    pub(super) chains: usize,
-    pub(super) links: Vec<Link>,
-}
+use crate::precision::Ball;
 
 /// The length that links of chains of the exponent 0 are given: discs around 0 are at least as large. Residuals of
 /// the columns at both ends are smaller by far, whatever the length.
@@ -170,7 +158,7 @@ fn balanced(a: &mut Mat<f64>) -> Vec<f64> {
 }
 
 /// First approximations; `None` where doubles do not do.
-pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Start> {
+pub(super) fn start(scaled: &Scaled, l: &Mat<f64>) -> Option<Columns> {
     let n = scaled.n;
     let z = scaled.zero.len();
     let d = reduced(l, scaled.velocity.doubles());
@@ -386,7 +374,7 @@ fn assemble(
     w: &Mat<c64>,
     kernel: Option<&Kernel>,
     gamma: Option<f64>,
-) -> Option<Start> {
+) -> Option<Columns> {
     let n = scaled.n;
     let z = scaled.zero.len();
     let split = 2 * n - rest.len();
@@ -411,47 +399,36 @@ fn assemble(
     }
     solve_upper_triangular_in_place(l.transpose(), xs.as_mut(), Par::Seq);
     solve_upper_triangular_in_place(l.transpose(), ys.as_mut(), Par::Seq);
-    let column = |from: &Mat<f64>, j: usize, by: f64| -> Vec<Complex> {
-        (0..n).map(|i| Complex::from_c64(c64::new(from[(i, 2 * j)] * by, from[(i, 2 * j + 1)] * by))).collect()
+    let column = |from: &Mat<f64>, j: usize, by: f64, real: bool| -> Vec<Complex> {
+        let number = |i: usize| c64::new(from[(i, 2 * j)] * by, from[(i, 2 * j + 1)] * by);
+        (0..n).map(|i| Complex::from_c64(part(number(i), real), ())).collect()
     };
-    let (mut x, mut y) = (Vec::with_capacity(2 * n), Vec::with_capacity(2 * n));
+    let mut all: Vec<Column<Ball>> = Vec::with_capacity(2 * n);
     let mut twin = vec![None; 2 * n];
     for j in 0..2 * n {
-        if j < z {
-            let mid = scaled.zero[j].iter();
-            x.push(mid.map(|value: &Ball| Complex { re: value.mid, im: DoubleDouble::ZERO }).collect());
-            y.push(real(column(&ys, j, 1.0)));
-            continue;
-        }
-        if j < split {
-            x.push(real(column(&xs, j, LINK)));
-            y.push(real(column(&ys, j, 1.0 / LINK)));
-            continue;
-        }
         if mu[j].im < 0.0 {
-            let conjugate = |of: &Vec<Complex>| of.iter().map(|x| x.conjugate()).collect::<Vec<_>>();
-            let (a, b) = (conjugate(&x[j - 1]), conjugate(&y[j - 1]));
-            x.push(a);
-            y.push(b);
+            all.push(all[j - 1].conjugate());
             twin[j] = Some(j - 1);
             continue;
         }
-        // |x|² about 1 / |μ|: then exponents of all sizes are judged alike.
-        let square: f64 = (0..2)
-            .flat_map(|part| (0..n).map(move |i| (part, i)))
-            .map(|(part, i)| xs[(i, 2 * j + part)] * xs[(i, 2 * j + part)])
-            .sum();
-        let size = mu[j].re.hypot(mu[j].im).max(1e-30);
-        let by = 1.0 / (square * size).sqrt();
-        if !(by.is_finite() && by > 0.0) {
-            return None;
-        }
-        let make = |from: &Mat<f64>, by: f64| {
-            let values = column(from, j, by);
-            if mu[j].im == 0.0 { real(values) } else { values }
+        let (x, y) = if j < z {
+            let given = scaled.zero[j].iter();
+            (given.map(|value| Complex::new(*value, Ball::ZERO)).collect(), column(&ys, j, 1.0, true))
+        } else if j < split {
+            (column(&xs, j, LINK, true), column(&ys, j, 1.0 / LINK, true))
+        } else {
+            // |x|² about 1 / |μ|: then exponents of all sizes are judged alike.
+            let parts = (0..2).flat_map(|part| (0..n).map(move |i| (part, i)));
+            let square: f64 = parts.map(|(part, i)| xs[(i, 2 * j + part)] * xs[(i, 2 * j + part)]).sum();
+            let size = mu[j].re.hypot(mu[j].im).max(1e-30);
+            let by = 1.0 / (square * size).sqrt();
+            if !(by.is_finite() && by > 0.0) {
+                return None;
+            }
+            let real = mu[j].im == 0.0;
+            (column(&xs, j, by, real), column(&ys, j, 1.0 / by, real))
         };
-        x.push(make(&xs, by));
-        y.push(make(&ys, 1.0 / by));
+        all.push(Column { mu: Complex::from_c64(mu[j], ()), x, y });
     }
     let mut links = Vec::new();
     if let Some(kernel) = kernel {
@@ -464,11 +441,6 @@ fn assemble(
             }
         }
     }
-    let finite = |columns: &[Vec<Complex>]| columns.iter().flatten().all(|x| x.is_finite());
-    (finite(&x) && finite(&y)).then_some(Start { mu, x, y, twin, zeros: z, chains: split - z, links })
-}
-
-fn real(mut column: Vec<Complex>) -> Vec<Complex> {
-    column.iter_mut().for_each(|x| x.im = DoubleDouble::ZERO);
-    column
+    let columns = Columns { all, twin, zeros: z, chains: split - z, links };
+    columns.all.iter().all(Column::is_finite).then_some(columns)
 }

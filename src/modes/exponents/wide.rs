@@ -8,16 +8,15 @@
 use faer::c64;
 
 use super::certify::{Certificate, certify};
-use super::columns::{Columns, steps};
+use super::columns::{Columns, center, steps};
 use super::complex::Wide;
 use super::couplings::{Couplings, Sheet};
-use super::resolve::{members, turn};
+use super::resolve::turn;
 use super::scale::Scaled;
 use super::solve::Solution;
 use super::spectrum::{Status, status};
-use super::wide_columns::{Matrices, Rows, WideColumn, WideColumns, apply, half, sheet};
+use super::wide_columns::{Matrices, Rows, WideColumn, WideColumns, apply, half};
 use super::{Options, QuadraticProblem, QuadraticSource, Rung};
-use crate::precision::Big;
 
 /// The most bits that are worked with: bounds are doubles.
 const MOST_BITS: usize = 900;
@@ -39,8 +38,8 @@ pub(super) fn climb(
     let mut least = 1.0_f64;
     for (j, status) in solution.statuses.iter().enumerate() {
         if status.lacking {
-            let mu = solution.columns.base.mu[j];
-            for part in [mu.re.hi.abs(), mu.im.hi.abs()] {
+            let mu = solution.columns.base.mu(j);
+            for part in [mu.re.mid.hi.abs(), mu.im.mid.hi.abs()] {
                 if part > 1e-25 {
                     least = least.min(part);
                 }
@@ -68,8 +67,8 @@ pub(super) fn climb(
         let mut sheets = best.sheets.clone();
         for (j, column) in columns.wide.iter_mut().enumerate() {
             if let Some(column) = column {
-                sheets[j] = sheet(&matrices, column);
-                columns.base.mu[j] = column.mu.to_complex();
+                sheets[j] = column.sheet(&matrices);
+                columns.base.all[j].mu = column.own.mu.to_complex();
             }
         }
         for j in 0..columns.base.count() {
@@ -77,7 +76,7 @@ pub(super) fn climb(
                 && columns.wide[i].is_some()
             {
                 sheets[j] = sheets[i].conjugate();
-                columns.base.mu[j] = columns.base.mu[i].conjugate();
+                columns.base.all[j].mu = columns.base.mu(i).conjugate();
             }
         }
         let distance = |i: usize, j: usize| {
@@ -149,77 +148,28 @@ fn better(
 ) -> WideColumns {
     let base = &columns.base;
     let mut next = WideColumns { base: base.clone(), wide: columns.wide.clone(), bits: columns.bits };
-    let mut turned = vec![false; base.count()];
-    for group in &certificate.groups {
-        if group.members.len() < 2 || !group.members.iter().any(|j| lacking.contains(j)) {
-            continue;
-        }
-        let Some(members) = members(&group.members, &base.twin, base.together()) else {
-            continue;
+    let turned = base.turn_groups(certificate, lacking, &mut |members, real| {
+        let exponents: Option<Vec<Wide>> = members.iter().map(|&j| columns.mu(j)).collect();
+        let Some(exponents) = exponents else {
+            return false;
         };
-        let wide = |j: usize| columns.mu(j).is_some();
-        if members.len() < 2 || members.iter().any(|&j| turned[j] || !wide(j)) {
-            continue;
+        let center = center(&exponents, real, 2 * columns.bits);
+        let shift = |j: usize| columns.mu(j).map_or(c64::new(f64::NAN, 0.0), |mu| mu.sub(&center).to_c64());
+        let turn = turn(couplings, members, &base.twin, shift);
+        if let Some(turn) = &turn {
+            apply(columns, &mut next, turn, &center);
         }
-        let own = |j: usize| {
-            base.twin[j].is_some_and(|i| members.contains(&i))
-                || (0..base.count()).any(|k| base.twin[k] == Some(j) && members.contains(&k))
-        };
-        let real = members.iter().any(|&j| own(j) || base.twin[j].is_none() && !base.twin.contains(&Some(j)));
-        let Some(centre) = centre(columns, &members, real) else {
-            continue;
-        };
-        let shift = |j: usize| columns.mu(j).map_or(c64::new(f64::NAN, 0.0), |mu| mu.sub(&centre).to_c64());
-        if let Some(turn) = turn(couplings, members.clone(), &base.twin, shift) {
-            turn.members.iter().for_each(|&j| turned[j] = true);
-            apply(columns, &mut next, &turn, &centre);
-        }
-    }
-    for &j in lacking {
-        let Some(column) = &columns.wide[j] else {
-            continue;
-        };
-        if turned[j] {
-            continue;
-        }
-        let difference = |i: usize| columns.difference(j, i);
-        let same = |i: usize| certificate.of[i] == certificate.of[j];
-        let (dx, dy) = steps(couplings, base, sheets, j, difference, same);
-        let real = column.mu.im.is_zero();
-        let bits = columns.bits;
-        let by = c64::new(1.0, 0.0) / couplings.unit.get(j, j);
-        let by = Wide::from_c64(by, bits);
-        let part = |d: c64| Wide::from_c64(if real { c64::new(d.re, 0.0) } else { d }, bits);
-        let x: Vec<Wide> = column.x.iter().zip(dx).map(|(x, d)| x.add(&part(d)).rounded(bits)).collect();
-        let y: Vec<Wide> = column
-            .y
-            .iter()
-            .zip(dy)
-            .map(|(y, d)| {
-                let mut y = y.add(&part(d)).mul(&by).rounded(bits);
-                if real {
-                    y.im = Big::zero(bits);
-                }
-                y
-            })
-            .collect();
-        if x.iter().chain(&y).all(Wide::is_finite) {
-            next.wide[j] = Some(WideColumn::new(column.mu.clone(), x, y));
+        turn.is_some()
+    });
+    for &j in lacking.iter().filter(|&&j| !turned[j]) {
+        if let Some(column) = &columns.wide[j] {
+            let difference = |i: usize| columns.difference(j, i);
+            let same = |i: usize| certificate.of[i] == certificate.of[j];
+            let steps = steps(couplings, base, sheets, j, difference, same);
+            if let Some(improved) = column.own.improved(steps, couplings.unit.get(j, j), columns.bits) {
+                next.wide[j] = Some(WideColumn::new(improved));
+            }
         }
     }
     next
-}
-
-fn centre(columns: &WideColumns, members: &[usize], real: bool) -> Option<Wide> {
-    let bits = 2 * columns.bits;
-    let mut sum = Wide::zero(bits);
-    for &j in members {
-        sum = sum.add(&columns.mu(j)?);
-    }
-    let by = &Big::one(bits) / &Big::from_f64(members.len() as f64, bits);
-    let mut mean = sum.times(&by).rounded(bits);
-    if real {
-        mean.im = Big::zero(bits);
-    }
-    Some(mean)
 }

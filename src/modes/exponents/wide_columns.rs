@@ -3,14 +3,14 @@
 use faer::c64;
 
 use super::certify::Certificate;
-use super::columns::Columns;
+use super::columns::{Column, Columns, approximate, conjugate, sheet, turned};
 use super::complex::{Complex, Wide};
 use super::couplings::{Approximate, Sheet};
 use super::resolve::Turn;
 use super::scale::Scaled;
 use super::spectrum::Value;
 use super::{PreciseQuadratic, QuadraticProblem, QuadraticSource};
-use crate::precision::{Big, DoubleDouble, Magnitude};
+use crate::precision::{Big, Magnitude};
 
 /// Larger groups have their entries of Q from doubles.
 const MOST_TOGETHER: usize = 16;
@@ -84,40 +84,40 @@ fn as_it_is(problem: &QuadraticProblem, bits: usize) -> Option<PreciseQuadratic>
     })
 }
 
-/// A column of many bits; its parts are exact numbers.
+/// A column of many bits.
 #[derive(Clone)]
 pub(super) struct WideColumn {
-    pub(super) mu: Wide,
-    pub(super) x: Vec<Wide>,
-    pub(super) y: Vec<Wide>,
+    pub(super) own: Column<Big>,
     /// M x and D x, as they were measured.
     image: Vec<Wide>,
     slope: Vec<Wide>,
 }
 
 impl WideColumn {
-    pub(super) fn new(mu: Wide, x: Vec<Wide>, y: Vec<Wide>) -> Self {
-        Self { mu, x, y, image: Vec::new(), slope: Vec::new() }
+    pub(super) fn new(own: Column<Big>) -> Self {
+        Self { own, image: Vec::new(), slope: Vec::new() }
     }
 
     fn conjugate(&self) -> Self {
-        let conjugate = |v: &[Wide]| v.iter().map(Wide::conjugate).collect();
-        Self {
-            mu: self.mu.conjugate(),
-            x: conjugate(&self.x),
-            y: conjugate(&self.y),
-            image: conjugate(&self.image),
-            slope: conjugate(&self.slope),
-        }
+        Self { own: self.own.conjugate(), image: conjugate(&self.image), slope: conjugate(&self.slope) }
     }
 
     /// Q_ij = y_iᵀ ((μ_i + μ_j) M + D) x_j.
     fn unit(&self, other: &Self) -> Approximate {
-        let sum = self.mu.add(&other.mu);
+        let sum = self.own.mu.add(&other.own.mu);
         let parts = other.image.iter().zip(&other.slope);
-        let entry =
-            self.y.iter().zip(parts).fold(Wide::zero(64), |total, (y, (u, v))| total.add(&y.mul(&sum.mul(u).add(v))));
-        approximate(&entry)
+        let terms = self.own.y.iter().zip(parts).map(|(y, (u, v))| y.mul(&sum.mul(u).add(v)));
+        approximate(&terms.fold(Wide::zero(64), |total, term| total.add(&term)))
+    }
+
+    pub(super) fn sheet(&mut self, matrices: &Matrices) -> Sheet {
+        let bits = matrices.bits;
+        let of_x = matrices.right.each_ref().map(|a| a.times(&self.own.x, bits));
+        let of_y = matrices.left.each_ref().map(|a| a.times(&self.own.y, bits));
+        let sheet = sheet(&mut self.own, &of_x, &of_y, bits);
+        let [image, slope, _] = of_x;
+        (self.image, self.slope) = (image, slope);
+        sheet
     }
 }
 
@@ -131,14 +131,13 @@ pub(super) struct WideColumns {
 impl WideColumns {
     /// The exponent with this radius.
     pub(super) fn value(&self, j: usize, radius: f64) -> Value {
-        let source = self.base.twin[j].unwrap_or(j);
-        let Some(column) = &self.wide[source] else {
-            return self.base.value(j, radius);
-        };
-        let error = Magnitude::from_f64(radius);
-        let part = |x: &Big| x.clone().with_added_radius(error);
-        let im = if source == j { part(&column.mu.im) } else { -&part(&column.mu.im) };
-        Value::wide(part(&column.mu.re), im)
+        match self.mu(j) {
+            Some(mu) => {
+                let mu = mu.with_added_radius(Magnitude::from_f64(radius));
+                Value::wide(mu.re, mu.im)
+            }
+            None => self.base.value(j, radius),
+        }
     }
 
     pub(super) fn get(&self, j: usize) -> Option<WideColumn> {
@@ -166,8 +165,8 @@ impl WideColumns {
 
     pub(super) fn mu(&self, j: usize) -> Option<Wide> {
         match self.base.twin[j] {
-            Some(i) => self.wide[i].as_ref().map(|column| column.mu.conjugate()),
-            None => self.wide[j].as_ref().map(|column| column.mu.clone()),
+            Some(i) => self.wide[i].as_ref().map(|column| column.own.mu.conjugate()),
+            None => self.wide[j].as_ref().map(|column| column.own.mu.clone()),
         }
     }
 
@@ -176,9 +175,10 @@ impl WideColumns {
         match (self.mu(i), self.mu(j)) {
             (Some(a), Some(b)) => a.sub(&b).to_c64(),
             _ => {
-                let difference = self.base.mu[i].sub(&self.base.mu[j]);
+                let (a, b) = (self.base.mu(i), self.base.mu(j));
+                let difference = a.sub(b);
                 // A column of many bits is rounded to 2^-104 of itself here; closer ones count as not apart.
-                let size = self.base.mu[i].modulus() + self.base.mu[j].modulus();
+                let size = a.modulus() + b.modulus();
                 if difference.modulus() > 1e-15 * size { difference.to_c64() } else { c64::new(0.0, 0.0) }
             }
         }
@@ -188,10 +188,10 @@ impl WideColumns {
     pub(super) fn widen(&mut self, which: &[usize]) {
         for &j in which {
             if self.base.twin[j].is_none() && j >= self.base.together() && self.wide[j].is_none() {
-                let wide = |v: &[Complex]| v.iter().map(|x| Wide::from_complex(x, self.bits)).collect();
-                let mu = Wide::from_complex(&self.base.mu[j], self.bits);
-                let (x, y) = (wide(&self.base.x[j]), wide(&self.base.y[j]));
-                self.wide[j] = Some(WideColumn::new(mu, x, y));
+                let wide = |x: &Complex| Wide::from_complex(x, self.bits);
+                let Column { mu, x, y } = &self.base.all[j];
+                let (x, y) = (x.iter().map(wide).collect(), y.iter().map(wide).collect());
+                self.wide[j] = Some(WideColumn::new(Column { mu: wide(mu), x, y }));
             }
         }
     }
@@ -202,139 +202,18 @@ pub(super) fn half(bits: usize) -> usize {
     bits / 2 + 64
 }
 
-fn approximate(x: &Wide) -> Approximate {
-    let value = x.to_c64();
-    let size = value.re.hypot(value.im);
-    Approximate { value, error: x.radius().to_f64() + size * 2f64.powi(-50) + 1e-300 }
-}
-
-pub(super) fn sheet(matrices: &Matrices, column: &mut WideColumn) -> Sheet {
-    let bits = matrices.bits;
-    let real = column.mu.im.is_zero();
-    let of_x = matrices.right.each_ref().map(|a| a.times(&column.x, bits));
-    let of_y = matrices.left.each_ref().map(|a| a.times(&column.y, bits));
-    let quadratic = |mu: &Wide, parts: &[Vec<Wide>]| -> Vec<Wide> {
-        (0..parts[0].len())
-            .map(|i| {
-                let inner = mu.mul(&parts[0][i]).add(&parts[1][i]);
-                inner.mul(mu).add(&parts[2][i])
-            })
-            .collect()
-    };
-    let mu = column.mu.clone();
-    let mut mu = Wide::new(mu.re.with_bits(bits), mu.im.with_bits(bits));
-    let mut residual = quadratic(&mu, &of_x);
-    let against =
-        |residual: &[Wide]| column.y.iter().zip(residual).fold(Wide::zero(bits), |sum, (y, r)| sum.add(&y.mul(r)));
-    for _ in 0..2 {
-        let over = against(&residual);
-        let mut under = Wide::zero(64);
-        for (i, y) in column.y.iter().enumerate() {
-            let slope = mu.mul(&of_x[0][i]);
-            let slope = slope.add(&slope).add(&of_x[1][i]);
-            under = under.add(&y.mul(&slope));
-        }
-        let step = over.div(&under);
-        // Where exponents meet, a step may lead anywhere.
-        if !step.is_finite() || step.upper_bound().to_f64() > 4.0 * mu.upper_bound().to_f64() {
-            break;
-        }
-        mu = mu.sub(&step).rounded(bits);
-        if real {
-            mu.im = Big::zero(bits);
-        }
-        residual = quadratic(&mu, &of_x);
-    }
-    let defect = against(&residual).upper_bound().to_f64();
-    let left = quadratic(&mu, &of_y);
-    let all = |v: &[Wide]| v.iter().map(approximate).collect::<Vec<_>>();
-    let rest: Vec<Wide> = of_x[1].iter().zip(&of_x[0]).map(|(v, u)| v.add(&mu.mul(u))).collect();
-    let turned: Vec<Wide> = column.y.iter().map(|y| mu.mul(y)).collect();
-    let sheet = Sheet {
-        x: all(&column.x),
-        y: all(&column.y),
-        residual: all(&residual),
-        left: all(&left),
-        image: all(&of_x[0]),
-        rest: all(&rest),
-        turned: all(&turned),
-        defect,
-    };
-    column.mu = mu;
-    let [image, slope, _] = of_x;
-    column.image = image;
-    column.slope = slope;
-    sheet
-}
-
-/// Puts the turned columns in the place of the members.
-pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, centre: &Wide) {
+/// The turned columns of a group, put in the place of the members.
+pub(super) fn apply(from: &WideColumns, to: &mut WideColumns, turn: &Turn, center: &Wide) {
+    let members = turn.members.iter();
+    let old: Option<Vec<Column<Big>>> = members.map(|&j| Some(from.get(j)?.own)).collect();
     let bits = from.bits;
-    let Some(old): Option<Vec<WideColumn>> = turn.members.iter().map(|&j| from.get(j)).collect() else {
+    let Some(new) = old.and_then(|old| turned(&old, turn, center, (bits, 2 * bits))) else {
         return;
     };
-    let k = turn.members.len();
-    let n = old.first().map_or(0, |column| column.x.len());
-    let length = |v: &[Wide]| {
-        v.iter()
-            .map(|x| {
-                let x = x.to_c64();
-                x.re * x.re + x.im * x.im
-            })
-            .sum::<f64>()
-            .sqrt()
-    };
-    let mut new = Vec::with_capacity(k);
-    for a in 0..k {
-        let combine = |part: &dyn Fn(&WideColumn) -> &Vec<Wide>, weight: &dyn Fn(usize) -> c64| {
-            let mut sum = vec![Wide::zero(bits); n];
-            for (c, column) in old.iter().enumerate() {
-                let by = Wide::from_c64(weight(c), bits);
-                for (sum, x) in sum.iter_mut().zip(part(column)) {
-                    *sum = sum.add(&by.mul(x)).rounded(bits);
-                }
-            }
-            sum
-        };
-        let x = combine(&|column| &column.x, &|c| turn.right[(c, a)]);
-        let y = combine(&|column| &column.y, &|c| turn.left[(a, c)]);
-        let by = length(&old[a].x) / length(&x);
-        if !(by.is_finite() && by > 0.0) {
-            return;
-        }
-        let real =
-            turn.twin[a].is_none() && turn.steps[a].im == 0.0 && centre.im.is_zero() && !turn.twin.contains(&Some(a));
-        let scale = |v: Vec<Wide>, by: f64| -> Vec<Wide> {
-            let by = Big::from_f64(by, bits);
-            v.iter()
-                .map(|x| {
-                    let mut x = x.times(&by).rounded(bits);
-                    if real {
-                        x.im = Big::zero(bits);
-                    }
-                    x
-                })
-                .collect()
-        };
-        let mu = centre.add(&Wide::from_c64(turn.steps[a], 2 * bits));
-        let column = WideColumn::new(mu, scale(x, by), scale(y, 1.0 / by));
-        if !(column.mu.is_finite() && column.x.iter().chain(&column.y).all(Wide::is_finite)) {
-            return;
-        }
-        new.push((column, real));
-    }
-    let paired = turn.twin.iter().any(Option::is_some);
-    for (a, (column, real)) in new.into_iter().enumerate() {
-        let j = turn.members[a];
-        if paired || to.base.twin[j].is_some() || real {
-            to.base.twin[j] = turn.twin[a].map(|b| turn.members[b]);
-        }
-        to.base.mu[j] = Complex {
-            re: column.mu.re.to_ball().mid,
-            im: if real { DoubleDouble::ZERO } else { column.mu.im.to_ball().mid },
-        };
-        to.base.x[j] = column.x.iter().map(Wide::to_complex).collect();
-        to.base.y[j] = column.y.iter().map(Wide::to_complex).collect();
-        to.wide[j] = if to.base.twin[j].is_some() { None } else { Some(column) };
+    let narrow = |v: &[Wide]| v.iter().map(Wide::to_complex).collect();
+    let base = new.iter().map(|own| Column { mu: own.mu.to_complex(), x: narrow(&own.x), y: narrow(&own.y) });
+    to.base.put(turn, base.collect());
+    for (own, &j) in new.into_iter().zip(&turn.members) {
+        to.wide[j] = to.base.twin[j].is_none().then(|| WideColumn::new(own));
     }
 }
