@@ -208,18 +208,3 @@ fn alignment_distance(a: &str, b: &str) -> usize {
     }
     rows[a.len()][b.len()]
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn overlong_words_are_shortened() {
-        let text = format!("`{}` is not declared", "ü".repeat(100_000));
-        let short = Diagnostic::global(text).message;
-        assert!(short.chars().count() < 120, "{short}");
-        assert!(short.starts_with("`üü") && short.ends_with("ü` is not declared"));
-        let long = "a sentence of many short words ".repeat(10);
-        assert_eq!(Diagnostic::global(long.clone()).message, long);
-    }
-}

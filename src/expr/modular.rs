@@ -198,26 +198,3 @@ pub fn rational_reconstruct(residue: u64) -> Option<(i64, i64)> {
     }
     (a == 1).then_some((numerator, t1.abs()))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn roots_of_primes_square_to_them() {
-        for q in [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 41, 797] {
-            let root = sqrt_of_prime(q).unwrap();
-            assert_eq!(mul_mod(root, root), q);
-        }
-        assert_eq!(sqrt_of_prime(37), None);
-    }
-
-    #[test]
-    fn roots_of_unity_belong_together() {
-        let fourth = root_of_unity(4).unwrap();
-        assert_eq!(mul_mod(fourth, fourth), PRIME - 1);
-        let (six, twelve) = (root_of_unity(6).unwrap(), root_of_unity(12).unwrap());
-        assert_eq!(mul_mod(twelve, twelve), six);
-        assert_eq!(root_of_unity(37), None);
-    }
-}

@@ -175,25 +175,3 @@ fn loose<S>(n: usize, slopes: &[Vec<(usize, S)>]) -> (Vec<usize>, Vec<usize>) {
     };
     (all(&inside), all(&touched))
 }
-
-#[cfg(test)]
-mod tests {
-    use super::loose;
-
-    fn rows(elements: &[&[usize]]) -> Vec<Vec<(usize, ())>> {
-        let row = |element: &&[usize]| element.iter().map(|&at| (at, ())).collect();
-        elements.iter().map(row).collect()
-    }
-
-    #[test]
-    fn what_is_held_by_too_little_is_found() {
-        // A chain without walls: everything; with one: nothing.
-        assert_eq!(loose(3, &rows(&[&[0, 1], &[1, 2]])), (vec![0, 1, 2], vec![0, 1]));
-        assert_eq!(loose(3, &rows(&[&[0, 1], &[1, 2], &[2]])), (vec![], vec![]));
-        // 3 and 4 hang on 2 by one element, while the rest has more than it needs.
-        let held = rows(&[&[0], &[0, 1], &[1], &[1, 2], &[2], &[2, 3, 4]]);
-        assert_eq!(loose(5, &held), (vec![3, 4], vec![5]));
-        // Nothing at all holds coordinate 1.
-        assert_eq!(loose(2, &rows(&[&[0]])), (vec![1], vec![]));
-    }
-}

@@ -209,31 +209,3 @@ fn of_entries(n: usize, entries: &Entries) -> Pattern {
     }
     pattern
 }
-#[cfg(test)]
-mod tests {
-    use crate::linearize::linearize;
-    use crate::model::{Settings, TableTexts, elaborate};
-    use crate::modes::Options;
-    use crate::oscillation::normal_modes;
-    use crate::syntax::parse;
-
-    fn classes(length: &str) -> Vec<Option<String>> {
-        let text = format!(
-            "param g = 9.81  param l[1..2] = [1, {length}]  coord phi[1..2]
-             T = sum(i in 1..2, 1/2*l[i]^2*phi[i]'^2)
-             V = sum(i in 1..2, g*l[i]*(1 - cos(phi[i]))) + (phi[1] - phi[2])^2"
-        );
-        let file = parse(&text).unwrap();
-        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
-        let normal = normal_modes(&linearize(model).unwrap(), &Options::default()).unwrap();
-        normal.modes.into_iter().map(|mode| mode.symmetry).collect()
-    }
-
-    #[test]
-    fn nearly_equal_is_no_mirror() {
-        let both = [Some("even".to_owned()), Some("odd".to_owned())];
-        assert_eq!(classes("1"), both);
-        assert_eq!(classes("1 + 1e-33"), [None, None]);
-        assert_eq!(classes("1 + 1e-80"), [None, None]);
-    }
-}

@@ -458,19 +458,3 @@ pub(super) fn array(items: impl Iterator<Item = String>) -> String {
     out.push(']');
     out
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_json() {
-        assert_eq!(number(9.81), "9.81");
-        assert_eq!(number(-0.0), "0.0");
-        assert_eq!(number(5e-16), "5e-16");
-        assert_eq!(number(1e300), "1e300");
-        assert_eq!(number(f64::NAN), "null");
-        assert_eq!(number(f64::INFINITY), "null");
-        assert_eq!(string("a\"b"), "\"a\\\"b\"");
-    }
-}

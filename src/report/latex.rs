@@ -490,14 +490,3 @@ impl<'a> Page<'a> {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_is_escaped() {
-        assert_eq!(escaped("a_b 5%"), r"a\_b 5\%");
-        assert_eq!(escaped(r"\x^ü"), r"\textbackslash{}x\textasciicircum{}?");
-    }
-}

@@ -295,36 +295,3 @@ fn flow(items: &[String], indentation: &str, width: usize) -> String {
     out.push('\n');
     out
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::number::Number;
-
-    #[test]
-    fn correct_rounding_is_half_a_unit_off_at_most() {
-        let bound = |value: f64, digits| Written::new(&Ball::from(value), digits).bound;
-        assert_eq!(bound(3.132_091_952_673_165, 10), 5e-10);
-        assert_eq!(bound(2.0, 10), 5e-10);
-        assert_eq!(bound(123_456.0, 6), 0.5);
-        assert_eq!(bound(123_456.0, 3), 500.0);
-        assert_eq!(bound(-1.5e-12, 3), 5e-15);
-        assert_eq!(bound(0.0, 10), 0.0);
-        let fewer = Written::new(&Ball::from(0.3).with_added_radius(1e-7), 10);
-        assert_eq!((fewer.text().as_str(), fewer.bound, fewer.complete), ("0.300000", 5e-7, false));
-        let third = Big::from_number(&Number::ratio(1, 3).unwrap_or_default(), 1300);
-        let precise = Written::finest(&Ball::ONE, Some(&third), 100);
-        assert_eq!((precise.bound, precise.text().len()), (5e-101, 102));
-        let bound = Written::finest(&Ball::ONE, Some(&third), 330).bound;
-        assert!(bound > 0.0 && bound < 1e-322);
-        let unknown = Written::new(&Ball::NOT_FINITE, 10);
-        assert_eq!((unknown.text().as_str(), unknown.complete), ("?", false));
-    }
-
-    #[test]
-    fn lists_flow_into_lines() {
-        let items = ["a = 1", "b = 2", "c = 3"].map(str::to_owned);
-        assert_eq!(flow(&items, "  ", 16), "  a = 1, b = 2,\n  c = 3\n");
-        assert_eq!(flow(&items, "  ", 1), "  a = 1,\n  b = 2,\n  c = 3\n");
-    }
-}

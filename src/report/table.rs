@@ -98,29 +98,3 @@ fn align_at_point(numbers: &mut [String]) {
         *text = format!("{text:<width$}");
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn points_stand_below_each_other() {
-        let mut numbers = ["3.13", "0", "12.5e20", "1e-7"].map(str::to_owned);
-        align_at_point(&mut numbers);
-        assert_eq!(numbers, [" 3.13  ", " 0     ", "12.5e20", " 1e-7  "]);
-        align_at_point(&mut []);
-    }
-
-    #[test]
-    fn columns_stand_side_by_side() {
-        let texts = |texts: [&str; 2]| texts.map(str::to_owned).to_vec();
-        let columns = [
-            Column::right("n", texts(["9", "10"])),
-            Column::numbers("x", texts(["-1.5", "2"])),
-            Column::words("what", texts(["", "zero"])),
-        ];
-        let drawn = draw(&columns, 2, |_| None, &Style::default());
-        assert_eq!(drawn, " n  x     what\n 9  -1.5\n10   2    zero\n");
-        assert_eq!(columns.iter().map(Column::width).sum::<usize>(), 4 + 6 + 6);
-    }
-}

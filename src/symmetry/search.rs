@@ -324,39 +324,3 @@ impl Orbits {
         }
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Every vertex beside every other, by labels and colours that are given.
-    fn complete(count: usize, label: impl Fn(usize, usize) -> u64, colours: Vec<u64>) -> Graph {
-        let row = |i: usize| (0..count).filter(|j| *j != i).map(|j| (j, label(i, j))).collect();
-        Graph { colours, rows: (0..count).map(row).collect(), opposites: false }
-    }
-
-    #[test]
-    fn alike_vertices_are_counted_and_exchanged() {
-        let one = |_: usize, _: usize| 1;
-        assert_eq!(complete(7, one, vec![0; 7]).most_alike(), 7);
-        assert_eq!(complete(7, one, vec![0, 0, 1, 1, 1, 1, 0]).most_alike(), 4);
-        // The edges of a ring of six have a label of their own: its turns exchange no two vertices alone.
-        let ring = |i: usize, j: usize| {
-            if [1, 5].contains(&i.abs_diff(j)) { 2 } else { 1 }
-        };
-        assert_eq!(complete(6, ring, vec![0; 6]).most_alike(), 1);
-        // The hub of a star is like none of its ends, which have no edges between them.
-        let mut star = complete(5, one, vec![0; 5]);
-        for (i, row) in star.rows.iter_mut().enumerate().skip(1) {
-            row.retain(|(j, _)| *j == 0 || i == 0);
-        }
-        assert_eq!(star.most_alike(), 4);
-        assert!(star.exchange(0, 1).is_none());
-        assert_eq!(star.exchange(2, 4), Some(vec![0, 1, 4, 3, 2]));
-        let found = star.automorphisms(1000).unwrap();
-        assert_eq!(found.order, 24.0);
-        let found = complete(6, one, vec![0; 6]).automorphisms(100_000).unwrap();
-        assert_eq!(found.order, 720.0);
-        assert_eq!(found.generators.len(), 5);
-    }
-}

@@ -23,8 +23,6 @@ mod lexer;
 mod lookalike;
 mod print;
 mod split;
-#[cfg(test)]
-mod tests;
 mod text;
 mod walk;
 mod words;

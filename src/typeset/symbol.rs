@@ -132,36 +132,3 @@ impl Symbol {
         format!("{delta}{letter}{dots}")
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_fall_into_letters_and_subscripts() {
-        let parts = |name: &str| {
-            let symbol = Symbol::of(name);
-            let feet: Vec<String> = symbol
-                .subscript
-                .iter()
-                .map(|part| match part {
-                    Subscript::Word(word) => word.clone(),
-                    Subscript::Index(_) => String::new(),
-                })
-                .collect();
-            (symbol.letter, feet.join(","))
-        };
-        let expected = |letter: &str, feet: &str| (letter.to_owned(), feet.to_owned());
-        assert_eq!(parts("k12"), expected("k", "12"));
-        assert_eq!(parts("theta_0"), expected("theta", "0"));
-        assert_eq!(parts("m_eff"), expected("m", "eff"));
-        assert_eq!(parts("omega0_x"), expected("omega", "0,x"));
-        assert_eq!(parts("mass"), expected("mass", ""));
-        assert_eq!(parts("x"), expected("x", ""));
-        assert_eq!(latex_word("mass"), r"\mathrm{mass}");
-        assert_eq!(latex_word("phi"), r"\varphi");
-        assert_eq!(latex_word("φ"), r"\varphi");
-        assert_eq!(latex_word("é"), r"\text{é}");
-        assert_eq!(latex_word("12"), "12");
-    }
-}

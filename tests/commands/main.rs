@@ -12,6 +12,7 @@ mod cli_support;
 #[cfg(feature = "engine")]
 #[path = "../common/mod.rs"]
 mod common;
+mod dimensions;
 mod embedding;
 mod expect;
 mod explanations;
@@ -22,3 +23,4 @@ mod layers;
 mod schema;
 mod snapshots;
 mod sweep;
+mod written;

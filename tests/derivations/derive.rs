@@ -473,3 +473,19 @@ fn forces_that_can_be_solved_are() {
     assert!(solved("param k  coord x, y  T = x'^2 + y'^2  V = k*(x - y)^2").is_empty());
     assert!(solved("param k  coord x  T = x'^2  V = x^2 + exp(x)").is_empty());
 }
+
+#[test]
+fn coefficients_have_their_shortest_form() {
+    for (force, want) in [
+        ("m*sin(a)*sin(b) + m*cos(a)*cos(b)", "m*cos(b - a)"),
+        ("sqrt(m*l^2*sin(a)^2 + m*l^2*cos(a)^2)", "sqrt(m)*abs(l)"),
+        ("l^2*k + l^2*h + g*k", "k*g + l^2*(k + h)"),
+        ("m*(l + k)^2", "m*(l + k)^2"),
+    ] {
+        let text = format!(
+            "param a  param b  param m  param l  param k  param h  param g  coord x  T = 1/2*x'^2  V = ({force})*x"
+        );
+        let derivation = derive(&model(&text), &Parts::default().equations(true)).unwrap();
+        assert_eq!(derivation.equation_texts(), [format!("x'' + {want} = 0")]);
+    }
+}

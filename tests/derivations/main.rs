@@ -13,3 +13,4 @@ mod derive_constraints;
 mod derive_support;
 mod latex;
 mod normal_coordinates;
+mod typeset;

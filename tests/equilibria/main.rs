@@ -9,5 +9,7 @@ mod constraints;
 mod decoupled;
 mod equilibrium;
 mod equilibrium_proof;
+mod patterns;
+mod roots;
 mod symmetry;
 mod zero_modes;

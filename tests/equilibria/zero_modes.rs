@@ -346,3 +346,36 @@ fn what_only_the_sum_of_terms_leaves_is_found() {
     let proved = linearize(model).is_ok_and(|found| found.equilibrium().proved);
     assert!(!proved, "a torque acts on each everywhere");
 }
+
+/// What is held by too few elements is found by counting, here by those that the end of a search leaves with a little stress.
+#[test]
+fn what_is_held_by_too_little_is_loose() {
+    let count = |n: usize, elements: &[&str]| {
+        let sum: Vec<String> = elements.iter().map(|s| format!("(exp({s}) - ({s}))")).collect();
+        let text = format!("coord x[1..{n}]  T = sum(i in 1..{n}, 1/2*x[i]'^2)  V = {}", sum.join(" + "));
+        motions(&text).len()
+    };
+    // A chain without walls, with one.
+    assert_eq!(count(3, &["x[1] - x[2]", "x[2] - 2*x[3]"]), 1);
+    assert_eq!(count(3, &["x[1] - x[2]", "x[2] - 2*x[3]", "x[3]"]), 0);
+    // 4 and 5 hang on 3 by one element, while the rest has more than it needs.
+    let held = ["x[1]", "x[1] - x[2]", "x[2]", "x[2] - x[3]", "x[3]"];
+    assert_eq!(count(5, &[&held[..], &["sin(x[3] - 2*x[4] - x[5])"]].concat()), 1);
+    assert_eq!(count(5, &held), 2);
+}
+
+/// What vanishes with the velocities is left out of the potential, what does not joins it.
+#[test]
+fn kinetic_terms_at_rest_join_the_potential() {
+    let stiffness = |kinetic: &str| {
+        let text = format!("param l = 2  coord q  T = {kinetic}  V = 2*q^2");
+        let file = parse(&text).unwrap();
+        let model = elaborate(&file, &TableTexts::new(), &Settings::new()).unwrap();
+        linearize(model).map(|l| (l.mass()[0].mid_f64(), l.stiffness()[0].mid_f64()))
+    };
+    assert_eq!(stiffness("1/2*(l*cos(q)*q' + q')^2").unwrap(), (9.0, 4.0));
+    assert_eq!(stiffness("1/2*(l*cos(q)*q' + q')^2 + cos(q)").unwrap(), (9.0, 5.0));
+    // cos q/(l cos q + 1) is 0/0 at rest, not 0, and nothing is said of it.
+    let (mass, _) = stiffness("1/2*q'^2 + cos(q)*q'/(l*cos(q)*q' + q')").unwrap();
+    assert!(mass.is_nan());
+}

@@ -5,6 +5,7 @@ use crate::expr_support;
 
 use expr_support::read;
 use librate::expr::{Pool, Seeds, Substitution, ZeroVerdict};
+use librate::number::Number;
 
 fn pool() -> Pool {
     let mut pool = Pool::default();
@@ -200,4 +201,29 @@ fn norms_are_invariant_under_rotation() {
     let seeds = Seeds::from([(x, ey), (y, mx), (a, eb), (b, ma)]);
     let d = pool.derivation(&[e], &seeds)[0];
     assert_eq!(pool.is_zero(d), ZeroVerdict::Zero);
+}
+
+/// Gauss's sum over cos(2πa²/q), or sin for q = 3 modulo 4, is sqrt(q): roots of unity and of primes belong together modulo the
+/// prime of the test, which has no roots of unity of order 37.
+#[test]
+fn roots_of_primes_are_sums_of_roots_of_unity() {
+    for q in [3_i64, 5, 7, 11, 13, 17, 19, 23, 29, 31, 41, 797, 37] {
+        let mut pool = Pool::default();
+        let pi = pool.pi();
+        let terms: Vec<_> = (0..q)
+            .map(|a| {
+                let angle = pool.number(Number::ratio(2 * a * a, q).unwrap());
+                let angle = pool.mul(angle, pi);
+                if q % 4 == 1 { pool.cos(angle) } else { pool.sin(angle) }
+            })
+            .collect();
+        let sum = pool.sum(&terms);
+        let number = pool.number(Number::from(q));
+        let root = pool.sqrt(number);
+        let difference = pool.sub(sum, root);
+        let verdict = pool.is_zero(difference);
+        assert_eq!(verdict == ZeroVerdict::Zero, q != 37, "{q}: {verdict:?}");
+        let shifted = pool.add(sum, root);
+        assert_ne!(pool.is_zero(shifted), ZeroVerdict::Zero, "{q}");
+    }
 }

@@ -7,6 +7,7 @@ mod abbreviations;
 mod common;
 #[allow(clippy::duplicate_mod, reason = "the fuzzers' checks bring theirs along")]
 mod crashers;
+mod cut;
 mod format_files;
 #[cfg(feature = "format")]
 mod format_laws;

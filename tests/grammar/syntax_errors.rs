@@ -46,3 +46,13 @@ fn mistakes_are_explained() {
         });
     });
 }
+
+#[test]
+fn overlong_words_are_shortened() {
+    let text = format!("`{}` is not declared", "ü".repeat(100_000));
+    let short = Diagnostic::global(text).message;
+    assert!(short.chars().count() < 120, "{short}");
+    assert!(short.starts_with("`üü") && short.ends_with("ü` is not declared"));
+    let long = "a sentence of many short words ".repeat(10);
+    assert_eq!(Diagnostic::global(long.clone()).message, long);
+}

@@ -350,3 +350,38 @@ fn studies_go_to_other_threads() {
     fn shared<T: Send + Sync>(_: &T) {}
     shared(&Study::new(model(LINKS), &["g"]).unwrap());
 }
+
+/// Coordinates apart from each other: every ω² is one entry, against its value in enclosures.
+#[test]
+fn entries_hold_against_enclosures() {
+    let entries = [
+        "sin(a)/3 - b",
+        "sqrt((sin(a)/3 - b)^2 + c)",
+        "sqrt((sin(a)/3 - b)^2 + c)/b",
+        "c^(sqrt((sin(a)/3 - b)^2 + c)/b)",
+        "atan2(c^(sqrt((sin(a)/3 - b)^2 + c)/b), sin(a)/3 - b)",
+    ];
+    let terms: Vec<String> = (1..).zip(&entries).map(|(i, entry)| format!("1/2*({entry})*x[{i}]^2")).collect();
+    let model = model(&format!(
+        "param a = 0.3  param b = 0.7  param c = 1.9  coord x[1..5]  T = sum(i in 1..5, 1/2*x[i]'^2)  V = {}",
+        terms.join(" + ")
+    ));
+    let study = Study::new(model, &["a", "b", "c"]).unwrap();
+    let sets = [0.3, 0.7, 1.9, -4.0, 0.01, 1e-3, 1e5, -3.5, 7.0];
+    let solutions = study.solve(&sets).unwrap();
+    for (set, own) in sets.chunks(3).zip(solutions.iter()) {
+        let [a, b, c] = [0, 1, 2].map(|at: usize| Ball::exact(set[at]));
+        let difference = a.sin() / Ball::exact(3.0) - b;
+        let root = (difference.powi(2) + c).sqrt();
+        let power = c.pow(&(root / b));
+        let mut exact = [difference, root, root / b, power, power.atan2(&difference)];
+        exact.sort_by(|x, y| x.mid_f64().total_cmp(&y.mid_f64()));
+        assert!(own.outcome.is_solved(), "{set:?}");
+        for (at, exact) in exact.into_iter().enumerate() {
+            let off = (exact - Ball::exact(own.omega_squared[at])).mid_f64().abs();
+            let bound = own.omega_squared_bounds[at];
+            assert!(off <= bound, "{set:?}: {off:e} {bound:e}");
+            assert!(bound <= 1e-9 * exact.mid_f64().abs(), "{set:?}: {bound:e} of {exact:?}");
+        }
+    }
+}

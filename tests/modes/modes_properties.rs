@@ -5,6 +5,8 @@
 
 use crate::modes_support;
 
+use std::ops::Range;
+
 use dashu_ratio::RBig;
 use librate::modes::{Kind, ModesError, Options, Problem, Stability, solve};
 use librate::precision::Ball;
@@ -61,14 +63,22 @@ fn eigenvalue() -> impl Strategy<Value = RBig> {
     ]
 }
 
-fn case() -> impl Strategy<Value = Case> {
-    (1..7usize).prop_flat_map(|n| {
+/// With an integer matrix P that has entries near its diagonal only.
+fn case(dimensions: Range<usize>, band: usize) -> impl Strategy<Value = Case> {
+    dimensions.prop_flat_map(move |n| {
         let entries = proptest::collection::vec(-5..6i64, n * n);
         let scales = proptest::collection::vec(prop_oneof![4 => Just(0), 1 => -6..7i32], n);
         let values = proptest::collection::vec(eigenvalue(), n);
         (entries, scales, values).prop_map(move |(entries, scales, values)| {
             let p = (0..n)
-                .map(|i| (0..n).map(|j| RBig::from(entries[i * n + j]) * power_of_ten(scales[j])).collect())
+                .map(|i| {
+                    (0..n)
+                        .map(|j| {
+                            let near = i64::from(i.abs_diff(j) < band);
+                            RBig::from(near * entries[i * n + j]) * power_of_ten(scales[j])
+                        })
+                        .collect()
+                })
                 .collect();
             Case { p, values }
         })
@@ -85,104 +95,111 @@ fn cases() -> u32 {
     asked.and_then(|text| text.parse().ok()).unwrap_or(400)
 }
 
+/// Eigenvalues, kinds, clusters and vectors against the exact ones.
+fn check(case: &Case, prove_zeros: bool) -> Result<(), TestCaseError> {
+    let n = case.p.len();
+    let Some(inverse) = inverse(&case.p) else {
+        return Ok(());
+    };
+    let mass = congruent(&case.p, &vec![RBig::ONE; n]);
+    let stiffness = congruent(&case.p, &case.values);
+    let mut problem = problem(&mass, &stiffness);
+    let column = |k: usize| -> Vec<RBig> { (0..n).map(|i| inverse[i][k].clone()).collect() };
+    let zeros: Vec<usize> = (0..n).filter(|&k| case.values[k] == RBig::ZERO).collect();
+    if prove_zeros {
+        problem.zero_vectors = zeros.iter().map(|&k| column(k).iter().map(ball).collect()).collect();
+    }
+    let spectrum = match solve(&problem, &Options::default()) {
+        Ok(spectrum) => spectrum,
+        // Honest where double-double does not show M to be positive definite.
+        Err(ModesError::NotPositiveDefinite { singular: true, .. }) => return Ok(()),
+        Err(other) => return Err(TestCaseError::fail(format!("{other}"))),
+    };
+    prop_assert_eq!(spectrum.modes.len(), n);
+    if n < 20 {
+        check_enclosures(&mass, &stiffness, &spectrum);
+    }
+
+    // Known eigenvalues, one to one.
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| case.values[i].cmp(&case.values[j]));
+    let mut modes: Vec<_> = spectrum.modes.iter().collect();
+    modes.sort_by(|a, b| a.omega_squared.mid.partial_cmp(&b.omega_squared.mid).unwrap());
+    for (mode, &k) in modes.iter().zip(&order) {
+        let b = mode.omega_squared;
+        let error = abs(double(b.mid.hi) + double(b.mid.lo) - &case.values[k]);
+        prop_assert!(error <= double(b.radius), "{b:?} for {}", case.values[k]);
+        match mode.kind {
+            Kind::Oscillation => prop_assert!(case.values[k] > RBig::ZERO),
+            Kind::Unstable => prop_assert!(case.values[k] < RBig::ZERO),
+            Kind::Zero => prop_assert!(case.values[k] == RBig::ZERO && prove_zeros),
+            Kind::Undecided => prop_assert!(!(prove_zeros && case.values[k] == RBig::ZERO)),
+            other => prop_assert!(false, "{other:?}"),
+        }
+    }
+    // The order in which they are printed.
+    let rank = |kind: Kind| match kind {
+        Kind::Unstable => 0,
+        Kind::Zero => 1,
+        Kind::Undecided => 2,
+        _ => 3,
+    };
+    prop_assert!(spectrum.modes.windows(2).all(|w| rank(w[0].kind) <= rank(w[1].kind)));
+    if spectrum.stability == Stability::Stable {
+        prop_assert!(case.values.iter().all(|x| *x > RBig::ZERO));
+    }
+    // Equal eigenvalues are never told apart.
+    for (a, i) in modes.iter().zip(&order) {
+        for (b, j) in modes.iter().zip(&order) {
+            if case.values[*i] == case.values[*j] {
+                prop_assert_eq!(a.cluster, b.cluster);
+            }
+        }
+    }
+    // Vectors: the part outside the exact eigenspace of the cluster, in M-length.
+    let size: f64 = mass.iter().flatten().map(|x| float(x).abs()).sum::<f64>().sqrt();
+    for mode in &modes {
+        let v: Vec<RBig> = mode.vector.iter().map(|&x| double(x)).collect();
+        let image: Vec<RBig> = (0..n).map(|i| (0..n).fold(RBig::ZERO, |s, j| s + &mass[i][j] * &v[j])).collect();
+        let mut rest = v.clone();
+        for (other, &k) in modes.iter().zip(&order) {
+            if other.cluster == mode.cluster {
+                let x = column(k);
+                let c = x.iter().zip(&image).fold(RBig::ZERO, |s, (a, b)| s + a * b);
+                for (r, x) in rest.iter_mut().zip(&x) {
+                    *r = &*r - &(&c * x);
+                }
+            }
+        }
+        let square =
+            (0..n).fold(RBig::ZERO, |s, i| s + (0..n).fold(RBig::ZERO, |t, j| t + &mass[i][j] * &rest[i] * &rest[j]));
+        let length = float(&square).sqrt();
+        prop_assert!(
+            length <= mode.vector_error_bound * size * (1.0 + 1e-9),
+            "{length:e} > {:e}",
+            mode.vector_error_bound * size
+        );
+    }
+    // A single mode: component by component, up to its sign.
+    for (mode, &k) in modes.iter().zip(&order) {
+        if modes.iter().filter(|m| m.cluster == mode.cluster).count() == 1 {
+            let x = column(k);
+            let sign = if mode.vector.iter().zip(&x).map(|(a, b)| a * float(b)).sum::<f64>() < 0.0 { -1 } else { 1 };
+            for (a, b) in mode.vector.iter().zip(&x) {
+                let error = abs(double(*a) - b * RBig::from(sign));
+                prop_assert!(error <= double(mode.vector_error_bound.min(1e300)));
+            }
+        }
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: cases(), max_shrink_iters: 300, failure_persistence: None, ..Default::default() })]
 
     #[test]
-    fn eigenvalues_and_vectors_are_where_they_are_said_to_be(case in case(), prove_zeros: bool) {
-        let n = case.p.len();
-        let Some(inverse) = inverse(&case.p) else { return Ok(()) };
-        let mass = congruent(&case.p, &vec![RBig::ONE; n]);
-        let stiffness = congruent(&case.p, &case.values);
-        let mut problem = problem(&mass, &stiffness);
-        let column = |k: usize| -> Vec<RBig> { (0..n).map(|i| inverse[i][k].clone()).collect() };
-        let zeros: Vec<usize> = (0..n).filter(|&k| case.values[k] == RBig::ZERO).collect();
-        if prove_zeros {
-            problem.zero_vectors =
-                zeros.iter().map(|&k| column(k).iter().map(ball).collect()).collect();
-        }
-        let spectrum = match solve(&problem, &Options::default()) {
-            Ok(spectrum) => spectrum,
-            // Honest where double-double does not show M to be positive definite.
-            Err(ModesError::NotPositiveDefinite { singular: true, .. }) => return Ok(()),
-            Err(other) => return Err(TestCaseError::fail(format!("{other}"))),
-        };
-        prop_assert_eq!(spectrum.modes.len(), n);
-        check_enclosures(&mass, &stiffness, &spectrum);
-
-        // Known eigenvalues, one to one.
-        let mut order: Vec<usize> = (0..n).collect();
-        order.sort_by(|&i, &j| case.values[i].cmp(&case.values[j]));
-        let mut modes: Vec<_> = spectrum.modes.iter().collect();
-        modes.sort_by(|a, b| a.omega_squared.mid.partial_cmp(&b.omega_squared.mid).unwrap());
-        for (mode, &k) in modes.iter().zip(&order) {
-            let b = mode.omega_squared;
-            let error = abs(double(b.mid.hi) + double(b.mid.lo) - &case.values[k]);
-            prop_assert!(error <= double(b.radius), "{b:?} for {}", case.values[k]);
-            match mode.kind {
-                Kind::Oscillation => prop_assert!(case.values[k] > RBig::ZERO),
-                Kind::Unstable => prop_assert!(case.values[k] < RBig::ZERO),
-                Kind::Zero => prop_assert!(case.values[k] == RBig::ZERO && prove_zeros),
-                Kind::Undecided => prop_assert!(!(prove_zeros && case.values[k] == RBig::ZERO)),
-                other => prop_assert!(false, "{other:?}"),
-            }
-        }
-        // The order in which they are printed.
-        let rank = |kind: Kind| match kind {
-            Kind::Unstable => 0,
-            Kind::Zero => 1,
-            Kind::Undecided => 2,
-            _ => 3,
-        };
-        prop_assert!(spectrum.modes.windows(2).all(|w| rank(w[0].kind) <= rank(w[1].kind)));
-        if spectrum.stability == Stability::Stable {
-            prop_assert!(case.values.iter().all(|x| *x > RBig::ZERO));
-        }
-        // Equal eigenvalues are never told apart.
-        for (a, i) in modes.iter().zip(&order) {
-            for (b, j) in modes.iter().zip(&order) {
-                if case.values[*i] == case.values[*j] {
-                    prop_assert_eq!(a.cluster, b.cluster);
-                }
-            }
-        }
-        // Vectors: the part outside the exact eigenspace of the cluster, in M-length.
-        let size: f64 = mass.iter().flatten().map(|x| float(x).abs()).sum::<f64>().sqrt();
-        for mode in &modes {
-            let v: Vec<RBig> = mode.vector.iter().map(|&x| double(x)).collect();
-            let image: Vec<RBig> = (0..n)
-                .map(|i| (0..n).fold(RBig::ZERO, |s, j| s + &mass[i][j] * &v[j]))
-                .collect();
-            let mut rest = v.clone();
-            for (other, &k) in modes.iter().zip(&order) {
-                if other.cluster == mode.cluster {
-                    let x = column(k);
-                    let c = x.iter().zip(&image).fold(RBig::ZERO, |s, (a, b)| s + a * b);
-                    for (r, x) in rest.iter_mut().zip(&x) {
-                        *r = &*r - &(&c * x);
-                    }
-                }
-            }
-            let square = (0..n).fold(RBig::ZERO, |s, i| {
-                s + (0..n).fold(RBig::ZERO, |t, j| t + &mass[i][j] * &rest[i] * &rest[j])
-            });
-            let length = float(&square).sqrt();
-            prop_assert!(
-                length <= mode.vector_error_bound * size * (1.0 + 1e-9),
-                "{length:e} > {:e}", mode.vector_error_bound * size
-            );
-        }
-        // A single mode: component by component, up to its sign.
-        for (mode, &k) in modes.iter().zip(&order) {
-            if modes.iter().filter(|m| m.cluster == mode.cluster).count() == 1 {
-                let x = column(k);
-                let sign = if mode.vector.iter().zip(&x).map(|(a, b)| a * float(b)).sum::<f64>() < 0.0 { -1 } else { 1 };
-                for (a, b) in mode.vector.iter().zip(&x) {
-                    let error = abs(double(*a) - b * RBig::from(sign));
-                    prop_assert!(error <= double(mode.vector_error_bound.min(1e300)));
-                }
-            }
-        }
+    fn eigenvalues_and_vectors_are_where_they_are_said_to_be(case in case(1..7, 7), prove_zeros: bool) {
+        check(&case, prove_zeros)?;
     }
 
     #[test]
@@ -205,5 +222,16 @@ proptest! {
                 prop_assert!(spectrum.modes.len() <= 2);
             }
         }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 6, max_shrink_iters: 20, failure_persistence: None, ..Default::default() })]
+
+    /// From 20 coordinates on most is done in products of doubles, dense or sparse.
+    #[test]
+    fn large_problems_keep_their_bounds(dense in case(20..24, 24), sparse in case(20..24, 2), prove_zeros: bool) {
+        check(&dense, prove_zeros)?;
+        check(&sparse, prove_zeros)?;
     }
 }

@@ -12,6 +12,7 @@ mod common;
 mod floquet;
 mod floquet_limits;
 mod floquet_random;
+mod following;
 mod motion;
 mod motion_hard;
 mod motion_proved;

@@ -83,29 +83,3 @@ pub(super) fn remedy(found: &Dimension, wanted: &Dimension) -> String {
     }
     remedy
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn missing_factors_are_named() {
-        let force = Dimension::new([1, 1, -2, 0, 0, 0, 0]);
-        let energy = Dimension::new([1, 2, -2, 0, 0, 0, 0]);
-        assert_eq!(remedy(&force, &energy), "multiply by a length");
-        assert_eq!(remedy(&energy, &force), "divide by a length");
-        let per_mass = Dimension::new([0, 2, -2, 0, 0, 0, 0]);
-        assert_eq!(remedy(&per_mass, &energy), "multiply by a mass");
-        let inertia = Dimension::new([1, 2, 0, 0, 0, 0, 0]);
-        assert_eq!(remedy(&inertia, &energy), "divide by the square of a time; is the prime of a velocity missing?");
-        let odd = Dimension::new([2, 5, 1, 0, 0, 0, 0]);
-        assert_eq!(remedy(&odd, &energy), "a factor in 1/kg/m^3/s^3 is missing");
-    }
-
-    #[test]
-    fn no_dimension_has_two_words() {
-        for (index, (exponents, _, _)) in WORDS.iter().enumerate() {
-            assert!(WORDS[..index].iter().all(|(other, _, _)| other != exponents));
-        }
-    }
-}

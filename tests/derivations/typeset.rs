@@ -1,0 +1,124 @@
+//! Formulas as LaTeX and as text of several lines.
+#![cfg(feature = "format")]
+
+use librate::typeset::{Formula, Notation, Subscript, Symbol};
+
+fn latex(text: &str) -> String {
+    Notation::new(["phi[1]", "x"]).read(text).map_or_else(|| format!("unread: {text}"), |formula| formula.latex())
+}
+
+#[test]
+fn what_a_physicist_writes() {
+    for (text, expected) in [
+        ("1/2*m*l^2*phi[1]'^2", r"\frac{1}{2} m l^{2} \dot{\varphi}_{1}^{2}"),
+        ("m[1]*g*l[1]*(1 - cos(phi[1]))", r"m_{1} g l_{1} (1 - \cos \varphi_{1})"),
+        ("g/l[1] + k12*L^2/(m[1]*l[1]^2)", r"\frac{g}{l_{1}} + \frac{k_{12} L^{2}}{m_{1} l_{1}^{2}}"),
+        ("3/2*k/m", r"\frac{3 k}{2 m}"),
+        ("1/2*k/m", r"\frac{k}{2 m}"),
+        ("1/m", r"\frac{1}{m}"),
+        ("sqrt(2)/2", r"\frac{\sqrt{2}}{2}"),
+        ("x''", r"\ddot{x}"),
+        ("delta_x' + p_x - p_phi[2]", r"\delta \dot{x} + p_{x} - p_{\varphi_{2}}"),
+        ("sin(phi[1])^2*m", r"\sin^{2} \varphi_{1} \, m"),
+        ("cos(phi[1] - phi[2])", r"\cos(\varphi_{1} - \varphi_{2})"),
+        ("-(a - b)*c", r"-(a - b) c"),
+        ("a - (b - c)", "a - (b - c)"),
+        ("a - -b*c/-d", r"a - \frac{b c}{d}"),
+        ("-a^2 + b", "-a^{2} + b"),
+        ("2*3*x", r"2 \cdot 3 x"),
+        ("6.02e23*x", r"6.02 \cdot 10^{23} x"),
+        ("(1 + x/a)^2", r"\left( 1 + \frac{x}{a} \right)^{2}"),
+        ("x^(1/2)", r"\sqrt{x}"),
+        ("exp(-x/a)", r"\mathrm{e}^{-\frac{x}{a}}"),
+        ("atan2(y, x)", r"\operatorname{atan2}(y, x)"),
+        ("abs(x)", r"\left\vert x \right\vert"),
+        ("norm(r[1] - r[2])^2", r"\left\Vert r_{1} - r_{2} \right\Vert^{2}"),
+        ("dot(u, v)*cross(u, v)[1]", r"(u \cdot v) (u \times v)_{1}"),
+        ("[x, 0]", r"\begin{pmatrix} x \\ 0 \end{pmatrix}"),
+        ("(x*y)'", r"\frac{\mathrm{d}}{\mathrm{d}t} (x y)"),
+        ("sum(i in 1..N, x[i]^2)", r"\sum_{i = 1}^{N} x_{i}^{2}"),
+        (
+            "sum(i in 1..N, j in 1..N where i < j, x[i] + x[j])",
+            r"\sum_{i = 1}^{N} \sum_{j = 1,\, i < j}^{N} (x_{i} + x_{j})",
+        ),
+        ("sum(b in bonds, b.k*(x[b.i] - 1)^2)", r"\sum_{b \in \mathrm{bonds}} b_{k} (x_{b_{i}} - 1)^{2}"),
+    ] {
+        assert_eq!(latex(text), expected, "{text}");
+    }
+}
+
+#[test]
+fn long_sums_are_broken_before_a_sign() {
+    let terms: Vec<String> = (1..30).map(|i| format!("k*x[{i}]^2")).collect();
+    let left = Formula::Symbol(Symbol::of("V"));
+    let sum = Formula::read(&terms.join(" + ")).unwrap_or(Formula::Number(String::new()));
+    let text = Formula::equation(left, sum).latex_display();
+    assert!(text.starts_with("\\begin{aligned}\nV &= k x_{1}^{2} + "), "{text}");
+    assert!(text.lines().count() > 3 && text.lines().all(|line| line.len() < 400));
+}
+
+fn text(source: &str) -> String {
+    let formula = Notation::new(["phi[1]", "x"]).read(source);
+    formula.map_or_else(|| format!("unread: {source}"), |formula| formula.text(60).join("\n"))
+}
+
+#[test]
+fn what_a_terminal_shows() {
+    for (source, expected) in [
+        ("1/2*m*l^2*phi[1]'^2", "½ m l² φ\u{307}₁²"),
+        ("x''", "x\u{308}"),
+        ("g/l[1] + k12", "g\n── + k₁₂\nl₁"),
+        ("(1 + x/a)^2", "⎛    x⎞²\n⎜1 + ─⎟\n⎝    a⎠"),
+        ("sqrt(2)/2*x^-1", "√2 x⁻¹\n──────\n  2"),
+        ("sin(x)^2*cos(2*x)", "sin² x cos(2 x)"),
+        ("2*3*x", "2 · 3 x"),
+        ("u[1,2] + u[10,2]", "u₁₂ + u₁₀[2]"),
+        ("m_eff + theta_0", "m_eff + θ₀"),
+        ("delta_x' + p_phi[2]", "δx\u{307} + p[φ₂]"),
+        ("exp(-x)", " -x\ne"),
+        ("sum(i in 1..N, x[i]^2)", "  N\n  Σ   xᵢ²\ni = 1"),
+        ("[x, 0]", "⎡x⎤\n⎣0⎦"),
+        ("6.02e23", "6.02·10²³"),
+        ("norm(x)", "‖x‖"),
+        ("2/3*x/a", "2 x\n───\n3 a"),
+    ] {
+        assert_eq!(text(source), expected, "{source}");
+    }
+}
+
+#[test]
+fn long_sums_are_broken() {
+    let terms: Vec<String> = (1..20).map(|i| format!("k*x[{i}]^2")).collect();
+    let lines = text(&terms.join(" + "));
+    assert!(lines.lines().count() > 2);
+    assert!(lines.lines().all(|line| line.chars().count() <= 60));
+    assert!(lines.lines().skip(1).all(|line| line.starts_with("     + ")));
+}
+
+#[test]
+fn names_fall_into_letters_and_subscripts() {
+    let parts = |name: &str| {
+        let symbol = Symbol::of(name);
+        let feet: Vec<String> = symbol
+            .subscript
+            .iter()
+            .filter_map(|part| match part {
+                Subscript::Word(word) => Some(word.clone()),
+                _ => None,
+            })
+            .collect();
+        (symbol.letter, feet.join(","))
+    };
+    let expected = |letter: &str, feet: &str| (letter.to_owned(), feet.to_owned());
+    assert_eq!(parts("k12"), expected("k", "12"));
+    assert_eq!(parts("theta_0"), expected("theta", "0"));
+    assert_eq!(parts("m_eff"), expected("m", "eff"));
+    assert_eq!(parts("omega0_x"), expected("omega", "0,x"));
+    assert_eq!(parts("mass"), expected("mass", ""));
+    assert_eq!(parts("x"), expected("x", ""));
+    assert_eq!(Formula::Symbol(Symbol::of("mass")).latex(), r"\mathrm{mass}");
+    assert_eq!(Formula::Symbol(Symbol::of("phi")).latex(), r"\varphi");
+    assert_eq!(Formula::Symbol(Symbol::of("φ")).latex(), r"\varphi");
+    assert_eq!(Formula::Symbol(Symbol::of("é")).latex(), r"\text{é}");
+    assert_eq!(Formula::Symbol(Symbol::of("k12")).latex(), "k_{12}");
+}
