@@ -138,7 +138,7 @@ impl Task<'_> {
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
             let entries = there.monodromy.iter();
-            entries.map(|x| x.to_big(RANGE_BITS).scale(there.exponent)).collect()
+            entries.map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
         };
         let blocks = Blocks { n, symplectic, digits: self.digits };
         let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {

@@ -340,7 +340,7 @@ impl<S: Enclosure> Setting<'_, S> {
             let proof = Proof {
                 free: self.free.to_vec(),
                 contraction,
-                centre: self.free.iter().map(|i| at[*i].to_big(self.bits).with_bits(self.bits)).collect(),
+                centre: self.free.iter().map(|i| at[*i].to_big(self.bits)).collect(),
                 size,
                 reach,
                 bits: self.bits,

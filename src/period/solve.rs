@@ -205,10 +205,7 @@ fn finished<S: Enclosure>(
         period: found.period.to_ball(),
         precise,
         motion,
-        energy_precise: oscillator
-            .center
-            .units()
-            .map(|_| found.energy.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS)),
+        energy_precise: oscillator.center.units().map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
         energy: found.energy.to_ball(),
         equilibrium: *place,
         proved: oscillator.center.is_proved(),
@@ -231,7 +228,7 @@ fn judge<S: Enclosure>(
         Stop::Rough(at) => (at, true),
         Stop::Final(_) | Stop::AtRest => return Ok(None),
     };
-    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS).with_bits(BITS_OF_BARRIERS), rough) {
+    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS), rough) {
         Verdict::Final(error) => Err(error),
         Verdict::Fence(fence) => Ok(Some(fence)),
         Verdict::Unknown if rough => Err(PeriodError::NotSmooth {

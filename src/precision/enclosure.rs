@@ -42,8 +42,10 @@ pub trait Enclosure: Scalar {
     fn hull(&self, other: &Self) -> Self;
     /// As a ball in double-double.
     fn to_ball(&self) -> Ball;
-    /// With the bits given, or those that it has.
+    /// With the bits given.
     fn to_big(&self, bits: usize) -> Big;
+    /// Not rounded: a ball with the bits given, a bigger number with those that it has.
+    fn unrounded(&self, bits: usize) -> Big;
     /// The number itself where it has more bits or a wider range than a ball.
     fn precise(self) -> Option<Big>;
     /// What a bigger number encloses.
@@ -141,6 +143,10 @@ impl Enclosure for Ball {
 
     fn to_big(&self, bits: usize) -> Big {
         Big::from_ball(self, bits)
+    }
+
+    fn unrounded(&self, bits: usize) -> Big {
+        self.to_big(bits)
     }
 
     fn precise(self) -> Option<Big> {
@@ -244,7 +250,11 @@ impl Enclosure for Big {
         Big::to_ball(self)
     }
 
-    fn to_big(&self, _: usize) -> Big {
+    fn to_big(&self, bits: usize) -> Big {
+        self.clone().with_bits(bits)
+    }
+
+    fn unrounded(&self, _: usize) -> Big {
         self.clone()
     }
 
@@ -253,7 +263,7 @@ impl Enclosure for Big {
     }
 
     fn from_big(value: &Big, bits: usize) -> Self {
-        value.clone().with_bits(bits)
+        value.to_big(bits)
     }
 
     fn from_ball(value: &Ball, bits: usize) -> Self {
