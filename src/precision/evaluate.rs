@@ -4,7 +4,7 @@ use super::ball::Ball;
 use super::big::Big;
 use super::double::DoubleDouble;
 use super::lane::Lane;
-use super::scalar::{self, Function, Scalar};
+use super::scalar::{self, Function, Scalar, functions, operators};
 use super::sums;
 use crate::number::Number;
 
@@ -21,30 +21,7 @@ impl Scalar for f64 {
         std::f64::consts::PI
     }
 
-    #[inline]
-    fn add(&self, other: &Self) -> Self {
-        self + other
-    }
-
-    #[inline]
-    fn sub(&self, other: &Self) -> Self {
-        self - other
-    }
-
-    #[inline]
-    fn mul(&self, other: &Self) -> Self {
-        self * other
-    }
-
-    #[inline]
-    fn div(&self, other: &Self) -> Self {
-        self / other
-    }
-
-    #[inline]
-    fn neg(&self) -> Self {
-        -self
-    }
+    operators!();
 
     fn powi(&self, exponent: i32) -> Self {
         f64::powi(*self, exponent)
@@ -59,22 +36,7 @@ impl Scalar for f64 {
         f64::powf(*self, *exponent)
     }
 
-    fn apply(&self, function: Function) -> Self {
-        match function {
-            Function::Sin => self.sin(),
-            Function::Cos => self.cos(),
-            Function::Tan => self.tan(),
-            Function::Asin => self.asin(),
-            Function::Acos => self.acos(),
-            Function::Atan => self.atan(),
-            Function::Sinh => self.sinh(),
-            Function::Cosh => self.cosh(),
-            Function::Tanh => self.tanh(),
-            Function::Exp => self.exp(),
-            Function::Ln => self.ln(),
-            Function::Abs => self.abs(),
-        }
-    }
+    functions!();
 
     fn atan2(&self, x: &Self) -> Self {
         if *self == 0.0 && *x == 0.0 {
@@ -132,30 +94,7 @@ impl Scalar for DoubleDouble {
         Ball::PI.mid
     }
 
-    #[inline]
-    fn add(&self, other: &Self) -> Self {
-        *self + *other
-    }
-
-    #[inline]
-    fn sub(&self, other: &Self) -> Self {
-        *self - *other
-    }
-
-    #[inline]
-    fn mul(&self, other: &Self) -> Self {
-        *self * *other
-    }
-
-    #[inline]
-    fn div(&self, other: &Self) -> Self {
-        *self / *other
-    }
-
-    #[inline]
-    fn neg(&self) -> Self {
-        -*self
-    }
+    operators!();
 
     fn powi(&self, exponent: i32) -> Self {
         Ball::from(*self).powi(exponent).mid
@@ -207,30 +146,7 @@ impl Scalar for Lane {
         Self::splat(std::f64::consts::PI)
     }
 
-    #[inline]
-    fn add(&self, other: &Self) -> Self {
-        *self + *other
-    }
-
-    #[inline]
-    fn sub(&self, other: &Self) -> Self {
-        *self - *other
-    }
-
-    #[inline]
-    fn mul(&self, other: &Self) -> Self {
-        *self * *other
-    }
-
-    #[inline]
-    fn div(&self, other: &Self) -> Self {
-        *self / *other
-    }
-
-    #[inline]
-    fn neg(&self) -> Self {
-        -*self
-    }
+    operators!();
 
     fn powi(&self, exponent: i32) -> Self {
         self.map(|x| x.powi(exponent))
@@ -290,30 +206,7 @@ impl Scalar for Ball {
         Ball::PI
     }
 
-    #[inline]
-    fn add(&self, other: &Self) -> Self {
-        *self + *other
-    }
-
-    #[inline]
-    fn sub(&self, other: &Self) -> Self {
-        *self - *other
-    }
-
-    #[inline]
-    fn mul(&self, other: &Self) -> Self {
-        *self * *other
-    }
-
-    #[inline]
-    fn div(&self, other: &Self) -> Self {
-        *self / *other
-    }
-
-    #[inline]
-    fn neg(&self) -> Self {
-        -*self
-    }
+    operators!();
 
     fn powi(&self, exponent: i32) -> Self {
         Ball::powi(self, exponent)
@@ -328,22 +221,7 @@ impl Scalar for Ball {
         Ball::pow(self, exponent)
     }
 
-    fn apply(&self, function: Function) -> Self {
-        match function {
-            Function::Sin => self.sin(),
-            Function::Cos => self.cos(),
-            Function::Tan => self.tan(),
-            Function::Asin => self.asin(),
-            Function::Acos => self.acos(),
-            Function::Atan => self.atan(),
-            Function::Sinh => self.sinh(),
-            Function::Cosh => self.cosh(),
-            Function::Tanh => self.tanh(),
-            Function::Exp => self.exp(),
-            Function::Ln => self.ln(),
-            Function::Abs => self.abs(),
-        }
-    }
+    functions!();
 
     fn atan2(&self, x: &Self) -> Self {
         Ball::atan2(self, x)

@@ -97,6 +97,60 @@ pub trait Scalar: Clone {
     }
 }
 
+/// The operators of a type that is copied.
+macro_rules! operators {
+    () => {
+        #[inline]
+        fn add(&self, other: &Self) -> Self {
+            *self + *other
+        }
+
+        #[inline]
+        fn sub(&self, other: &Self) -> Self {
+            *self - *other
+        }
+
+        #[inline]
+        fn mul(&self, other: &Self) -> Self {
+            *self * *other
+        }
+
+        #[inline]
+        fn div(&self, other: &Self) -> Self {
+            *self / *other
+        }
+
+        #[inline]
+        fn neg(&self) -> Self {
+            -*self
+        }
+    };
+}
+
+/// The elementary functions, each by the method of its name.
+macro_rules! functions {
+    () => {
+        fn apply(&self, function: Function) -> Self {
+            match function {
+                Function::Sin => self.sin(),
+                Function::Cos => self.cos(),
+                Function::Tan => self.tan(),
+                Function::Asin => self.asin(),
+                Function::Acos => self.acos(),
+                Function::Atan => self.atan(),
+                Function::Sinh => self.sinh(),
+                Function::Cosh => self.cosh(),
+                Function::Tanh => self.tanh(),
+                Function::Exp => self.exp(),
+                Function::Ln => self.ln(),
+                Function::Abs => self.abs(),
+            }
+        }
+    };
+}
+
+pub(super) use {functions, operators};
+
 /// [`Scalar::convolution`], one product after the other.
 pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
     let mut products = left.iter().zip(right.iter().rev());

@@ -16,7 +16,7 @@ use dashu_float::round::{Rounded, mode::HalfEven};
 use dashu_float::{ConstCache, Context, FBig, FpResult, Repr};
 
 use super::super::magnitude::Magnitude;
-use super::super::scalar::{Function, Scalar};
+use super::super::scalar::{Function, Scalar, functions};
 use super::{Big, MOST_BITS};
 use crate::number::Number;
 
@@ -478,22 +478,7 @@ impl Scalar for Big {
         Big::pow(self, exponent)
     }
 
-    fn apply(&self, function: Function) -> Self {
-        match function {
-            Function::Sin => self.sin(),
-            Function::Cos => self.cos(),
-            Function::Tan => self.tan(),
-            Function::Asin => self.asin(),
-            Function::Acos => self.acos(),
-            Function::Atan => self.atan(),
-            Function::Sinh => self.sinh(),
-            Function::Cosh => self.cosh(),
-            Function::Tanh => self.tanh(),
-            Function::Exp => self.exp(),
-            Function::Ln => self.ln(),
-            Function::Abs => self.abs(),
-        }
-    }
+    functions!();
 
     fn atan2(&self, x: &Self) -> Self {
         Big::atan2(self, x)
