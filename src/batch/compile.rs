@@ -147,16 +147,9 @@ impl Compiler<'_> {
 
     fn expression(&mut self, id: ExprId) -> Result<u32, UnboundSymbol> {
         if self.pool.is_constant(id) {
-            let ball = match self.pool.node(id) {
-                Node::Number(number) => Ball::from_number(number, ()),
-                Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => Tape::compile(self.pool, &[id], &[])?
+            let ball = match self.pool.as_number(id) {
+                Some(number) => Ball::from_number(number, ()),
+                None => Tape::compile(self.pool, &[id], &[])?
                     .evaluate::<Ball>(&[], &mut Vec::new())
                     .first()
                     .copied()

@@ -97,20 +97,13 @@ impl Pool {
         if function == Function::Tan {
             return self.div(s, c);
         }
-        let r = match self.node(angle) {
-            Node::Atan2 { .. } | Node::Function(Function::Atan, _) => {
-                let (s2, c2) = (self.square(s), self.square(c));
-                let r2 = self.add(s2, c2);
-                self.sqrt(r2)
-            }
-            Node::Function(..)
-            | Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Undefined => ONE,
+        let is_scaled = |node: &Node| matches!(node, Node::Atan2 { .. } | Node::Function(Function::Atan, _));
+        let r = if is_scaled(self.node(angle)) {
+            let (s2, c2) = (self.square(s), self.square(c));
+            let r2 = self.add(s2, c2);
+            self.sqrt(r2)
+        } else {
+            ONE
         };
         let numerator = if function == Function::Sin { s } else { c };
         self.div(numerator, r)

@@ -124,7 +124,7 @@ impl Pool {
                     continue;
                 }
                 // Term by term, so that x/|x| cancels where a term allows it.
-                for (term, own) in self.terms_of(adjoint) {
+                for (term, own) in self.terms(adjoint) {
                     let part = self.mul(term, factor);
                     parts[place].push((part, own.mul(&coefficient)));
                 }
@@ -136,7 +136,7 @@ impl Pool {
 
     /// Whether a product, or a multiple of one, has a negative power of an expression.
     fn divides_by(&self, e: ExprId, divisor: ExprId) -> bool {
-        let terms = self.terms_of(e);
+        let terms = self.terms(e);
         let [(term, _)] = terms.as_slice() else {
             return false;
         };
@@ -145,24 +145,6 @@ impl Pool {
         };
         let negative = |(base, power): &(ExprId, Number)| *base == divisor && power.is_negative();
         factors.iter().any(negative)
-    }
-
-    /// The terms of a sum with their factors; anything else as it is.
-    fn terms_of(&self, e: ExprId) -> Vec<(ExprId, Number)> {
-        match self.node(e) {
-            Node::Sum { constant, terms } => {
-                let constant = (!constant.is_zero()).then(|| (ONE, constant.clone()));
-                terms.iter().cloned().chain(constant).collect()
-            }
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => vec![(e, Number::ONE)],
-        }
     }
 
     /// The derivative of an expression along seeds that stay the same from call to call, so that

@@ -53,22 +53,10 @@ impl Pool {
             return ONE;
         }
         // exp(r*ln(u)) = u^r.
-        let (term, factor) = match self.node(x) {
-            Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
-                ([(term, factor)], true) => (*term, factor.clone()),
-                _ => return self.intern(Node::Function(Function::Exp, x)),
-            },
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => (x, Number::ONE),
-        };
-        if let Node::Function(Function::Ln, u) = *self.node(term) {
-            return self.powr(u, &factor);
+        if let [(term, factor)] = self.terms(x).as_slice()
+            && let Node::Function(Function::Ln, u) = *self.node(*term)
+        {
+            return self.powr(u, factor);
         }
         self.intern(Node::Function(Function::Exp, x))
     }
@@ -170,39 +158,16 @@ impl Pool {
     /// Whether the expression is a constant above 0 by its form: a number or a root of one, pi,
     /// sums of such with positive coefficients.
     fn is_positive_constant(&self, e: ExprId) -> bool {
-        let is_positive_term = |e: ExprId| match self.node(e) {
-            Node::Pi => true,
-            Node::Number(value) => !value.is_negative() && !value.is_zero(),
-            Node::Product(factors) => factors.iter().all(|(base, _)| match self.node(*base) {
-                Node::Pi => true,
-                Node::Number(value) => !value.is_negative() && !value.is_zero(),
-                Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => false,
-            }),
-            Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => false,
+        let is_positive = |base: ExprId| match self.as_number(base) {
+            Some(value) => !value.is_negative() && !value.is_zero(),
+            None => base == PI,
         };
-        match self.node(e) {
-            Node::Sum { constant, terms } => {
-                !constant.is_negative() && terms.iter().all(|(t, c)| !c.is_negative() && is_positive_term(*t))
-            }
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => is_positive_term(e),
-        }
+        let is_positive_term = |term: ExprId| {
+            let factors = self.factors(term);
+            factors.iter().all(|(base, _)| is_positive(*base))
+        };
+        let terms = self.terms(e);
+        let mut terms = terms.iter();
+        terms.all(|(t, c)| !c.is_negative() && is_positive_term(*t))
     }
 }

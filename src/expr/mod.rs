@@ -315,17 +315,7 @@ impl Pool {
     /// The value of an expression that is a number.
     #[must_use]
     pub fn as_number(&self, id: ExprId) -> Option<&Number> {
-        match self.node(id) {
-            Node::Number(value) => Some(value),
-            Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => None,
-        }
+        if let Node::Number(value) = self.node(id) { Some(value) } else { None }
     }
 
     /// The symbol an expression consists of.

@@ -195,17 +195,7 @@ impl Pool {
     /// The first difference under an odd power: it takes up the minus sign of its term,
     /// `-k*(x - y)` as `k*(y - x)`.
     fn reversible_factor(&self, factors: &[(ExprId, Number)]) -> Option<ExprId> {
-        let is_difference = |id: ExprId| match self.node(id) {
-            Node::Sum { constant, terms } => constant.is_negative() || terms.iter().any(|(_, c)| c.is_negative()),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => false,
-        };
+        let is_difference = |id: ExprId| self.terms(id).iter().any(|(_, c)| c.is_negative());
         factors.iter().find(|(base, e)| e.is_integer() && !e.is_even() && is_difference(*base)).map(|(base, _)| *base)
     }
 

@@ -143,18 +143,9 @@ impl Pool {
             return self.powr(base, &value);
         }
         // By the last term, so that x^(n - 1) stays what it is.
-        let negative = match self.node(exponent) {
-            Node::Sum { terms, .. } => terms.last().is_some_and(|(_, c)| c.is_negative()),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => false,
-        };
-        if negative {
+        if let Node::Sum { terms, .. } = self.node(exponent)
+            && terms.last().is_some_and(|(_, c)| c.is_negative())
+        {
             let exponent = self.neg(exponent);
             let inverse = self.intern(Node::Power { base, exponent });
             return self.product_iter(std::iter::once((inverse, Number::MINUS_ONE)));
@@ -293,19 +284,11 @@ impl Pool {
             return;
         }
         let base = self.neg(term);
-        match self.node(term) {
-            Node::Product(factors) => {
-                let factors = factors.clone();
-                self.settle_root(base, true, &factors, exponent, work);
-            }
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => work.settled.push((base, exponent)),
+        if let Node::Product(factors) = self.node(term) {
+            let factors = factors.clone();
+            self.settle_root(base, true, &factors, exponent, work);
+        } else {
+            work.settled.push((base, exponent));
         }
     }
 
@@ -364,16 +347,12 @@ impl Pool {
             _ => self.intern_product(&mut left),
         };
         let core = if negative { self.neg(core) } else { core };
-        match self.node(core) {
-            Node::Product(_) | Node::Sum { .. } => work.settled.push((core, exponent)),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => work.pending.push((core, exponent)),
-        }
+        let list = if matches!(self.node(core), Node::Product(_) | Node::Sum { .. }) {
+            &mut work.settled
+        } else {
+            &mut work.pending
+        };
+        list.push((core, exponent));
     }
 
     /// `exp(a)*exp(b) = exp(a + b)`.
@@ -412,18 +391,8 @@ impl Pool {
                 continue;
             };
             // Sums are factors with the sign of their first term.
-            let x = match self.node(*x) {
-                Node::Sum { constant, terms } if leads_negative(constant, terms) => self.neg(*x),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => *x,
-            };
+            let x = *x;
+            let x = if self.leads_negative(x) { self.neg(x) } else { x };
             let Some(other) = settled.iter().position(|(base, _)| *base == x) else {
                 continue;
             };

@@ -148,16 +148,16 @@ impl Pool {
     /// What an expression is a product of: bases with their exponents, itself alone where it is none.
     #[must_use]
     pub fn factors(&self, e: ExprId) -> Vec<(ExprId, Number)> {
-        match self.node(e) {
-            Node::Product(factors) => factors.to_vec(),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => vec![(e, Number::ONE)],
+        if let Node::Product(factors) = self.node(e) { factors.to_vec() } else { vec![(e, Number::ONE)] }
+    }
+
+    /// What an expression is a sum of: terms with their coefficients, the constant as a multiple of 1; itself alone where it is none.
+    pub(crate) fn terms(&self, e: ExprId) -> Vec<(ExprId, Number)> {
+        if let Node::Sum { constant, terms } = self.node(e) {
+            let constant = (!constant.is_zero()).then(|| (ONE, constant.clone()));
+            terms.iter().cloned().chain(constant).collect()
+        } else {
+            vec![(e, Number::ONE)]
         }
     }
 

@@ -181,17 +181,7 @@ impl Pool {
     pub(super) fn dependent(&self, reachable: &Reachable, is_wanted: impl Fn(Symbol) -> bool) -> Vec<bool> {
         let mut dependent = vec![false; reachable.ids.len()];
         for (place, id) in reachable.ids.iter().enumerate() {
-            let mut depends = match self.node(*id) {
-                Node::Symbol(symbol) => is_wanted(*symbol),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Sum { .. }
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => false,
-            };
+            let mut depends = self.as_symbol(*id).is_some_and(&is_wanted);
             self.node(*id).for_each_child(|child| depends |= dependent[reachable.place(child)]);
             dependent[place] = depends;
         }

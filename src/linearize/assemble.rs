@@ -98,16 +98,11 @@ pub(crate) fn put_exponents_in(model: &mut Model) {
         .pool
         .reachable(&bodies)
         .into_iter()
-        .filter_map(|id| match model.pool.node(id) {
-            Node::Power { exponent, .. } => Some(*exponent),
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => None,
+        .filter_map(|id| {
+            let Node::Power { exponent, .. } = model.pool.node(id) else {
+                return None;
+            };
+            Some(*exponent)
         })
         .collect();
     if exponents.is_empty() {
