@@ -92,15 +92,12 @@ pub(super) fn general(a: &Rows<Enclosed>, g: &Rows<Enclosed>) -> Option<Vec<Encl
     let middle = |matrix: &Rows<Enclosed>| Dense::from_fn(m, m, |i, j| matrix[i][j].to_c64());
     let (middle_a, middle_g) = (middle(a), middle(g));
     let product = middle_g.clone().try_inverse()? * &middle_a;
-    if !product.iter().all(|x| x.re.is_finite() && x.im.is_finite()) {
+    if !product.iter().all(|x| x.is_finite()) {
         return None;
     }
-    let product = Mat::from_fn(m, m, |i, j| c64::new(product[(i, j)].re, product[(i, j)].im));
+    let product = Mat::from_fn(m, m, |i, j| product[(i, j)]);
     let eigen = product.eigen().ok()?;
-    let vectors = Dense::from_fn(m, m, |i, j| {
-        let entry = eigen.U()[(i, j)];
-        entry
-    });
+    let vectors = Dense::from_fn(m, m, |i, j| eigen.U()[(i, j)]);
     let inverse = (middle_g * &vectors).try_inverse()?;
     let exact = |matrix: &Dense| -> Rows<Enclosed> {
         let row = |i: usize| (0..m).map(|j| Enclosed::from_c64(matrix[(i, j)], ())).collect();
