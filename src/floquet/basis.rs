@@ -3,18 +3,18 @@
 
 use faer::{Mat, c64};
 
-use crate::precision::{Complex, Enclosure, Magnitude, hypot};
+use crate::precision::{Complex, Enclosure, Magnitude, Matrix, clear_column, hypot};
 
 /// Sweeps of the QR algorithm for one eigenvalue: three or four do up to 16 digits, and each beyond doubles them.
 const SWEEPS: usize = 60;
 /// After as many without an eigenvalue a shift of another kind is tried.
 const STUCK: usize = 12;
 
-/// About the eigenvalues of a matrix, its eigenvectors, and their inverse; matrices row by row, all of them exact numbers.
+/// About the eigenvalues of a matrix, its eigenvectors, and their inverse, all of them exact numbers.
 pub(super) struct Basis<S> {
     pub(super) values: Vec<Complex<S>>,
-    pub(super) vectors: Vec<Complex<S>>,
-    pub(super) inverse: Vec<Complex<S>>,
+    pub(super) vectors: Matrix<Complex<S>>,
+    pub(super) inverse: Matrix<Complex<S>>,
 }
 
 impl<S: Enclosure> Basis<S> {
@@ -28,14 +28,14 @@ impl<S: Enclosure> Basis<S> {
         let eigen = middle.eigen().ok()?;
         let (values, vectors) = (eigen.S(), eigen.U());
         let inverse = nalgebra::DMatrix::from_fn(n, n, |i, j| vectors[(i, j)]).try_inverse()?;
-        let entries = |of: &dyn Fn(usize, usize) -> c64| -> Option<Vec<Complex<S>>> {
-            let all = (0..n * n).map(|at| of(at / n, at % n));
-            all.map(|x| x.is_finite().then(|| Complex::from_c64(x, precision))).collect()
+        let exact = |of: &dyn Fn(usize, usize) -> c64| {
+            let matrix = Matrix::from_fn(n, n, |i, j| Complex::from_c64(of(i, j), precision));
+            matrix.entries().iter().all(Complex::is_finite).then_some(matrix)
         };
         Some(Self {
             values: (0..n).map(|j| Complex::from_c64(values[j], precision)).collect(),
-            vectors: entries(&|i, j| vectors[(i, j)])?,
-            inverse: entries(&|i, j| inverse[(i, j)])?,
+            vectors: exact(&|i, j| vectors[(i, j)])?,
+            inverse: exact(&|i, j| inverse[(i, j)])?,
         })
     }
 
@@ -44,8 +44,8 @@ impl<S: Enclosure> Basis<S> {
     pub(super) fn careful(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         let schur = Schur::new(matrix, n, precision)?;
         let vectors = schur.vectors();
-        let inverse = inverse(&vectors, n, precision)?;
-        let values = (0..n).map(|k| schur.form[n * k + k].clone()).collect();
+        let inverse = inverse(&vectors, precision)?;
+        let values = (0..n).map(|k| schur.form[(k, k)].clone()).collect();
         Some(Self { values, vectors, inverse })
     }
 }
@@ -54,8 +54,8 @@ impl<S: Enclosure> Basis<S> {
 struct Schur<S: Enclosure> {
     n: usize,
     precision: S::Precision,
-    form: Vec<Complex<S>>,
-    basis: Vec<Complex<S>>,
+    form: Matrix<Complex<S>>,
+    basis: Matrix<Complex<S>>,
 }
 
 /// The turn of two components by c, s that takes (x, y) to (r, 0).
@@ -87,36 +87,35 @@ impl<S: Enclosure> Turn<S> {
 impl<S: Enclosure> Schur<S> {
     fn new(matrix: &[S], n: usize, precision: S::Precision) -> Option<Self> {
         let zero = S::exact(0.0, precision);
-        let form = matrix.iter().map(|x| Complex::new(x.center(), zero.clone()));
-        let unit = |at: usize| Complex::real(f64::from(u8::from(at / n == at % n)), precision);
-        let mut schur = Self { n, precision, form: form.collect(), basis: (0..n * n).map(unit).collect() };
+        let form = Matrix::from_fn(n, n, |i, j| Complex::new(matrix[n * i + j].center(), zero.clone()));
+        let mut schur = Self { n, precision, form, basis: Matrix::unit(n, precision) };
         schur.hessenberg();
         schur.triangular().then_some(schur)
     }
 
     fn entry(&self, i: usize, j: usize) -> &Complex<S> {
-        &self.form[self.n * i + j]
+        &self.form[(i, j)]
     }
 
     /// The same turn of rows i and i + 1 and, to the other side, of the columns.
     fn turn(&mut self, i: usize, turn: &Turn<S>) {
-        let n = self.n;
         let (c, s) = (&turn.cosine, &turn.sine);
         let pair = |x: &Complex<S>, y: &Complex<S>, s: &Complex<S>| {
             let first = x.times(c).add(&s.mul(y)).center();
             let second = y.times(c).sub(&s.conjugate().mul(x)).center();
             (first, second)
         };
-        for j in 0..n {
-            let (above, below) = (n * i + j, n * (i + 1) + j);
+        for j in 0..self.n {
+            let (above, below) = ((i, j), (i + 1, j));
             let (first, second) = pair(&self.form[above], &self.form[below], s);
             (self.form[above], self.form[below]) = (first, second);
         }
         let mirrored = s.conjugate();
         for matrix in [&mut self.form, &mut self.basis] {
-            for row in matrix.chunks_exact_mut(n) {
-                let (first, second) = pair(&row[i], &row[i + 1], &mirrored);
-                (row[i], row[i + 1]) = (first, second);
+            for row in 0..self.n {
+                let (left, right) = ((row, i), (row, i + 1));
+                let (first, second) = pair(&matrix[left], &matrix[right], &mirrored);
+                (matrix[left], matrix[right]) = (first, second);
             }
         }
     }
@@ -126,8 +125,7 @@ impl<S: Enclosure> Schur<S> {
         if let Some(turn) = Turn::new(x, y, self.precision) {
             self.turn(row, &turn);
         }
-        let zero = Complex::zero(self.precision);
-        self.form[self.n * (row + 1) + column] = zero;
+        self.form[(row + 1, column)] = Complex::zero(self.precision);
     }
 
     fn hessenberg(&mut self) {
@@ -154,8 +152,7 @@ impl<S: Enclosure> Schur<S> {
                 first -= 1;
             }
             if first > 0 {
-                let zero = Complex::zero(self.precision);
-                self.form[self.n * first + first - 1] = zero;
+                self.form[(first, first - 1)] = Complex::zero(self.precision);
             }
             if first == last {
                 last -= 1;
@@ -173,7 +170,7 @@ impl<S: Enclosure> Schur<S> {
             };
             self.sweep(first, last, &shift.center());
         }
-        self.form.iter().all(Complex::is_finite)
+        self.form.entries().iter().all(Complex::is_finite)
     }
 
     /// The eigenvalue of the last two rows and columns that is nearer to the last entry.
@@ -203,18 +200,19 @@ impl<S: Enclosure> Schur<S> {
         }
     }
 
-    fn vectors(&self) -> Vec<Complex<S>> {
+    fn vectors(&self) -> Matrix<Complex<S>> {
         let n = self.n;
-        let largest = self.form.iter().map(Complex::upper_bound);
+        let largest = self.form.entries().iter().map(Complex::upper_bound);
         let largest = largest.fold(Magnitude::ZERO, Magnitude::max);
         let least = largest * Magnitude::from_f64(S::rounding(self.precision));
-        let mut vectors = vec![Complex::zero(self.precision); n * n];
+        let mut vectors = Matrix::unit(n, self.precision);
         for k in 0..n {
             let value = self.entry(k, k);
-            let mut own = vec![Complex::real(1.0, self.precision); k + 1];
+            let mut own = vec![Complex::real(1.0, self.precision); n];
+            own[k + 1..].fill(Complex::zero(self.precision));
             for i in (0..k).rev() {
                 let mut sum = Complex::zero(self.precision);
-                for (j, x) in own.iter().enumerate().skip(i + 1) {
+                for (j, x) in own.iter().enumerate().take(k + 1).skip(i + 1) {
                     sum = sum.add(&self.entry(i, j).mul(x));
                 }
                 let mut gap = value.sub(self.entry(i, i)).center();
@@ -223,60 +221,40 @@ impl<S: Enclosure> Schur<S> {
                 }
                 own[i] = sum.mul(&gap.inverse()).center();
             }
-            let column: Vec<Complex<S>> = (0..n)
-                .map(|i| {
-                    let products = own.iter().enumerate();
-                    let zero = Complex::zero(self.precision);
-                    products.fold(zero, |sum, (j, x)| sum.add(&self.basis[n * i + j].mul(x)))
-                })
-                .collect();
+            let column = self.basis.image(&own, self.precision);
             let size = column.iter().map(Complex::upper_bound);
             let (_, exponent) = size.fold(Magnitude::ZERO, Magnitude::max).parts();
             for (i, x) in column.iter().enumerate() {
-                vectors[n * i + k] = x.scale(-exponent).center();
+                vectors[(i, k)] = x.scale(-exponent).center();
             }
         }
         vectors
     }
 }
 
-/// About the inverse of a complex matrix, row by row: by elimination with exchanges of rows, with midpoints.
+/// About the inverse of a complex matrix: by elimination with exchanges of rows, with midpoints.
 pub(super) fn inverse<S: Enclosure>(
-    matrix: &[Complex<S>],
-    n: usize,
+    matrix: &Matrix<Complex<S>>,
     precision: S::Precision,
-) -> Option<Vec<Complex<S>>> {
-    let mut left: Vec<Vec<Complex<S>>> = matrix.chunks_exact(n).map(<[_]>::to_vec).collect();
-    let mut right: Vec<Vec<Complex<S>>> =
-        (0..n).map(|i| (0..n).map(|j| Complex::real(f64::from(u8::from(i == j)), precision)).collect()).collect();
+) -> Option<Matrix<Complex<S>>> {
+    let n = matrix.rows().len();
+    let unit = Matrix::unit(n, precision);
+    let mut rows: Vec<Vec<Complex<S>>> =
+        matrix.rows().zip(unit.rows()).map(|(own, unit)| [own, unit].concat()).collect();
     for k in 0..n {
         let mut pivot = k;
         for i in k + 1..n {
-            if left[pivot][k].upper_bound() < left[i][k].upper_bound() {
+            if rows[pivot][k].upper_bound() < rows[i][k].upper_bound() {
                 pivot = i;
             }
         }
-        if left[pivot][k].upper_bound().is_zero() {
+        if rows[pivot][k].upper_bound().is_zero() {
             return None;
         }
-        left.swap(k, pivot);
-        right.swap(k, pivot);
-        let by = left[k][k].center().inverse().center();
-        for rows in [&mut left, &mut right] {
-            for entry in &mut rows[k] {
-                *entry = entry.mul(&by).center();
-            }
-        }
-        let pivots = [left[k].clone(), right[k].clone()];
-        for i in (0..n).filter(|i| *i != k) {
-            let factor = left[i][k].clone();
-            for (rows, pivot) in [&mut left, &mut right].into_iter().zip(&pivots) {
-                for (entry, own) in rows[i].iter_mut().zip(pivot) {
-                    *entry = entry.sub(&factor.mul(own)).center();
-                }
-            }
-        }
+        rows.swap(k, pivot);
+        clear_column(&mut rows, k, k, precision);
+        rows.iter_mut().flatten().for_each(|entry| *entry = entry.center());
     }
-    let entries: Vec<Complex<S>> = right.into_iter().flatten().collect();
-    entries.iter().all(Complex::is_finite).then_some(entries)
+    let inverse = Matrix::from_fn(n, n, |i, j| rows[i][n + j].clone());
+    inverse.entries().iter().all(Complex::is_finite).then_some(inverse)
 }

@@ -6,7 +6,7 @@
 //! A. Horn and C. R. Johnson, Matrix Analysis, 2nd ed. (2013), §6.1).
 
 use super::basis::Basis;
-use crate::precision::{Complex, Enclosure, Magnitude};
+use crate::precision::{Complex, Enclosure, Magnitude, Matrix};
 
 /// A disc that holds exactly one eigenvalue where it is `single`.
 #[derive(Clone, Debug)]
@@ -59,34 +59,25 @@ impl<S: Enclosure> Covers<S> {
     /// From a matrix row by row; `None` where its eigenvectors could not be told apart.
     pub(super) fn new(matrix: &[S], n: usize, basis: &Basis<S>, precision: S::Precision) -> Option<Self> {
         let (values, vectors, left) = (&basis.values, &basis.vectors, &basis.inverse);
-        let zero = Complex::zero(precision);
-        let sum = |term: &dyn Fn(usize) -> Complex<S>| (0..n).fold(zero.clone(), |sum, k| sum.add(&term(k)));
         // ΦV - VD, then W times it, and |1 - WV|.
-        let mut residual = Vec::with_capacity(n * n);
-        for i in 0..n {
-            for j in 0..n {
-                let product = sum(&|k| vectors[n * k + j].times(&matrix[n * i + k]));
-                residual.push(product.sub(&vectors[n * i + j].mul(&values[j])));
-            }
-        }
-        let mut defect = Magnitude::ZERO;
-        let mut coupling = Vec::with_capacity(n * n);
-        for i in 0..n {
-            let mut row = Magnitude::ZERO;
-            for j in 0..n {
-                coupling.push(sum(&|k| left[n * i + k].mul(&residual[n * k + j])));
-                let product = sum(&|k| left[n * i + k].mul(&vectors[n * k + j]));
-                let unit = Complex::real(f64::from(u8::from(i == j)), precision);
-                row = row + unit.sub(&product).upper_bound();
-            }
-            defect = defect.max(row);
-        }
+        let residual = Matrix::from_fn(n, n, |i, j| {
+            let products = (0..n).map(|k| vectors[(k, j)].times(&matrix[n * i + k]));
+            let product = products.fold(Complex::zero(precision), |sum, term| sum.add(&term));
+            product.sub(&vectors[(i, j)].mul(&values[j]))
+        });
+        let coupling = left.mul(&residual, precision);
+        let unit = Matrix::<Complex<S>>::unit(n, precision);
+        let product = left.mul(vectors, precision);
+        let defect = unit.rows().zip(product.rows()).fold(Magnitude::ZERO, |most, (unit, product)| {
+            let off = unit.iter().zip(product).map(|(unit, product)| unit.sub(product).upper_bound());
+            most.max(off.fold(Magnitude::ZERO, |sum, off| sum + off))
+        });
         if defect >= Magnitude::power_of_two(-1) {
             return None;
         }
         // Σ_(k>0) Eᵏ Y is at most |E|/(1 - |E|) times the largest entry of the column of Y.
         let share = defect / Magnitude::ONE.sub_down(defect);
-        let size = |i: usize, j: usize| coupling[n * i + j].upper_bound();
+        let size = |i: usize, j: usize| coupling[(i, j)].upper_bound();
         let columns: Vec<Magnitude> =
             (0..n).map(|j| (0..n).fold(Magnitude::ZERO, |most, i| most.max(size(i, j)))).collect();
         let mut matrix = Form {
@@ -97,7 +88,7 @@ impl<S: Enclosure> Covers<S> {
             off: Vec::with_capacity(n * n),
         };
         for i in 0..n {
-            let center = values[i].add(&coupling[n * i + i]);
+            let center = values[i].add(&coupling[(i, i)]);
             matrix.own.push(center.radius() + share * columns[i]);
             matrix.centers.push(center.center());
             for (j, column) in columns.iter().enumerate() {

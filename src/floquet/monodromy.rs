@@ -1,15 +1,14 @@
 //! The monodromy matrix: the derivative of the state after a period by the state before it.
 
 use crate::flow::{Enclosing, Equations};
-use crate::precision::Enclosure;
-use crate::precision::Magnitude;
+use crate::precision::{Enclosure, Magnitude, Matrix};
 
 /// Where a trip over a period leads.
 pub(super) struct Trip<S> {
     /// The state after the period, from the midpoint of the initial one.
     pub(super) image: Vec<S>,
     /// Its derivative by the initial state, for every initial state in the box, but for a factor ...
-    pub(super) monodromy: Vec<S>,
+    pub(super) monodromy: Matrix<S>,
     /// ... 2 to this, which is not 0 only beyond the range of doubles.
     pub(super) exponent: i64,
     /// How many steps it took.
@@ -34,7 +33,7 @@ const HOPELESS: f64 = 2.0;
 struct Link<S> {
     /// 2 to this is how many steps.
     level: u32,
-    slopes: Vec<S>,
+    slopes: Matrix<S>,
     exponent: i64,
     drift: Vec<S>,
 }
@@ -45,17 +44,16 @@ struct Link<S> {
 /// of the one before. The radius of a product is at most |A| rad B + rad A |B| (and what is rounded), so that in a balanced
 /// tree it grows by a factor a level, of which there are log2 k: as a power of k.
 struct Chain<S: Enclosure> {
-    n: usize,
     precision: S::Precision,
     links: Vec<Link<S>>,
 }
 
 impl<S: Enclosure> Chain<S> {
-    fn new(n: usize, precision: S::Precision) -> Self {
-        Self { n, precision, links: Vec::new() }
+    fn new(precision: S::Precision) -> Self {
+        Self { precision, links: Vec::new() }
     }
 
-    fn push(&mut self, slopes: Vec<S>, drift: Vec<S>) {
+    fn push(&mut self, slopes: Matrix<S>, drift: Vec<S>) {
         let mut link = Link { level: 0, slopes, exponent: 0, drift };
         while self.links.last().is_some_and(|last| last.level == link.level) {
             let Some(last) = self.links.pop() else { break };
@@ -65,31 +63,18 @@ impl<S: Enclosure> Chain<S> {
     }
 
     fn joined(&self, first: &Link<S>, second: &Link<S>) -> Link<S> {
-        let n = self.n;
-        let zero = S::exact(0.0, self.precision);
-        let mut slopes = Vec::with_capacity(n * n);
-        for at in 0..n * n {
-            let (i, j) = (at / n, at % n);
-            let mut sum = zero.clone();
-            for k in 0..n {
-                let (left, right) = (&second.slopes[n * i + k], &first.slopes[n * k + j]);
-                if !(left.is_exact_zero() || right.is_exact_zero()) {
-                    sum = sum.add(&left.mul(right));
-                }
-            }
-            slopes.push(sum);
-        }
+        let mut slopes = second.slopes.mul(&first.slopes, self.precision);
         let mut exponent = first.exponent.saturating_add(second.exponent);
         // A state that is followed itself would have left the range of doubles as well.
         if first.drift.is_empty() {
-            let sizes = slopes.iter().map(Enclosure::size);
+            let sizes = slopes.entries().iter().map(Enclosure::size);
             let (_, size) = sizes.fold(Magnitude::ZERO, Magnitude::max).parts();
             if size > FAR {
-                slopes.iter_mut().for_each(|x| *x = x.doubled(-size));
+                slopes = slopes.map(|x| x.doubled(-size));
                 exponent = exponent.saturating_add(size);
             }
         }
-        let drift = times(n, &second.slopes, &first.drift, &zero);
+        let drift = second.slopes.image(&first.drift, self.precision);
         Link {
             level: second.level.max(first.level) + 1,
             slopes,
@@ -100,10 +85,9 @@ impl<S: Enclosure> Chain<S> {
 
     /// Where displacements of the initial state have come.
     fn image(&self, initial: &[S]) -> Vec<S> {
-        let zero = S::exact(0.0, self.precision);
         let links = self.links.iter();
         links.fold(initial.to_vec(), |before, link| {
-            let turned = times(self.n, &link.slopes, &before, &zero);
+            let turned = link.slopes.image(&before, self.precision);
             turned.iter().zip(&link.drift).map(|(x, y)| x.add(y)).collect()
         })
     }
@@ -120,14 +104,6 @@ impl<S: Enclosure> Chain<S> {
 
 /// A product of matrices larger than 2 to this is scaled; products of two such are still balls.
 pub(super) const FAR: i64 = 400;
-
-fn times<S: Enclosure>(n: usize, matrix: &[S], vector: &[S], zero: &S) -> Vec<S> {
-    let row = |i: usize| {
-        let parts = matrix[n * i..n * (i + 1)].iter().zip(vector);
-        parts.fold(zero.clone(), |sum, (a, x)| sum.add(&a.mul(x)))
-    };
-    (0..vector.len()).map(row).collect()
-}
 
 /// A trip over a period in at most so many steps, from all points within `reach` of `start`.
 ///
@@ -148,7 +124,7 @@ pub(super) fn trip<S: Enclosure>(
     let zero = S::exact(0.0, precision);
     let mut middle = start.to_vec();
     let initial: Vec<S> = reach.iter().map(|r| zero.widened(*r)).collect();
-    let mut chain = Chain::new(n, precision);
+    let mut chain = Chain::new(precision);
     let mut time = zero.clone();
     for steps in 1..=most_steps {
         let spread = chain.image(&initial);
@@ -160,17 +136,19 @@ pub(super) fn trip<S: Enclosure>(
         // From the midpoint m to the center of the state, and from its image to the next midpoint.
         let shift: Vec<S> = middle.iter().zip(&state).map(|(m, x)| m.sub(&x.center())).collect();
         middle = step.image.iter().map(S::center).collect();
-        let drift = times(n, &step.slopes, &shift, &zero)
+        let slopes = Matrix::new(n, step.slopes);
+        let drift = slopes
+            .image(&shift, precision)
             .iter()
             .zip(step.image.iter().zip(&middle))
             .map(|(d, (image, m))| d.add(&image.sub(m)))
             .collect();
-        chain.push(step.slopes, drift);
+        chain.push(slopes, drift);
         if step.whole {
             // The initial box aside: from its midpoint.
             let drift = chain.image(&vec![zero.clone(); start.len()]);
             let image: Vec<S> = middle.iter().zip(&drift).map(|(m, d)| m.add(d)).collect();
-            let whole = chain.whole().filter(|whole| whole.slopes.iter().chain(&image).all(S::is_finite));
+            let whole = chain.whole().filter(|whole| whole.slopes.entries().iter().chain(&image).all(S::is_finite));
             let singular = Stop::Singular { time: period.middle() };
             return whole.ok_or(singular).map(|whole| Trip {
                 image,

@@ -5,8 +5,7 @@ use nalgebra::{DMatrix, DVector, Dyn, LU};
 use super::basis::inverse;
 use super::monodromy::{Stop, Trip, trip};
 use crate::flow::{Equations, Plain, count};
-use crate::precision::{Ball, Magnitude};
-use crate::precision::{Complex, Enclosure};
+use crate::precision::{Ball, Complex, Enclosure, Magnitude, Matrix};
 
 /// Newton steps to a periodic motion, in doubles.
 const NEWTON: usize = 60;
@@ -249,7 +248,7 @@ pub(super) fn orbit<S: Enclosure>(
     let mut newton = None;
     for _ in 0..CORRECTIONS {
         let there = trip(equations, period, &center, &vec![0.0; n], steps, precision)?;
-        let own = Correction::new(&there.monodromy, n, precision);
+        let own = Correction::new(&there.monodromy, precision);
         let own = own.ok_or(Lost::Search("periodic motions are not isolated here"))?;
         let step = own.step(&there.image, &center);
         for (x, s) in center.iter_mut().zip(&step) {
@@ -289,53 +288,45 @@ fn from_ball<S: Enclosure>(value: &Ball, precision: S::Precision) -> S {
 
 /// C of Krawczyk's theorem, taken as exactly what it is.
 struct Correction<S: Enclosure> {
-    n: usize,
     precision: S::Precision,
-    inverse: Vec<S>,
+    inverse: Matrix<S>,
+}
+
+/// DP - 1.
+fn slopes<S: Enclosure>(monodromy: &Matrix<S>, precision: S::Precision) -> Matrix<S> {
+    let mut slopes = monodromy.clone();
+    for i in 0..monodromy.rows().len() {
+        slopes[(i, i)] = slopes[(i, i)].sub(&S::exact(1.0, precision));
+    }
+    slopes
 }
 
 impl<S: Enclosure> Correction<S> {
     /// About (DP - 1)⁻¹.
-    fn new(monodromy: &[S], n: usize, precision: S::Precision) -> Option<Self> {
-        let one = S::exact(1.0, precision);
-        let entries = monodromy.iter().enumerate().map(|(at, slope)| {
-            let own = if at / n == at % n { slope.sub(&one) } else { slope.clone() };
-            Complex::new(own.center(), S::exact(0.0, precision))
-        });
-        let entries: Vec<Complex<S>> = entries.collect();
-        let inverse = inverse(&entries, n, precision)?;
-        Some(Self { n, precision, inverse: inverse.into_iter().map(|entry| entry.re).collect() })
+    fn new(monodromy: &Matrix<S>, precision: S::Precision) -> Option<Self> {
+        let zero = S::exact(0.0, precision);
+        let slopes = slopes(monodromy, precision).map(|slope| Complex::new(slope.center(), zero.clone()));
+        Some(Self { precision, inverse: inverse(&slopes, precision)?.map(|entry| entry.re.clone()) })
     }
 
     /// C F(c).
     fn step(&self, image: &[S], center: &[S]) -> Vec<S> {
         let difference: Vec<S> = image.iter().zip(center).map(|(p, x)| p.sub(x)).collect();
-        let row = |row: &[S]| {
-            let zero = S::exact(0.0, self.precision);
-            let parts = row.iter().zip(&difference);
-            parts.fold(zero, |sum, (c, d)| sum.add(&c.mul(d)))
-        };
-        self.inverse.chunks_exact(self.n).map(row).collect()
+        self.inverse.image(&difference, self.precision)
     }
 
     /// K, if it lies inside X.
     fn inside(&self, there: &Trip<S>, center: &[S], reach: &[f64]) -> Option<Vec<S>> {
-        let n = self.n;
         let one = S::exact(1.0, self.precision);
-        let zero = S::exact(0.0, self.precision);
         let step = self.step(&there.image, center);
-        let mut start = Vec::with_capacity(n);
-        for i in 0..n {
+        let product = self.inverse.mul(&slopes(&there.monodromy, self.precision), self.precision);
+        let mut start = Vec::with_capacity(reach.len());
+        for (i, row) in product.rows().enumerate() {
             // Row i of 1 - C (DP - 1), times the box.
             let mut spread = Magnitude::ZERO;
-            for (j, reach) in reach.iter().enumerate() {
-                let product = (0..n).fold(zero.clone(), |sum, k| {
-                    let slope = &there.monodromy[n * k + j];
-                    let own = if k == j { slope.sub(&one) } else { slope.clone() };
-                    sum.add(&self.inverse[n * i + k].mul(&own))
-                });
-                let rest = if i == j { one.sub(&product) } else { product };
-                spread = spread + rest.size() * Magnitude::from_f64(*reach);
+            for (j, (product, reach)) in row.iter().zip(reach).enumerate() {
+                let size = if i == j { one.sub(product).size() } else { product.size() };
+                spread = spread + size * Magnitude::from_f64(*reach);
             }
             if step[i].size() + spread >= Magnitude::from_f64(reach[i]) {
                 return None;

@@ -134,10 +134,10 @@ impl Task<'_> {
     fn found<S: Enclosure>(&self, start: Vec<S>, there: &Trip<S>, precision: S::Precision) -> Found {
         let n = self.equations.dimension();
         let symplectic = !self.driven.damped;
-        let sizes = there.monodromy.iter().map(Enclosure::size);
+        let sizes = there.monodromy.entries().iter().map(Enclosure::size);
         let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
         let wide = || -> Vec<Big> {
-            let entries = there.monodromy.iter();
+            let entries = there.monodromy.entries().iter();
             entries.map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
         };
         let blocks = Blocks { n, symplectic, digits: self.digits };
@@ -146,10 +146,10 @@ impl Task<'_> {
             let bits = wide.first().map_or(RANGE_BITS, Big::bits);
             blocks.multipliers(&wide, bits, &|| None)
         } else {
-            blocks.multipliers(&there.monodromy, precision, &|| self.form(&start, precision))
+            blocks.multipliers(there.monodromy.entries(), precision, &|| self.form(&start, precision))
         };
         let monodromy = match there.exponent {
-            0 => there.monodromy.iter().map(Enclosure::to_ball).collect(),
+            0 => there.monodromy.entries().iter().map(Enclosure::to_ball).collect(),
             _ => wide().iter().map(Big::to_ball).collect(),
         };
         Found {

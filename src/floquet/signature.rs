@@ -31,9 +31,9 @@ pub(super) fn is_definite<S: Enclosure>(
     };
     // U = V1 + V2 Z.
     let vector = |i: usize, j: usize| {
-        let size = |m: &usize| basis.vectors[n * i + m].upper_bound();
+        let size = |m: &usize| basis.vectors[(i, *m)].upper_bound();
         let spread = others.iter().fold(Magnitude::ZERO, |sum, m| sum + size(m)) * reach;
-        let own = &basis.vectors[n * i + j];
+        let own = &basis.vectors[(i, j)];
         own.with_added_radius(spread)
     };
     let vectors: Vec<Vec<Complex<S>>> = members.iter().map(|j| (0..n).map(|i| vector(i, *j)).collect()).collect();

@@ -5,8 +5,7 @@ use super::bounds::{growth, norm, onwards, reached};
 use super::plain::weights;
 use crate::expr::{Prepared, Series};
 use crate::number::Number;
-use crate::precision::Enclosure;
-use crate::precision::up;
+use crate::precision::{Enclosure, Matrix, up};
 
 /// Remainders above so many roundings of the solution make a step shorter.
 const REMAINDER: f64 = 16.0;
@@ -85,8 +84,7 @@ impl<S: Enclosure> Enclosing<S> {
     /// The unit matrix, row by row.
     #[must_use]
     pub fn unit(&self) -> Vec<S> {
-        let n = self.dimension;
-        (0..n * n).map(|at| S::exact(f64::from(u8::from(at / n == at % n)), self.precision)).collect()
+        Matrix::unit(self.dimension, self.precision).into_entries()
     }
 
     /// A step from t, of the length asked for or a shorter one. `state` holds the initial points; it is empty where only

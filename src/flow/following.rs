@@ -10,8 +10,7 @@ use super::plain::weights;
 use super::set::Set;
 use super::{Equations, count, nearest_power_of_two};
 use crate::expr::{Prepared, Series};
-use crate::precision::Enclosure;
-use crate::precision::{Ball, Scalar, power_of_two, up};
+use crate::precision::{Ball, Enclosure, Matrix, Scalar, power_of_two, up};
 
 /// A remainder is allowed so many roundings of the component that it belongs to ...
 const REMAINDER: f64 = 4.0;
@@ -217,7 +216,7 @@ impl<S: Enclosure> Following<S> {
 
         // |T(s) - 1| <= e^(a s) - 1 in the operator norm that belongs to max |x_i|/w_i, for a >= |J| there (Gronwall).
         let reached = reached(n, jacobian);
-        let mut over = unit_matrix(n);
+        let mut over = Matrix::<Ball>::unit(n, ()).into_entries();
         for (at, entry) in over.iter_mut().enumerate() {
             if reached[at] {
                 *entry = entry.with_added_radius(up(bound * scales[at / n] / scales[at % n]));
@@ -231,7 +230,7 @@ impl<S: Enclosure> Following<S> {
         if excess.is_nan() || excess > 1.0 {
             return excess.is_finite().then(|| (excess, Stretch::empty()));
         }
-        let mut slopes = self.expand_slopes(&time_here, start, &unit_matrix(n), unit);
+        let mut slopes = self.expand_slopes(&time_here, start, &Matrix::unit(n, ()).into_entries(), unit);
         for (row, last) in slopes.iter_mut().zip(&last) {
             if let Some(place) = row.last_mut() {
                 *place = *last;
@@ -430,9 +429,4 @@ fn sums<S: Scalar>(rows: &[Vec<S>], place: &S) -> Vec<S> {
         terms.reduce(|value, lower| value.mul(place).add(&lower))
     };
     rows.iter().filter_map(sum).collect()
-}
-
-fn unit_matrix(n: usize) -> Vec<Ball> {
-    let entries = (0..n * n).map(|at| f64::from(u8::from(at / n == at % n)));
-    entries.map(Ball::exact).collect()
 }

@@ -6,7 +6,7 @@
 
 use super::Equations;
 use crate::expr::{Prepared, Series};
-use crate::precision::{LANES, Lane, Scalar};
+use crate::precision::{LANES, Lane, Matrix, Scalar};
 
 /// The order of the steps: about the best for 16 digits.
 const ORDER: usize = 24;
@@ -148,7 +148,7 @@ impl<N: Doubles> Plain<N> {
     ) -> Option<(Vec<N>, Vec<N>)> {
         let n = self.dimension;
         let mut state = state.to_vec();
-        let mut total = unit(n);
+        let mut total = Matrix::unit(n, ()).into_entries();
         // Several go each at its own pace, in step with the one that has the longest way.
         let way = end.sub(&begin);
         let whole = way.size();
@@ -221,7 +221,7 @@ impl<N: Doubles> Plain<N> {
         for (row, x) in self.state.iter_mut().zip(state) {
             row[0] = *x;
         }
-        for (row, value) in self.slopes.iter_mut().zip(unit(n)) {
+        for (row, value) in self.slopes.iter_mut().zip(Matrix::unit(n, ()).into_entries()) {
             row[0] = value;
         }
         self.live.fill(0);
@@ -381,12 +381,6 @@ fn horner<N: Doubles>(row: &[N], place: &N) -> N {
     let mut terms = row.iter().rev();
     let first = terms.next().copied().unwrap_or_else(|| N::each(|_| 0.0));
     terms.fold(first, |value, term| value.mul(place).add(term))
-}
-
-/// The unit matrix, row by row.
-fn unit<N: Doubles>(n: usize) -> Vec<N> {
-    let entries = (0..n * n).map(|at| f64::from(u8::from(at / n == at % n)));
-    entries.map(|entry| N::each(|_| entry)).collect()
 }
 
 /// Scales of the components, powers of two, for which |J| has rows and columns of like size.

@@ -6,7 +6,7 @@
 //! Randwertaufgaben, Karlsruhe (1988), and in Computational Ordinary Differential Equations (1992), 425; why it works:
 //! N. S. Nedialkov, K. R. Jackson, in Perspectives on Enclosure Methods (2001), 219).
 
-use crate::precision::{Ball, up};
+use crate::precision::{Ball, Matrix, up};
 
 /// Directions this near to those there are already, beside their lengths, add nothing.
 const SAME: f64 = 1e-6;
@@ -16,8 +16,8 @@ const SAME: f64 = 1e-6;
 pub(super) struct Set {
     /// The scales W of the components, powers of two.
     weights: Vec<f64>,
-    /// Q, row by row.
-    axes: Vec<f64>,
+    /// Q.
+    axes: Matrix<f64>,
     /// r, along the columns of Q.
     radii: Vec<f64>,
 }
@@ -26,11 +26,7 @@ impl Set {
     /// A box along the coordinates.
     pub(super) fn new(radii: Vec<f64>) -> Self {
         let n = radii.len();
-        Self {
-            weights: vec![1.0; n],
-            axes: (0..n * n).map(|at| f64::from(u8::from(at / n == at % n))).collect(),
-            radii,
-        }
+        Self { weights: vec![1.0; n], axes: Matrix::unit(n, ()), radii }
     }
 
     /// The scales of the components, powers of two.
@@ -40,19 +36,14 @@ impl Set {
 
     /// The largest size of each component.
     pub(super) fn spread(&self) -> Vec<f64> {
-        let n = self.radii.len();
-        let row = |i: usize| {
-            let axes = self.axes[n * i..n * (i + 1)].iter().zip(&self.radii);
-            let sum = axes.fold(0.0, |sum, (q, r)| plus(sum, q.abs() * r));
-            self.weights[i] * sum
-        };
-        (0..n).map(row).collect()
+        let sum = |row: &[f64]| row.iter().zip(&self.radii).fold(0.0, |sum, (q, r)| plus(sum, q.abs() * r));
+        self.axes.rows().zip(&self.weights).map(|(row, weight)| weight * sum(row)).collect()
     }
 
     /// V⁻¹ A W Q for a matrix A, given row by row, and scales V.
-    fn turned(&self, matrix: &[Ball], scales: &[f64]) -> Vec<Ball> {
+    fn turned(&self, matrix: &[Ball], scales: &[f64]) -> Matrix<Ball> {
         let n = self.radii.len();
-        let mut turned = vec![Ball::ZERO; n * n];
+        let mut turned = Matrix::from_fn(n, n, |_, _| Ball::ZERO);
         for i in 0..n {
             for k in 0..n {
                 let entry = matrix[n * i + k];
@@ -61,9 +52,9 @@ impl Set {
                 }
                 let entry = entry * Ball::exact(self.weights[k] / scales[i]);
                 for j in 0..n {
-                    let axis = self.axes[n * k + j];
+                    let axis = self.axes[(k, j)];
                     if axis != 0.0 && self.radii[j] > 0.0 {
-                        turned[n * i + j] = turned[n * i + j] + entry * Ball::exact(axis);
+                        turned[(i, j)] = turned[(i, j)] + entry * Ball::exact(axis);
                     }
                 }
             }
@@ -75,11 +66,11 @@ impl Set {
     pub(super) fn image(&self, matrix: &[Ball]) -> Vec<f64> {
         let n = self.radii.len();
         let turned = self.turned(matrix, &vec![1.0; n]);
-        let row = |i: usize| {
-            let parts = turned[n * i..n * (i + 1)].iter().zip(&self.radii);
+        let row = |row: &[Ball]| {
+            let parts = row.iter().zip(&self.radii);
             parts.fold(0.0, |sum, (a, r)| plus(sum, a.abs_upper() * r))
         };
-        (0..n).map(row).collect()
+        turned.rows().map(row).collect()
     }
 
     /// A set that holds the image under a matrix, given row by row, with errors added to each component, on scales of its
@@ -96,12 +87,12 @@ impl Set {
         let mut sizes = vec![0.0; n];
         let mut gaps = vec![0.0; n];
         for i in 0..n {
-            let axis = |k: usize| axes[n * k + i];
+            let axis = |k: usize| axes[(k, i)];
             let mut size = 0.0;
             for (j, radius) in self.radii.iter().enumerate().filter(|(_, r)| **r > 0.0) {
                 let mut entry = Ball::ZERO;
                 for k in (0..n).filter(|k| axis(*k) != 0.0) {
-                    entry = entry + Ball::exact(axis(k)) * turned[n * k + j];
+                    entry = entry + Ball::exact(axis(k)) * turned[(k, j)];
                 }
                 size = plus(size, entry.abs_upper() * radius);
             }
@@ -114,7 +105,7 @@ impl Set {
             for j in 0..n {
                 let mut entry = Ball::exact(f64::from(u8::from(i == j)));
                 for k in (0..n).filter(|k| axis(*k) != 0.0) {
-                    entry = entry - Ball::exact(axis(k)) * Ball::exact(axes[n * k + j]);
+                    entry = entry - Ball::exact(axis(k)) * Ball::exact(axes[(k, j)]);
                 }
                 gaps[i] = plus(gaps[i], entry.abs_upper());
             }
@@ -132,12 +123,12 @@ impl Set {
 
     /// Orthogonal columns along the longest edges of an image first. Components that neither the image nor an error moves
     /// keep their axis to themselves.
-    fn new_axes(&self, turned: &[Ball], errors: &[f64]) -> Vec<f64> {
+    fn new_axes(&self, turned: &Matrix<Ball>, errors: &[f64]) -> Matrix<f64> {
         let n = self.radii.len();
-        let edges = |i: usize| (0..n).any(|j| self.radii[j] > 0.0 && !turned[n * i + j].is_zero());
+        let edges = |i: usize| (0..n).any(|j| self.radii[j] > 0.0 && !turned[(i, j)].is_zero());
         let live: Vec<usize> = (0..n).filter(|i| errors[*i] > 0.0 || edges(*i)).collect();
         let edge = |j: usize| -> Vec<f64> {
-            let entries = live.iter().map(|i| turned[n * i + j].mid_f64());
+            let entries = live.iter().map(|i| turned[(*i, j)].mid_f64());
             entries.map(|x| x * self.radii[j]).collect()
         };
         let length = |v: &[f64]| v.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -182,13 +173,13 @@ impl Set {
                 basis.push(v);
             }
         }
-        let mut axes = vec![0.0; n * n];
+        let mut axes = Matrix::from_fn(n, n, |_, _| 0.0);
         for i in (0..n).filter(|i| !live.contains(i)) {
-            axes[n * i + i] = 1.0;
+            axes[(i, i)] = 1.0;
         }
         for (column, axis) in live.iter().zip(&basis) {
             for (row, x) in live.iter().zip(axis) {
-                axes[n * row + column] = *x;
+                axes[(*row, *column)] = *x;
             }
         }
         axes

@@ -8,12 +8,11 @@
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
 use super::assemble::known_values;
-use crate::precision::Enclosure;
 use std::collections::BTreeMap;
 
 use crate::expr::{ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod};
 use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
-use crate::precision::{Ball, Big, Scalar};
+use crate::precision::{Ball, Big, Enclosure, Scalar, clear_column};
 
 /// A model whose multipliers are coordinates.
 pub(crate) struct Multiplied {
@@ -155,7 +154,6 @@ fn eliminate<S: Enclosure>(
     given: Option<&[usize]>,
     precision: S::Precision,
 ) -> Option<(Vec<usize>, Vec<Vec<S>>)> {
-    let zero = S::exact(0.0, precision);
     let mut pivots = Vec::with_capacity(rows.len());
     let mut order: Vec<usize> = Vec::with_capacity(rows.len());
     for _ in 0..rows.len() {
@@ -173,21 +171,7 @@ fn eliminate<S: Enclosure>(
             }
         }
         let (row, column, _) = best?;
-        let pivot = rows[row][column].clone();
-        let scaled: Vec<S> = rows[row].iter().map(|entry| entry.div(&pivot)).collect();
-        for (at, other) in rows.iter_mut().enumerate() {
-            if at == row || other[column].is_exact_zero() {
-                continue;
-            }
-            let factor = other[column].clone();
-            for (entry, above) in other.iter_mut().zip(&scaled) {
-                if !above.is_exact_zero() {
-                    *entry = entry.sub(&factor.mul(above));
-                }
-            }
-            other[column] = zero.clone();
-        }
-        rows[row] = scaled;
+        clear_column(&mut rows, row, column, precision);
         order.push(row);
         pivots.push(column);
     }

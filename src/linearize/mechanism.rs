@@ -16,7 +16,7 @@ use std::collections::VecDeque;
 
 use super::assemble::{Assembly, Values};
 use crate::number::Number;
-use crate::precision::Enclosure;
+use crate::precision::{Enclosure, clear_column};
 
 /// Elimination of dense rows is for systems of moderate size.
 const MOST: usize = 400;
@@ -77,21 +77,7 @@ pub(crate) fn kernel<S: Enclosure>(
         }
         let (row, column, _) = best?;
         rows.swap(done, row);
-        let pivot = rows[done][column].clone();
-        for entry in &mut rows[done] {
-            *entry = entry.div(&pivot);
-        }
-        let above = rows[done].clone();
-        for (row, own) in rows.iter_mut().enumerate() {
-            let factor = own[column].clone();
-            if row == done || factor.is_exact_zero() {
-                continue;
-            }
-            for (entry, above) in own.iter_mut().zip(&above) {
-                *entry = entry.sub(&factor.mul(above));
-            }
-            own[column] = zero.clone();
-        }
+        clear_column(&mut rows, done, column, values.precision());
         pivots.push(column);
     }
     let free = (0..loose.len()).filter(|column| !pivots.contains(column));

@@ -14,7 +14,7 @@ use super::radicals::Exact;
 use super::symbolic::{forces_vanish, matrices_at};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::number::Number;
-use crate::precision::{Ball, Function, Scalar};
+use crate::precision::{Ball, Function, Scalar, clear_column};
 
 /// Matrices of more rows are not written out.
 const MOST: usize = 20;
@@ -159,17 +159,7 @@ fn directions(mut rows: Vec<Vec<Exact>>, bound: &[usize], visible: usize) -> Opt
     for (at, column) in bound.iter().enumerate() {
         let found = (at..rows.len()).find(|row| !rows[*row][*column].is_exact_zero())?;
         rows.swap(at, found);
-        let own = rows[at][*column].clone();
-        let pivot: Vec<Exact> = rows[at].iter().map(|x| x.div(&own)).collect();
-        for (row, own) in rows.iter_mut().enumerate() {
-            let factor = own[*column].clone();
-            if row != at && !factor.is_exact_zero() {
-                for (entry, above) in own.iter_mut().zip(&pivot) {
-                    *entry = entry.sub(&factor.mul(above));
-                }
-            }
-        }
-        rows[at] = pivot;
+        clear_column(&mut rows, at, *column, ());
     }
     let free: Vec<usize> = (0..visible).filter(|i| !bound.contains(i)).collect();
     let direction = |i: usize| {

@@ -1,58 +1,59 @@
 //! Linear systems of a step of the Taylor method.
 
 use super::step::{Real, Trouble};
+use crate::precision::Matrix;
 
 /// A matrix that equations are solved with again and again.
-pub(super) enum Matrix<S> {
+pub(super) enum Factored<S> {
     Diagonal(Vec<S>),
-    /// L and U in one, row by row, and which row each one was.
+    /// L and U in one, and which row each one was.
     Full {
-        order: usize,
-        entries: Vec<S>,
+        entries: Matrix<S>,
         rows: Vec<usize>,
     },
 }
 
-impl<S: Real> Matrix<S> {
+impl<S: Real> Factored<S> {
     /// Elimination with partial pivoting, rows scaled by their largest entries.
-    pub(super) fn factored(mut entries: Vec<S>, order: usize) -> Result<Self, Trouble> {
+    pub(super) fn new(mut entries: Matrix<S>) -> Result<Self, Trouble> {
         let size = |x: &S| x.middle().abs();
+        let mut scales: Vec<f64> = entries.rows().map(|row| row.iter().map(size).fold(0.0, f64::max)).collect();
+        let order = scales.len();
         let mut rows: Vec<usize> = (0..order).collect();
-        let mut scales: Vec<f64> =
-            entries.chunks(order.max(1)).map(|row| row.iter().map(size).fold(0.0, f64::max)).collect();
         for k in 0..order {
             let pivot = (k..order).max_by(|a, b| {
-                let of = |row: usize| size(&entries[order * row + k]) / scales[row];
+                let of = |row: usize| size(&entries[(row, k)]) / scales[row];
                 of(*a).total_cmp(&of(*b))
             });
             let pivot = pivot.unwrap_or(k);
-            let value = size(&entries[order * pivot + k]);
+            let value = size(&entries[(pivot, k)]);
             if !(value > 0.0 && value.is_finite()) {
                 return Err(Trouble::Singular);
             }
             if pivot != k {
                 for column in 0..order {
-                    entries.swap(order * pivot + column, order * k + column);
+                    let (own, other) = ((k, column), (pivot, column));
+                    (entries[own], entries[other]) = (entries[other], entries[own]);
                 }
                 rows.swap(pivot, k);
                 scales.swap(pivot, k);
             }
             for row in k + 1..order {
-                if entries[order * row + k].is_exact_zero() {
+                if entries[(row, k)].is_exact_zero() {
                     continue;
                 }
-                let factor = entries[order * row + k].div(&entries[order * k + k]);
+                let factor = entries[(row, k)].div(&entries[(k, k)]);
                 for column in k + 1..order {
-                    let above = &entries[order * k + column];
+                    let above = &entries[(k, column)];
                     if !above.is_exact_zero() {
                         let part = factor.mul(above);
-                        entries[order * row + column] = entries[order * row + column].sub(&part);
+                        entries[(row, column)] = entries[(row, column)].sub(&part);
                     }
                 }
-                entries[order * row + k] = factor;
+                entries[(row, k)] = factor;
             }
         }
-        Ok(Self::Full { order, entries, rows })
+        Ok(Self::Full { entries, rows })
     }
 
     /// `x` is memory to work in.
@@ -63,27 +64,26 @@ impl<S: Real> Matrix<S> {
                     *x = x.div(entry);
                 }
             }
-            Self::Full { order, entries, rows } => {
+            Self::Full { entries, rows } => {
+                let order = rows.len();
                 x.clear();
                 x.extend(rows.iter().map(|row| right[*row]));
-                for i in 0..*order {
-                    for j in 0..i {
-                        let entry = &entries[order * i + j];
+                let subtract = |x: &mut [S], i: usize, from: std::ops::Range<usize>| {
+                    for j in from {
+                        let entry = &entries[(i, j)];
                         if !entry.is_exact_zero() {
                             x[i] = x[i].sub(&entry.mul(&x[j]));
                         }
                     }
+                };
+                for i in 0..order {
+                    subtract(x, i, 0..i);
                 }
-                for i in (0..*order).rev() {
-                    for j in i + 1..*order {
-                        let entry = &entries[order * i + j];
-                        if !entry.is_exact_zero() {
-                            x[i] = x[i].sub(&entry.mul(&x[j]));
-                        }
-                    }
-                    x[i] = x[i].div(&entries[order * i + i]);
+                for i in (0..order).rev() {
+                    subtract(x, i, i + 1..order);
+                    x[i] = x[i].div(&entries[(i, i)]);
                 }
-                right[..*order].copy_from_slice(x);
+                right[..order].copy_from_slice(x);
             }
         }
     }

@@ -7,10 +7,10 @@
 
 use super::equations::Equations;
 use super::length::{Room, allowed};
-use super::matrix::Matrix;
+use super::matrix::Factored;
 use crate::expr::{Prepared, Series};
 use crate::flow::{count, nearest_power_of_two};
-use crate::precision::{Ball, DoubleDouble, Scalar};
+use crate::precision::{Ball, DoubleDouble, Matrix, Scalar};
 
 /// Numbers that motions are computed in. Nothing is proved of them.
 pub(super) trait Real: Scalar<Precision = ()> + Copy {
@@ -91,7 +91,7 @@ pub(super) struct Stepper<'a, S: Real> {
     fresh: Option<usize>,
     inputs: Vec<S>,
     right: Vec<S>,
-    matrix: Option<Matrix<S>>,
+    matrix: Option<Factored<S>>,
     /// The unit of time of the coefficients, and that of the next step; 0 before the first one.
     pub(super) unit: f64,
     next_unit: f64,
@@ -395,7 +395,7 @@ impl<'a, S: Real> Stepper<'a, S> {
     }
 
     /// M with -Jᵀ and J beside it, at order 0.
-    fn factored(&self) -> Result<Matrix<S>, Trouble> {
+    fn factored(&self) -> Result<Factored<S>, Trouble> {
         let (n, c) = (self.equations.coordinates, self.equations.constraints);
         let diagonal = c == 0 && self.equations.mass.iter().all(|(i, j)| i == j);
         if diagonal {
@@ -404,19 +404,19 @@ impl<'a, S: Real> Stepper<'a, S> {
                 entries[*i] = row[0];
             }
             let fine = entries.iter().all(|x| x.middle() != 0.0 && x.is_finite());
-            return if fine { Ok(Matrix::Diagonal(entries)) } else { Err(Trouble::Singular) };
+            return if fine { Ok(Factored::Diagonal(entries)) } else { Err(Trouble::Singular) };
         }
         let order = n + c;
-        let mut rows = vec![S::exact(0.0); order * order];
+        let mut matrix = Matrix::from_fn(order, order, |_, _| S::exact(0.0));
         for ((i, j), row) in self.equations.mass.iter().zip(&self.mass) {
-            rows[order * i + j] = row[0];
-            rows[order * j + i] = row[0];
+            matrix[(*i, *j)] = row[0];
+            matrix[(*j, *i)] = row[0];
         }
         for ((a, i), row) in self.equations.gradients.iter().zip(&self.gradients) {
-            rows[order * i + n + a] = row[0].neg();
-            rows[order * (n + a) + i] = row[0];
+            matrix[(*i, n + a)] = row[0].neg();
+            matrix[(n + a, *i)] = row[0];
         }
-        Matrix::factored(rows, order)
+        Factored::new(matrix)
     }
 
     /// Brings a state back to c = 0 and c' = 0, along the directions of constraint forces.

@@ -19,12 +19,12 @@ use crate::model::Model;
 use crate::modes::{Kind, Options};
 use crate::number::Number;
 use crate::oscillation::{NormalMode, NormalModes, Uncertainty, in_units, normal_modes};
-use crate::precision::{Ball, Complex};
+use crate::precision::{Ball, Complex, Matrix};
 use bordered::Place;
 
 type Enclosed = Complex<Ball>;
 
-/// Rows and columns of small matrices: `a[i][j]`.
+/// Vectors, one list each.
 type Rows<T> = Vec<Vec<T>>;
 
 /// First derivatives of the exponents of all modes by all parameters.
@@ -157,9 +157,9 @@ enum Space {
     /// gyroscopic forces between these would leave fewer.
     Zero(usize, Option<Rows<Ball>>),
     /// Modes of M and K: ω², vectors and XᵀMX.
-    Real { square: Ball, vectors: Rows<Ball>, gram: Rows<Ball> },
+    Real { square: Ball, vectors: Rows<Ball>, gram: Matrix<Ball> },
     /// An exponent, its vectors and left vectors, and Yᴴ(2λM + D)X.
-    Complex { place: Place, x: Rows<Enclosed>, y: Rows<Enclosed>, slope: Rows<Enclosed>, kept: Kept },
+    Complex { place: Place, x: Rows<Enclosed>, y: Rows<Enclosed>, slope: Matrix<Enclosed>, kept: Kept },
 }
 
 /// What an exponent keeps to, however parameters change.
@@ -219,11 +219,11 @@ fn space(whole: &WithMultipliers, linearized: &Linearized, modes: &NormalModes, 
     let square = exponent.mul(&exponent);
     let place = Place { exponent, square };
     let kernel = bordered::kernel(whole, place, count, false)?;
-    let mut slope = form(whole.order, &whole.mass, &kernel.x, &kernel.y);
+    let slope = form(whole.order, &whole.mass, &kernel.x, &kernel.y);
     let double = exponent.scale(1);
-    slope.iter_mut().flatten().for_each(|entry| *entry = entry.mul(&double));
+    let mut slope = slope.map(|entry| entry.mul(&double));
     if let Some(velocity) = &whole.velocity {
-        add(&mut slope, form(whole.order, velocity, &kernel.x, &kernel.y));
+        slope = slope.add(&form(whole.order, velocity, &kernel.x, &kernel.y));
     }
     let kept = if count > 1 {
         Kept::Nothing
@@ -271,8 +271,8 @@ fn stay(linearized: &Linearized, zeros: &[ZeroMode]) -> bool {
 }
 
 /// YᴴAX, for a matrix column by column.
-fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -> Rows<Enclosed> {
-    let mut sums = vec![vec![Enclosed::zero(()); x.len()]; y.len()];
+fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -> Matrix<Enclosed> {
+    let mut sums = Matrix::from_fn(y.len(), x.len(), |_, _| Enclosed::zero(()));
     let mut image = vec![Enclosed::zero(()); order];
     for (q, x) in x.iter().enumerate() {
         image.fill(Enclosed::zero(()));
@@ -283,10 +283,10 @@ fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -
                 }
             }
         }
-        for (sums, y) in sums.iter_mut().zip(y) {
+        for (p, y) in y.iter().enumerate() {
             for (y, image) in y.iter().zip(&image) {
                 if !image.is_zero() {
-                    sums[q] = sums[q].add(&y.conjugate().mul(image));
+                    sums[(p, q)] = sums[(p, q)].add(&y.conjugate().mul(image));
                 }
             }
         }
@@ -294,16 +294,10 @@ fn form(order: usize, matrix: &[Ball], x: &Rows<Enclosed>, y: &Rows<Enclosed>) -
     sums
 }
 
-fn add(sums: &mut Rows<Enclosed>, more: Rows<Enclosed>) {
-    for (sum, more) in sums.iter_mut().flatten().zip(more.iter().flatten()) {
-        *sum = sum.add(more);
-    }
-}
-
 /// Xᵀ(A - sB)X for symmetric matrices, column by column.
-fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors: &Rows<Ball>) -> Rows<Ball> {
+fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors: &Rows<Ball>) -> Matrix<Ball> {
     let m = vectors.len();
-    let mut sums = vec![vec![Ball::ZERO; m]; m];
+    let mut sums = Matrix::from_fn(m, m, |_, _| Ball::ZERO);
     for j in 0..order {
         for i in 0..=j {
             let Some(entry) = matrix(i + order * j) else {
@@ -312,14 +306,12 @@ fn symmetric_form(order: usize, matrix: impl Fn(usize) -> Option<Ball>, vectors:
             for (p, x) in vectors.iter().enumerate() {
                 for (q, y) in vectors.iter().enumerate().take(p + 1) {
                     let product = if i == j { x[i] * y[i] } else { x[i] * y[j] + x[j] * y[i] };
-                    sums[p][q] = sums[p][q] + entry * product;
+                    sums[(p, q)] = sums[(p, q)] + entry * product;
                 }
             }
         }
     }
-    // The other triangle.
-    (0..m * m).map(|at| (at / m, at % m)).filter(|(p, q)| q > p).for_each(|(p, q)| sums[p][q] = sums[q][p]);
-    sums
+    Matrix::from_fn(m, m, |p, q| sums[(p.max(q), p.min(q))])
 }
 
 /// How exponents of M and K move where gyroscopic forces or friction begin to act, which vanish at the values as they are.
@@ -327,7 +319,7 @@ fn beginning(
     order: usize,
     square: Ball,
     vectors: &Rows<Ball>,
-    gram: &Rows<Ball>,
+    gram: &Matrix<Ball>,
     slopes: &Slopes,
 ) -> Option<Vec<Enclosed>> {
     let real = |re: Ball| Enclosed { re, im: Ball::ZERO };
@@ -340,19 +332,15 @@ fn beginning(
         return None;
     };
     let x: Rows<Enclosed> = vectors.iter().map(|x| x.iter().copied().map(real).collect()).collect();
-    let weighted = |matrix: &[Ball], factor: Enclosed| -> Rows<Enclosed> {
-        let form = form(order, matrix, &x, &x).into_iter();
-        form.map(|row| row.into_iter().map(|entry| entry.mul(&factor)).collect()).collect()
-    };
+    let weighted = |matrix: &[Ball], factor: Enclosed| form(order, matrix, &x, &x).map(|entry| entry.mul(&factor));
     // -(λ² dM + λ dD + dS) and 2 λ M.
     let mut change = weighted(&slopes.stiffness, real(-Ball::ONE));
-    add(&mut change, weighted(&slopes.mass, real(square)));
+    change = change.add(&weighted(&slopes.mass, real(square)));
     if let Some(velocity) = &slopes.velocity {
-        add(&mut change, weighted(velocity, Enclosed::zero(()).sub(&exponent)));
+        change = change.add(&weighted(velocity, Enclosed::zero(()).sub(&exponent)));
     }
     let double = exponent.scale(1);
-    let slope: Rows<Enclosed> = gram.iter().map(|row| row.iter().map(|entry| double.times(entry)).collect()).collect();
-    split::general(&change, &slope)
+    split::general(&change, &gram.map(|entry| double.times(entry)))
 }
 
 impl Space {
@@ -378,7 +366,7 @@ impl Space {
                         let vectors: Rows<Enclosed> = vectors.iter().map(whole).collect();
                         let unchanged = || {
                             let change = form(order, velocity, &vectors, &vectors);
-                            change.iter().flatten().all(Enclosed::is_zero)
+                            change.entries().iter().all(Enclosed::is_zero)
                         };
                         velocity.iter().all(Ball::is_zero) || vectors.iter().all(|x| x.len() == order) && unchanged()
                     }
@@ -397,8 +385,8 @@ impl Space {
                     if m.is_zero() { Some(k).filter(|k| !k.is_zero()) } else { Some(k - *square * m) }
                 };
                 let change = symmetric_form(order, change, vectors);
-                let mut moved = match (change.as_slice(), gram.as_slice()) {
-                    ([change], [gram]) => vec![change[0] / gram[0]],
+                let mut moved = match (change.entries(), gram.entries()) {
+                    ([change], [gram]) => vec![*change / *gram],
                     _ => split::symmetric(&change, gram)?,
                 };
                 if square.is_negative() {
@@ -424,21 +412,15 @@ impl Space {
                 let mut change = form(order, &slopes.stiffness, x, y);
                 let mut more = |matrix: &[Ball], factor: Enclosed| {
                     if matrix.iter().any(|entry| !entry.is_zero()) {
-                        let mut part = form(order, matrix, x, y);
-                        let entries = part.iter_mut().flatten();
-                        entries.for_each(|entry| *entry = entry.mul(&factor));
-                        add(&mut change, part);
+                        let part = form(order, matrix, x, y).map(|entry| entry.mul(&factor));
+                        change = change.add(&part);
                     }
                 };
                 more(&slopes.mass, place.square);
                 if let Some(velocity) = &slopes.velocity {
                     more(velocity, place.exponent);
                 }
-                let change: Rows<Enclosed> = change
-                    .into_iter()
-                    .map(|row| row.into_iter().map(|x| Enclosed::zero(()).sub(&x)).collect())
-                    .collect();
-                let mut moved = split::general(&change, slope)?;
+                let mut moved = split::general(&change.map(|x| Enclosed::zero(()).sub(x)), slope)?;
                 for moved in &mut moved {
                     match kept {
                         Kept::Imaginary if !(slopes.damps || slopes.drags) => {
