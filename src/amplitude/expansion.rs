@@ -129,24 +129,7 @@ impl<'a> Expansion<'a> {
         }
         let omega = square.sqrt();
         let shape = &basis.shapes[at];
-        let n = shape.len();
-        let none = vec![Ball::ZERO; n];
-        let half = Ball::ONE.scale(-1);
-
-        // Second order.
-        let a = self.force(&[shape], 2);
-        let straight = Path { place: [shape.clone(), none.clone()], speed: [shape.clone(), none.clone()] };
-        let mut still: Vec<Ball> = a.iter().map(|a| -a.scale(-1)).collect();
-        let mut double = still.clone();
-        if let Some((d, b)) = self.inertia(&straight, 2) {
-            for i in 0..n {
-                let gradient = square * d[i] * half;
-                still[i] = still[i] + gradient;
-                double[i] = double[i] - gradient + square * b[i];
-            }
-        }
-        finite(&still)?;
-        finite(&double)?;
+        let (still, double) = self.second_order(shape, square)?;
         let fourfold = square.scale(2);
         let (still, double) = (basis.components(&still), basis.components(&double));
         let zeroth = match basis.response(&still, &Ball::ZERO) {
@@ -223,6 +206,25 @@ impl<'a> Expansion<'a> {
         found.change = Some(change_per_square);
         found.reach = reach.is_finite().then_some(reach);
         Ok(found)
+    }
+
+    /// What is constant in the second order, and what has twice the frequency.
+    fn second_order(&mut self, shape: &[Ball], square: Ball) -> Result<(Vec<Ball>, Vec<Ball>), NotSmooth> {
+        let shape = shape.to_vec();
+        let none = vec![Ball::ZERO; shape.len()];
+        let mut still: Vec<Ball> = self.force(&[&shape], 2).iter().map(|a| -a.scale(-1)).collect();
+        let mut double = still.clone();
+        let straight = Path { place: [shape.clone(), none.clone()], speed: [shape, none] };
+        if let Some((d, b)) = self.inertia(&straight, 2) {
+            for i in 0..still.len() {
+                let gradient = square * d[i] * Ball::ONE.scale(-1);
+                still[i] = still[i] + gradient;
+                double[i] = double[i] - gradient + square * b[i];
+            }
+        }
+        finite(&still)?;
+        finite(&double)?;
+        Ok((still, double))
     }
 
     /// G1 and G3.

@@ -70,35 +70,8 @@ impl Compiler<'_> {
             let mut conditions_under = None;
             let (op, children): (IndexOp, Vec<ExprRef>) = match &file.expr(at).kind {
                 ExprKind::Number(text) => (IndexOp::Number(self.literal(text, span)), vec![]),
-                ExprKind::Name(name) => match (scope.find(name), self.entity(name)) {
-                    (Some((slot, _)), _) => (IndexOp::Variable(slot), vec![]),
-                    (None, Some(Entity::Parameter(family))) => (IndexOp::Parameter { family, indices: 0 }, vec![]),
-                    (None, Some(_)) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
-                    (None, None) if *name == "pi" => (IndexOp::Pi, vec![]),
-                    (None, None) if *name == "t" => (self.not_for_indices("the time".to_owned(), span), vec![]),
-                    (None, None) => {
-                        self.undeclared(name, span, scope);
-                        (IndexOp::Broken, vec![])
-                    }
-                },
-                ExprKind::Index { .. } => {
-                    let (base, indices) = self.flatten_index(at);
-                    if let ExprKind::Name(name) = &file.expr(base).kind {
-                        match self.entity(name) {
-                            Some(Entity::Parameter(family)) => {
-                                let count = indices.len();
-                                (IndexOp::Parameter { family, indices: count }, indices)
-                            }
-                            Some(_) => (self.not_for_indices(format!("`{name}`"), span), vec![]),
-                            None => {
-                                self.undeclared(name, file.expr(base).span, scope);
-                                (IndexOp::Broken, vec![])
-                            }
-                        }
-                    } else {
-                        (self.not_for_indices("this".to_owned(), span), vec![])
-                    }
-                }
+                ExprKind::Name(name) => (self.index_name(name, span, scope), vec![]),
+                ExprKind::Index { .. } => self.indexed_parameter(at, scope),
                 ExprKind::Field { base, field } => match self.field(*base, field, scope) {
                     Some((table, row, column)) => {
                         // The row's program stands in front of the operation that pops its value.
@@ -156,6 +129,36 @@ impl Compiler<'_> {
             tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));
         }
         IndexProgram::from_ops(ops, file.expr(root).span)
+    }
+
+    fn index_name(&mut self, name: &str, span: Span, scope: &Scope) -> IndexOp {
+        match (scope.find(name), self.entity(name)) {
+            (Some((slot, _)), _) => IndexOp::Variable(slot),
+            (None, Some(Entity::Parameter(family))) => IndexOp::Parameter { family, indices: 0 },
+            (None, Some(_)) => self.not_for_indices(format!("`{name}`"), span),
+            (None, None) if name == "pi" => IndexOp::Pi,
+            (None, None) if name == "t" => self.not_for_indices("the time".to_owned(), span),
+            (None, None) => {
+                self.undeclared(name, span, scope);
+                IndexOp::Broken
+            }
+        }
+    }
+
+    fn indexed_parameter(&mut self, at: ExprRef, scope: &Scope) -> (IndexOp, Vec<ExprRef>) {
+        let file = self.file;
+        let (base, indices) = self.flatten_index(at);
+        let ExprKind::Name(name) = &file.expr(base).kind else {
+            return (self.not_for_indices("this".to_owned(), file.expr(at).span), vec![]);
+        };
+        match self.entity(name) {
+            Some(Entity::Parameter(family)) => (IndexOp::Parameter { family, indices: indices.len() }, indices),
+            Some(_) => (self.not_for_indices(format!("`{name}`"), file.expr(at).span), vec![]),
+            None => {
+                self.undeclared(name, file.expr(base).span, scope);
+                (IndexOp::Broken, vec![])
+            }
+        }
     }
 
     fn not_for_indices(&mut self, what: String, span: Span) -> IndexOp {

@@ -149,6 +149,26 @@ impl World {
         ball.is_finite().then_some(Quantity::Enclosed(ball))
     }
 
+    /// The value of a member by its indices.
+    fn member_quantity(&self, family: usize, at: &[Quantity], span: Span) -> Result<Quantity, ModelError> {
+        let whole = |index: &Quantity| match index {
+            Quantity::Exact(number) => {
+                number.to_i64().ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })
+            }
+            Quantity::Enclosed(_) | Quantity::Truth(_) => {
+                Err(ModelError::NotAnInteger { value: "the index".to_owned(), span })
+            }
+        };
+        let at = at.iter().rev().map(whole).collect::<Result<Vec<i64>, _>>()?;
+        let at: Vec<i64> = at.into_iter().rev().collect();
+        if at.len() > 3 {
+            let family = &self.parameter_families[family];
+            let what = format!("`{}`", family.name);
+            return Err(ModelError::TooManyIndices { what, available: family.grid.rank, span });
+        }
+        self.parameter_quantity(family, &at, span)
+    }
+
     fn run_index(&self, ops: &[(IndexOp, Span)], slots: &[i64], whole: Span) -> Result<Quantity, ModelError> {
         let mut stack: Vec<Quantity> = Vec::new();
         for (op, span) in ops {
@@ -161,28 +181,9 @@ impl World {
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
                 IndexOp::Parameter { family, indices } => {
-                    let mut at = Vec::new();
-                    for _ in 0..*indices {
-                        match pop() {
-                            Quantity::Exact(number) => at.push(
-                                number
-                                    .to_i64()
-                                    .ok_or_else(|| ModelError::NotAnInteger { value: number.to_string(), span })?,
-                            ),
-                            Quantity::Enclosed(_) | Quantity::Truth(_) => {
-                                return Err(ModelError::NotAnInteger { value: "the index".to_owned(), span });
-                            }
-                        }
-                    }
+                    let mut at: Vec<Quantity> = (0..*indices).map(|_| pop()).collect();
                     at.reverse();
-                    if at.len() > 3 {
-                        return Err(ModelError::TooManyIndices {
-                            what: format!("`{}`", self.parameter_families[*family].name),
-                            available: self.parameter_families[*family].grid.rank,
-                            span,
-                        });
-                    }
-                    self.parameter_quantity(*family, &at, span)?
+                    self.member_quantity(*family, &at, span)?
                 }
                 IndexOp::Field { table, column } => {
                     let row = match pop() {
@@ -219,18 +220,7 @@ impl World {
                         _ => return Err(undefined("`mod` of numbers that are not rational")),
                     }
                 }
-                IndexOp::Floor => match pop() {
-                    Quantity::Exact(a) => Quantity::Exact(a.floor()),
-                    other => {
-                        let ball = other.ball();
-                        let (low, high) = (ball.lower().floor(), ball.upper().floor());
-                        if low != high {
-                            return Err(ModelError::UndecidedComparison { span });
-                        }
-                        let floor = Number::from_f64_exact(low);
-                        Quantity::Exact(floor.ok_or_else(|| undefined("this `floor`"))?)
-                    }
-                },
+                IndexOp::Floor => Quantity::Exact(floor(&pop(), span)?),
                 IndexOp::Sqrt => {
                     let radicand = pop();
                     root(&radicand).ok_or_else(|| undefined("the root of a negative number"))?
@@ -243,22 +233,7 @@ impl World {
                     let square = total(&squares, &vec![false; squares.len()]);
                     root(&square).ok_or_else(|| undefined("this `norm`"))?
                 }
-                IndexOp::Apply(Function::Abs) => match pop() {
-                    Quantity::Exact(a) => Quantity::Exact(a.abs()),
-                    other => Quantity::Enclosed(other.ball().apply(Function::Abs)),
-                },
-                IndexOp::Apply(function) => {
-                    let x = pop();
-                    let ball = x.ball().apply(*function);
-                    if !ball.is_finite() {
-                        let x = match x {
-                            Quantity::Exact(number) => number.to_string(),
-                            Quantity::Enclosed(_) | Quantity::Truth(_) => "…".to_owned(),
-                        };
-                        return Err(Builtin::Elementary(*function).undefined_for(&x, span));
-                    }
-                    Quantity::Enclosed(ball)
-                }
+                IndexOp::Apply(function) => applied(*function, &pop(), span)?,
                 IndexOp::Compare(comparison) => {
                     let (b, a) = (pop(), pop());
                     let truth = compare(&a, &b, *comparison);
@@ -278,6 +253,34 @@ impl World {
         }
         stack.pop().ok_or(ModelError::Undefined { what: "this".to_owned(), span: whole, help: None })
     }
+}
+
+fn floor(value: &Quantity, span: Span) -> Result<Number, ModelError> {
+    if let Quantity::Exact(a) = value {
+        return Ok(a.floor());
+    }
+    let ball = value.ball();
+    let (low, high) = (ball.lower().floor(), ball.upper().floor());
+    if low != high {
+        return Err(ModelError::UndecidedComparison { span });
+    }
+    let undefined = || ModelError::Undefined { what: "this `floor`".to_owned(), span, help: None };
+    Number::from_f64_exact(low).ok_or_else(undefined)
+}
+
+fn applied(function: Function, x: &Quantity, span: Span) -> Result<Quantity, ModelError> {
+    if let (Function::Abs, Quantity::Exact(a)) = (function, x) {
+        return Ok(Quantity::Exact(a.abs()));
+    }
+    let ball = x.ball().apply(function);
+    if ball.is_finite() || function == Function::Abs {
+        return Ok(Quantity::Enclosed(ball));
+    }
+    let x = match x {
+        Quantity::Exact(number) => number.to_string(),
+        Quantity::Enclosed(_) | Quantity::Truth(_) => "…".to_owned(),
+    };
+    Err(Builtin::Elementary(function).undefined_for(&x, span))
 }
 
 /// A number in a message: long ones by their beginning.

@@ -19,42 +19,13 @@ impl Elaborator<'_> {
     pub(super) fn named_expression(&mut self, binding: &Binding) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
-        let known = self.world.names.get(name.text.as_str()).copied();
-        let family = match known {
-            Some((Entity::Let(family), _))
-                if binding.indices.is_some() && self.world.lets[family].family.grid.rank > 0 =>
-            {
-                Some(family)
-            }
-            Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
-                return;
-            }
-            None => None,
+        let Some(known) = self.known_let(binding) else {
+            return;
         };
         let before = self.errors.len();
         let members = self.members(binding.indices.as_deref(), name);
         let rank = binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
-        let number = family.unwrap_or(self.world.lets.len());
-        if family.is_none() {
-            self.world.lets.push(LetFamily {
-                family: Family {
-                    name: name.text.to_string(),
-                    span: name.span,
-                    grid: Grid { rank, ..Default::default() },
-                },
-                pieces: Vec::new(),
-                members: HashMap::new(),
-                recursive: false,
-                depth: 0,
-                cost: 0,
-                progress: None,
-            });
-            if rank > 0 {
-                // A member may use lower ones.
-                self.introduce(name, Entity::Let(number));
-            }
-        }
+        let number = known.unwrap_or_else(|| self.new_let(name, rank));
         let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
         let additive = is_additive(self.file, &self.world, root);
         let mut compiler = self.compiler();
@@ -117,6 +88,42 @@ impl Elaborator<'_> {
             let written = self.world.write_out_all(number, span);
             self.note(written);
         }
+    }
+
+    /// The family that a binding adds to, if that is not a new one; `None` where the name is given twice.
+    fn known_let(&mut self, binding: &Binding) -> Option<Option<usize>> {
+        let name = &binding.name;
+        match self.world.names.get(name.text.as_str()).copied() {
+            Some((Entity::Let(family), _))
+                if binding.indices.is_some() && self.world.lets[family].family.grid.rank > 0 =>
+            {
+                Some(Some(family))
+            }
+            Some((_, first)) => {
+                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
+                None
+            }
+            None => Some(None),
+        }
+    }
+
+    fn new_let(&mut self, name: &Name, rank: usize) -> usize {
+        let number = self.world.lets.len();
+        let grid = Grid { rank, ..Default::default() };
+        self.world.lets.push(LetFamily {
+            family: Family { name: name.text.to_string(), span: name.span, grid },
+            pieces: Vec::new(),
+            members: HashMap::new(),
+            recursive: false,
+            depth: 0,
+            cost: 0,
+            progress: None,
+        });
+        if rank > 0 {
+            // A member may use lower ones.
+            self.introduce(name, Entity::Let(number));
+        }
+        number
     }
 
     pub(super) fn add_let_members(&mut self, number: usize, piece: usize, members: &Members, name: &Name) -> bool {

@@ -87,35 +87,15 @@ impl Elaborator<'_> {
 
     pub(super) fn parameter(&mut self, binding: &Binding) {
         let name = &binding.name;
-        let known = self.world.names.get(name.text.as_str()).copied();
-        let family = match known {
-            Some((Entity::Parameter(family), _))
-                if binding.indices.is_some() && self.world.parameter_families[family].grid.rank > 0 =>
-            {
-                family
-            }
-            Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
-                return;
-            }
-            None => {
-                let family = self.world.parameter_families.len();
-                self.world.parameter_families.push(Family {
-                    name: name.text.to_string(),
-                    span: name.span,
-                    grid: Grid {
-                        rank: binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3)),
-                        ..Default::default()
-                    },
-                });
-                family
-            }
+        let known = self.world.names.contains_key(name.text.as_str());
+        let Some(family) = self.parameter_family(binding) else {
+            return;
         };
         let members = self.members(binding.indices.as_deref(), name);
         let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
         let program = binding.value.map(|value| self.compiler().value(value, &mut scope));
         let uncertainty = binding.uncertainty.map(|value| self.compiler().value(value, &mut scope));
-        self.introduce_family(name, Entity::Parameter(family), known.is_some());
+        self.introduce_family(name, Entity::Parameter(family), known);
         let factor = match &program {
             Some(program) => self.unit_factor(binding.unit, program),
             None => {
@@ -148,30 +128,10 @@ impl Elaborator<'_> {
         });
         let list: Option<Vec<ExprId>> = match &shared {
             Some(value @ Value::Vector(_)) => {
-                let scalars = value.scalars();
-                if scalars.len() != keys.len() || !self.shape_fits(value, &members) {
-                    let found = match value {
-                        Value::Vector(parts) if members.rank == 1 => parts.len(),
-                        Value::Vector(_) | Value::Scalar(_) => scalars.len(),
-                    };
-                    let span = program.as_ref().map_or(name.span, |program| program.span);
-                    if members.rank == 0 {
-                        self.errors.push(ModelError::Shape {
-                            what: format!("`{}` is one number, but {} is given", name.text, value.describe()),
-                            span,
-                            help: Some(format!("declare a family: `param {}[1..{found}] = …`", name.text)),
-                        });
-                    } else {
-                        self.errors.push(ModelError::ListLength {
-                            name: name.text.to_string(),
-                            expected: keys.len(),
-                            found,
-                            span,
-                        });
-                    }
-                    self.stand_in(name, members.rank, &keys);
+                let span = program.as_ref().map_or(name.span, |program| program.span);
+                let Some(scalars) = self.listed(value, &members, name, (&keys, span)) else {
                     return;
-                }
+                };
                 Some(scalars)
             }
             Some(Value::Scalar(_)) | None => None,
@@ -196,6 +156,57 @@ impl Elaborator<'_> {
             let span = program.as_ref().map_or(name.span, |program| program.span);
             self.add_parameter(&name.text, name.span, members.rank, *at, own, sigma, factor, span);
         }
+    }
+
+    /// The family that a binding declares or adds to.
+    fn parameter_family(&mut self, binding: &Binding) -> Option<usize> {
+        let name = &binding.name;
+        match self.world.names.get(name.text.as_str()).copied() {
+            Some((Entity::Parameter(family), _))
+                if binding.indices.is_some() && self.world.parameter_families[family].grid.rank > 0 =>
+            {
+                Some(family)
+            }
+            Some((_, first)) => {
+                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
+                None
+            }
+            None => {
+                let rank = binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
+                let grid = Grid { rank, ..Default::default() };
+                self.world.parameter_families.push(Family { name: name.text.to_string(), span: name.span, grid });
+                Some(self.world.parameter_families.len() - 1)
+            }
+        }
+    }
+
+    /// The members' values from a list of them.
+    fn listed(
+        &mut self,
+        value: &Value,
+        members: &Members,
+        name: &Name,
+        (keys, span): (&[Key], Span),
+    ) -> Option<Vec<ExprId>> {
+        let scalars = value.scalars();
+        if scalars.len() == keys.len() && self.shape_fits(value, members) {
+            return Some(scalars);
+        }
+        let found = match value {
+            Value::Vector(parts) if members.rank == 1 => parts.len(),
+            Value::Vector(_) | Value::Scalar(_) => scalars.len(),
+        };
+        self.errors.push(if members.rank == 0 {
+            ModelError::Shape {
+                what: format!("`{}` is one number, but {} is given", name.text, value.describe()),
+                span,
+                help: Some(format!("declare a family: `param {}[1..{found}] = …`", name.text)),
+            }
+        } else {
+            ModelError::ListLength { name: name.text.to_string(), expected: keys.len(), found, span }
+        });
+        self.stand_in(name, members.rank, keys);
+        None
     }
 
     /// Gives members that could not be worked out a value, so that what uses them is no mistake of

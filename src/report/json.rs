@@ -9,7 +9,9 @@ use super::constraints::constraint_texts;
 use super::derive::{condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{Conserved, Derivation, Exchange, Frequencies, Motion, NormalCoordinates, NormalWaves, Tangent};
+use crate::derive::{
+    Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves, Tangent,
+};
 use crate::expr::ExprId;
 use crate::linearize::Linearized;
 use crate::modes::Options;
@@ -150,10 +152,6 @@ fn write_mode(out: &mut String, mode: &NormalMode, options: &Options, more: &str
 #[must_use]
 pub fn derive_json(derivation: &Derivation) -> String {
     let expression = |at: &ExprId| string(&derivation.pool.display(*at));
-    let matrix = |rows: &[Vec<ExprId>]| {
-        let rows = rows.iter().map(|row| array(row.iter().map(expression)));
-        lines(rows)
-    };
     let texts = |texts: Vec<String>| lines(texts.iter().map(|text| string(text)));
     let names = &derivation.names.coordinates;
     let mut fields: Vec<(&str, String)> = vec![
@@ -161,32 +159,7 @@ pub fn derive_json(derivation: &Derivation) -> String {
         ("coordinates", array(names.iter().map(|name| string(name)))),
     ];
     match &derivation.linear {
-        Ok(linear) => {
-            fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
-            if !derivation.rates.is_empty() {
-                let rates = derivation.rates.iter();
-                let rates = rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
-                let rates: Vec<String> = rates.collect();
-                fields.push(("rates", format!("{{{}}}", rates.join(", "))));
-            }
-            fields.push(("mass", matrix(&linear.mass)));
-            fields.push(("stiffness", matrix(&linear.stiffness)));
-            for (_, letter, rows) in linear.others() {
-                let name = match letter {
-                    "G" => "gyroscopic",
-                    "C" => "damping",
-                    _ => "circulatory",
-                };
-                fields.push((name, matrix(rows)));
-            }
-            let taken = signs(derivation, &linear.signs);
-            if !taken.is_empty() {
-                fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
-            }
-            if let Some(tangent) = &linear.tangent {
-                tangent_fields(derivation, tangent, &mut fields);
-            }
-        }
+        Ok(linear) => linear_fields(derivation, linear, &mut fields),
         Err(error) => fields.push(("not_linearized", string(&error.to_string()))),
     }
     if derivation.equations.is_some() {
@@ -253,6 +226,36 @@ pub fn derive_json(derivation: &Derivation) -> String {
     }
     let fields = fields.iter().map(|(name, value)| format!("\"{name}\": {value}"));
     format!("{{{}}}\n", fields.collect::<Vec<_>>().join(",\n "))
+}
+
+/// The equilibrium and the matrices there.
+fn linear_fields(derivation: &Derivation, linear: &Linear, fields: &mut Vec<(&str, String)>) {
+    let expression = |at: &ExprId| string(&derivation.pool.display(*at));
+    let matrix = |rows: &[Vec<ExprId>]| lines(rows.iter().map(|row| array(row.iter().map(expression))));
+    fields.push(("equilibrium", array(linear.equilibrium.iter().map(expression))));
+    if !derivation.rates.is_empty() {
+        let rates = derivation.rates.iter();
+        let rates = rates.map(|(name, rate)| format!("{}: {}", string(name), expression(rate)));
+        let rates: Vec<String> = rates.collect();
+        fields.push(("rates", format!("{{{}}}", rates.join(", "))));
+    }
+    fields.push(("mass", matrix(&linear.mass)));
+    fields.push(("stiffness", matrix(&linear.stiffness)));
+    for (_, letter, rows) in linear.others() {
+        let name = match letter {
+            "G" => "gyroscopic",
+            "C" => "damping",
+            _ => "circulatory",
+        };
+        fields.push((name, matrix(rows)));
+    }
+    let taken = signs(derivation, &linear.signs);
+    if !taken.is_empty() {
+        fields.push(("signs", array(taken.iter().map(|sign| string(sign)))));
+    }
+    if let Some(tangent) = &linear.tangent {
+        tangent_fields(derivation, tangent, fields);
+    }
 }
 
 /// Multipliers, gradients of the constraints, and the matrices of the motions that these allow.

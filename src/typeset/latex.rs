@@ -134,19 +134,7 @@ impl Formula {
                 out.push_str(&format!(r" \right{bar}"));
             }
             Self::Parentheses(inner) => write_parentheses(inner, out),
-            Self::Matrix(rows) => {
-                out.push_str(r"\begin{pmatrix}");
-                for (at, entries) in rows.iter().enumerate() {
-                    out.push_str(if at == 0 { " " } else { r" \\ " });
-                    for (column, entry) in entries.iter().enumerate() {
-                        if column > 0 {
-                            out.push_str(" & ");
-                        }
-                        entry.write(out);
-                    }
-                }
-                out.push_str(r" \end{pmatrix}");
-            }
+            Self::Matrix(rows) => write_matrix(rows, out),
             Self::Between { cross, sides } => {
                 sides.0.write(out);
                 out.push_str(if *cross { r" \times " } else { r" \cdot " });
@@ -175,15 +163,8 @@ impl Formula {
             }
             Self::Relation(parts) => row(parts, out),
             Self::Verbatim(text) => {
-                out.push_str(r"\texttt{");
-                for c in text.chars() {
-                    match c {
-                        '^' => out.push_str(r"\textasciicircum{}"),
-                        '_' => out.push_str(r"\_"),
-                        c => out.push(c),
-                    }
-                }
-                out.push('}');
+                let text = text.replace('_', r"\_").replace('^', r"\textasciicircum{}");
+                out.push_str(&format!(r"\texttt{{{text}}}"));
             }
             Self::Sign(sign) => out.push_str(match sign {
                 Sign::Equal => "=",
@@ -279,6 +260,20 @@ fn row(parts: &[Formula], out: &mut String) {
         }
         part.write(out);
     }
+}
+
+fn write_matrix(rows: &[Vec<Formula>], out: &mut String) {
+    out.push_str(r"\begin{pmatrix}");
+    for (at, entries) in rows.iter().enumerate() {
+        out.push_str(if at == 0 { " " } else { r" \\ " });
+        for (column, entry) in entries.iter().enumerate() {
+            if column > 0 {
+                out.push_str(" & ");
+            }
+            entry.write(out);
+        }
+    }
+    out.push_str(r" \end{pmatrix}");
 }
 
 fn write_sign(first: bool, negative: bool, out: &mut String) {

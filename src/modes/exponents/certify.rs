@@ -193,14 +193,9 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
     let mut gap = vec![0.0; m];
     let mut far = vec![0.0; m];
     for &i in &outside {
-        let (mut near, mut most) = (f64::INFINITY, 0.0_f64);
-        for &c in &members {
-            let d = distance.get(i, c);
-            near = near.min(d * NEAR);
-            most = most.max(d * FAR);
-        }
-        gap[i] = near;
-        far[i] = most;
+        let all = || members.iter().map(|&c| distance.get(i, c));
+        gap[i] = all().fold(f64::INFINITY, |near, d| near.min(d * NEAR));
+        far[i] = all().fold(0.0, |most, d| f64::max(most, d * FAR));
     }
     let nearest = || {
         let mut all = outside.iter().copied();
@@ -225,8 +220,6 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             None => Ok(hopeless(members, m)),
         };
     }
-    let mut tau = vec![0.0; m];
-    let mut next = vec![0.0; m];
     let mut base = vec![0.0; m];
     let mut diagonal = vec![0.0; m];
     for _ in 0..12 {
@@ -242,44 +235,13 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
             }
             base[i] = sum * factor;
         }
-        // τ from below, by the iteration of Jacobi; then a little more, until one step shows it sufficient.
-        for &i in &outside {
-            tau[i] = base[i] / diagonal[i] + 1e-280;
-        }
-        let mut shown = false;
-        for round in 0..10 {
-            next.fill(0.0);
-            for &j in &outside {
-                let t = tau[j];
-                let s = (far[j] + reach) * t;
-                let (h, g) = (right.column(j), q.column(j));
-                for ((next, h), g) in next.iter_mut().zip(h).zip(g) {
-                    *next += h * t + g * s;
-                }
-            }
-            shown = round > 0;
-            for &i in &outside {
-                // Entry (i, i) of both matrices is 0.
-                next[i] = up((base[i] + next[i]) * factor / diagonal[i]);
-                shown &= next[i] <= tau[i];
-            }
-            if shown {
-                break;
-            }
-            for &i in &outside {
-                tau[i] = 1.01 * next[i].max(tau[i] * 0.5) + 1e-280;
-            }
-            if tau.iter().any(|t| !exceeds(1e100, *t)) {
-                break;
-            }
-        }
-        if !shown {
+        let rows = Rows { outside: &outside, base: &base, diagonal: &diagonal };
+        let Some(tau) = rows.sufficient(couplings, &|j| far[j] + reach) else {
             // The row that needs the most is the one to blame.
             let worst =
                 outside.iter().copied().max_by(|&a, &b| (base[a] / diagonal[a]).total_cmp(&(base[b] / diagonal[b])));
             return worst.map_or_else(|| Ok(hopeless(members.clone(), m)), Err);
-        }
-        std::mem::swap(&mut tau, &mut next);
+        };
         let mut discs = Vec::with_capacity(members.len());
         let mut needed: f64 = 0.0;
         for &c in &members {
@@ -302,17 +264,61 @@ fn enclose(couplings: &Couplings, members: Vec<usize>) -> Result<Group, usize> {
         }
         if needed <= radius {
             let (radii, shared) = spread(couplings, &members, &discs);
-            let mut reach = vec![0.0; m];
-            for &i in &outside {
-                reach[i] = tau[i];
-            }
-            return Ok(Group { members, discs, radii, shared, reach });
+            return Ok(Group { members, discs, radii, shared, reach: tau });
         }
         radius = 2.0 * needed;
     }
     match nearest() {
         Some(i) => Err(i),
         None => Ok(hopeless(members, m)),
+    }
+}
+
+/// Rows outside of a group: what the members contribute to each, and a lower bound of its diagonal entry.
+struct Rows<'a> {
+    outside: &'a [usize],
+    base: &'a [f64],
+    diagonal: &'a [f64],
+}
+
+impl Rows<'_> {
+    /// τ from below, by the iteration of Jacobi; then a little more, until one step shows it sufficient. 0 inside of the group.
+    fn sufficient(&self, couplings: &Couplings, far: &dyn Fn(usize) -> f64) -> Option<Vec<f64>> {
+        let factor = 1.0 + slack(4 * couplings.size);
+        let mut tau = vec![0.0; couplings.size];
+        let mut next = vec![0.0; couplings.size];
+        for &i in self.outside {
+            tau[i] = self.base[i] / self.diagonal[i] + 1e-280;
+        }
+        for round in 0..10 {
+            next.fill(0.0);
+            for &j in self.outside {
+                let t = tau[j];
+                let s = far(j) * t;
+                let (h, g) = (couplings.right.column(j), couplings.q.column(j));
+                for ((next, h), g) in next.iter_mut().zip(h).zip(g) {
+                    *next += h * t + g * s;
+                }
+            }
+            let mut shown = round > 0;
+            for &i in self.outside {
+                // Entry (i, i) of both matrices is 0.
+                next[i] = up((self.base[i] + next[i]) * factor / self.diagonal[i]);
+                shown &= next[i] <= tau[i];
+            }
+            if shown {
+                tau.fill(0.0);
+                self.outside.iter().for_each(|&i| tau[i] = next[i]);
+                return Some(tau);
+            }
+            for &i in self.outside {
+                tau[i] = 1.01 * next[i].max(tau[i] * 0.5) + 1e-280;
+            }
+            if tau.iter().any(|t| !exceeds(1e100, *t)) {
+                break;
+            }
+        }
+        None
     }
 }
 

@@ -87,75 +87,84 @@ pub(super) fn turn(
     }
     let self_conjugate =
         (0..k).all(|a| conjugate[a].is_some() || twin[members[a]].is_none() && !twin.contains(&Some(members[a])));
-    let (vectors, steps, new_twin) = if self_conjugate {
-        // Real and imaginary parts instead of x and its conjugate: x = a + ib, x̄ = a - ib.
-        let mut p = Mat::<c64>::zeros(k, k);
-        let mut back = Mat::<c64>::zeros(k, k);
-        for a in 0..k {
-            match conjugate[a] {
-                Some(b) if a < b => {
-                    p[(a, a)] = c64::new(1.0, 0.0);
-                    p[(a, b)] = c64::new(1.0, 0.0);
-                    p[(b, a)] = c64::new(0.0, 1.0);
-                    p[(b, b)] = c64::new(0.0, -1.0);
-                    back[(a, a)] = c64::new(0.5, 0.0);
-                    back[(a, b)] = c64::new(0.0, -0.5);
-                    back[(b, a)] = c64::new(0.5, 0.0);
-                    back[(b, b)] = c64::new(0.0, 0.5);
-                }
-                Some(_) => {}
-                None => {
-                    p[(a, a)] = c64::new(1.0, 0.0);
-                    back[(a, a)] = c64::new(1.0, 0.0);
-                }
-            }
-        }
-        let turned = &p * &block * &back;
-        let real = Mat::from_fn(k, k, |a, b| turned[(a, b)].re);
-        let eigen = real.eigen().ok()?;
-        let mut vectors = Mat::<c64>::zeros(k, k);
-        let mut steps = Vec::with_capacity(k);
-        let mut new_twin = Vec::with_capacity(k);
-        for e in 0..k {
-            let value = eigen.S()[e];
-            if value.im < 0.0 {
-                continue;
-            }
-            for a in 0..k {
-                let mut sum = ZERO;
-                let mut conjugate = ZERO;
-                for b in 0..k {
-                    let mut u = eigen.U()[(b, e)];
-                    if value.im == 0.0 {
-                        u.im = 0.0;
-                    }
-                    sum += back[(a, b)] * u;
-                    conjugate += back[(a, b)] * c64::new(u.re, -u.im);
-                }
-                if steps.len() < k {
-                    vectors[(a, steps.len())] = sum;
-                }
-                if value.im > 0.0 && steps.len() + 1 < k {
-                    vectors[(a, steps.len() + 1)] = conjugate;
-                }
-            }
-            steps.push(value);
-            new_twin.push(None);
-            if value.im > 0.0 {
-                steps.push(c64::new(value.re, -value.im));
-                new_twin.push(Some(steps.len() - 2));
-            }
-        }
-        if steps.len() != k {
-            return None;
-        }
-        (vectors, steps, new_twin)
+    let Eigen { vectors, steps, twin } = if self_conjugate {
+        real_eigen(&block, &conjugate)?
     } else {
         let eigen = block.eigen().ok()?;
-        let steps = (0..k).map(|e| eigen.S()[e]).collect();
         let vectors = Mat::from_fn(k, k, |a, b| eigen.U()[(a, b)]);
-        (vectors, steps, vec![None; k])
+        Eigen { vectors, steps: (0..k).map(|e| eigen.S()[e]).collect(), twin: vec![None; k] }
     };
     let left = vectors.partial_piv_lu().inverse() * &inverse;
-    (finite(&left) && finite(&vectors)).then_some(Turn { members, right: vectors, left, steps, twin: new_twin })
+    (finite(&left) && finite(&vectors)).then_some(Turn { members, right: vectors, left, steps, twin })
+}
+
+/// Eigenvectors and eigenvalues of a block, and which is whose conjugate.
+struct Eigen {
+    vectors: Mat<c64>,
+    steps: Vec<c64>,
+    twin: Vec<Option<usize>>,
+}
+
+/// Those of a block whose columns are closed under conjugation: real or in conjugate pairs.
+fn real_eigen(block: &Mat<c64>, conjugate: &[Option<usize>]) -> Option<Eigen> {
+    let k = block.nrows();
+    // Real and imaginary parts instead of x and its conjugate: x = a + ib, x̄ = a - ib.
+    let mut p = Mat::<c64>::zeros(k, k);
+    let mut back = Mat::<c64>::zeros(k, k);
+    for a in 0..k {
+        match conjugate[a] {
+            Some(b) if a < b => {
+                p[(a, a)] = c64::new(1.0, 0.0);
+                p[(a, b)] = c64::new(1.0, 0.0);
+                p[(b, a)] = c64::new(0.0, 1.0);
+                p[(b, b)] = c64::new(0.0, -1.0);
+                back[(a, a)] = c64::new(0.5, 0.0);
+                back[(a, b)] = c64::new(0.0, -0.5);
+                back[(b, a)] = c64::new(0.5, 0.0);
+                back[(b, b)] = c64::new(0.0, 0.5);
+            }
+            Some(_) => {}
+            None => {
+                p[(a, a)] = c64::new(1.0, 0.0);
+                back[(a, a)] = c64::new(1.0, 0.0);
+            }
+        }
+    }
+    let turned = &p * block * &back;
+    let real = Mat::from_fn(k, k, |a, b| turned[(a, b)].re);
+    let eigen = real.eigen().ok()?;
+    let mut vectors = Mat::<c64>::zeros(k, k);
+    let mut steps = Vec::with_capacity(k);
+    let mut twin = Vec::with_capacity(k);
+    for e in 0..k {
+        let value = eigen.S()[e];
+        if value.im < 0.0 {
+            continue;
+        }
+        for a in 0..k {
+            let mut sum = ZERO;
+            let mut conjugate = ZERO;
+            for b in 0..k {
+                let mut u = eigen.U()[(b, e)];
+                if value.im == 0.0 {
+                    u.im = 0.0;
+                }
+                sum += back[(a, b)] * u;
+                conjugate += back[(a, b)] * c64::new(u.re, -u.im);
+            }
+            if steps.len() < k {
+                vectors[(a, steps.len())] = sum;
+            }
+            if value.im > 0.0 && steps.len() + 1 < k {
+                vectors[(a, steps.len() + 1)] = conjugate;
+            }
+        }
+        steps.push(value);
+        twin.push(None);
+        if value.im > 0.0 {
+            steps.push(c64::new(value.re, -value.im));
+            twin.push(Some(steps.len() - 2));
+        }
+    }
+    (steps.len() == k).then_some(Eigen { vectors, steps, twin })
 }
