@@ -272,24 +272,23 @@ impl Worker<'_> {
         found
     }
 
-    /// The parameters at a place, the period there and where a search for the motion begins; `None` where there is no
-    /// period.
-    fn start(&mut self, place: [f64; 2]) -> Option<([f64; 2], f64, Vec<f64>)> {
+    /// `None` where there is no period.
+    fn start(&mut self, place: [f64; 2]) -> Option<Start> {
         let axes = &self.chart.axes;
         let values = [axes[0].value(place[0]), axes[1].value(place[1])];
-        let mut start = self.chart.start.evaluate(&values, &mut self.scratch);
-        if start.is_empty() {
+        let mut state = self.chart.start.evaluate(&values, &mut self.scratch);
+        if state.is_empty() {
             return None;
         }
-        let period = start.remove(0);
-        (period > 0.0 && period.is_finite()).then_some((values, period, start))
+        let period = state.remove(0);
+        (period > 0.0 && period.is_finite()).then_some(Start { values, period, state })
     }
 
     fn alone(&mut self, place: [f64; 2]) -> Place {
-        let found = self.start(place).and_then(|(values, period, start)| {
+        let found = self.start(place).and_then(|Start { values, period, state }| {
             self.single.set_parameters(&values);
             let slopes = if self.chart.equations.is_moving() {
-                let start = floquet::repeating(&mut self.single, period, &start, SEARCH)?;
+                let start = floquet::repeating(&mut self.single, period, &state, SEARCH)?;
                 self.single.travel(0.0, period, &start, |_, _, _| {})?.1
             } else {
                 monodromy(&mut self.single, period, None)?
@@ -307,20 +306,29 @@ impl Worker<'_> {
         let starts = starts?;
         // Lanes without a place do what the last one does.
         let lanes = |of: &dyn Fn(usize) -> f64| Lane::each(|lane| of(lane.min(last)));
-        let values = [0, 1].map(|axis| lanes(&|at| starts[at].0[axis]));
+        let values = [0, 1].map(|axis| lanes(&|at| starts[at].values[axis]));
         self.several.set_parameters(&values);
-        let period = lanes(&|at| starts[at].1);
+        let period = lanes(&|at| starts[at].period);
         let start = self.chart.equations.is_moving().then(|| {
-            let components = 0..starts[0].2.len();
-            components.map(|i| lanes(&|at| starts[at].2[i])).collect::<Vec<Lane>>()
+            let components = 0..starts[0].state.len();
+            components.map(|i| lanes(&|at| starts[at].state[i])).collect::<Vec<Lane>>()
         });
         let slopes = monodromy(&mut self.several, period, start)?;
         let found = (0..places.len()).map(|at| {
             let own: Vec<f64> = slopes.iter().map(|slope| slope.one(at)).collect();
-            self.chart.judged(&own, starts[at].1)
+            self.chart.judged(&own, starts[at].period)
         });
         found.collect()
     }
+}
+
+/// What a place begins with.
+struct Start {
+    /// The parameters.
+    values: [f64; 2],
+    period: f64,
+    /// Where a search for the motion begins.
+    state: Vec<f64>,
 }
 
 /// A border between two neighbours that is being looked for.

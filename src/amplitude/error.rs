@@ -6,29 +6,25 @@ use crate::mistakes::mistakes;
 use crate::model::Feature;
 use crate::span::Span;
 
-/// That a feature is not covered, what it is called where it stands, and a way round it.
-fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
+/// That a feature is not covered, and a way round it.
+fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
-        Feature::Time => (
+        Feature::Time => [
             "this model depends on the time explicitly: it has no frequencies of its own",
-            "contains the time",
             "`motion` follows what is driven, `floquet` has its stability",
-        ),
-        Feature::Dissipation => (
+        ],
+        Feature::Dissipation => [
             "friction takes energy away: the amplitude does not stay what it is",
-            "friction",
             "the frequencies without friction are those of the model without this line",
-        ),
-        Feature::Constraint => (
+        ],
+        Feature::Constraint => [
             "the model has constraints, which the change of frequencies with the amplitude does not cover",
-            "a constraint",
             "write the energies with the coordinates that are left",
-        ),
-        Feature::SteadyMotion => (
+        ],
+        Feature::SteadyMotion => [
             "the change of frequencies with the amplitude is not covered about a steady motion",
-            "turned here",
             "leave the rate out, or write it into the energies in place of the velocity",
-        ),
+        ],
     }
 }
 
@@ -37,15 +33,14 @@ mistakes! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 Error AmplitudeError {
     /// Something without periodic motions, or that is not covered.
-    #[error("{}", words(*feature).0)]
+    #[error("{}", words(*feature)[0])]
     "E0801" Unsupported {
         /// What.
         feature: Feature,
         /// Where.
         span: Span,
     } => {
-        let (_, label, help) = words(*feature);
-        at(*span, label).with_help(help)
+        at(*span, feature.label()).with_help(words(*feature)[1])
     },
 
     /// Terms linear in the velocities that are no total derivative by the time.

@@ -9,6 +9,7 @@ use nalgebra::DMatrix;
 
 use super::assemble::{Assembly, Values, evaluate_closed, parameters_of};
 use super::equilibrium::Search;
+use super::newton::Downhill;
 use crate::expr::{Symbol, Tape};
 use crate::model::Model;
 use crate::precision::{Ball, Scalar};
@@ -88,7 +89,7 @@ impl Search<'_> {
             if !force.finite || !height.is_finite() || at.iter().any(|x| x.mid_f64().abs() > 1e150) {
                 return false;
             }
-            let (step, whole, falls) = spectrum.downhill(&force, radius);
+            let Downhill { step, whole, falls } = spectrum.downhill(&force, radius);
             let length = step.norm();
             let scale = self.weighted_size(at, metric);
             if spectrum.is_bowl() && whole && (length <= 1e-7 * scale || falls <= height.radius) {
@@ -120,7 +121,7 @@ impl Search<'_> {
                 if !force.finite {
                     break;
                 }
-                let (step, ..) = changed.downhill(&force, length);
+                let step = changed.downhill(&force, length).step;
                 place = self.moved(&place, metric, &step);
             }
             match better {

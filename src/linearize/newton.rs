@@ -13,6 +13,15 @@ pub(super) struct Force {
     pub(super) rounding: bool,
 }
 
+/// A step downhill.
+pub(super) struct Downhill {
+    pub(super) step: DVector<f64>,
+    /// Whether it is that of Newton.
+    pub(super) whole: bool,
+    /// By how much V is expected to fall.
+    pub(super) falls: f64,
+}
+
 /// The stiffness in mass-weighted coordinates, taken to its principal axes.
 pub(super) struct Spectrum {
     pub(super) eigen: SymmetricEigen<f64, nalgebra::Dyn>,
@@ -39,9 +48,8 @@ impl Spectrum {
     }
 
     /// The step of least size that lowers the quadratic model with |K| in place of K, no longer than
-    /// `radius` (Dauphin and others, NIPS 27 (2014) 2933), and whether it is that of Newton; and how
-    /// much the force foretells that V falls.
-    pub(super) fn downhill(&self, force: &Force, radius: f64) -> (DVector<f64>, bool, f64) {
+    /// `radius` (Dauphin and others, NIPS 27 (2014) 2933).
+    pub(super) fn downhill(&self, force: &Force, radius: f64) -> Downhill {
         let (components, noise) = self.components(force, 1e-18);
         let largest = self.eigen.eigenvalues.amax();
         let at = |shift: f64| {
@@ -71,7 +79,7 @@ impl Spectrum {
             steps = at(high);
         }
         let falls = -steps.dot(&components);
-        (&self.eigen.eigenvectors * steps, whole, falls)
+        Downhill { step: &self.eigen.eigenvectors * steps, whole, falls }
     }
 
     /// Whether K is nowhere negative beyond rounding.

@@ -71,15 +71,15 @@ impl Surd {
     }
 
     /// The radicands for a common index.
-    fn alike(&self, other: &Self) -> Option<(Number, Number, u32)> {
+    fn alike(&self, other: &Self) -> Option<([Number; 2], u32)> {
         let (p, q) = (self.index, other.index);
         if p == q {
-            return Some((self.radicand.clone(), other.radicand.clone(), p));
+            return Some(([self.radicand.clone(), other.radicand.clone()], p));
         }
         let gcd = (1..=p).rev().find(|d| p.is_multiple_of(*d) && q.is_multiple_of(*d))?;
         let index = p / gcd * q;
         let power = |x: &Self| x.radicand.powi(i32::try_from(index / x.index).ok()?);
-        (index <= HIGHEST).then_some((power(self)?, power(other)?, index))
+        (index <= HIGHEST).then_some(([power(self)?, power(other)?], index))
     }
 
     /// The root of the other one over this one's, where that is a fraction.
@@ -99,7 +99,7 @@ impl Surd {
         if self.index == 2 && other.index == 2 && self.radicand == other.radicand {
             return Self::new(factor.mul(&self.radicand), Number::ONE, 1);
         }
-        let (a, b, index) = self.alike(other)?;
+        let ([a, b], index) = self.alike(other)?;
         Self::new(factor, a.mul(&b), index)
     }
 

@@ -17,6 +17,18 @@ pub enum Feature {
     SteadyMotion,
 }
 
+impl Feature {
+    /// What it is called where it occurs.
+    pub(crate) fn label(self) -> &'static str {
+        match self {
+            Self::Time => "contains the time",
+            Self::Dissipation => "friction",
+            Self::Constraint => "a constraint",
+            Self::SteadyMotion => "turned here",
+        }
+    }
+}
+
 impl Model {
     /// What the model says beside T and V, and where it does so first.
     pub fn features(&self) -> impl Iterator<Item = (Feature, Span)> {

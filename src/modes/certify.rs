@@ -180,7 +180,7 @@ pub(super) fn certify_with(couplings: &Couplings, known: Option<&Known>) -> Opti
     let mut end = 1;
     while start < m {
         match rows.enclose(start, end, &mut gaps) {
-            Ok((radius, reach, beyond)) => {
+            Ok(Separated { radius, reach, beyond }) => {
                 let mut below = 0.0;
                 let factor = 1.0 + slack(m);
                 for (position, radius) in radii[start..end].iter_mut().enumerate() {
@@ -223,6 +223,16 @@ pub(super) fn certify_with(couplings: &Couplings, known: Option<&Known>) -> Opti
         }
     }
     Some(Enclosures { radii, clusters })
+}
+
+/// A cluster apart from all other rows.
+struct Separated {
+    /// r.
+    radius: f64,
+    /// τ, by position.
+    reach: Vec<f64>,
+    /// What is beyond corrections, by position.
+    beyond: Vec<f64>,
 }
 
 impl<'a> Rows<'a> {
@@ -278,9 +288,9 @@ impl<'a> Rows<'a> {
         Some(Self { couplings, known, h, g, size, defect, least, most, weight, s_sum: sums.s, g_sum: sums.g })
     }
 
-    /// The radius r, the reach τ and what is beyond corrections, by position, of the positions `start..end`, or the position of a
-    /// row that they cannot be separated from. `gaps` is memory to work in.
-    fn enclose(&self, start: usize, end: usize, gaps: &mut [f64]) -> Result<(f64, Vec<f64>, Vec<f64>), usize> {
+    /// What encloses the positions `start..end`, or the position of a row that they cannot be separated from. `gaps` is memory to work
+    /// in.
+    fn enclose(&self, start: usize, end: usize, gaps: &mut [f64]) -> Result<Separated, usize> {
         let steps = &self.couplings.steps;
         let m = self.couplings.order.len();
         let factor = 1.0 + slack(m);
@@ -333,7 +343,7 @@ impl<'a> Rows<'a> {
                     beyond.truncate(m);
                 }
                 pass.tau.truncate(m);
-                return Ok((needed, pass.tau, beyond));
+                return Ok(Separated { radius: needed, reach: pass.tau, beyond });
             }
             if !needed.is_finite() {
                 break;
@@ -346,7 +356,7 @@ impl<'a> Rows<'a> {
         (0..start)
             .chain(end..m)
             .min_by(|&p, &q| gaps[p].total_cmp(&gaps[q]))
-            .map_or(Ok((f64::INFINITY, tau, Vec::new())), Err)
+            .map_or(Ok(Separated { radius: f64::INFINITY, reach: tau, beyond: Vec::new() }), Err)
     }
 }
 

@@ -110,7 +110,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
 }
 
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
-    let (vector, imaginary, vector_error_bound) = shape(linearized, &entry.vector, entry.vector_error_bound);
+    let Shape { real, imaginary, bound } = shape(linearized, &entry.vector, entry.vector_error_bound);
     NormalMode {
         kind: match entry.kind {
             ExponentKind::Oscillation => Kind::Oscillation,
@@ -127,9 +127,9 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
             let square = &(&precise.omega * &precise.omega) - &(&precise.growth * &precise.growth);
             Box::new(Precise { omega_squared: square, omega: precise.omega, growth: precise.growth })
         }),
-        vector,
+        vector: real,
         imaginary,
-        vector_error_bound,
+        vector_error_bound: bound,
         component_error_bounds: Vec::new(),
         cluster: entry.cluster,
         symmetry: None,
@@ -138,15 +138,23 @@ fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     }
 }
 
+struct Shape {
+    real: Vec<f64>,
+    /// Empty where the shape is real.
+    imaginary: Vec<f64>,
+    /// A bound of the error in length.
+    bound: f64,
+}
+
 /// Real and imaginary parts in all coordinates: the first component within 1e-6 of the largest is real and
 /// positive there.
-fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64>, f64) {
+fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> Shape {
     let real: Vec<f64> = own.iter().map(|x| x.re).collect();
     let imaginary: Vec<f64> = own.iter().map(|x| x.im).collect();
     let plain = !linearized.is_constrained() && linearized.units().is_none();
     if own.is_empty() || plain {
         let flat = imaginary.iter().all(|x| *x == 0.0);
-        return (real, if flat { Vec::new() } else { imaginary }, bound);
+        return Shape { real, imaginary: if flat { Vec::new() } else { imaginary }, bound };
     }
     let (mut real, one) = linearized.embed(&real, bound);
     let (mut imaginary, other) = linearized.embed(&imaginary, bound);
@@ -160,7 +168,7 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64
     let largest = (0..real.len()).fold(0.0_f64, |most, at| most.max(size(at)));
     let first = (0..real.len()).find(|at| size(*at) >= largest * (1.0 - 1e-6));
     let Some(first) = first.filter(|_| largest > 0.0) else {
-        return (real, imaginary, bound);
+        return Shape { real, imaginary, bound };
     };
     // Turned by the angle of that component, which is known to (π/2) bound / size: all components move with it.
     let (cos, sin) = (real[first] / size(first), imaginary[first] / size(first));
@@ -173,7 +181,7 @@ fn shape(linearized: &Linearized, own: &[c64], bound: f64) -> (Vec<f64>, Vec<f64
     let angle = 1.6 * bound / size(first) + 8.0 * f64::EPSILON;
     let bound = (bound + angle * (largest + bound)) * (1.0 + 8.0 * f64::EPSILON);
     let flat = im.iter().all(|x| *x == 0.0);
-    (re, if flat { Vec::new() } else { im }, bound)
+    Shape { real: re, imaginary: if flat { Vec::new() } else { im }, bound }
 }
 
 /// A direction x with xᵀAx < 0, proved, for the symmetric part of A: an eigenvector of its middle, in

@@ -6,29 +6,25 @@ use crate::mistakes::mistakes;
 use crate::model::Feature;
 use crate::span::Span;
 
-/// That a feature is not covered, what it is called where it stands, and a way round it.
-fn words(feature: Feature) -> (&'static str, &'static str, &'static str) {
+/// That a feature is not covered, and a way round it.
+fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
-        Feature::Time => (
+        Feature::Time => [
             "this model depends on the time explicitly: its energy is not conserved",
-            "contains the time",
             "a period by energy conservation needs a model without the time",
-        ),
-        Feature::Dissipation => (
+        ],
+        Feature::Dissipation => [
             "friction takes energy away: no motion of this model repeats itself",
-            "friction",
             "the period of the motion without friction is that of the model without this line; `modes` has the damped oscillations",
-        ),
-        Feature::Constraint => (
+        ],
+        Feature::Constraint => [
             "the model has constraints, which periods don't cover",
-            "a constraint",
             "write the energies with the one coordinate that is left",
-        ),
-        Feature::SteadyMotion => (
+        ],
+        Feature::SteadyMotion => [
             "a steady motion has no period of one coordinate",
-            "turned here",
             "leave the rate out, or write it into the energies in place of the velocity",
-        ),
+        ],
     }
 }
 
@@ -50,15 +46,14 @@ Error PeriodError {
         .with_help("small oscillations of several coordinates are what `modes` is for"),
 
     /// Something that the energy is not conserved with, or that is not covered.
-    #[error("{}", words(*feature).0)]
+    #[error("{}", words(*feature)[0])]
     "E0502" Unsupported {
         /// What.
         feature: Feature,
         /// Where.
         span: Span,
     } => {
-        let (_, label, help) = words(*feature);
-        at(*span, label).with_help(help)
+        at(*span, feature.label()).with_help(words(*feature)[1])
     },
 
     /// A kinetic energy that is no quadratic polynomial in the velocity.

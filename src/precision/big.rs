@@ -54,9 +54,17 @@ fn length(value: &IBig) -> usize {
     }
 }
 
-/// The 53 leading bits of the magnitude (fewer if it has fewer), how far they stand to the left, and
-/// whether anything follows them.
-fn leading(value: &IBig) -> (u64, usize, bool) {
+/// The leading bits of a magnitude.
+struct Leading {
+    /// 53 of them, fewer if it has fewer.
+    bits: u64,
+    /// How many follow.
+    shift: usize,
+    /// Whether any of those is not 0.
+    more: bool,
+}
+
+fn leading(value: &IBig) -> Leading {
     let (_, words) = value.as_sign_words();
     let shift = length(value).saturating_sub(53);
     let size = Word::BITS as usize;
@@ -66,7 +74,7 @@ fn leading(value: &IBig) -> (u64, usize, bool) {
         bits |= u128::from(*word) << ((place - first) * size);
     }
     let below = words.iter().take(first).any(|word| *word != 0) || bits & ((1u128 << offset) - 1) != 0;
-    ((bits >> offset) as u64, shift, below)
+    Leading { bits: (bits >> offset) as u64, shift, more: below }
 }
 
 impl Big {
@@ -177,7 +185,7 @@ impl Big {
         if self.top() < -900 {
             return Ball::ZERO.with_added_radius(self.abs_upper().to_f64());
         }
-        let (high, shift, more) = leading(&self.significand);
+        let Leading { bits: high, shift, more } = leading(&self.significand);
         let place = self.exponent + shift as i64;
         let negative = self.is_mid_negative();
         let double = |bits: u64, place: i64| {
@@ -189,14 +197,14 @@ impl Big {
         if more {
             let (_, magnitude) = self.significand.clone().into_parts();
             let tail = IBig::from(magnitude.split_bits(shift).0);
-            let (next, below, yet_more) = leading(&tail);
-            let last = self.exponent + below as i64;
+            let next = leading(&tail);
+            let last = self.exponent + next.shift as i64;
             if last > -1020 {
-                low = double(next, last);
+                low = double(next.bits, last);
             } else {
                 rest = Magnitude::power_of_two(self.exponent + length(&tail) as i64);
             }
-            if yet_more {
+            if next.more {
                 rest = rest.add(Magnitude::power_of_two(last));
             }
         }
@@ -237,7 +245,7 @@ impl Big {
         if !self.is_finite() {
             return f64::NAN;
         }
-        let (bits, shift, _) = leading(&self.significand);
+        let Leading { bits, shift, .. } = leading(&self.significand);
         let place = (self.exponent + shift as i64).clamp(-4000, 4000) as i32;
         let size = super::double::scale(bits as f64, place);
         if self.is_mid_negative() { -size } else { size }
@@ -318,13 +326,13 @@ impl Big {
 
     /// An upper bound of |mid|.
     pub(crate) fn mid_upper(&self) -> Magnitude {
-        let (bits, shift, more) = leading(&self.significand);
+        let Leading { bits, shift, more } = leading(&self.significand);
         Magnitude::from_parts(bits + u64::from(more), self.exponent + shift as i64)
     }
 
     /// A lower bound of |mid|.
     pub(crate) fn mid_lower(&self) -> Magnitude {
-        let (bits, shift, _) = leading(&self.significand);
+        let Leading { bits, shift, .. } = leading(&self.significand);
         Magnitude::from_parts(bits, self.exponent + shift as i64)
     }
 

@@ -125,7 +125,7 @@ impl Big {
             return not_a_number();
         }
         if self.is_zero() {
-            return between((IBig::ZERO, IBig::ZERO, 0), wanted);
+            return between(Ends { low: IBig::ZERO, high: IBig::ZERO, exponent: 0 }, wanted);
         }
         let (significand, exponent) = self.mid();
         let least = Magnitude::power_of_two(-WIDEST);
@@ -135,7 +135,7 @@ impl Big {
             (significand.clone(), exponent, self.radius())
         };
         if radius.is_zero() {
-            return between((mid.clone(), mid, exponent as i32), wanted);
+            return between(Ends { low: mid.clone(), high: mid, exponent: exponent as i32 }, wanted);
         }
         // A radius below all digits that can be asked for is rounded up to that.
         let (mantissa, place) = radius.max(size.scale(-WIDEST)).parts();
@@ -144,7 +144,7 @@ impl Big {
         let common = if mid == IBig::ZERO { place } else { place.min(exponent) };
         let mid = mid << (exponent - common).max(0) as usize;
         let radius = fraction << (place - common).max(0) as usize;
-        between((&mid - &radius, mid + radius, common as i32), wanted)
+        between(Ends { low: &mid - &radius, high: mid + radius, exponent: common as i32 }, wanted)
     }
 }
 
@@ -153,7 +153,13 @@ fn not_a_number() -> Decimal {
 }
 
 /// The digits of the numbers from `low` 2^exponent to `high` 2^exponent.
-fn between((low, high, exponent): (IBig, IBig, i32), wanted: Wanted) -> Decimal {
+struct Ends {
+    low: IBig,
+    high: IBig,
+    exponent: i32,
+}
+
+fn between(Ends { low, high, exponent }: Ends, wanted: Wanted) -> Decimal {
     let zero = IBig::ZERO;
     // Where no digit is decided, 0 with a bound that says so is what is right.
     let undecided = |most: UBig| Decimal {
@@ -316,12 +322,12 @@ pub(super) fn parts(x: f64) -> (IBig, i32) {
 }
 
 /// Both ends of the ball over a common power of 2.
-fn ends(value: &Ball) -> (IBig, IBig, i32) {
+fn ends(value: &Ball) -> Ends {
     let all = [parts(value.mid.hi), parts(value.mid.lo), parts(value.radius)];
     let least = all.iter().filter(|p| p.0 != IBig::ZERO).map(|p| p.1).min().unwrap_or(0);
     let [hi, lo, radius] = all.map(|(m, e)| m << (e - least).max(0) as usize);
     let mid = hi + lo;
-    (&mid - &radius, mid + radius, least)
+    Ends { low: &mid - &radius, high: mid + radius, exponent: least }
 }
 
 /// A positive fraction with `count` significant digits; zero gives zero.

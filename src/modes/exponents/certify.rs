@@ -51,12 +51,24 @@ pub(super) struct Certificate {
 }
 
 impl Certificate {
-    /// Disc, radius and number of discs in the component of a column.
-    pub(super) fn disc(&self, column: usize) -> (f64, f64, usize) {
+    pub(super) fn disc(&self, column: usize) -> Disc {
         let group = &self.groups[self.of[column]];
         let at = group.members.iter().position(|&c| c == column);
-        at.map_or((f64::INFINITY, f64::INFINITY, 0), |at| (group.discs[at], group.radii[at], group.shared[at]))
+        match at {
+            Some(at) => Disc { own: group.discs[at], radius: group.radii[at], shared: group.shared[at] },
+            None => Disc { own: f64::INFINITY, radius: f64::INFINITY, shared: 0 },
+        }
     }
+}
+
+/// Where the exponent of a column is.
+pub(super) struct Disc {
+    /// The radius of the column's own disc.
+    pub(super) own: f64,
+    /// How far the exponent may be from the column's.
+    pub(super) radius: f64,
+    /// How many exponents are in the component of the disc.
+    pub(super) shared: usize,
 }
 
 /// A bound of the relative error of a sum of so many nonnegative doubles.

@@ -2,7 +2,7 @@
 
 use super::basis::Metric;
 use super::blocks::Pencil;
-use super::certify::{Certificate, certify};
+use super::certify::{Certificate, Disc, certify};
 use super::columns::{Column, Columns, center, measure, steps, turned};
 use super::complex::Complex;
 use super::couplings::{Couplings, Sheet};
@@ -102,7 +102,7 @@ fn undecided(solution: &Solution) -> bool {
     let columns = &solution.columns;
     (0..columns.base.count()).any(|j| {
         let status = &solution.statuses[j];
-        let (_, radius, shared) = solution.certificate.disc(j);
+        let Disc { radius, shared, .. } = solution.certificate.disc(j);
         let value = columns.value(j, radius);
         status.lacking
             && (shared > 1

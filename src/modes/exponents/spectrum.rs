@@ -5,7 +5,7 @@ use std::cell::OnceCell;
 use faer::c64;
 
 use super::super::BITS_OF_BALLS;
-use super::certify::{Certificate, Group};
+use super::certify::{Certificate, Disc, Group};
 use super::columns::Columns;
 use super::complex::Complex;
 use super::couplings::Sheet;
@@ -90,14 +90,14 @@ pub(super) fn status(
         let sign = if facts.gyroscopic { -1.0 } else { 1.0 };
         *definite[at].get_or_init(|| is_definite(columns, sheets, group, sign))
     };
-    let discs: Vec<(f64, f64, usize)> = (0..m).map(|j| certificate.disc(j)).collect();
+    let discs: Vec<Disc> = (0..m).map(|j| certificate.disc(j)).collect();
     (0..m)
         .map(|j| {
             let of_zero = columns.together() > 0 && certificate.of[j] == certificate.of[0];
             if of_zero && zeros {
                 return Status { growth_zero: true, omega_zero: true, lacking: false, rough: false, score: 0.0 };
             }
-            let (disc, radius, shared) = discs[j];
+            let Disc { own: disc, radius, shared } = discs[j];
             let mu = columns.mu(j);
             let (re, im) = (mu.re.mid.hi, mu.im.mid.hi);
             // An exponent alone in its disc is its own mirror image if the mirrored disc meets no other.
@@ -109,7 +109,7 @@ pub(super) fn status(
                             let apart = other.sub(&mirrored).modulus() * (1.0 - 1e-14);
                             // Exponents of more bits are rounded to double-double here.
                             let rounding = 1e-30 * (other.modulus() + mirrored.modulus());
-                            apart > up(disc + discs[k].0 + rounding)
+                            apart > up(disc + discs[k].own + rounding)
                         }
                     })
             };
@@ -330,7 +330,7 @@ fn orthonormal(scaled: &Scaled, solution: &Solution, shapes: &Shapes<'_>, group:
 fn entry(scaled: &Scaled, solution: &Solution, j: usize, shapes: &Shapes<'_>, options: &Options) -> Exponent {
     let Solution { columns, certificate, statuses, .. } = solution;
     let status = &statuses[j];
-    let (_, radius, shared) = certificate.disc(j);
+    let Disc { radius, shared, .. } = certificate.disc(j);
     let Value { growth, omega, wide } = columns.value(j, radius);
     let growth = if status.growth_zero { Ball::ZERO } else { growth.scale(scaled.power) };
     let mut omega = if status.omega_zero { Ball::ZERO } else { omega.scale(scaled.power) };
