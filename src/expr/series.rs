@@ -290,14 +290,7 @@ impl<S: Scalar> Series<S> {
                 continue;
             }
             let term = &self.row(*row)[k];
-            sum = Some(match (sum, weight) {
-                (None, Weight::One) => term.clone(),
-                (None, Weight::MinusOne) => term.neg(),
-                (None, Weight::Constant(at)) => self.constants[*at].mul(term),
-                (Some(sum), Weight::One) => sum.add(term),
-                (Some(sum), Weight::MinusOne) => sum.sub(term),
-                (Some(sum), Weight::Constant(at)) => sum.add(&self.constants[*at].mul(term)),
-            });
+            sum = Some(weight.added(sum, term, &self.constants));
         }
         self.or_zero(sum)
     }

@@ -38,6 +38,21 @@ pub(super) enum Weight {
     Constant(usize),
 }
 
+impl Weight {
+    /// A sum, if there is one already, and a term times the weight.
+    #[inline]
+    pub(super) fn added<S: Scalar>(self, sum: Option<S>, term: &S, constants: &[S]) -> S {
+        match (sum, self) {
+            (None, Self::One) => term.clone(),
+            (None, Self::MinusOne) => term.neg(),
+            (None, Self::Constant(at)) => constants[at].mul(term),
+            (Some(sum), Self::One) => sum.add(term),
+            (Some(sum), Self::MinusOne) => sum.sub(term),
+            (Some(sum), Self::Constant(at)) => sum.add(&constants[at].mul(term)),
+        }
+    }
+}
+
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Factor {
     pub(super) register: usize,
@@ -237,14 +252,7 @@ impl<S: Scalar> Prepared<S> {
                 let mut sum = constant.map(|at| self.constants[at].clone());
                 for (register, weight) in terms {
                     let term = &registers[*register];
-                    sum = Some(match (sum, weight) {
-                        (None, Weight::One) => term.clone(),
-                        (None, Weight::MinusOne) => term.neg(),
-                        (None, Weight::Constant(at)) => self.constants[*at].mul(term),
-                        (Some(sum), Weight::One) => sum.add(term),
-                        (Some(sum), Weight::MinusOne) => sum.sub(term),
-                        (Some(sum), Weight::Constant(at)) => sum.add(&self.constants[*at].mul(term)),
-                    });
+                    sum = Some(weight.added(sum, term, &self.constants));
                 }
                 sum.unwrap_or_else(|| self.undefined())
             }

@@ -113,6 +113,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
 }
 
 /// A part of an energy on its way from the outside in.
+#[derive(Clone)]
 struct Part {
     at: ExprRef,
     negated: bool,
@@ -189,15 +190,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         ExprKind::Sum(terms) => {
             // The last on the stack comes first.
             for term in terms.iter().rev() {
-                parts.push(Part {
-                    at: term.value(),
-                    negated: part.negated ^ term.subtracted(),
-                    prefactors: part.prefactors.clone(),
-                    binders: part.binders.clone(),
-                    filters: part.filters.clone(),
-                    scope: part.scope.clone(),
-                    broken: part.broken,
-                });
+                parts.push(Part { at: term.value(), negated: part.negated ^ term.subtracted(), ..part.clone() });
             }
             None
         }

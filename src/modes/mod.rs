@@ -246,12 +246,14 @@ impl Stability {
     }
 }
 
-/// One of the two matrices.
+/// One of the matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Which {
     /// M.
     Mass,
-    /// K.
+    /// D = G + C, what multiplies velocities.
+    Velocity,
+    /// K, or S = K + N.
     Stiffness,
 }
 
@@ -259,12 +261,13 @@ impl std::fmt::Display for Which {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
             Self::Mass => "mass",
+            Self::Velocity => "velocity",
             Self::Stiffness => "stiffness",
         })
     }
 }
 
-/// Why there is no spectrum.
+/// Why there is no spectrum, or there are no exponents.
 #[derive(Clone, Debug, PartialEq, Error)]
 #[non_exhaustive]
 pub enum ModesError {
@@ -277,6 +280,9 @@ pub enum ModesError {
         /// negative, proved.
         singular: bool,
     },
+    /// M is not shown to be positive definite, where exponents are asked for.
+    #[error("the mass matrix is not shown to be positive definite")]
+    MassNotDecided,
     /// An entry is not a number or out of range.
     #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
     NotFinite {
@@ -297,7 +303,7 @@ pub enum ModesError {
         /// The number of entries.
         found: usize,
     },
-    /// A zero vector is not in the kernel of K, depends on those before it, or has the wrong
+    /// A zero vector is not in the kernel of the stiffness matrix, depends on those before it, or has the wrong
     /// length.
     #[error("zero vector {index} is not an independent vector of the kernel of the stiffness matrix")]
     ZeroVector {

@@ -30,14 +30,9 @@ pub(super) struct Scaled {
 impl Scaled {
     pub(super) fn new(problem: &Problem) -> Result<Self, ModesError> {
         let n = problem.dimension;
-        check(problem, Which::Mass)?;
-        check(problem, Which::Stiffness)?;
-        let shift: Vec<i32> = (0..n)
-            .map(|i| {
-                let m = problem.mass[i * n + i].mid.hi;
-                if m > 0.0 { -exponent_of(m).div_euclid(2) } else { 0 }
-            })
-            .collect();
+        check(n, Which::Mass, &problem.mass)?;
+        check(n, Which::Stiffness, &problem.stiffness)?;
+        let shift = halves(n, &problem.mass);
         let mut power = i32::MIN;
         for column in 0..n {
             for row in column..n {
@@ -59,12 +54,14 @@ impl Scaled {
     }
 }
 
-fn check(problem: &Problem, matrix: Which) -> Result<(), ModesError> {
-    let n = problem.dimension;
-    let entries = match matrix {
-        Which::Mass => &problem.mass,
-        Which::Stiffness => &problem.stiffness,
-    };
+/// Powers of two in which the diagonal of M is about 1.
+pub(super) fn halves(n: usize, mass: &[Ball]) -> Vec<i32> {
+    let diagonal = mass.iter().step_by(n + 1).map(|entry| entry.mid.hi);
+    diagonal.map(|m| if m > 0.0 { -exponent_of(m).div_euclid(2) } else { 0 }).collect()
+}
+
+/// Whether the matrix has n by n numbers.
+pub(super) fn check(n: usize, matrix: Which, entries: &[Ball]) -> Result<(), ModesError> {
     if entries.len() != n * n {
         return Err(ModesError::Shape { matrix, expected: n * n, found: entries.len() });
     }

@@ -6,10 +6,9 @@ use super::{NormalMode, NormalModes, parts};
 use crate::linearize::{LinearizeError, Linearized, NO_FORCE, Structure, ZeroMode};
 use crate::modes::exponents::Structure as Form;
 use crate::modes::exponents::{
-    Exponent, ExponentKind, ExponentsError, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource,
-    Units, exponents,
+    Exponent, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Units, exponents,
 };
-use crate::modes::{Kind, Options, Precise, Stability};
+use crate::modes::{Kind, ModesError, Options, Precise, Stability};
 use crate::precision::Ball;
 
 /// The model as a source of matrices.
@@ -77,7 +76,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
         let source = Source { linearized, zero_modes: &zero_modes };
         match exponents(&problem, &source, options) {
             // What was found modulo a prime does not hold in true numbers: it is no zero mode.
-            Err(ExponentsError::ZeroVector { index }) if index < zero_modes.len() => {
+            Err(ModesError::ZeroVector { index }) if index < zero_modes.len() => {
                 zero_modes.remove(index);
                 problem.zero_vectors.remove(index);
             }
@@ -112,14 +111,7 @@ pub(super) fn normal_modes(linearized: &Linearized, options: &Options) -> Result
 fn mode(linearized: &Linearized, entry: Exponent) -> NormalMode {
     let Shape { real, imaginary, bound } = shape(linearized, &entry.vector, entry.vector_error_bound);
     NormalMode {
-        kind: match entry.kind {
-            ExponentKind::Oscillation => Kind::Oscillation,
-            ExponentKind::Zero => Kind::Zero,
-            ExponentKind::Unstable => Kind::Unstable,
-            ExponentKind::Damped => Kind::Damped,
-            ExponentKind::Overdamped => Kind::Overdamped,
-            ExponentKind::Undecided => Kind::Undecided,
-        },
+        kind: entry.kind,
         omega_squared: entry.omega_squared,
         omega: entry.omega,
         growth: entry.growth,
@@ -212,13 +204,13 @@ pub(super) fn falling_direction(mass: &[Ball], matrix: &[Ball]) -> Option<Vec<f6
 }
 
 /// The errors of the numeric stage with the model's names.
-fn named(linearized: &Linearized, error: &ExponentsError) -> LinearizeError {
+fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
     match error {
-        ExponentsError::NotPositiveDefinite => {
+        ModesError::MassNotDecided => {
             // The conservative problem with the same mass knows which motion it is.
             super::mass_error(linearized).unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
         }
-        ExponentsError::NotFinite { .. } => {
+        ModesError::NotFinite { .. } => {
             let told = linearized.not_finite();
             told.unwrap_or_else(|| LinearizeError::NoModes { reason: error.to_string() })
         }

@@ -359,8 +359,9 @@ fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
             cause: None,
             span: first_term,
         },
-        ModesError::Shape { .. } | ModesError::ZeroVector { .. } | ModesError::NoConvergence => {
-            LinearizeError::NoModes { reason: error.to_string() }
-        }
+        ModesError::MassNotDecided
+        | ModesError::Shape { .. }
+        | ModesError::ZeroVector { .. }
+        | ModesError::NoConvergence => LinearizeError::NoModes { reason: error.to_string() },
     }
 }

@@ -10,11 +10,11 @@ use faer::c64;
 use super::exponents::Source;
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::linearize::{Linearized, ZeroMode};
-use crate::modes::Options;
 use crate::modes::exponents::{
-    self, ExponentKind, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure,
-    Units, exponents, joined,
+    self, Exponents, IntegerQuadratic, PreciseQuadratic, QuadraticProblem, QuadraticSource, Structure, Units,
+    exponents, joined,
 };
+use crate::modes::{Kind, Options};
 use crate::precision::Ball;
 
 /// Beyond this many digits a ball may not have them.
@@ -117,7 +117,7 @@ pub(super) fn solve(
         Some(found)
     };
     let undamped = part(&free, &first, Structure::Gyroscopic)?;
-    let alike = |kind: ExponentKind| matches!(kind, ExponentKind::Oscillation | ExponentKind::Zero);
+    let alike = |kind: Kind| matches!(kind, Kind::Oscillation | Kind::Zero);
     if !undamped.entries.iter().all(|entry| alike(entry.kind)) {
         return None;
     }

@@ -3,10 +3,10 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
-use librate::modes::Options;
 use librate::modes::exponents::{
-    ExponentKind, Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
+    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
 };
+use librate::modes::{Kind, Options};
 use librate::precision::Ball;
 use proptest::prelude::*;
 
@@ -146,8 +146,7 @@ fn check(found: &Exponents, truth: &[(Ball, Ball)], exact: bool) -> Result<(), T
         let place = left.iter().position(fits);
         if !exact {
             // Of a real pair ±s that is not resolved from another one, the decaying side may be listed too.
-            let mirrored =
-                |(growth, omega): &(Ball, Ball)| entry.kind == ExponentKind::Undecided && fits(&(-*growth, *omega));
+            let mirrored = |(growth, omega): &(Ball, Ball)| entry.kind == Kind::Undecided && fits(&(-*growth, *omega));
             prop_assert!(truth.iter().any(|value| fits(value) || mirrored(value)), "{:?} {:?}", entry, truth);
             continue;
         }
@@ -155,7 +154,7 @@ fn check(found: &Exponents, truth: &[(Ball, Ball)], exact: bool) -> Result<(), T
         let (growth, omega) = left.swap_remove(place.unwrap());
         prop_assert_eq!(entry.growth.is_zero(), growth.is_zero());
         prop_assert_eq!(entry.omega.is_zero(), omega.is_zero());
-        prop_assert_ne!(entry.kind, ExponentKind::Undecided);
+        prop_assert_ne!(entry.kind, Kind::Undecided);
         prop_assert!(entry.growth.radius <= 1e-13 * growth.mid_f64().abs());
         prop_assert!(entry.omega.radius <= 1e-13 * omega.mid_f64().abs());
     }
@@ -289,7 +288,7 @@ proptest! {
         let open = exponents(&planted.problem, &(), &options).unwrap();
         for entry in &exact.entries {
             prop_assert!(
-                entry.kind != ExponentKind::Undecided,
+                entry.kind != Kind::Undecided,
                 "{:?}", entry
             );
         }

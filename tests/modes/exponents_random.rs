@@ -2,8 +2,8 @@
 //! (tests/reference/exponents/generate.py, which draws the same matrices).
 #![cfg(feature = "engine")]
 
-use librate::modes::Options;
-use librate::modes::exponents::{Exponent, ExponentKind, QuadraticProblem, Structure, exponents};
+use librate::modes::exponents::{Exponent, QuadraticProblem, Structure, exponents};
+use librate::modes::{Kind, Options};
 use librate::number::Number;
 use librate::precision::{Ball, Big, Rounding, decimal};
 
@@ -136,7 +136,7 @@ fn check(text: &str) -> (usize, usize) {
             // Exactly 0 where it is.
             assert_eq!(entry.growth.is_zero(), value.0.is_zero(), "{name}");
             assert_eq!(entry.omega.is_zero(), value.1.is_zero(), "{name}");
-            assert_ne!(entry.kind, ExponentKind::Undecided, "{name}");
+            assert_ne!(entry.kind, Kind::Undecided, "{name}");
             assert_eq!(entry.limit, None, "{name}");
             for (found, truth) in [(entry.growth, value.0), (entry.omega, value.1)] {
                 let digits = decimal(&found, 10);

@@ -22,8 +22,7 @@ impl Metric<'_> {
     fn image(&self, x: &[Wide]) -> Vec<Wide> {
         let row = |i: usize| {
             let terms = x.iter().take(self.n).enumerate();
-            let mut terms =
-                terms.map(|(j, x)| x.times(&(self.mass)(i, j))).filter(|x| !(x.re.is_zero() && x.im.is_zero()));
+            let mut terms = terms.map(|(j, x)| x.times(&(self.mass)(i, j))).filter(|x| !x.is_zero());
             let first = terms.next();
             first.map(|first| terms.fold(first, |sum, x| sum.add(&x)))
         };
@@ -91,7 +90,7 @@ impl Metric<'_> {
             let best = rest.iter().position(|x| size(x, row) == top)?;
             columns.swap(p, p + best);
             let pivot = columns[p].get(row)?.clone();
-            if pivot.re.contains_zero() && pivot.im.contains_zero() {
+            if pivot.contains_zero() {
                 return None;
             }
             let own: Vec<Wide> = columns[p].iter().map(|x| x.div(&pivot)).collect();
@@ -158,7 +157,7 @@ pub(super) fn finished(vector: &[Wide]) -> (Vec<c64>, f64) {
         let sign = Big::one(first.re.bits());
         Wide { im: Big::zero(sign.bits()), re: if first.re.is_negative() { -&sign } else { sign } }
     } else {
-        let square = &(&first.re * &first.re) + &(&first.im * &first.im);
+        let square = first.square_of_modulus();
         first.conjugate().times(&(&Big::one(square.bits()) / &square.sqrt()))
     };
     let mut bound = 0.0_f64;

@@ -214,7 +214,7 @@ fn separated(squares: &Polynomial, rest: &Polynomial, bits: usize) -> Option<Vec
             }
         } else if s.im.is_positive() {
             // λ = a + ib: a² - b² = Re s, 2ab = Im s, a² + b² = |s|.
-            let modulus = (&(&s.re * &s.re) + &(&s.im * &s.im)).sqrt();
+            let modulus = s.square_of_modulus().sqrt();
             let (a, b) = if s.re.is_negative() {
                 let b = (&modulus - &s.re).scale(-1).sqrt();
                 (&s.im / &b.scale(1), b)

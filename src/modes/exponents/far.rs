@@ -46,10 +46,9 @@ pub(super) fn far_start(scaled: &Scaled) -> Option<Columns> {
         let bits = lambda.re.bits();
         let zero = || Wide::zero(bits);
         let product = y.iter().zip(&slope).fold(zero(), |sum, (y, s)| sum.add(&y.mul(s)));
-        let size = |x: &Wide| (&(&x.re * &x.re) + &(&x.im * &x.im)).sqrt();
-        let square = x.iter().fold(Big::zero(bits), |sum, x| &sum + &(&(&x.re * &x.re) + &(&x.im * &x.im)));
-        let length = (&Big::one(bits) / &(&square * &size(&lambda))).sqrt();
-        let inverse = Wide { re: Big::one(bits), im: Big::zero(bits) }.div(&product.times(&length));
+        let square = x.iter().fold(Big::zero(bits), |sum, x| &sum + &x.square_of_modulus());
+        let length = (&Big::one(bits) / &(&square * &lambda.square_of_modulus().sqrt())).sqrt();
+        let inverse = Wide::real(1.0, bits).div(&product.times(&length));
         let column = Column {
             mu: lambda.to_complex(),
             x: x.iter().map(|x| x.times(&length).to_complex()).collect(),

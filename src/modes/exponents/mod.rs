@@ -41,9 +41,8 @@ pub(crate) use exact::LARGEST as MOST_EXACT;
 
 use dashu_int::IBig;
 use faer::c64;
-use thiserror::Error;
 
-use super::{Options, Rung, Stability};
+use super::{Kind, ModesError, Options, Rung, Stability};
 use crate::precision::{Ball, Big, Root};
 
 /// M q̈ + D q̇ + S q = 0.
@@ -160,7 +159,7 @@ pub struct Exponents {
 #[non_exhaustive]
 pub struct Exponent {
     /// What kind of motion it is.
-    pub kind: ExponentKind,
+    pub kind: Kind,
     /// The real part; exactly 0 where that is proved.
     pub growth: Ball,
     /// The imaginary part, not negative; exactly 0 where that is proved.
@@ -212,108 +211,16 @@ pub enum Limit {
     Open,
 }
 
-/// The kind of an exponent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum ExponentKind {
-    /// Growth 0, omega > 0.
-    Oscillation,
-    /// The exponent 0, proved.
-    Zero,
-    /// Growth > 0.
-    Unstable,
-    /// Growth < 0, omega > 0.
-    Damped,
-    /// Growth < 0, omega = 0.
-    Overdamped,
-    /// The bounds do not tell.
-    Undecided,
-}
-
-impl ExponentKind {
-    /// The word for it in tables and JSON.
-    #[must_use]
-    pub fn as_str(self) -> &'static str {
-        match self {
-            Self::Oscillation => "oscillation",
-            Self::Zero => "zero",
-            Self::Unstable => "unstable",
-            Self::Damped => "damped",
-            Self::Overdamped => "overdamped",
-            Self::Undecided => "undecided",
-        }
-    }
-}
-
-/// One of the three matrices.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Which {
-    /// M.
-    Mass,
-    /// D.
-    Velocity,
-    /// S.
-    Stiffness,
-}
-
-impl std::fmt::Display for Which {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Mass => "mass",
-            Self::Velocity => "velocity",
-            Self::Stiffness => "stiffness",
-        })
-    }
-}
-
-/// Why there are no exponents.
-#[derive(Clone, Debug, PartialEq, Error)]
-#[non_exhaustive]
-pub enum ExponentsError {
-    /// M is not positive definite, or not shown to be.
-    #[error("the mass matrix is not shown to be positive definite")]
-    NotPositiveDefinite,
-    /// An entry is not a number or out of range.
-    #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
-    NotFinite {
-        /// The matrix.
-        matrix: Which,
-        /// The row, from 0.
-        row: usize,
-        /// The column, from 0.
-        column: usize,
-    },
-    /// A matrix has the wrong number of entries.
-    #[error("the {matrix} matrix has {found} entries instead of {expected}")]
-    Shape {
-        /// The matrix.
-        matrix: Which,
-        /// The square of the dimension.
-        expected: usize,
-        /// The number of entries.
-        found: usize,
-    },
-    /// A zero vector is not in the kernel of S, depends on those before it, or has the wrong length.
-    #[error("zero vector {index} is not an independent vector of the kernel of the stiffness matrix")]
-    ZeroVector {
-        /// Its number, from 0.
-        index: usize,
-    },
-    /// The eigenvalue decomposition did not converge.
-    #[error("the eigenvalue decomposition did not converge")]
-    NoConvergence,
-}
-
 /// All exponents of a problem whose source can be asked for more where the enclosures do not do.
 ///
 /// # Errors
 ///
-/// See [`ExponentsError`]; M must be positive definite, provably so.
+/// See [`ModesError`]; M must be positive definite, provably so.
 pub fn exponents(
     problem: &QuadraticProblem,
     source: &dyn QuadraticSource,
     options: &Options,
-) -> Result<Exponents, ExponentsError> {
+) -> Result<Exponents, ModesError> {
     solve::solve(problem, source, options)
 }
 
@@ -338,8 +245,8 @@ pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -
         limit: Some(Limit::Defective { order: 2 }),
     };
     let stability = match kind {
-        ExponentKind::Unstable => Stability::Unstable,
-        ExponentKind::Overdamped => Stability::Stable,
+        Kind::Unstable => Stability::Unstable,
+        Kind::Overdamped => Stability::Stable,
         _ => Stability::Undecided,
     };
     Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), rung: Rung::Refined }

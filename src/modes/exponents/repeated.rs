@@ -10,7 +10,7 @@ use super::exact::{ExactRoot, ExactSpectrum};
 use super::scale::Scaled;
 use super::solve::Solution;
 use super::spectrum::{Facts, finish, kind, omega_squared};
-use super::{Exponent, ExponentKind, Exponents, IntegerQuadratic, Limit, Options, PreciseExponent, Rung};
+use super::{Exponent, Exponents, IntegerQuadratic, Kind, Limit, Options, PreciseExponent, Rung};
 use crate::precision::{Ball, Big, Magnitude, up};
 
 /// Bits of combinations of vectors that come in balls or doubles.
@@ -109,7 +109,7 @@ fn entry(root: &ExactRoot, cluster: u32) -> Exponent {
 
 pub(super) fn zero((vector, bound): Shape, limit: Option<Limit>, cluster: u32) -> Exponent {
     Exponent {
-        kind: ExponentKind::Zero,
+        kind: Kind::Zero,
         growth: Ball::ZERO,
         omega: Ball::ZERO,
         omega_squared: Some(Ball::ZERO),

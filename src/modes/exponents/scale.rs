@@ -3,8 +3,10 @@
 use faer::Mat;
 
 use super::super::dense::{Matrix, Plain};
+use super::super::pencil::{check, halves};
 use super::super::product::{Part, TERM, bound_product, measured_product};
-use super::{ExponentsError, QuadraticProblem, Structure, Which};
+use super::super::{ModesError, Which};
+use super::{QuadraticProblem, Structure};
 use crate::precision::{Ball, exponent_of, up};
 
 /// A matrix of enclosures.
@@ -102,27 +104,17 @@ impl Enclosure {
 }
 
 impl Scaled {
-    pub(super) fn new(problem: &QuadraticProblem) -> Result<Self, ExponentsError> {
+    pub(super) fn new(problem: &QuadraticProblem) -> Result<Self, ModesError> {
         let n = problem.dimension;
         for (matrix, entries) in
             [(Which::Mass, &problem.mass), (Which::Velocity, &problem.velocity), (Which::Stiffness, &problem.stiffness)]
         {
-            if entries.len() != n * n {
-                return Err(ExponentsError::Shape { matrix, expected: n * n, found: entries.len() });
-            }
-            if let Some(at) = entries.iter().position(|x| !x.is_finite()) {
-                return Err(ExponentsError::NotFinite { matrix, row: at % n, column: at / n });
-            }
+            check(n, matrix, entries)?;
         }
         if let Some(index) = problem.zero_vectors.iter().position(|v| v.len() != n) {
-            return Err(ExponentsError::ZeroVector { index });
+            return Err(ModesError::ZeroVector { index });
         }
-        let shift: Vec<i32> = (0..n)
-            .map(|i| {
-                let m = problem.mass[i * n + i].mid.hi;
-                if m > 0.0 { -exponent_of(m).div_euclid(2) } else { 0 }
-            })
-            .collect();
+        let shift = halves(n, &problem.mass);
         // |λ| is at most about max(|D|, √|S|).
         let mut power = i32::MIN;
         for column in 0..n {

@@ -17,7 +17,7 @@ use super::start::{cholesky, start};
 use super::wide::climb;
 use super::wide_columns::WideColumns;
 use super::{
-    Exponents, ExponentsError, IntegerQuadratic, Options, QuadraticProblem, QuadraticSource, Rung, Stability, Structure,
+    Exponents, IntegerQuadratic, ModesError, Options, QuadraticProblem, QuadraticSource, Rung, Stability, Structure,
 };
 use crate::precision::{Ball, Big};
 
@@ -38,7 +38,7 @@ pub(super) fn solve(
     problem: &QuadraticProblem,
     source: &dyn QuadraticSource,
     options: &Options,
-) -> Result<Exponents, ExponentsError> {
+) -> Result<Exponents, ModesError> {
     let scaled = Scaled::new(problem)?;
     if scaled.n == 0 {
         return Ok(Exponents {
@@ -51,14 +51,14 @@ pub(super) fn solve(
     let inner = &options.smaller(i64::from(scaled.power));
     let mut solution = match in_double_double(&scaled, inner) {
         // What doubles and double-double do not begin with, exact numbers may decide all the same.
-        Err(ExponentsError::NoConvergence) => {
+        Err(ModesError::NoConvergence) => {
             let facts = Facts::new(&scaled);
             let exact = source.integers();
             if let Some(found) = exact.and_then(|matrices| decided(&scaled, &matrices, &facts, options)) {
                 return Ok(found);
             }
             if problem.zero_vectors.is_empty() {
-                return Err(ExponentsError::NoConvergence);
+                return Err(ModesError::NoConvergence);
             }
             // Chains longer than those that are split off: without what is known of them, everything near 0 stays open.
             let open = QuadraticProblem { zero_vectors: Vec::new(), ..problem.clone() };
@@ -113,18 +113,17 @@ fn undecided(solution: &Solution) -> bool {
 }
 
 /// The rungs up to double-double.
-pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ExponentsError> {
-    let l = cholesky(&scaled.mass.doubles()).ok_or(ExponentsError::NotPositiveDefinite)?;
+pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Solution, ModesError> {
+    let l = cholesky(&scaled.mass.doubles()).ok_or(ModesError::MassNotDecided)?;
     if !is_positive_definite(&scaled.mass) {
-        return Err(ExponentsError::NotPositiveDefinite);
+        return Err(ModesError::MassNotDecided);
     }
     if let Some(index) = bad_zero_vector(scaled) {
-        return Err(ExponentsError::ZeroVector { index });
+        return Err(ModesError::ZeroVector { index });
     }
     let facts = Facts::new(scaled);
     let begun = start(scaled, &l).or_else(|| far_start(scaled));
-    let begun = begun.ok_or(ExponentsError::NoConvergence)?;
-    let mut columns = begun;
+    let mut columns = begun.ok_or(ModesError::NoConvergence)?;
     let mut best: Option<(f64, Solution)> = None;
     let mut stalled = 0;
     for round in 0..ROUNDS {
@@ -165,7 +164,7 @@ pub(super) fn in_double_double(scaled: &Scaled, options: &Options) -> Result<Sol
             break;
         }
     }
-    best.map(|(_, solution)| solution).ok_or(ExponentsError::NoConvergence)
+    best.map(|(_, solution)| solution).ok_or(ModesError::NoConvergence)
 }
 
 /// The bits of all radii together, relative to what they have to cover; digits before vectors.

@@ -14,7 +14,7 @@ use super::scale::Scaled;
 use super::shape::Shapes;
 use super::signature::is_definite;
 use super::solve::Solution;
-use super::{Exponent, ExponentKind, Exponents, Limit, Options, PreciseExponent, Rung, Stability};
+use super::{Exponent, Exponents, Kind, Limit, Options, PreciseExponent, Rung, Stability};
 use crate::precision::{Ball, Big, up};
 
 /// What is proved about the problem as a whole.
@@ -269,7 +269,7 @@ pub(super) fn spectrum(scaled: &Scaled, solution: &Solution, options: &Options) 
         for k in 0..left {
             let j = columns.together() - 1 - k;
             let mut open = entry(scaled, solution, j, &shapes, options);
-            open.kind = ExponentKind::Undecided;
+            open.kind = Kind::Undecided;
             open.limit = Some(Limit::Unresolved { count: columns.together() });
             entries.push(open);
         }
@@ -390,36 +390,36 @@ pub(super) fn omega_squared(growth: &Ball, omega: &Ball) -> Option<Ball> {
     }
 }
 
-pub(super) fn kind(growth: &Ball, omega: &Ball) -> ExponentKind {
+pub(super) fn kind(growth: &Ball, omega: &Ball) -> Kind {
     if growth.is_positive() {
-        ExponentKind::Unstable
+        Kind::Unstable
     } else if growth.is_negative() {
         if omega.is_zero() {
-            ExponentKind::Overdamped
+            Kind::Overdamped
         } else if omega.is_positive() {
-            ExponentKind::Damped
+            Kind::Damped
         } else {
-            ExponentKind::Undecided
+            Kind::Undecided
         }
     } else if growth.is_zero() && omega.is_positive() {
-        ExponentKind::Oscillation
+        Kind::Oscillation
     } else {
-        ExponentKind::Undecided
+        Kind::Undecided
     }
 }
 
 /// Unstable ones by falling growth, then zeros, then by rising frequency and falling growth.
 fn sort(entries: &mut [Exponent]) {
     let place = |entry: &Exponent| match entry.kind {
-        ExponentKind::Unstable => 0,
-        ExponentKind::Zero => 1,
+        Kind::Unstable => 0,
+        Kind::Zero => 1,
         _ => 2,
     };
     entries.sort_by(|a, b| {
         let falling = b.growth.mid.hi.total_cmp(&a.growth.mid.hi);
         place(a).cmp(&place(b)).then_with(|| {
             let rising = a.omega.mid.hi.total_cmp(&b.omega.mid.hi);
-            if a.kind == ExponentKind::Unstable {
+            if a.kind == Kind::Unstable {
                 falling.then(rising)
             } else if (a.omega - b.omega).contains_zero() {
                 falling
@@ -461,7 +461,7 @@ pub(super) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
             let near = |other: &&Exponent| {
                 (other.omega - entry.omega).contains_zero()
                     && (other.growth - entry.growth).contains_zero()
-                    && (other.kind == ExponentKind::Zero) == (entry.kind == ExponentKind::Zero)
+                    && (other.kind == Kind::Zero) == (entry.kind == Kind::Zero)
             };
             let twin = entries[..known].iter().find(near).map(|other| other.cluster);
             let own = entry.cluster;
@@ -502,22 +502,22 @@ pub(super) fn finish(
     semisimple: &dyn Fn(&Exponent) -> bool,
 ) -> Exponents {
     sort(&mut entries);
-    let some = |kind: ExponentKind| entries.iter().any(|entry| entry.kind == kind);
-    let on_axis = |entry: &Exponent| matches!(entry.kind, ExponentKind::Oscillation | ExponentKind::Zero);
+    let some = |kind: Kind| entries.iter().any(|entry| entry.kind == kind);
+    let on_axis = |entry: &Exponent| matches!(entry.kind, Kind::Oscillation | Kind::Zero);
     let secular = |entry: &Exponent| on_axis(entry) && matches!(entry.limit, Some(Limit::Defective { .. }));
     let may_be_secular = |entry: &Exponent| {
         entry.growth.contains_zero() && matches!(entry.limit, Some(Limit::Unresolved { .. })) && !semisimple(entry)
     };
     let grows = entries.iter().any(secular);
     let may_grow = entries.iter().any(may_be_secular);
-    let stability = if some(ExponentKind::Unstable) {
+    let stability = if some(Kind::Unstable) {
         Stability::Unstable
     } else if entries.iter().any(|entry| {
         let open = entry.growth.contains_zero() && !entry.growth.is_zero();
-        open || entry.kind == ExponentKind::Oscillation && may_be_secular(entry)
+        open || entry.kind == Kind::Oscillation && may_be_secular(entry)
     }) {
         Stability::Undecided
-    } else if some(ExponentKind::Zero) || grows {
+    } else if some(Kind::Zero) || grows {
         Stability::Neutral
     } else {
         Stability::Stable

@@ -123,7 +123,7 @@ pub(super) fn further(
 fn is_final(error: &ModesError) -> bool {
     match error {
         ModesError::NotPositiveDefinite { singular, .. } => !singular,
-        ModesError::NoConvergence => false,
+        ModesError::MassNotDecided | ModesError::NoConvergence => false,
         ModesError::NotFinite { .. } | ModesError::Shape { .. } | ModesError::ZeroVector { .. } => true,
     }
 }
