@@ -16,9 +16,9 @@ use crate::floquet::motion::Driven;
 use crate::floquet::{self, FloquetError, trial};
 use crate::flow::{Doubles, Equations, Plain};
 use crate::linearize;
+use crate::model::Range;
 use crate::model::{self, Model, ModelError, Settings, TableTexts};
 use crate::precision::{LANES, Lane};
-use crate::sweep::Range;
 use crate::syntax::File;
 
 /// More places than this are not charted.

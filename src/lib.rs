@@ -129,6 +129,9 @@ pub mod model;
 pub mod linearize;
 
 #[cfg(feature = "engine")]
+mod mechanics;
+
+#[cfg(feature = "engine")]
 pub mod modes;
 
 #[cfg(feature = "engine")]
@@ -159,6 +162,12 @@ pub mod floquet;
 pub mod motion;
 
 #[cfg(feature = "engine")]
+pub mod period;
+
+#[cfg(feature = "engine")]
+pub mod amplitude;
+
+#[cfg(feature = "engine")]
 mod error;
 
 #[cfg(feature = "engine")]
@@ -166,12 +175,6 @@ pub use error::Error;
 
 #[cfg(feature = "engine")]
 pub mod sweep;
-
-#[cfg(feature = "engine")]
-pub mod period;
-
-#[cfg(feature = "engine")]
-pub mod amplitude;
 
 #[cfg(feature = "engine")]
 pub mod chart;

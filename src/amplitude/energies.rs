@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::error::AmplitudeError;
 use crate::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
 use crate::linearize::{instance, known_values, missing_value, signed_terms};
+use crate::mechanics::Mechanics;
 use crate::model::{Model, SymbolKind};
 use crate::number::Number;
 use crate::span::Span;
@@ -17,7 +18,7 @@ pub(super) fn check(model: &Model) -> Result<(), AmplitudeError> {
     if let Some((feature, span)) = model.features().next() {
         return Err(AmplitudeError::Unsupported { feature, span });
     }
-    let terms: usize = signed_terms(model).map(|(_, family)| family.count).sum();
+    let terms = Mechanics::terms(model);
     if terms > MOST_TERMS {
         let most = MOST_TERMS;
         return Err(AmplitudeError::TooLarge { terms, most });

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use librate::chart::{Border, Chart, Place};
 use librate::model::ModelError;
-use librate::sweep::Range;
+use librate::model::Range;
 use librate::{Error, report};
 
 use super::args;

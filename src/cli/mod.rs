@@ -22,10 +22,11 @@ use anstream::{AutoStream, ColorChoice};
 use clap::Parser;
 use librate::derive::{self, Parts};
 use librate::diagnostic::Diagnostic;
+use librate::model::Range;
 use librate::model::{self, Model, Settings, TableTexts};
 use librate::number::Number;
 use librate::report::{self, Style};
-use librate::sweep::{Place, Range};
+use librate::sweep::Place;
 use librate::{Error, explain, floquet, linearize, modes, oscillation, sensitivity, sweep, syntax};
 
 use args::{Cli, Command, MessageFormat, ModelArgs};

@@ -1,9 +1,9 @@
 //! `librate period`.
 
 use librate::diagnostic::Diagnostic;
+use librate::model::Range;
 use librate::model::{Constant, ModelError};
 use librate::period::{self, Options, Oscillator, Place, Request};
-use librate::sweep::Range;
 use librate::{Error, linearize, report};
 
 use super::args;

@@ -1,13 +1,12 @@
-//! The equations of motion of a driven model, written out: M(q, t) q'' + h(q, q', t) = 0.
+//! The equations of motion of a driven model (see [`crate::mechanics`]), linearized about rest and solved for the accelerations.
 //!
-//! With p_i = dL/dq_i' they are M_ij = dp_i/dq_j' and h_i = Σ_j dp_i/dq_j q_j' + dp_i/dt - dL/dq_i + dF/dq_i' (Landau
-//! and Lifshitz, Mechanics, §5). Parameters have their exact values, but for those that are left open. Nothing is
-//! evaluated here.
+//! Parameters have their exact values, but for those that are left open. Nothing is evaluated here.
 
 use super::error::FloquetError;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
 use crate::flow::{Equations, solved};
-use crate::linearize::{known_values, missing_value, signed_terms, written_out};
+use crate::linearize::{known_values, missing_value, signed_terms};
+use crate::mechanics::Mechanics;
 use crate::model::{Model, SymbolKind};
 use crate::number::Number;
 use crate::precision::Function;
@@ -54,35 +53,22 @@ impl Driven {
         };
         let mut pool = model.pool.clone();
         let known = values(model, &mut pool, open);
-        let time = model.time().ok_or(FloquetError::NoTime { span: None })?;
-        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
-        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
-        let lagrangian = written_out(model, &mut pool, signed_terms(model), &known);
-        let friction = model.friction.iter().map(|family| (false, family));
-        let friction = written_out(model, &mut pool, friction, &known);
-        let n = coordinates.len();
-        let mut mass = Vec::new();
-        let mut slopes = Vec::new();
-        let mut load = Vec::new();
-        let mut damped = false;
-        for i in 0..n {
-            let momentum = pool.diff(lagrangian, velocities[i]);
-            mass.push(pool.gradient(momentum, &velocities));
-            let own = pool.gradient(momentum, &coordinates);
-            let mut parts = Vec::new();
-            for (slope, velocity) in own.iter().zip(&velocities) {
-                let velocity = pool.symbol_expr(*velocity);
-                parts.push(pool.mul(*slope, velocity));
-            }
-            slopes.push(own);
-            parts.push(pool.diff(momentum, time));
-            let force = pool.diff(lagrangian, coordinates[i]);
-            parts.push(pool.neg(force));
-            let drag = pool.diff(friction, velocities[i]);
-            damped |= pool.is_zero(drag) != ZeroVerdict::Zero;
-            parts.push(drag);
-            load.push(pool.sum(&parts));
+        if model.time().is_none() {
+            return Err(FloquetError::NoTime { span: None });
         }
+        let mut mechanics = Mechanics::new(model, pool, &known);
+        let equations = mechanics.equations();
+        let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
+        let zero = pool.zero();
+        let whole = |entries: &[(usize, ExprId)]| {
+            let mut row = vec![zero; coordinates.len()];
+            entries.iter().for_each(|(j, entry)| row[*j] = *entry);
+            row
+        };
+        let mass = equations.iter().map(|own| whole(&own.mass)).collect();
+        let slopes = equations.iter().map(|own| whole(&own.slopes)).collect();
+        let load = equations.iter().map(|own| own.load).collect();
+        let damped = equations.iter().any(|own| pool.is_zero(own.drag) != ZeroVerdict::Zero);
         let period = pool.substitute_one(given.symbolic, &known);
         let driven = Self {
             pool,
@@ -240,8 +226,7 @@ fn check(model: &Model) -> Result<Span, FloquetError> {
             return Err(FloquetError::Unsupported { what, span });
         }
     }
-    let families = signed_terms(model).map(|(_, family)| family);
-    let terms: usize = families.chain(&model.friction).map(|own| own.count).sum();
+    let terms = Mechanics::terms(model);
     if terms > MOST_TERMS || model.coordinates.len() > MOST_COORDINATES {
         return Err(FloquetError::TooLarge { coordinates: model.coordinates.len(), terms });
     }

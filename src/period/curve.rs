@@ -1,8 +1,8 @@
 //! The period over a range of amplitudes or energies.
 
 use super::{Options, Oscillator, Period, PeriodError, Request};
+use crate::model::Range;
 use crate::model::{Constant, ModelError};
-use crate::sweep::Range;
 
 /// The motion at one place of a range.
 #[derive(Clone, Debug)]

@@ -2,7 +2,8 @@
 
 use super::{PeriodError, panel};
 use crate::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
-use crate::linearize::{evaluate_closed, instance, known_values, signed_terms};
+use crate::linearize::{evaluate_closed, known_values};
+use crate::mechanics::Mechanics;
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::Scalar;
@@ -67,17 +68,7 @@ impl Energies {
         let Some(own) = model.coordinates.first() else {
             return Err(PeriodError::NotOneCoordinate { count: 0, span: None });
         };
-        let mut pool = model.pool.clone();
-        let mut terms = Vec::new();
-        for (negative, family) in signed_terms(model) {
-            for at in 0..family.count {
-                let map = instance(model, &mut pool, family, at, None);
-                let term = pool.substitute_one(family.body, &map);
-                terms.push(if negative { pool.neg(term) } else { term });
-            }
-        }
-        let lagrangian = pool.sum(&terms);
-        let lagrangian = pool.substitute_one(lagrangian, &known_values(model));
+        let Mechanics { mut pool, lagrangian, .. } = Mechanics::new(model, model.pool.clone(), &known_values(model));
         let velocity = own.velocity;
         let once = pool.diff(lagrangian, velocity);
         let mass = pool.diff(once, velocity);

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use super::json::{null, number, string};
 use super::{Style, Tone, Written, headline, shown_unit};
+use crate::model::Range;
 use crate::period::{Motion, Options, Oscillator, Period, Place};
 use crate::precision::{Ball, Scalar, one_digit_up};
-use crate::sweep::Range;
 
 /// Digits of the leading change of the frequency.
 const DIGITS: usize = 6;

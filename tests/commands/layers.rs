@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 fn modules() -> Vec<String> {
     let lib = std::fs::read_to_string("src/lib.rs").unwrap();
     lib.lines()
-        .filter_map(|line| line.strip_prefix("pub mod "))
+        .filter_map(|line| line.strip_prefix("pub mod ").or_else(|| line.strip_prefix("mod ")))
         .map(|line| line.trim_end_matches(';').to_owned())
         .collect()
 }

@@ -4,7 +4,7 @@
 use crate::cli_support;
 
 use cli_support::*;
-use librate::sweep::Range;
+use librate::model::Range;
 use serde_json::Value;
 
 #[test]

@@ -6,8 +6,8 @@ use std::f64::consts::PI;
 
 use librate::chart::{Chart, Place};
 use librate::floquet::floquet;
+use librate::model::Range;
 use librate::model::{Settings, TableTexts, elaborate};
-use librate::sweep::Range;
 use librate::syntax;
 
 /// All places, row by row, with the values of both parameters.

@@ -7,10 +7,10 @@ use std::f64::consts::PI;
 use librate::Error;
 use librate::chart::Chart;
 use librate::floquet::{Floquet, FloquetError, Options, Place, floquet};
+use librate::model::Range;
 use librate::model::{Model, Settings, TableTexts, elaborate};
 use librate::precision::{Ball, Big};
 use librate::report::{Style, floquet_text};
-use librate::sweep::Range;
 use librate::syntax;
 use serde_json::Value;
 
