@@ -197,8 +197,8 @@ fn better(
     });
     // All of the others: the part of a fast column along a slow pair is the difference of two large ones, so that the
     // pair has to be biorthonormal to more digits than it needs for itself.
-    for j in columns.together()..columns.count() {
-        if columns.twin[j].is_none() && !turned[j] {
+    for (j, turned) in turned.iter().enumerate().skip(columns.together()) {
+        if columns.twin[j].is_none() && !turned {
             let difference = |i: usize| columns.mu(j).sub(columns.mu(i)).to_c64();
             let same = |i: usize| certificate.of[i] == certificate.of[j];
             let steps = steps(couplings, columns, sheets, j, difference, same);
