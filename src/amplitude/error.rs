@@ -10,20 +10,20 @@ use crate::span::Span;
 fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
-            "this model depends on the time explicitly: it has no frequencies of its own",
-            "`motion` follows what is driven, `floquet` has its stability",
+            "this model depends on the time explicitly: it has no natural frequencies",
+            "`motion` integrates a driven model, `floquet` computes its stability",
         ],
         Feature::Dissipation => [
-            "friction takes energy away: the amplitude does not stay what it is",
-            "the frequencies without friction are those of the model without this line",
+            "friction dissipates energy: the amplitude is not constant",
+            "without this line the model has the frequencies without friction",
         ],
         Feature::Constraint => [
-            "the model has constraints, which the change of frequencies with the amplitude does not cover",
-            "write the energies with the coordinates that are left",
+            "the change of frequencies with the amplitude is not computed for models with constraints",
+            "write the energies in independent coordinates",
         ],
         Feature::SteadyMotion => [
-            "the change of frequencies with the amplitude is not covered about a steady motion",
-            "leave the rate out, or write it into the energies in place of the velocity",
+            "the change of frequencies with the amplitude is not computed about a steady motion",
+            "remove the rate, or write it into the energies in place of the velocity",
         ],
     }
 }
@@ -49,7 +49,7 @@ Error AmplitudeError {
         /// The first such term.
         span: Span,
     } => at(*span, "linear in the velocities").with_help(
-        "the change of frequencies with the amplitude is known here for L = T - V with T quadratic in the velocities",
+        "the change of frequencies with the amplitude is computed for L = T - V with T quadratic in the velocities",
     ),
 
     /// A Lagrangian that is no quadratic polynomial in the velocities.
@@ -58,7 +58,7 @@ Error AmplitudeError {
         /// The term.
         span: Span,
     } => at(*span, "not quadratic in the velocities").with_help(
-        "the change of frequencies with the amplitude is known here for L = T - V with T quadratic in the velocities",
+        "the change of frequencies with the amplitude is computed for L = T - V with T quadratic in the velocities",
     ),
 
     /// A motion that runs away.
@@ -74,7 +74,7 @@ Error AmplitudeError {
         "the energies have no third and fourth derivatives at the equilibrium, or none within the range of doubles"
     )]
     "E0805" NotSmooth {} => nowhere()
-        .with_help("a power like x^(7/2) has a stiffness there, and yet its part of the frequency is not in proportion to the square of the amplitude"),
+        .with_help("a power like x^(7/2) has a stiffness there, but its contribution to the frequency is not proportional to the square of the amplitude"),
 
     /// Too many terms to be written out.
     #[error("the energies have {terms} terms, more than {most}")]

@@ -32,7 +32,7 @@ pub enum StudyError {
         name: String,
     },
     /// A parameter that the model defines from others, which it follows.
-    #[error("`{name}` is defined from other parameters and follows them: {}", list(.on))]
+    #[error("`{name}` is defined by other parameters and varies with them: {}", list(.on))]
     Dependent {
         /// The parameter.
         name: String,
@@ -73,7 +73,7 @@ impl From<&StudyError> for Diagnostic {
                 "vary those instead, or set `{name}` to a number when the model is elaborated: then \
                  it is a parameter of its own"
             )),
-            StudyError::SetsRange { .. } => message.with_help("make a study for each of its values"),
+            StudyError::SetsRange { .. } => message.with_help("make a separate study for each of its values"),
             StudyError::NothingVaries {}
             | StudyError::UnknownParameter { .. }
             | StudyError::NamedTwice { .. }

@@ -26,8 +26,8 @@ fn flowing(text: &str) -> String {
 }
 
 const ABOUT: &str = "\
-Small oscillations: write T and V as they stand on the blackboard, get normal frequencies in which
-every printed digit is right.";
+Small oscillations: write T and V as on the blackboard, get normal frequencies in which every printed
+digit is right.";
 
 const EXAMPLE: &str = "\
 A model file, three_pendulums.lag:
@@ -46,28 +46,28 @@ A model file, three_pendulums.lag:
     V = sum(i in 1..3, m[i]*g*l[i]*(1 - cos(phi[i])))
       + k*L^2/2*((phi[2] - phi[1])^2 + (phi[3] - phi[2])^2)
 
-What to type:
+Commands:
 
-    librate check three_pendulums.lag                 is everything in order?
+    librate check three_pendulums.lag                 is the model valid?
     librate derive three_pendulums.lag                equations, M and K in symbols
     librate modes three_pendulums.lag                 frequencies and mode shapes
     librate modes three_pendulums.lag --set k=8       the same with stronger springs
     librate sweep three_pendulums.lag --over k=0..8:17
                                                       frequencies for a range of springs
     librate period pendulum.lag --amplitude 2         the exact period of one coordinate
-    librate explain E0201                             more about a mistake, by its code
+    librate explain E0201                             more about an error, by its code
     librate fmt three_pendulums.lag                   put the file in canonical layout
 
-`librate COMMAND --help` tells more. Exit status: 0 success, 1 the model or the request is at
-fault, 2 wrong usage.";
+`librate COMMAND --help` has details. Exit status: 0 success, 1 an error in the model or the
+request, 2 wrong usage.";
 
 const MODES: &str = "\
 Frequencies and mode shapes about the equilibrium.
 
-The equilibrium is the one the file gives with `equilibrium`, else all coordinates 0 if no force acts
-there, else it is searched for, starting from `guess`. Unstable modes come first, then zero modes,
-then oscillations by rising omega. Each number has the digits that are certain; `bound` is the bound of
-the error of omega and growth as printed.";
+The equilibrium is the one given in the file with `equilibrium`, else all coordinates 0 if no force
+acts there, else it is searched for, starting at `guess`. Unstable modes come first, then zero modes,
+then oscillations by increasing omega. Only digits that are certain are printed; `bound` bounds the
+error of omega and growth as printed.";
 
 const MODES_EXAMPLE: &str = "\
 Examples:
@@ -78,8 +78,8 @@ Examples:
 
 const SWEEP: &str = "\
 Frequencies over a range of a parameter, as CSV: a line for each value, with the parameter, omega1, omega2, …
-and, where some growth isn't 0, growth1, … Each place has an equilibrium of its own, searched for as
-`modes` does. Where there are no modes, cells are empty, and the reason is told on standard error.";
+and, where some growth isn't 0, growth1, … At each value the equilibrium is determined anew, as in
+`modes`. Where there are no modes, cells are empty, and the reason is reported on standard error.";
 
 const SWEEP_EXAMPLE: &str = "\
 Examples:
@@ -88,10 +88,11 @@ Examples:
     librate sweep three_pendulums.lag --over 'm[2]=1..4:4' --json";
 
 const PERIOD: &str = "\
-The exact period of a model of one coordinate at finite amplitude, by energy conservation; the mass may depend
+The exact period of a model with one coordinate at finite amplitude, from energy conservation; the mass may depend
 on the position. The amplitude is the distance of the upper turning point from the equilibrium, in the unit of the
-coordinate; the energy is E = T + V with V as the model writes it. Beyond the barriers of a potential that is periodic
-in the coordinate the motion is a rotation, and the period the time in which the coordinate advances by that of V.";
+coordinate; the energy is E = T + V with V as the model writes it. Above the barriers of a potential that is periodic
+in the coordinate the motion is a rotation, and its period is the time in which the coordinate advances by the period
+of V.";
 
 const PERIOD_EXAMPLE: &str = "\
 Examples:
@@ -101,18 +102,19 @@ Examples:
     librate period simple_pendulum.lag --over 'amplitude=1/10..3:30' --svg period.svg";
 
 const SENSITIVITY: &str = "\
-d omega / d parameter for every mode and every parameter that has a value: by how much a frequency changes when a
-parameter does, the equilibrium moving along. Parameters that are defined from others have no entry of their own; what they
-do is counted with those. Where frequencies coincide, the derivatives are those of the modes into which they split.";
+d omega / d parameter for every mode and every parameter that has a value: how much a frequency changes with a
+parameter, including the shift of the equilibrium. Parameters that are defined by others have no entry of their own; their
+effect is included in that of the others. Where frequencies coincide, the derivatives are those of the modes into which
+they split.";
 
 const FLOQUET: &str = "\
-Whether a model that is driven periodically is stable: its Floquet multipliers, by which displacements are
+Stability of a periodically driven model: its Floquet multipliers, the factors by which displacements are
 multiplied in a period of the drive, with bounds.
 
-They are those about the equilibrium that the file gives with `equilibrium`, else about the point 0, if no force acts
-there at any time, else about the periodic motion near `guess`, which is searched for. Multipliers on the unit
-circle are found there by symmetry and never by their size; what bounds do not decide is said to be
-undecided. The file states the period with `period`.";
+They belong to the equilibrium given in the file with `equilibrium`, else to the point 0 if no force acts
+there at any time, else to the periodic motion near `guess`, which is searched for. That a multiplier lies on the unit
+circle is concluded from symmetry, never from its numerical value; what the bounds do not decide is reported as
+undecided. The file gives the period with `period`.";
 
 const FLOQUET_EXAMPLE: &str = "\
 Examples:
@@ -121,26 +123,26 @@ Examples:
     librate floquet mathieu.lag --json
     librate floquet mathieu.lag --map a=-2..10:400 q=0..10:400 --svg chart.svg > chart.csv
 
-A chart has a line for each place, the second parameter running faster: both parameters, stable (true or false, empty
-where there is no periodic motion), and growth_rate in 1/s. It is computed in plain doubles, on all cores. --borders
-writes the places on the lines of the grid where stable and unstable meet.";
+A chart has a line for each point, the second parameter varying faster: both parameters, stable (true or false, empty
+where there is no periodic motion), and growth_rate in 1/s. It is computed in double precision, on all cores. --borders
+writes the points on the lines of the grid where stable and unstable meet.";
 
 const CHECK: &str = "\
-Checks a model file: its syntax, names, ranges, shapes and tables. Nothing is computed.";
+Checks a model file: its syntax, names, ranges, shapes and tables, without computing anything.";
 
 const INERTIA: &str = "\
-Principal moments and axes of inertia, every printed digit right. FILE is one of three, told apart by
-the end of its name (.lag, .csv, .stl) or else by how it begins:
+Principal moments and axes of inertia, every printed digit right. FILE is one of three, recognised by
+the extension of its name (.lag, .csv, .stl) or else by its first bytes:
 
-A model: all tensors it names, that is each `let` which is a symmetric 3 x 3 matrix of parameters and
+A model: all its named tensors, that is each `let` which is a symmetric 3 x 3 matrix of parameters and
 numbers alone. T and coordinates may be missing.
 
 A table of points: CSV with a header that has the columns m (or mass), x, y and z. Mass, centre of mass
-and tensor about the centre of mass, too.
+and the tensor about it are printed, too.
 
-A mesh: STL, binary or ASCII, a closed surface whose triangles run counterclockwise seen from outside;
-surfaces of cavities the other way round. Volume, too. Coordinates are the single-precision numbers
-of the file, and numbers are in its units.";
+A mesh: STL, binary or ASCII, a closed surface whose triangles are ordered counterclockwise seen from
+outside, surfaces of cavities clockwise. The volume is printed, too. Coordinates are the
+single-precision numbers of the file, and results are in its units.";
 
 const INERTIA_EXAMPLE: &str = "\
 Examples:
@@ -149,21 +151,21 @@ Examples:
     librate inertia part.stl --density 2700 --json";
 
 const EXPLAIN: &str = "\
-More about a kind of mistake or warning: what is wrong, why it matters, a model with it and one
+More about a kind of error or warning: what is wrong, why it matters, a model with it and one
 without. Without a code, the list of all codes.";
 
 const DERIVE: &str = "\
-Lagrange's equations, momenta, the Hamiltonian and what is conserved; then the equilibrium, T and V to
+Lagrange's equations, momenta, the Hamiltonian and conserved quantities; then the equilibrium, T and V to
 second order about it, the mass matrix M, the stiffness matrix K and the linearized equations; symmetry
 classes and closed forms of the frequencies; all as expressions in the parameters.
 
 M_ij = d2T/dq_i'dq_j' and K_ij = d2V/dq_idq_j at the equilibrium. Parameters need no values unless the
-equilibrium has to be searched for; a coordinate that was searched for stands as itself.";
+equilibrium has to be searched for; coordinates whose equilibrium was searched for remain symbols.";
 
 const FMT: &str = "\
 Puts model files in canonical layout: one statement a line, lines of at most 100 columns, even
 spacing, no parentheses that aren't needed. Comments, blank lines and statements that share a line are
-kept, what the file means never changes. A file with mistakes in its syntax is left alone.";
+kept; the meaning of the file never changes. A file with syntax errors is not changed.";
 
 const FMT_EXAMPLE: &str = "\
 Examples:
@@ -183,18 +185,20 @@ The leading change of the frequency of each mode with its amplitude: omega = ome
 amplitude of the mode's largest component, in SI (rad for an angle). It comes from third and fourth derivatives at the equilibrium,
 with a bound; for a pendulum it is -1/16.
 
-`up to about` is the amplitude at which the next parts of the motion, or the change of the frequency, reach a tenth of the
-mode itself. A mode of once, twice or three times the frequency that is driven leaves no such change: that is told instead.";
+`up to about` is the amplitude at which the next corrections to the motion, or the change of the frequency, reach a tenth of
+the mode itself. If a mode of once, twice or three times the frequency is driven, there is no such change; this is reported
+instead.";
 
 const MOTION: &str = "\
-The motion from where it starts, by the equations of motion in full: as CSV with the columns t, the coordinates and
-their velocities. Numbers of --start are in the units of the coordinates; the table is in SI. Constraints, friction and
-driving are followed.
+The motion from initial values, by the full equations of motion: as CSV with the columns t, the coordinates and
+their velocities. Numbers in --start are in the units of the coordinates; the table is in SI. Constraints, friction and
+driving are covered.
 
-The equations are integrated twice, in numbers of 31 and of 16 digits. How far these differ tells how much the motion magnifies
-errors, and only digits that this leaves are printed: a chaotic motion loses them in the course of time. That is an estimate.
-With --proved the motion is enclosed step by step, in numbers of as many bits as it takes, and every digit is proved. With
---tolerance it is one quick run in doubles, printed as they are. What the energy does is told beside the table.";
+The equations are integrated twice, with 31 and with 16 digits. The difference shows how much the motion amplifies errors,
+and only the remaining digits are printed: a chaotic motion loses them in the course of time. That is an estimate.
+With --proved the motion is enclosed step by step, with as many bits as are needed, and every digit is proved. With
+--tolerance it is integrated once in double precision, and the doubles are printed as they are. The change of the energy is
+reported on standard error.";
 const MOTION_EXAMPLE: &str = "\
 Examples:
     librate motion double_pendulum.lag --start \"th[1]=3/10, th[2]=3/10\" --until 100 --samples 1001
@@ -208,10 +212,10 @@ Examples:
 pub(crate) struct Cli {
     #[command(subcommand)]
     pub(crate) command: Command,
-    /// How mistakes and warnings are told
+    /// The format of errors and warnings
     #[arg(long, global = true, value_enum, value_name = "FORMAT", default_value_t)]
     pub(crate) message_format: MessageFormat,
-    /// Time and memory for the work: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
+    /// Time and memory for the computation: `60s`, `4GB`, `60s,4GB`, `none`; 10 s and 1 GB for a model of up to 8 kB, more in
     /// proportion for a longer one
     #[arg(long, global = true, value_name = "LIMITS", value_parser = guard::limits)]
     pub(crate) budget: Option<Limits>,
@@ -236,13 +240,13 @@ impl Command {
     }
 }
 
-/// How mistakes and warnings are told on standard error.
+/// The format of errors and warnings on standard error.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub(crate) enum MessageFormat {
-    /// Drawn into the text, for people
+    /// With the lines of the model, for people
     #[default]
     Text,
-    /// One JSON object a line, for programs
+    /// One JSON object per line, for programs
     Json,
 }
 
@@ -263,7 +267,7 @@ pub(crate) enum Command {
     /// How much each frequency changes with each parameter
     #[command(long_about = flowing(SENSITIVITY))]
     Sensitivity(Sensitivity),
-    /// Stability of a model that is driven periodically: Floquet multipliers
+    /// Stability of a periodically driven model: Floquet multipliers
     #[command(long_about = flowing(FLOQUET), after_help = flowing(FLOQUET_EXAMPLE))]
     Floquet(Floquet),
     /// Time evolution, as CSV
@@ -272,13 +276,13 @@ pub(crate) enum Command {
     /// Principal moments and axes of inertia: of a model's tensors, of points, of a mesh
     #[command(long_about = flowing(INERTIA), after_help = flowing(INERTIA_EXAMPLE))]
     Inertia(Inertia),
-    /// Check a model file, compute nothing
+    /// Check a model file without computing anything
     #[command(long_about = flowing(CHECK))]
     Check(Check),
     /// Lagrange's equations, mass and stiffness matrices in symbols
     #[command(long_about = flowing(DERIVE), after_help = flowing(DERIVE_EXAMPLE))]
     Derive(Derive),
-    /// What the code of a mistake means, with an example
+    /// What the code of an error or warning means, with an example
     #[command(long_about = flowing(EXPLAIN))]
     Explain(Explain),
     /// Put model files in canonical layout, comments kept
@@ -294,7 +298,7 @@ pub(crate) struct ModelArgs {
     /// Give a parameter a value: `k=8`, `m[2]=3/2`, `N=50`; may be repeated
     #[arg(long = "set", value_name = "NAME=VALUE")]
     pub(crate) settings: Vec<String>,
-    /// Let tables lie in or below this folder too, not only that of the model; may be repeated
+    /// Also permit tables in or below this folder, not only in that of the model; may be repeated
     #[arg(long = "allow-path", value_name = "DIR")]
     pub(crate) allow_paths: Vec<PathBuf>,
     /// Watches over the budget.
@@ -400,13 +404,13 @@ pub(crate) struct Floquet {
     /// A stability chart over two parameters, as CSV: `a=0..10:400 q=0..5:200`
     #[arg(long, num_args = 2, value_names = ["NAME=a..b:n", "NAME=c..d:m"], conflicts_with = "json")]
     pub(crate) map: Vec<String>,
-    /// With --map: the chart as a picture
+    /// With --map: draw the chart into a file
     #[arg(long, value_name = "FILE", requires = "map")]
     pub(crate) svg: Option<PathBuf>,
     /// With --map: the borders between stable and unstable neighbours, as CSV
     #[arg(long, value_name = "FILE", requires = "map")]
     pub(crate) borders: Option<PathBuf>,
-    /// Threads of a chart; as many as there are cores if it is not given
+    /// Threads for a chart; by default as many as there are cores
     #[arg(long, value_name = "COUNT", requires = "map", value_parser = positive)]
     pub(crate) threads: Option<usize>,
     /// Significant digits of the multipliers, up to 30
@@ -440,7 +444,7 @@ pub(crate) struct Inertia {
 pub(crate) struct Motion {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// Where it starts: `phi[1]=0.1, phi[1]'=0`; what is left out rests at the equilibrium
+    /// Initial values: `phi[1]=0.1, phi[1]'=0`; coordinates left out rest at the equilibrium
     #[arg(long, value_name = "VALUES", allow_hyphen_values = true)]
     pub(crate) start: Option<String>,
     /// Start with a mode, by its number in `modes`
@@ -449,7 +453,7 @@ pub(crate) struct Motion {
     /// With --mode: the displacement of its largest component
     #[arg(long, value_name = "A", allow_hyphen_values = true, requires = "mode", conflicts_with = "start")]
     pub(crate) amplitude: Option<String>,
-    /// The time that the table ends at
+    /// The time at which the table ends
     #[arg(long, value_name = "TIME", allow_hyphen_values = true)]
     pub(crate) until: String,
     /// The number of rows, from t = 0 to the end
@@ -458,13 +462,13 @@ pub(crate) struct Motion {
     /// Significant digits of the table, up to 30
     #[arg(long, value_name = "D", default_value = "10", value_parser = few_digits, conflicts_with = "tolerance")]
     pub(crate) digits: usize,
-    /// Prove every digit: bounds for every value, where that can be done
+    /// Prove every digit: rigorous bounds for every value, where possible
     #[arg(long, conflicts_with_all = ["tolerance", "linear"])]
     pub(crate) proved: bool,
-    /// One quick run in doubles instead, that leaves out so much in each step
+    /// Integrate once in double precision, with this truncation error per step
     #[arg(long, value_name = "EPS", value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
-    /// The superposition of modes in columns of its own
+    /// Add the superposition of modes in further columns
     #[arg(long)]
     pub(crate) linear: bool,
     /// Draw the coordinates into a file
@@ -483,7 +487,7 @@ pub(crate) struct Check {
 
 #[derive(Debug, Args)]
 pub(crate) struct Explain {
-    /// The code, as it stands behind `error` or `warning`: `E0201`; without one, all codes
+    /// The code printed after `error` or `warning`: `E0201`; without one, all codes
     #[arg(value_name = "CODE")]
     pub(crate) code: Option<String>,
 }
@@ -492,13 +496,13 @@ pub(crate) struct Explain {
 pub(crate) struct Derive {
     #[command(flatten)]
     pub(crate) model: ModelArgs,
-    /// Solve blocks of three for their frequencies too, by Viète's formula
+    /// Also solve blocks of three for their frequencies, by Viète's formula
     #[arg(long)]
     pub(crate) cubic: bool,
-    /// Solve blocks of three and of four, these by Ferrari's formula
+    /// Also solve blocks of three and of four, the latter by Ferrari's formula
     #[arg(long)]
     pub(crate) quartic: bool,
-    /// Closed forms where a parameter goes to a value: `k=0`; may be repeated
+    /// Closed forms in the limit of a parameter: `k=0`; may be repeated
     #[arg(long = "limit", value_name = "NAME=VALUE")]
     pub(crate) limits: Vec<String>,
     /// Closed forms as a series in a small parameter, up to a power of it: `k 2`
@@ -510,7 +514,7 @@ pub(crate) struct Derive {
     /// LaTeX instead of text, for a document that has the package amsmath
     #[arg(long, conflicts_with = "json")]
     pub(crate) latex: bool,
-    /// Formulas as they stand in model files, without Unicode letters and fractions
+    /// Formulas in the model language, without Unicode letters and fractions
     #[arg(long, conflicts_with_all = ["json", "latex"])]
     pub(crate) ascii: bool,
     /// With --latex: a whole document
@@ -520,7 +524,7 @@ pub(crate) struct Derive {
 
 #[derive(Debug, Args)]
 pub(crate) struct Fmt {
-    /// Model files, rewritten where they stand; `-` reads standard input and prints
+    /// Model files, rewritten in place; `-` reads standard input and prints
     #[arg(value_name = "FILE", required = true)]
     pub(crate) files: Vec<PathBuf>,
     /// Write nothing; show what would change and exit with 1 if anything would

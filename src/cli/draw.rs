@@ -38,7 +38,7 @@ pub(crate) fn diagnostics(source: &Source, diagnostics: &[Diagnostic], color: bo
     let errors = diagnostics.iter().filter(|diagnostic| diagnostic.severity == Severity::Error).count();
     if errors > 1 {
         let shown = if diagnostics.len() > MOST { format!("; the first {MOST} are shown") } else { String::new() };
-        let title = format!("{} has {errors} mistakes{shown}", page.name);
+        let title = format!("{} has {errors} errors{shown}", page.name);
         let title = Level::ERROR.primary_title(title);
         out.push_str(&renderer.render(&[Group::with_title(title)]));
         out.push('\n');

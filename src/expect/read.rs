@@ -61,7 +61,7 @@ impl Reader {
     }
 
     fn named(&self, name: &str) -> Result<ExprId, String> {
-        self.names.get(name).copied().ok_or_else(|| format!("`{name}` is no name of the model"))
+        self.names.get(name).copied().ok_or_else(|| format!("`{name}` is not a name of the model"))
     }
 
     /// The value of an expression of a parsed file.
@@ -70,7 +70,7 @@ impl Reader {
     fn value(&self, pool: &mut Pool, file: &File, at: ExprRef) -> Result<ExprId, String> {
         match file.expr(at).kind {
             ExprKind::Number(text) => {
-                let number = Number::parse(text).ok_or_else(|| format!("`{text}` is no number"))?;
+                let number = Number::parse(text).ok_or_else(|| format!("`{text}` is not a number"))?;
                 Ok(pool.number(number))
             }
             ExprKind::Name("pi") => Ok(pool.pi()),
@@ -128,14 +128,14 @@ impl Reader {
 fn parsed(text: &str) -> Result<(File, ExprRef), String> {
     let file = parse(&format!("{BEFORE}{text}\n")).map_err(|errors| {
         let first = errors.first().map(ToString::to_string);
-        first.unwrap_or_else(|| "it is no expression".to_owned())
+        first.unwrap_or_else(|| "it is not an expression".to_owned())
     })?;
     match file.statements.as_slice() {
         [statement] => match statement.kind {
             StatementKind::Potential(at) => Ok((file, at)),
-            _ => Err("it is no expression".to_owned()),
+            _ => Err("it is not an expression".to_owned()),
         },
-        _ => Err("it is no single expression".to_owned()),
+        _ => Err("it is not a single expression".to_owned()),
     }
 }
 
@@ -164,7 +164,7 @@ fn call(pool: &mut Pool, function: &str, arguments: &[ExprId]) -> Result<ExprId,
         ("atan2", [y, x]) => Ok(pool.atan2(*y, *x)),
         (name, [x]) => match function_from_name(name) {
             Some(function) => Ok(pool.apply(function, *x)),
-            None => Err(format!("`{name}` is no elementary function")),
+            None => Err(format!("`{name}` is not an elementary function")),
         },
         (name, _) => Err(format!("`{name}` does not take {} values", arguments.len())),
     }

@@ -17,13 +17,13 @@ Error FloquetError {
         /// Its `period` statement, if it has one.
         span: Option<Span>,
     } => match span {
-            Some(span) => at(*span, "a period of nothing"),
+            Some(span) => at(*span, "nothing depends on the time"),
             None => nowhere(),
         }
-        .with_help("use `librate modes`; a drive is written with the time `t`: `cos(W*t)`"),
+        .with_help("use `librate modes`; a drive contains the time `t`: `cos(W*t)`"),
 
     /// The time occurs, but no period is given.
-    #[error("this model depends on the time, but says no period")]
+    #[error("this model depends on the time, but its period is not given")]
     "E0702" NoPeriod {
         /// A period that may be meant, as an expression.
         suggestion: Option<String>,
@@ -38,7 +38,7 @@ Error FloquetError {
     },
 
     /// The model at t and at t + period differs.
-    #[error("this is no period: the equations of motion at t = {time} and a period later differ")]
+    #[error("this is not a period: the equations of motion at t = {time} and a period later differ")]
     "E0703" NotAPeriod {
         /// A time at which they differ.
         time: String,
@@ -51,7 +51,7 @@ Error FloquetError {
         .with_help("a drive with cos(W*t) has the period 2*pi/W"),
 
     /// A period that is no positive number.
-    #[error("the period is {value}, but has to be a positive number")]
+    #[error("the period is {value}, but must be a positive number")]
     "E0704" PeriodNotPositive {
         /// What it is.
         value: String,
@@ -61,7 +61,7 @@ Error FloquetError {
         .with_help("the period is a time, like 2*pi/W"),
 
     /// A given equilibrium on which a force acts at some time.
-    #[error("this is no equilibrium at all times: a force {force} acts on `{coordinate}`")]
+    #[error("this is not an equilibrium at all times: a force {force} acts on `{coordinate}`")]
     "E0705" EquilibriumMoves {
         /// The coordinate.
         coordinate: String,
@@ -86,14 +86,14 @@ Error FloquetError {
         .with_help("give a point near the motion, and its velocity there at t = 0, with `guess x` and `guess x'`, or an equilibrium that holds at all times with `equilibrium`"),
 
     /// A motion that could not be followed over a period.
-    #[error("the equations of motion could not be followed beyond t = {time}")]
+    #[error("the equations of motion could not be integrated beyond t = {time}")]
     "E0707" Singular {
         /// How far they were followed.
         time: String,
         /// Where the time occurs.
         span: Span,
     } => at(*span, "contains the time").with_help(
-        "is something divided by zero on the way, a root taken of a negative number, or an inertia 0? Look at the values of parameters",
+        "is there a division by zero, a root of a negative number, or an inertia 0 along the motion? Check the values of the parameters",
     ),
 
     /// Equations that have no value.
@@ -102,18 +102,18 @@ Error FloquetError {
         /// Where the time occurs.
         span: Span,
     } => at(*span, "contains the time").with_help(
-        "every coordinate needs a kinetic energy of its own; is a term of T missing, or something divided by zero?",
+        "every coordinate needs a kinetic energy of its own; is a term of T missing, or is there a division by zero?",
     ),
 
     /// A feature of the language that multipliers do not cover.
-    #[error("the model has {what}, which multipliers don't cover")]
+    #[error("multipliers are not computed for models with {what}")]
     "E0709" Unsupported {
         /// Which, in words.
         what: &'static str,
         /// Where.
         span: Span,
     } => at(*span, "")
-        .with_help("choose coordinates that obey the constraints of themselves, and write rotations that are driven with `t`"),
+        .with_help("choose coordinates that satisfy the constraints identically, and write driven rotations with `t`"),
 
     /// Too much to write out.
     #[error("{coordinates} coordinates with {terms} terms are too many for Floquet multipliers")]
@@ -123,7 +123,7 @@ Error FloquetError {
         /// How many terms.
         terms: usize,
     } => nowhere()
-        .with_help("equations of motion are written out here: at most 40 coordinates, and 10000 terms"),
+        .with_help("at most 40 coordinates and 10000 terms are possible, because the equations of motion are written out"),
 
     /// A period that the motion takes too many steps through.
     #[error(
@@ -140,7 +140,7 @@ Error FloquetError {
         energy: Span,
     } => at(*span, "given here")
         .with_secondary(*energy, "contains the time")
-        .with_help("multipliers belong to one period of the drive, of which a motion makes some thousand oscillations at most; are both in the same unit?"),
+        .with_help("at most some thousand oscillations in one period of the drive are possible; are both in the same unit?"),
 } else {
     /// What is wrong with a model already without its drive.
     #[error(transparent)]

@@ -13,7 +13,7 @@ mistakes! {
 Error InertiaError {
     /// No named expression of a model is a constant symmetric matrix of 3 x 3.
     #[error(
-        "there is no constant tensor in this model: no `let` is a symmetric 3 x 3 matrix of parameters and numbers alone"
+        "this model has no constant tensor: no `let` is a symmetric 3 x 3 matrix of parameters and numbers alone"
     )]
     "E0401" NoTensor {
         /// A matrix of 3 x 3 that is none, where it stands, and why.
@@ -44,7 +44,7 @@ Error InertiaError {
         )),
 
     /// An entry of a tensor that is no number.
-    #[error("entry ({row}, {column}) of the tensor `{tensor}` is no finite number")]
+    #[error("entry ({row}, {column}) of the tensor `{tensor}` is not a finite number")]
     "E0403" NotANumberEntry {
         /// The tensor.
         tensor: String,
@@ -55,7 +55,7 @@ Error InertiaError {
         /// The column, from 1.
         column: usize,
     } => at(*span, "this tensor")
-        .with_help("is something divided by zero, or a root taken of a negative number?"),
+        .with_help("is there a division by zero, or a root of a negative number?"),
 
     /// A table that can't be read.
     #[error("line {line} of the table: {reason}")]
@@ -65,7 +65,7 @@ Error InertiaError {
         /// What is wrong.
         reason: String,
     } => nowhere().with_help(
-        "a table of points has a header, `m,x,y,z`, and a row of as many numbers for each point",
+        "a table of points has a header, `m,x,y,z`, and for each point a row with as many numbers",
     ),
 
     /// A column that is needed and not there.
@@ -76,7 +76,7 @@ Error InertiaError {
         /// The first columns that there are.
         found: Vec<String>,
     } => nowhere().with_help(format!(
-        "its columns are {}; the header of a table of points is `m,x,y,z`, in any order and with others between",
+        "its columns are {}; the header of a table of points is `m,x,y,z`, in any order, other columns are ignored",
         found
             .iter()
             .map(|name| format!("`{name}`"))
@@ -112,7 +112,7 @@ Error InertiaError {
         /// The mass.
         mass: String,
     } => nowhere().with_help(
-        "a mass can't be negative; a hole is described by the tensor of what is missing, in a model: `let I = A - B`",
+        "a mass can't be negative; for a hole, subtract the tensor of the missing part in a model: `let I = A - B`",
     ),
 
     /// No mass at all.
@@ -123,27 +123,27 @@ Error InertiaError {
     } => nowhere().with_help("at least one point needs a mass"),
 
     /// A file that is no STL file, or an empty one.
-    #[error("this is no mesh: {reason}")]
+    #[error("this is not a mesh: {reason}")]
     "E0410" NotAMesh {
         /// Why not.
         reason: String,
     } => nowhere().with_help("STL files are read, binary and ASCII"),
 
     /// A binary STL file whose length is not that of the triangles it declares.
-    #[error("the file declares {declared} triangles, and is as long as {room} would be")]
+    #[error("the file declares {declared} triangles, but its length fits {room}")]
     "E0411" WrongLength {
         /// The number in its head.
         declared: u32,
         /// How many there is room for.
         room: usize,
     } => nowhere().with_help(if (*declared as usize) > *room {
-        "is it cut off, or no STL file at all?"
+        "is the file truncated, or not an STL file at all?"
     } else {
-        "what wrote it may not have filled in the number at the end; write the file again"
+        "the program that wrote it may not have filled in the number at the end; write the file again"
     }),
 
     /// An ASCII STL file without its end.
-    #[error("the file is cut off after {triangles} triangles")]
+    #[error("the file is truncated after {triangles} triangles")]
     "E0412" CutOff {
         /// How many are whole.
         triangles: usize,
@@ -164,7 +164,7 @@ Error InertiaError {
     },
 
     /// A coordinate that is infinite or no number.
-    #[error("a coordinate of triangle {triangle} is no finite number")]
+    #[error("a coordinate of triangle {triangle} is not a finite number")]
     "E0414" NotFinite {
         /// The triangle, from 1.
         triangle: usize,
@@ -178,18 +178,18 @@ Error InertiaError {
         /// How many there are.
         edges: usize,
     } => nowhere().with_help(
-        "a body has no holes in its surface; vertices are the same only if their coordinates are, to the last bit: fill the holes or merge the vertices in the program that wrote the mesh",
+        "the surface of a body has no holes, and vertices are the same only if their coordinates agree to the last bit: fill the holes or merge the vertices in the program that wrote the mesh",
     ),
 
     /// Edges through which two triangles run in the same direction.
-    #[error("the triangles are not all turned the same way: {}", edge_words(.edge, *.edges, "is run through in one direction by triangles", ""))]
+    #[error("the triangles are not all oriented the same way: {}", edge_words(.edge, *.edges, "is traversed in one direction by triangles", ""))]
     "E0416" TurnedTriangle {
         /// The first of them.
         edge: Edge,
         /// How many there are.
         edges: usize,
     } => nowhere().with_help(
-        "the corners of a triangle are counted counterclockwise seen from outside; let the program that wrote the mesh recompute its normals",
+        "the corners of a triangle are ordered counterclockwise seen from outside; recompute the normals in the program that wrote the mesh",
     ),
 
     /// Edges of more than two triangles.
@@ -200,7 +200,7 @@ Error InertiaError {
         /// How many there are.
         edges: usize,
     } => nowhere().with_help(
-        "where bodies touch in an edge, or a wall has no thickness, inside and outside are not defined; take them apart by a little",
+        "where bodies touch in an edge, or a wall has no thickness, inside and outside are not defined; separate them slightly",
     ),
 
     /// A surface whose normals point inwards.
@@ -215,19 +215,19 @@ Error InertiaError {
         vertex: Option<[f32; 3]>,
     } => nowhere().with_help(match vertex {
         None => {
-            "the corners of its triangles are counted clockwise seen from outside; turn all of them over"
+            "the corners of its triangles are ordered clockwise seen from outside; reverse the orientation of all of them"
         }
         Some(_) => {
-            "only the surface of a cavity is, which lies within that of a body; turn it over"
+            "only the surface of a cavity inside a body is oriented so; reverse its orientation"
         }
     }),
 
     /// A mesh that encloses nothing.
     #[error("the mesh encloses no volume")]
-    "E0419" NoVolume {} => nowhere().with_help("it is flat, or its parts are a body and a cavity of the same size"),
+    "E0419" NoVolume {} => nowhere().with_help("it is flat, or it consists of a body and a cavity of the same size"),
 
     /// Numbers beyond the range of doubles.
-    #[error("the tensor is beyond the range of numbers")]
+    #[error("the tensor is beyond the range of the numbers")]
     "E0420" OutOfRange {} => nowhere().with_help("choose other units"),
 
     /// A density or a mass that is not positive.

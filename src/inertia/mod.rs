@@ -78,7 +78,7 @@ impl Constant {
     /// # Errors
     /// [`ModelError::BadSetting`] where it is none.
     pub fn parse(text: &str) -> Result<Self, ModelError> {
-        let bad = || ModelError::BadSetting { text: text.to_owned(), reason: "it is no constant".to_owned() };
+        let bad = || ModelError::BadSetting { text: text.to_owned(), reason: "it is not a constant".to_owned() };
         let mut settings = Settings::new();
         settings.add(&format!("x = {text}"))?;
         let file = crate::syntax::parse("param x").map_err(|_| bad())?;

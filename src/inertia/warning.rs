@@ -13,7 +13,7 @@ mistakes! {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 Warning Warning {
     /// Moments that break the triangle inequality, or a negative one.
-    #[error("no body has {}: {why}", described(.name))]
+    #[error("no body can have {}: {why}", described(.name))]
     "W0201" ImpossibleTensor {
         /// The tensor; empty if it has no name.
         name: String,
@@ -24,7 +24,7 @@ Warning Warning {
         /// Which rule its moments break.
         why: String,
     } => at(*span, "this tensor").and_at(*rotational, "used as one here").with_help(
-        "moments about three perpendicular axes are sums of m*(y^2 + z^2), m*(x^2 + z^2) and m*(x^2 + y^2): none is more than the two others together",
+        "moments about three perpendicular axes are sums of m*(y^2 + z^2), m*(x^2 + z^2) and m*(x^2 + y^2): none is larger than the sum of the two others",
     ),
 }
 }
@@ -47,7 +47,7 @@ impl Warning {
         let why = match tensor.principal.impossible? {
             Impossible::Negative => format!("its smallest principal moment is {a}"),
             Impossible::Triangle => {
-                format!("its largest principal moment, {c}, is more than the sum of the others, {a} and {b}")
+                format!("its largest principal moment, {c}, is larger than the sum of the others, {a} and {b}")
             }
         };
         Some(Self::ImpossibleTensor {

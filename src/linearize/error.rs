@@ -39,7 +39,7 @@ Error LinearizeError {
 
     /// A point given as equilibrium where parameters without values decide whether a force acts.
     #[error(
-        "whether this is an equilibrium depends on values of parameters: the force on `{coordinate}` is {force}"
+        "whether this is an equilibrium depends on the values of parameters: the force on `{coordinate}` is {force}"
     )]
     "E0321" ForceOfParameters {
         /// The coordinate.
@@ -49,11 +49,11 @@ Error LinearizeError {
         /// Where the equilibrium is given.
         span: Span,
     } => at(*span, "given here").with_help(
-        "where a root is taken the sign of a parameter counts, which its value tells: give the parameters values in the file, or on the command line by --set",
+        "the sign of a root depends on the sign of a parameter, which is known from its value: give the parameters values in the file, or on the command line with --set",
     ),
 
     /// A point given as equilibrium where a force acts.
-    #[error("this is no equilibrium: a force {force} acts on `{coordinate}`")]
+    #[error("this is not an equilibrium: a force {force} acts on `{coordinate}`")]
     "E0302" NotAnEquilibrium {
         /// The coordinate.
         coordinate: String,
@@ -62,7 +62,7 @@ Error LinearizeError {
         /// Where the equilibrium is given.
         span: Span,
     } => at(*span, "given here").with_help(
-        "at an equilibrium every generalised force vanishes; a point nearby can be given as `guess`, and the equilibrium is searched for from there",
+        "at an equilibrium every generalised force vanishes; if this is only near the equilibrium, give it with `guess`, and the search starts there",
     ),
 
     /// A force that vanishes nowhere.
@@ -72,7 +72,7 @@ Error LinearizeError {
         forces: Vec<(String, String)>,
         /// Where the coordinate is declared.
         span: Span,
-    } => at(*span, "this coordinate runs away").with_help(
+    } => at(*span, "there is no restoring force on this coordinate").with_help(
         "without an equilibrium there are no small oscillations; is a restoring force missing?",
     ),
 
@@ -108,9 +108,9 @@ Error LinearizeError {
         span: Span,
     } => at(*span, "this constraint")
         .with_help(if *holds {
-            "a constraint that is a square or a product, as (x - y)^2 = 0, doesn't tell which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
+            "a constraint that is a square or a product, as (x - y)^2 = 0, does not determine which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
         } else {
-            "there it holds no motion back, and no force of it leads anywhere: start elsewhere, with `guess`"
+            "there the constraint restricts no motion and exerts no force: start elsewhere, with `guess`"
         }),
 
     /// An energy or one of its derivatives that is no number at the point in question.
@@ -127,13 +127,13 @@ Error LinearizeError {
     } => {
         let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
         let help = cause.as_deref().unwrap_or(
-            "is something divided by zero, a root taken of a negative number, or a number too large? Look at the values of parameters and at all terms of a sum; if a coordinate is to blame, `guess` moves the starting point",
+            "is there a division by zero, a root of a negative number, or a number too large? Check the values of the parameters and all terms of sums; if a coordinate is the cause, `guess` moves the starting point",
         );
         at(*span, label).with_help(help)
     },
 
     /// A direction without inertia.
-    #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be told from none: the mass matrix is not shown to be positive definite" })]
+    #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be distinguished from zero: the mass matrix is not shown to be positive definite" })]
     "E0306" SingularMass {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
@@ -145,7 +145,7 @@ Error LinearizeError {
             if *proved {
                 "its velocity does not occur squared in T"
             } else {
-                "moves without any, or with too little beside the others"
+                "has none, or too little compared with the others"
             },
         )
         .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
@@ -158,7 +158,7 @@ Error LinearizeError {
         /// Where the first of them is declared.
         span: Span,
     } => at(*span, "declared here")
-        .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+        .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
     /// A feature of the language that modes do not cover.
     #[error("{}", unsupported_words(*.feature))]
@@ -179,9 +179,9 @@ Error LinearizeError {
         span: Span,
         /// Where the coordinate itself occurs.
         energy: Span,
-    } => at(*span, "turned here")
+    } => at(*span, "given here")
         .with_secondary(*energy, format!("depends on `{coordinate}`"))
-        .with_help("only a coordinate that occurs by its velocity alone keeps its rate; a rotation that a motor keeps up is written with an explicit rate in place of the coordinate"),
+        .with_help("a coordinate keeps its rate only if nothing but its velocity occurs in the energies; for a rotation that a motor maintains, write an explicit rate in place of the coordinate"),
 
     /// Constraints that can't hold together.
     #[error("{}", contradiction_words(.difference.as_deref()))]
@@ -193,13 +193,13 @@ Error LinearizeError {
         span: Span,
     } => at(*span, "this constraint")
         .with_help(if difference.is_some() {
-            "leave one of them out, or mend its numbers"
+            "remove one of them, or correct its numbers"
         } else {
-            "give a point near the equilibrium with `guess`; are there more constraints than the body can follow?"
+            "give a point near the equilibrium with `guess`; are there too many constraints?"
         }),
 
     /// A given equilibrium off a constraint.
-    #[error("the equilibrium that is given breaks a constraint: its sides differ by {difference}")]
+    #[error("the given equilibrium violates a constraint: its sides differ by {difference}")]
     "E0314" ConstraintBroken {
         /// Left less right side.
         difference: String,
@@ -207,13 +207,13 @@ Error LinearizeError {
         span: Span,
         /// Where the equilibrium is given.
         given: Option<Span>,
-    } => at(*span, "broken").and_at(*given, "given here").with_help(
-        "an equilibrium has to obey all constraints; a point nearby can be given as `guess`",
+    } => at(*span, "violated").and_at(*given, "given here").with_help(
+        "an equilibrium must satisfy all constraints; if this is only near the equilibrium, give it with `guess`",
     ),
 
     /// Constraints that depend on each other just at the equilibrium.
     #[error(
-        "the constraints are singular at {point}: just there they don't determine which motions they allow"
+        "the constraints are singular at {point}: at this point they do not determine which motions they allow"
     )]
     "E0315" ConstraintsSingular {
         /// The point.
@@ -221,7 +221,7 @@ Error LinearizeError {
         /// A constraint.
         span: Span,
     } => at(*span, "the gradients of the constraints are dependent there")
-        .with_help("the body has more or fewer ways to move there than beside it, and small oscillations are not defined; look for an equilibrium elsewhere with `guess`"),
+        .with_help("the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined; search for an equilibrium elsewhere with `guess`"),
 
     /// A dissipation that has no second derivatives at rest.
     #[error("the dissipation is not smooth at rest")]
@@ -231,7 +231,7 @@ Error LinearizeError {
         /// Where the term stands.
         span: Span,
     } => at(*span, format!("`{part}` has a corner where nothing moves"))
-        .with_help("dry friction has no small oscillations: a body at rest sticks; write friction by squares of velocities, 1/2*c*x'^2"),
+        .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, 1/2*c*x'^2"),
 
     /// A steady rate that friction brakes.
     #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
@@ -242,18 +242,18 @@ Error LinearizeError {
         force: String,
         /// Where the rate stands.
         span: Span,
-    } => at(*span, "turned here")
-        .with_help("a steady motion has no friction along it, or a drive that balances it: friction against a medium that turns along is 1/2*c*(psi' - S)^2"),
+    } => at(*span, "given here")
+        .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
 
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
-    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, and does so beside it", combination_words(.combination))]
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", combination_words(.combination))]
     "E0318" SingularCoordinates {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
         /// Where the first of them is declared.
         span: Span,
-    } => at(*span, "loses its own motion there")
-        .with_help("Euler angles do that where two axes coincide (gimbal lock); take angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
+    } => at(*span, "has no independent motion there")
+        .with_help("Euler angles are singular where two axes coincide (gimbal lock); use angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
 
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
@@ -261,7 +261,7 @@ Error LinearizeError {
         /// Where.
         span: Span,
     } => at(*span, "contains the time")
-        .with_help("the motion about a state that is driven has Floquet multipliers instead: `librate floquet` finds them"),
+        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them"),
 
     /// The eigenvalue problem could not be solved.
     #[error("the modes could not be computed: {reason}")]
@@ -278,7 +278,7 @@ Error LinearizeError {
         /// How many are possible.
         most: usize,
     } => nowhere()
-        .with_help("fewer coordinates, or one part of a body that repeats, fit into memory"),
+        .with_help("use fewer coordinates, or one cell of a periodic body"),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]
@@ -319,17 +319,19 @@ fn contradiction_words(difference: Option<&str>) -> String {
         Some(difference) => format!(
             "the constraints contradict each other: where the others hold, the sides of this one differ by {difference}"
         ),
-        None => "no place was found where all constraints hold".to_owned(),
+        None => "no point was found where all constraints hold".to_owned(),
     }
 }
 
 fn unsupported_words(feature: Feature) -> &'static str {
     match feature {
         Feature::Gyroscopic => {
-            "the energies have terms linear in the velocities, which is beyond a mass and a stiffness matrix"
+            "the energies have terms linear in the velocities, which a mass and a stiffness matrix can't describe"
         }
-        Feature::Dissipation => "the model has a dissipation function, which is beyond a mass and a stiffness matrix",
-        Feature::Constraint => "the model has constraints, which derivations don't cover yet",
-        Feature::SteadyMotion => "the model asks for a steady motion, which is beyond a mass and a stiffness matrix",
+        Feature::Dissipation => {
+            "the model has a dissipation function, which a mass and a stiffness matrix can't describe"
+        }
+        Feature::Constraint => "the model has constraints, which are not supported here",
+        Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",
     }
 }

@@ -185,7 +185,7 @@ impl Compiler<'_> {
             ExprKind::Vector(parts) => then(tasks, Op::Vector(parts.len()), parts),
             ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => {
                 self.fail(ModelError::ConditionOrValue {
-                    what: "a condition stands where a value is expected; conditions belong behind `where`",
+                    what: "a condition where a value is expected; conditions are allowed only after `where`",
                     span,
                 });
                 tasks.push(Task::Emit(Op::Broken, span));
@@ -277,7 +277,7 @@ impl Compiler<'_> {
             }
             (Some(_), _, _) | (None, Some(_), _) => {
                 self.fail(ModelError::Shape {
-                    what: format!("`{name}` is no row of a table and has no fields"),
+                    what: format!("`{name}` is not a row of a table and has no fields"),
                     span,
                     help: None,
                 });
@@ -331,7 +331,7 @@ impl Compiler<'_> {
                     Some(Entity::Table(number)) => (Some(variable), Variable::Row(number), BinderKind::Rows(number)),
                     Some(_) => {
                         self.fail(ModelError::Shape {
-                            what: format!("`{}` is no table", table.text),
+                            what: format!("`{}` is not a table", table.text),
                             span: table.span,
                             help: Some(format!("to run over numbers, write `{} in 1..{}`", variable.text, table.text)),
                         });

@@ -50,7 +50,7 @@ impl Constant {
         };
         match value {
             Some(value) => Ok(Self { text: text.trim().to_owned(), pool: Box::new(model.pool), value }),
-            None => Err(bad("it is no constant".to_owned())),
+            None => Err(bad("it is not a constant".to_owned())),
         }
     }
 

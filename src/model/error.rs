@@ -78,7 +78,7 @@ Error ModelError {
     } => at(*span, "given again here")
         .with_secondary(*first, "first given here")
         .with_help(match *what {
-            "model" | "period" => "leave one of them out".to_owned(),
+            "model" | "period" => "remove one of them".to_owned(),
             energy => format!("add the terms into one `{energy} = …`"),
         }),
 
@@ -90,8 +90,8 @@ Error ModelError {
         /// The energy.
         energy: Span,
     } => at(*span, "the lagrangian")
-        .with_secondary(*energy, "an energy beside it")
-        .with_help("write everything into the lagrangian, L = T - V, or leave it out"),
+        .with_secondary(*energy, "an energy as well")
+        .with_help("write everything into the lagrangian, L = T - V, or remove it"),
 
     /// A model without kinetic energy.
     #[error("the model has no kinetic energy")]
@@ -113,7 +113,7 @@ Error ModelError {
     } => at(*span, "uses itself here").with_help(if name.contains('[') {
         "a member of a family may use members with a lower index only"
     } else {
-        "a `let` may use what is declared before it, and not itself"
+        "a `let` may use what is declared before it, but not itself"
     }),
 
     /// A member outside the family.
@@ -136,7 +136,7 @@ Error ModelError {
         value: String,
         /// Where.
         span: Span,
-    } => at(*span, "indices and ranges count in whole numbers"),
+    } => at(*span, "indices and the ends of ranges are whole numbers"),
 
     /// Too many indices or an index on something that has none.
     #[error("{what} {}", index_words(*.available))]
@@ -201,13 +201,13 @@ Error ModelError {
         )),
 
     /// A constraint that is not one of coordinates alone.
-    #[error("a constraint is among coordinates, and this one contains the velocity `{on}`")]
+    #[error("a constraint relates coordinates, but this one contains the velocity `{on}`")]
     "E0133" ConstraintOnVelocities {
         /// The velocity.
         on: String,
         /// Where the constraint stands.
         span: Span,
-    } => at(*span, "of velocities")
+    } => at(*span, "contains velocities")
         .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
 
     /// A constant that depends on coordinates or time.
@@ -247,7 +247,7 @@ Error ModelError {
         /// What is wrong.
         reason: String,
     } => nowhere().with_help(
-        "write `--set NAME=VALUE` with a value in numbers, for example `--set 'm[2]=3/2'`",
+        "write `--set NAME=VALUE` with a numeric value, for example `--set 'm[2]=3/2'`",
     ),
 
     /// A table whose file was not handed over.
@@ -262,7 +262,7 @@ Error ModelError {
     } => at(*span, "named here").with_help("the path is taken relative to the model file"),
 
     /// A table that is not a table.
-    #[error("the table `{path}` has a mistake in line {line}: {reason}")]
+    #[error("error in line {line} of the table `{path}`: {reason}")]
     "E0121" BadTable {
         /// As written.
         path: String,
@@ -319,7 +319,7 @@ Error ModelError {
     ),
 
     /// An index with the name of something declared.
-    #[error("the index `{name}` has the name of something else")]
+    #[error("the name of the index `{name}` is already in use")]
     "E0125" IndexReusesName {
         /// The name.
         name: String,
@@ -331,7 +331,7 @@ Error ModelError {
         let diagnostic = at(*span, "an index needs a name of its own");
         match declared {
             Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
-            None => diagnostic.with_help("an index of that name is already running here"),
+            None => diagnostic.with_help("an outer index has this name"),
         }
     },
 
@@ -352,7 +352,7 @@ Error ModelError {
         /// Where.
         span: Span,
     } => at(*span, "").with_help(
-        "literals, parameters, table fields and outer indices can, with mod and floor",
+        "literals, parameters, table fields and outer indices are allowed, with mod and floor",
     ),
 
     /// A division by exactly zero, or a function outside its domain.
@@ -403,7 +403,7 @@ Error ModelError {
     } => at(*span, "not a coordinate").or_help(meant(nearest.as_ref())),
 
     /// A mistake that only follows from another one. It is never returned.
-    #[error("this follows from another mistake")]
+    #[error("this follows from another error")]
     "E0100" FollowOn {} => nowhere(),
 
     /// A coordinate without a range where the family needs one.
@@ -459,7 +459,7 @@ fn index_words(available: usize) -> String {
 /// What a function of other languages is called here.
 fn function_elsewhere(name: &str) -> Option<&'static str> {
     let help = match name.to_lowercase().as_str() {
-        "log" => "the natural logarithm is `ln`; to base 10, write `ln(x)/ln(10)`",
+        "log" => "the natural logarithm is `ln`; for base 10, write `ln(x)/ln(10)`",
         "log10" | "lg" => "write `ln(x)/ln(10)`",
         "log2" | "ld" => "write `ln(x)/ln(2)`",
         "cosine" => "the cosine is `cos`",
@@ -502,7 +502,7 @@ fn unit_elsewhere(name: &str) -> &'static str {
         "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
         "ang" | "å" => "the angstrom is `angstrom`",
         "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
-        _ => "SI base and derived units with prefixes are known, and deg, min, h, d, u, eV and angstrom",
+        _ => "the units are SI base and derived units with prefixes, and deg, min, h, d, u, eV and angstrom",
     }
 }
 

@@ -24,7 +24,7 @@ impl Feature {
             Self::Time => "contains the time",
             Self::Dissipation => "friction",
             Self::Constraint => "a constraint",
-            Self::SteadyMotion => "turned here",
+            Self::SteadyMotion => "given here",
         }
     }
 }

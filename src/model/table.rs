@@ -149,7 +149,7 @@ impl Table {
         for (at, column) in columns.iter().enumerate() {
             if columns[..at].contains(column) {
                 let column = excerpt(column);
-                return Err(bad(1, format!("the column `{column}` stands twice")));
+                return Err(bad(1, format!("the column `{column}` occurs twice")));
             }
         }
         let mut cells = Vec::new();

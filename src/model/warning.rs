@@ -22,7 +22,7 @@ Warning Warning {
         /// Where it is declared.
         span: Span,
     } => at(*span, "declared here").with_help(format!(
-        "is a term missing? If not, leave the line out or call it `_{name}`"
+        "is a term missing? If not, remove the line or call it `_{name}`"
     )),
 
     /// A named expression that nothing uses.
@@ -33,7 +33,7 @@ Warning Warning {
         /// Where it is given.
         span: Span,
     } => at(*span, "given here").with_help(format!(
-        "is a term missing? If not, leave the line out or call it `_{name}`"
+        "is a term missing? If not, remove the line or call it `_{name}`"
     )),
 
     /// A table that nothing uses.
@@ -55,18 +55,18 @@ Warning Warning {
     } => at(*span, "declared here").with_help("a coordinate needs a kinetic energy"),
 
     /// A coordinate that the energies depend on through its velocity only.
-    #[error("no force acts on `{name}`: nothing brings it back")]
+    #[error("no restoring force acts on `{name}`")]
     "W0005" NoRestoringForce {
         /// The coordinate or family.
         name: String,
         /// Where it is declared.
         span: Span,
     } => at(*span, "only its velocity occurs in the energies").with_help(
-        "it moves freely and gives a mode of frequency zero; is a term of V missing?",
+        "it moves freely and has a mode of frequency zero; is a term of V missing?",
     ),
 
     /// A whole number written with a decimal point where only whole numbers will do.
-    #[error("`{text}` sets a range, but is written like a measured value")]
+    #[error("`{text}` is the end of a range, but is written like a measured value")]
     "W0006" DecimalRange {
         /// As written.
         text: String,
@@ -75,33 +75,33 @@ Warning Warning {
     } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
 
     /// An index that its sum does not use.
-    #[error("the index `{name}` does not occur in what is summed")]
+    #[error("the index `{name}` does not occur in the summand")]
     "W0007" UnusedIndex {
         /// The index.
         name: String,
         /// Where it stands.
         span: Span,
-    } => at(*span, "every term is the same")
-        .with_help("is an index in brackets missing behind a name?"),
+    } => at(*span, "all terms are equal")
+        .with_help("is an index in brackets missing after a name?"),
 
     /// A period of a model in which nothing depends on the time.
     #[error("a period is given, but nothing depends on the time")]
     "W0008" PeriodWithoutTime {
         /// The statement.
         span: Span,
-    } => at(*span, "has no meaning here").with_help(
-        "leave it out, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
+    } => at(*span, "has no effect here").with_help(
+        "remove it, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
     ),
 
     /// A velocity that is guessed where no periodic motion is searched for.
-    #[error("a velocity is guessed, but {reason}")]
+    #[error("a velocity is given by `guess`, but {reason}")]
     "W0009" UselessVelocity {
         /// Why none is searched for.
         reason: &'static str,
         /// The statement.
         span: Span,
-    } => at(*span, "has no meaning here").with_help(
-        "it says where the search for the periodic motion of a driven model begins; initial velocities are for `librate motion --start`",
+    } => at(*span, "has no effect here").with_help(
+        "it is the start of the search for the periodic motion of a driven model; initial velocities are given by `librate motion --start`",
     ),
 }
 }
@@ -246,7 +246,7 @@ fn useless_velocity(model: &Model) -> Option<Warning> {
     let reason = if model.time_dependent.is_none() {
         "nothing depends on the time"
     } else if model.equilibria.iter().any(Option::is_some) {
-        "the model is held at an equilibrium"
+        "an equilibrium is given"
     } else {
         return None;
     };

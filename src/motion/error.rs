@@ -18,7 +18,7 @@ Error MotionError {
     } => nowhere().with_help("write coordinates and velocities with their values: `--start \"phi[1]=0.1, phi[1]'=0\"`"),
 
     /// A starting value for something that is no coordinate.
-    #[error("`{name}` is no coordinate of the model")]
+    #[error("`{name}` is not a coordinate of the model")]
     "E0602" NotACoordinate {
         /// The name.
         name: String,
@@ -26,7 +26,7 @@ Error MotionError {
         nearest: Option<String>,
     } => match nearest {
         Some(nearest) => nowhere().with_help(format!("did you mean `{nearest}`?")),
-        None => nowhere().with_help("a start names coordinates, and velocities with a prime: `x=1, x'=0`"),
+        None => nowhere().with_help("initial values are given for coordinates, and for velocities with a prime: `x=1, x'=0`"),
     },
 
     /// A mode that the model does not have.
@@ -36,10 +36,10 @@ Error MotionError {
         mode: usize,
         /// How many modes there are.
         count: usize,
-    } => nowhere().with_help("modes are counted from 1 in the order that `librate modes` prints"),
+    } => nowhere().with_help("modes are counted from 1 in the order of `librate modes`"),
 
     /// An amplitude that is no number.
-    #[error("the amplitude `{text}` is no number")]
+    #[error("the amplitude `{text}` is not a number")]
     "E0604" BadAmplitude {
         /// As it was given.
         text: String,
@@ -57,11 +57,11 @@ Error MotionError {
     } => nowhere().with_help("write for example `--until 10 --samples 101`"),
 
     /// A start off the constraints that nothing can be done about.
-    #[error("the start does not obey the constraints: {reason}")]
+    #[error("the start does not satisfy the constraints: {reason}")]
     "E0606" OffConstraints {
         /// By how much, or why the rest can't be found.
         reason: String,
-    } => nowhere().with_help("give as many coordinates as are free; what is left out follows from the constraints"),
+    } => nowhere().with_help("give as many coordinates as there are degrees of freedom; the others follow from the constraints"),
 
     /// The motion ends on its way.
     #[error("the motion meets a singularity at t = {time}, {place}: {reason}")]
@@ -77,7 +77,7 @@ Error MotionError {
     ),
 
     /// The motion can't be followed, for no reason that is certain.
-    #[error("the motion can't be followed beyond t = {time}, {place}: {reason}")]
+    #[error("the motion can't be continued beyond t = {time}, {place}: {reason}")]
     "E0614" Stuck {
         /// When.
         time: String,
@@ -96,7 +96,7 @@ Error MotionError {
         terms: usize,
         /// The limit.
         most: usize,
-    } => nowhere().with_help("every step takes all of them: a smaller model will do"),
+    } => nowhere().with_help("every step evaluates all of them: use a smaller model"),
 
     /// A table that is too large.
     #[error("a table of {numbers} numbers is too large: at most {most}")]
@@ -105,7 +105,7 @@ Error MotionError {
         numbers: usize,
         /// The limit.
         most: usize,
-    } => nowhere().with_help("ask for fewer samples, or for rows one after the other"),
+    } => nowhere().with_help("request fewer samples, or one row after the other"),
 
     /// A motion of too many steps.
     #[error("the motion takes too many steps: {steps} lead to t = {reached}")]
@@ -115,24 +115,24 @@ Error MotionError {
         /// In how many steps.
         steps: usize,
     } => nowhere().with_help(
-        "ask for a shorter time; the steps follow the fastest oscillation, decay or turn of the model",
+        "request a shorter time; the fastest oscillation, decay or rotation of the model sets the steps",
     ),
 
     /// A motion that can't be proved up to its end.
-    #[error("the motion is proved up to t = {reached} only: {reason}")]
+    #[error("the motion is proved only up to t = {reached}: {reason}")]
     "E0611" NotProved {
         /// How far it was followed.
         reached: String,
         /// What ended it.
         reason: &'static str,
     } => nowhere().with_help(
-        "ask for a shorter time; without --proved the digits are estimates",
+        "request a shorter time; without --proved the digits are estimates",
     ),
 
     /// A start that is only known about.
-    #[error("the start is not known well enough for a proof")]
+    #[error("the start is not known exactly enough for a proof")]
     "E0612" OpenStart {} => nowhere().with_help(
-        "give every coordinate and velocity that does not rest at the equilibrium as a number",
+        "give a number for every coordinate and velocity that does not rest at the equilibrium",
     ),
 
     /// Too much to solve for the accelerations.

@@ -82,7 +82,7 @@ impl Times {
             return Err(bad("a table has at least one row"));
         }
         let exact = Tape::compile(until.pool(), &[until.value()], &[]);
-        let exact = exact.map_err(|_| bad("it is no constant"))?;
+        let exact = exact.map_err(|_| bad("it is not a constant"))?;
         Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples })
     }
 

@@ -337,7 +337,7 @@ fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
         other => bad(&other.to_string()),
     })?;
     let number = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
-    let number = number.ok_or_else(|| bad("it is no number, or a larger one than 1e298"))?;
+    let number = number.ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
     let factor = model.coordinates.get(at).and_then(|own| own.factor);
     let factor = factor.map(|factor| Known::constant(&model.pool, factor));
     let known = match (Known::constant(value.pool(), value.value()), factor) {

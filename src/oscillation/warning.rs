@@ -9,8 +9,8 @@ use crate::span::Span;
 
 /// What is said of an equilibrium that was found and does not hold.
 fn runs_from(span: Span, coordinate: &str) -> Diagnostic {
-    at(span, format!("`{coordinate}` runs away from it")).with_help(
-        "if a stable one was meant, start the search near it with `guess`; if this one, give it with `equilibrium`",
+    at(span, format!("`{coordinate}` moves away from it")).with_help(
+        "if a stable one was meant, start the search near it with `guess`; if this one is meant, give it with `equilibrium`",
     )
 }
 
@@ -38,19 +38,19 @@ Warning Warning {
     } => runs_from(*span, coordinate),
 
     /// The equilibrium was searched for, and that there is one where the search ended is not proved.
-    #[error("the equilibrium that was found is not proved")]
+    #[error("the existence of the equilibrium that was found is not proved")]
     "W0103" NotProved {
         /// Where the first coordinate is declared that was searched for.
         span: Span,
         /// That coordinate.
         coordinate: String,
-    } => at(*span, format!("how near `{coordinate}` is to it is an estimate, and so are all digits below")).with_help(
-        "nothing holds some motion there, to second order at least; if the equilibrium is known, give it with `equilibrium`",
+    } => at(*span, format!("the error of `{coordinate}` is an estimate, and so are all digits below")).with_help(
+        "some motion has no restoring force there, at least to second order; if the equilibrium is known, give it with `equilibrium`",
     ),
 
     /// A frequency is the small difference of large terms, as near a bifurcation.
     #[error(
-        "omega of mode {mode} is ill-conditioned: its square is {share} of the terms that it is the difference of"
+        "omega of mode {mode} is ill-conditioned: its square is {share} of the terms of which it is the difference"
     )]
     "W0104" IllConditioned {
         /// Where the parameter is declared that matters most, or else the coordinate that moves most.
@@ -69,20 +69,20 @@ Warning Warning {
         None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
     })
     .with_help(
-        "all digits printed are right for the numbers as they stand in the file; if these are measured, fewer mean something",
+        "all printed digits are right for the numbers as given in the file; if these are measured, fewer digits are significant",
     ),
 
     /// A constraint that says nothing that others do not.
-    #[error("this constraint follows from the others and changes nothing")]
+    #[error("this constraint follows from the others and has no effect")]
     "W0105" DependentConstraint {
         /// The constraint.
         span: Span,
-    } => at(*span, "left out").with_help(
-        "nothing is lost without it; if it was meant to hold a motion, it holds another one",
+    } => at(*span, "ignored").with_help(
+        "the model is the same without it; if it was meant to restrict a further motion, it is wrong",
     ),
 
     /// A dissipation that is negative for some motion.
-    #[error("the dissipation feeds energy in")]
+    #[error("the dissipation supplies energy")]
     "W0106" FeedsEnergy {
         /// Where the dissipation stands.
         span: Span,
@@ -92,10 +92,10 @@ Warning Warning {
         /// the other.
         other: Option<String>,
     } => match other {
-        Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go round a loop, in the one sense or the other"))
-            .with_help("friction against a medium that turns drives what it drags along; what a motor feeds in is all right as it stands"),
+        Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go around a closed loop, in one sense or the other"))
+            .with_help("friction against a rotating medium drives what it drags along; if a motor is meant to supply the energy, nothing is wrong"),
         None => at(*span, format!("negative when `{coordinate}` moves"))
-            .with_help("friction takes energy out: F = 1/2*c*x'^2 with a positive c; what a motor feeds in is all right as it stands"),
+            .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, nothing is wrong"),
     },
 }
 }

@@ -11,19 +11,18 @@ fn words(feature: Feature) -> [&'static str; 2] {
     match feature {
         Feature::Time => [
             "this model depends on the time explicitly: its energy is not conserved",
-            "a period by energy conservation needs a model without the time",
+            "a period from energy conservation requires a model without explicit time",
         ],
         Feature::Dissipation => [
-            "friction takes energy away: no motion of this model repeats itself",
-            "the period of the motion without friction is that of the model without this line; `modes` has the damped oscillations",
+            "friction dissipates energy: no motion of this model is periodic",
+            "without this line the model has the period without friction; `modes` computes the damped oscillations",
         ],
-        Feature::Constraint => [
-            "the model has constraints, which periods don't cover",
-            "write the energies with the one coordinate that is left",
-        ],
+        Feature::Constraint => {
+            ["periods are not computed for models with constraints", "write the energies in one independent coordinate"]
+        }
         Feature::SteadyMotion => [
             "a steady motion has no period of one coordinate",
-            "leave the rate out, or write it into the energies in place of the velocity",
+            "remove the rate, or write it into the energies in place of the velocity",
         ],
     }
 }
@@ -33,7 +32,7 @@ mistakes! {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 Error PeriodError {
     /// More or fewer coordinates than one.
-    #[error("a period by energy conservation needs one coordinate, and this model has {count}")]
+    #[error("a period from energy conservation requires one coordinate, but this model has {count}")]
     "E0501" NotOneCoordinate {
         /// How many.
         count: usize,
@@ -43,7 +42,7 @@ Error PeriodError {
             Some(span) => at(*span, "one too many"),
             None => nowhere(),
         }
-        .with_help("small oscillations of several coordinates are what `modes` is for"),
+        .with_help("`modes` computes small oscillations of several coordinates"),
 
     /// Something that the energy is not conserved with, or that is not covered.
     #[error("{}", words(*feature)[0])]
@@ -64,11 +63,11 @@ Error PeriodError {
         /// Where it is declared.
         span: Span,
     } => at(*span, "this coordinate").with_help(
-        "T is 1/2*M(q)*q'^2, with terms linear in q' and without it at most",
+        "T must be 1/2*M(q)*q'^2, possibly with terms linear in q' and without q'",
     ),
 
     /// An amplitude or energy that is no number, or no positive amplitude.
-    #[error("{what} {value} is none: {reason}")]
+    #[error("{what} {value} is not valid: {reason}")]
     "E0504" BadRequest {
         /// `the amplitude` or `the energy`.
         what: &'static str,
@@ -94,7 +93,7 @@ Error PeriodError {
         energy: String,
     } => nowhere()
         .with_help(format!(
-            "above the equilibrium the barrier is {height} high, and the turning point that is asked for lies at {energy}; `--energy` takes an energy above a barrier"
+            "the barrier is {height} above the equilibrium, the requested turning point {energy}; `--energy` accepts an energy above a barrier"
         )),
 
     /// The motion creeps up to the top of a barrier and never comes back, or next to that.
@@ -114,13 +113,13 @@ Error PeriodError {
             message.with_help(format!("the energy is the height of the barrier, {height}"))
         } else {
             message.with_help(format!(
-                "the energy is the height of the barrier, {height}, to within {margin}; a period that near to infinity is not computed"
+                "the energy is the height of the barrier, {height}, to within {margin}; so long a period is not computed"
             ))
         }
     },
 
     /// An energy that no motion about the equilibrium has.
-    #[error("the energy {energy} is not above the potential energy {potential} of the equilibrium")]
+    #[error("the energy {energy} is not above the potential energy {potential} at the equilibrium")]
     "E0507" BelowEquilibrium {
         /// The energy.
         energy: String,
@@ -129,14 +128,14 @@ Error PeriodError {
         /// Whether the equilibrium is a maximum of U.
         maximum: bool,
     } => nowhere().with_help(if *maximum {
-        "the equilibrium is a maximum of the potential: give a point in the well that is meant with `guess`"
+        "the equilibrium is a maximum of the potential: give a point in the intended well with `guess`"
     } else {
         "the energy is E = T + V with V as the model writes it"
     }),
 
     /// The equilibrium is a maximum, and the motion does not pass it.
     #[error(
-        "the equilibrium {coordinate} = {equilibrium} is a maximum of the potential, and no motion turns at this distance from it and comes back"
+        "the equilibrium {coordinate} = {equilibrium} is a maximum of the potential, and no motion about it has a turning point at this distance"
     )]
     "E0508" Maximum {
         /// The coordinate.
@@ -144,7 +143,7 @@ Error PeriodError {
         /// The equilibrium.
         equilibrium: String,
     } => nowhere()
-        .with_help("give a point in the well that is meant with `guess`"),
+        .with_help("give a point in the intended well with `guess`"),
 
     /// A motion that nothing brings back.
     #[error("the motion is not periodic: {}", open_words(.coordinate, *.upward, .end.as_deref()))]
@@ -166,7 +165,7 @@ Error PeriodError {
         /// The place.
         place: String,
     } => nowhere().with_help(
-        "the period is certified where V and T can be differentiated all the way; a pole, an inertia that vanishes, or a corner that is not that of `abs` of something linear in the coordinate, is not passed",
+        "the period is computed where V and T can be differentiated between the turning points; poles, zeros of the inertia, and corners other than that of `abs` of a linear function of the coordinate are not supported",
     ),
 
     /// A mass that is negative on the way.
@@ -179,7 +178,7 @@ Error PeriodError {
         /// Where it is declared.
         span: Span,
     } => at(*span, "declared here")
-        .with_help("a kinetic energy can't be negative; look for a wrong sign in T"),
+        .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
     /// No kinetic energy.
     #[error("the coordinate `{coordinate}` has no inertia")]
@@ -189,11 +188,11 @@ Error PeriodError {
         /// Where it is declared.
         span: Span,
     } => at(*span, "its velocity does not occur squared in T")
-        .with_help("what moves has a kinetic energy; is a term of T missing?"),
+        .with_help("a coordinate needs a kinetic energy; is a term of T missing?"),
 
     /// An integral with too much structure on the way.
     #[error(
-        "the period was not computed: at {coordinate} = {place}, before the turning point, the integral has taken as many steps as are tried"
+        "the period was not computed: at {coordinate} = {place}, before the turning point, the integral reached the limit of steps"
     )]
     "E0514" TooLong {
         /// The coordinate.
@@ -201,7 +200,7 @@ Error PeriodError {
         /// How far the integral came.
         place: String,
     } => nowhere().with_help(
-        "the force changes too often between the turning points; a smaller amplitude takes fewer steps",
+        "the force varies too often between the turning points; a smaller amplitude takes fewer steps",
     ),
 
     /// Bounds that do not decide, however precise.
@@ -214,7 +213,7 @@ Error PeriodError {
         /// The place.
         place: String,
     } => nowhere()
-        .with_help("is the energy that of a barrier? There the period is infinite"),
+        .with_help("is it the energy of a barrier? There the period is infinite"),
 } else {
     /// The work or the memory is beyond the budget.
     #[error(transparent)]
@@ -225,17 +224,19 @@ Error PeriodError {
 fn at_barrier_words(coordinate: &str, barrier: &str, margin: &str) -> String {
     let place = format!("the top of the barrier at {coordinate} = {barrier}");
     if margin == "0" {
-        format!("the motion ends at {place}: it takes forever to get there")
+        format!("the motion approaches {place} and never reaches it")
     } else {
-        format!("the motion ends at {place}, or nearly comes to rest there")
+        format!("the motion ends at {place} or nearly comes to rest there")
     }
 }
 
 fn open_words(coordinate: &str, upward: bool, end: Option<&str>) -> String {
     match end {
         Some(end) => {
-            format!("`{coordinate}` reaches {end}, where the energies end, with energy to spare")
+            format!("`{coordinate}` reaches {end}, where the energies are no longer defined, with kinetic energy left")
         }
-        None => format!("nothing turns `{coordinate}` back on its way {}", if upward { "up" } else { "down" }),
+        None => {
+            format!("there is no turning point of `{coordinate}` on the way {}", if upward { "up" } else { "down" })
+        }
     }
 }

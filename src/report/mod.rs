@@ -259,7 +259,7 @@ fn limit_words(limit: &Limit, kind: Kind) -> String {
             "a Jordan block, one shape for {order} equal exponents: they depend on the parameters as a root of order {order} does"
         ),
         Limit::Unresolved { count } => {
-            format!("{count} exponents are too close together to be told apart")
+            format!("{count} exponents are too close together to be distinguished")
         }
         Limit::Open => "bounds do not decide all of its digits or signs".to_owned(),
     }

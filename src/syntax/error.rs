@@ -87,7 +87,7 @@ Error SyntaxError {
         span: Span,
     } => at(*span, "begins a statement").with_help(match word.as_str() {
         "T" | "V" => {
-            "the energies are no names: give the common part a name with `let` and use that"
+            "the energies are not names: give the common part a name with `let` and use that"
         }
         _ => "take another name",
     }),
@@ -101,7 +101,7 @@ Error SyntaxError {
         right: String,
         /// Both operands.
         span: Span,
-    } => at(*span, "two factors without a sign between them").with_help(format!("write `{left}*{right}`")),
+    } => at(*span, "two factors without an operator between them").with_help(format!("write `{left}*{right}`")),
 
     /// `3 4`
     #[error("two numbers side by side")]
@@ -122,7 +122,7 @@ Error SyntaxError {
     } => at(*span, "a function without parentheses").with_help(format!("write `{function}({argument})`")),
 
     /// `np.cos(x)`, `v.norm()`
-    #[error("functions have no prefix: `{function}`")]
+    #[error("a function has no prefix: `{function}`")]
     "E0059" PrefixedFunction {
         /// The function with what stands before it.
         function: String,
@@ -133,7 +133,7 @@ Error SyntaxError {
     } => at(*span, "a name and a point before a function").with_help(format!("write `{fix}`")),
 
     /// `sin^2(x)`
-    #[error("the power of `{function}` stands behind its argument")]
+    #[error("the power of `{function}` is written after its argument")]
     "E0010" FunctionPower {
         /// The function.
         function: String,
@@ -166,17 +166,17 @@ Error SyntaxError {
     "E0013" UnaryPlus {
         /// The sign.
         span: Span,
-    } => at(*span, "no sign for positive numbers").with_help("leave the `+` out"),
+    } => at(*span, "positive numbers have no sign").with_help("remove the `+`"),
 
     /// `**`
     #[error("`**` is not an operator")]
     "E0014" DoubleStar {
         /// The sign.
         span: Span,
-    } => at(*span, "no such sign").with_help("a power is written `x^2`"),
+    } => at(*span, "no such operator").with_help("a power is written `x^2`"),
 
     /// An operator without its right operand.
-    #[error("something is missing behind `{sign}`")]
+    #[error("something is missing after `{sign}`")]
     "E0015" MissingOperand {
         /// The operator, comma or bracket.
         sign: String,
@@ -185,9 +185,9 @@ Error SyntaxError {
         /// What stands there instead.
         found: Option<(String, Span)>,
     } => {
-        let shown = at(*span, "nothing to work on behind it");
+        let shown = at(*span, "no operand after it");
         match found {
-            Some((what, place)) => shown.with_secondary(*place, format!("{what} stands here already")),
+            Some((what, place)) => shown.with_secondary(*place, format!("{what} follows")),
             None => shown,
         }
     },
@@ -199,14 +199,14 @@ Error SyntaxError {
         sign: String,
         /// Its place.
         span: Span,
-    } => at(*span, format!("`{sign}` stands between two operands")),
+    } => at(*span, format!("`{sign}` needs an operand on each side")),
 
     /// Nothing behind `=`.
-    #[error("the value behind `=` is missing")]
+    #[error("the value after `=` is missing")]
     "E0017" MissingValue {
         /// The `=`.
         span: Span,
-    } => at(*span, "nothing follows").with_help("write the value; a `param` may go without, but then without `=` too"),
+    } => at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
 
     /// A statement that needs a right side has none.
     #[error("`{statement}` needs a right side: `= …`")]
@@ -219,11 +219,11 @@ Error SyntaxError {
         "constraint" => "a constraint is written `constraint EXPR = EXPR`",
         "T" | "V" | "lagrangian" | "dissipation" => "write `=` and the expression",
         "table" => "write `= \"file.csv\"`",
-        _ => "only a `param` may go without a value",
+        _ => "only a `param` may have no value",
     }),
 
     /// Nothing where a statement expects an expression.
-    #[error("an expression is missing behind `{statement}`")]
+    #[error("an expression is missing after `{statement}`")]
     "E0019" MissingExpression {
         /// The statement word.
         statement: &'static str,
@@ -235,7 +235,7 @@ Error SyntaxError {
     }),
 
     /// No name behind a word that needs one.
-    #[error("a name is missing behind `{statement}`")]
+    #[error("a name is missing after `{statement}`")]
     "E0020" MissingName {
         /// The statement word.
         statement: &'static str,
@@ -267,9 +267,9 @@ Error SyntaxError {
         /// The colon.
         span: Span,
     } => at(*span, "begins a unit").with_help(match *statement {
-        "T" | "V" | "lagrangian" => "leave it out: this is an energy",
-        "dissipation" => "leave it out: this is a power",
-        _ => "leave it out",
+        "T" | "V" | "lagrangian" => "remove it: this is an energy",
+        "dissipation" => "remove it: this is a power",
+        _ => "remove it",
     }),
 
     /// `x[i 1..n]`
@@ -319,7 +319,7 @@ Error SyntaxError {
     } => at(*span, "compares two values").with_help("write `=`"),
 
     /// `:=`, or a colon without a unit.
-    #[error("a unit is missing behind the colon")]
+    #[error("a unit is missing after the colon")]
     "E0028" MissingUnit {
         /// The colon.
         span: Span,
@@ -327,10 +327,10 @@ Error SyntaxError {
         assignment: bool,
     } => if *assignment {
         at(*span, "begins a unit")
-            .with_help("write `=` alone, or a unit behind the colon: `g : m/s^2 = …`")
+            .with_help("write `=` alone, or a unit after the colon: `g : m/s^2 = …`")
     } else {
         at(*span, "no unit follows")
-            .with_help("write a unit, `: 1` for a pure number, or leave the colon out")
+            .with_help("write a unit, `: 1` for a pure number, or remove the colon")
     },
 
     /// A second `=`.
@@ -345,14 +345,14 @@ Error SyntaxError {
     "E0030" CoordinateValue {
         /// The `=`.
         span: Span,
-    } => at(*span, "gives a value").with_help("where it rests is said by `equilibrium NAME = …`, where to search for that by `guess NAME = …`"),
+    } => at(*span, "gives a value").with_help("`equilibrium NAME = …` gives its equilibrium, `guess NAME = …` the start of the search for it"),
 
     /// `param f(x) = …`
     #[error("functions can't be defined")]
     "E0031" FunctionDefinition {
         /// The bracket behind the name.
         span: Span,
-    } => at(*span, "no argument can stand here").with_help("a family has square brackets: `let f[i in 1..n] = …`; other names are used as they are in the expression"),
+    } => at(*span, "no argument is allowed here").with_help("a family has square brackets: `let f[i in 1..n] = …`; other names are used directly in the expression"),
 
     /// `period = …`, `model = …`
     #[error("`{statement}` is written without `=`")]
@@ -364,7 +364,7 @@ Error SyntaxError {
     } => at(*span, "not needed").with_help(match *statement {
         "period" => "write `period EXPR`",
         "model" => "write `model NAME`",
-        _ => "leave the `=` out",
+        _ => "remove the `=`",
     }),
 
     /// A bracket without its partner.
@@ -376,11 +376,11 @@ Error SyntaxError {
         open: Span,
         /// The end of the statement, where the partner is missing at the latest.
         end: Span,
-    } => at(*end, format!("`{}` is missing here at the latest", partner(*bracket)))
+    } => at(*end, format!("`{}` is missing, at the latest here", partner(*bracket)))
         .with_secondary(*open, "opened here"),
 
     /// A closing bracket without an opening one.
-    #[error("the bracket `{bracket}` closes nothing")]
+    #[error("there is no bracket that `{bracket}` closes")]
     "E0034" StrayBracket {
         /// The bracket.
         bracket: char,
@@ -402,7 +402,7 @@ Error SyntaxError {
     } => at(*span, format!("`{}` expected", partner(*bracket))).with_secondary(*open, "opened here"),
 
     /// Brackets, signs or powers within each other beyond the limit.
-    #[error("this nests too deep: more than {most} levels")]
+    #[error("this is nested too deeply: more than {most} levels")]
     "E0036" NestingTooDeep {
         /// The deepest level read.
         most: usize,
@@ -411,7 +411,7 @@ Error SyntaxError {
     } => at(*span, "one level too many").with_help("name a part of the expression with `let`"),
 
     /// A character the language has no use for.
-    #[error("`{character}` means nothing here")]
+    #[error("`{character}` has no meaning here")]
     "E0037" IllegalCharacter {
         /// The character or a run of them.
         character: String,
@@ -421,7 +421,7 @@ Error SyntaxError {
         fix: Option<String>,
         /// The place.
         span: Span,
-    } => at(*span, "not a sign of the language").or_help(match fix {
+    } => at(*span, "not a character of the language").or_help(match fix {
         Some(fix) => Some(format!("write `{fix}`")),
         None => hint.map(str::to_owned),
     }),
@@ -434,7 +434,7 @@ Error SyntaxError {
     } => at(*span, "opened here, not closed on this line").with_help("end the text with `\"`"),
 
     /// Quoted text where none belongs.
-    #[error("text in quotes belongs only behind `table NAME =`")]
+    #[error("text in quotes is allowed only after `table NAME =`")]
     "E0039" MisplacedText {
         /// The number within the quotes, if it is one.
         number: Option<String>,
@@ -446,7 +446,7 @@ Error SyntaxError {
     }),
 
     /// `;` within brackets.
-    #[error("a semicolon can't stand inside brackets")]
+    #[error("a semicolon is not allowed inside brackets")]
     "E0040" SemicolonInBrackets {
         /// The semicolon.
         span: Span,
@@ -457,18 +457,18 @@ Error SyntaxError {
         .with_help("the rows of a matrix are vectors: `[[1, 2], [3, 4]]`"),
 
     /// `±` where no parameter gets its value.
-    #[error("an uncertainty can't stand here")]
+    #[error("an uncertainty is not allowed here")]
     "E0041" MisplacedUncertainty {
         /// The sign.
         span: Span,
-    } => at(*span, "not behind a parameter's value").with_help("only a parameter has an uncertainty, once, behind its whole value: `param g = 9.81 ± 0.01`"),
+    } => at(*span, "not after the value of a parameter").with_help("only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"),
 
     /// A comparison outside of a filter.
-    #[error("a condition can only stand behind `where`")]
+    #[error("a condition is allowed only after `where`")]
     "E0042" ConditionOutsideFilter {
         /// The operator.
         span: Span,
-    } => at(*span, "a condition has no value").with_help("pick terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
+    } => at(*span, "a condition has no value").with_help("select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
 
     /// `1 < i < n`
     #[error("comparisons can't be chained")]
@@ -486,7 +486,7 @@ Error SyntaxError {
     "E0044" CommaBeforeWhere {
         /// The comma.
         span: Span,
-    } => at(*span, "another index would follow").with_help("the condition stands right behind the last index: `i in 1..n where i != 2`"),
+    } => at(*span, "another index would follow").with_help("the condition follows the last index directly: `i in 1..n where i != 2`"),
 
     /// `not` where no condition begins.
     #[error("`not` can only begin a condition")]
@@ -496,11 +496,11 @@ Error SyntaxError {
     } => at(*span, "no condition begins here").with_help("put the condition in parentheses: `not (…)`"),
 
     /// `..` outside of indices.
-    #[error("a range can't stand here")]
+    #[error("a range is not allowed here")]
     "E0046" MisplacedRange {
         /// The `..`.
         span: Span,
-    } => at(*span, "ranges stand only in indices").with_help("add the members up with `sum(i in 1..n, …)`"),
+    } => at(*span, "ranges are allowed only in indices").with_help("add up the members with `sum(i in 1..n, …)`"),
 
     /// An index with `in` but neither a range nor a table behind it.
     #[error("a range needs two ends")]
@@ -521,7 +521,7 @@ Error SyntaxError {
     "E0049" SumWithoutBody {
         /// The closing bracket.
         span: Span,
-    } => at(*span, "only indices before it").with_help("write the expression to be summed behind a comma: `sum(i in 1..n, x[i])`"),
+    } => at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
 
     /// `2'` or `2[1]`
     #[error("a number can't be followed by `{sign}`")]
@@ -530,13 +530,13 @@ Error SyntaxError {
         sign: String,
         /// Its place.
         span: Span,
-    } => at(*span, "not behind a number").with_help(match sign.as_str() {
+    } => at(*span, "not after a number").with_help(match sign.as_str() {
         "'" => "the derivative of a number is 0",
-        _ => "only names, calls, vectors and parentheses have members",
+        _ => "only names, function values, vectors and parentheses have members",
     }),
 
     /// `param x' = 1`
-    #[error("a prime can't stand here")]
+    #[error("a prime is not allowed here")]
     "E0051" MisplacedRate {
         /// The statement word.
         statement: &'static str,
@@ -544,21 +544,21 @@ Error SyntaxError {
         span: Span,
     } => match *statement {
         "equilibrium" | "guess" => at(*span, "not here").with_help(format!(
-            "a rate has one prime, behind the brackets if there are any: `{statement} x[1]' = …`"
+            "a rate has one prime, after the brackets if there are any: `{statement} x[1]' = …`"
         )),
         _ => at(*span, "not for this statement").with_help(
-            "leave the `'` out; only `equilibrium` may give a rate, and `guess` a velocity",
+            "remove the `'`; only `equilibrium` may give a rate, and `guess` a velocity",
         ),
     },
 
     /// `param g = 9.81 : m/s^2`, `param l = 30 cm`
-    #[error("the unit belongs behind the name")]
+    #[error("the unit belongs after the name")]
     "E0052" UnitBehindValue {
         /// The statement with the unit where it belongs, if it is short.
         fix: Option<String>,
         /// The colon, or the unit.
         span: Span,
-    } => at(*span, "behind the value").with_help(format!(
+    } => at(*span, "after the value").with_help(format!(
         "write `{}`",
         fix.as_deref().unwrap_or("NAME : UNIT = VALUE")
     )),
@@ -568,7 +568,7 @@ Error SyntaxError {
     "E0053" BadUnit {
         /// The place.
         span: Span,
-    } => at(*span, "no part of a unit").with_help("a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number"),
+    } => at(*span, "not part of a unit").with_help("a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number"),
 
     /// An exponent of a unit that is not a fraction of small integers.
     #[error("the exponent of a unit is an integer or a fraction in parentheses")]
@@ -587,7 +587,7 @@ Error SyntaxError {
     } => at(*span, "not one name").with_help(format!("write `{fix}`")),
 
     /// A point without a column behind it.
-    #[error("a column's name is missing behind the point")]
+    #[error("the name of a column is missing after the point")]
     "E0056" MissingColumn {
         /// The point.
         span: Span,
@@ -601,7 +601,7 @@ Error SyntaxError {
     } => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
 
     /// Anything else.
-    #[error("{found} can't stand here")]
+    #[error("{found} is not allowed here")]
     "E0058" Unexpected {
         /// What stands there.
         found: String,

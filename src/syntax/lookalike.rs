@@ -87,7 +87,7 @@ fn typeset(command: &str) -> Lookalike {
         ("dot", Some(name)) => return Lookalike::Write(format!("{}'", in_parentheses(name))),
         ("ddot", Some(name)) => return Lookalike::Write(format!("{}''", in_parentheses(name))),
         ("dot" | "ddot", None) => {
-            return Lookalike::Say("write the derivative by time behind the name: `x'`");
+            return Lookalike::Say("write the time derivative after the name: `x'`");
         }
         ("frac" | "tfrac" | "dfrac", _) => return Lookalike::Say("write a fraction as `a/b`"),
         ("sqrt", Some(inside)) => return Lookalike::Write(format!("sqrt({})", inside.trim())),

@@ -46,7 +46,7 @@ fn shapes_stand_below_on_a_narrow_terminal() {
 fn unstable_and_zero_modes_as_text() {
     let saddle = printed(&["modes", "models/egg_box_saddle.lag"]);
     let cart = run(&["modes", "models/two_pendulums_on_a_cart.lag"]);
-    assert!(cart.err.contains("no force acts on `X`"));
+    assert!(cart.err.contains("no restoring force acts on `X`"));
     insta::assert_snapshot!(format!("{saddle}\n{}", cart.out));
 }
 

@@ -138,7 +138,7 @@ fn what_cannot_be_compared_says_why() {
     let derivation = derived("simple_pendulum");
     let kind = |expected: Expected| mismatches(&derivation, expected).remove(0).to_string();
     let unknown = kind(Expected::new().mass("[[M*l^2]]"));
-    assert!(unknown.contains("`M` is no name of the model"), "{unknown}");
+    assert!(unknown.contains("`M` is not a name of the model"), "{unknown}");
     let shape = kind(Expected::new().stiffness("[[g, 0], [0, g]]"));
     assert!(shape.contains("2 by 2") && shape.contains("1 by 1"), "{shape}");
     let flat = kind(Expected::new().stiffness("g"));

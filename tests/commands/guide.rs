@@ -59,7 +59,7 @@ fn the_readme_shows_what_is_printed() {
         lines.collect::<Vec<_>>().join("\n").trim().to_owned()
     };
     assert_eq!(bare(shown(&readme, "that they come from.")), bare(&model));
-    let mistake = shown(&readme, "**Mistakes explained.**");
+    let mistake = shown(&readme, "**Errors explained.**");
     let bad = "model bad\nparam g = 9.81\nparam l = 1\nV = 2 g*l*(1 - cos(phy))\ncoord phi\nT = phi'^2\n";
     let told = with_input(&["modes", "-"], bad).err;
     let told = told.replace("<stdin>", "bad.lag");

@@ -201,7 +201,7 @@ fn cases() -> Vec<Nasty> {
     cases.push(good("200 parentheses", one(&format!("{}x^2{}", "(".repeat(200), ")".repeat(200)))));
     cases.push(bad("1e5 parentheses", "", one(&format!("{}x^2{}", "(".repeat(100_000), ")".repeat(100_000)))));
     cases.push(bad("1e5 minus signs and no operand", "", one(&"-".repeat(100_000))));
-    cases.push(bad("1e4 minus signs", "nests too deep", one(&format!("{}x^2", "-".repeat(10_000)))));
+    cases.push(bad("1e4 minus signs", "nested too deeply", one(&format!("{}x^2", "-".repeat(10_000)))));
     cases.push(bad(
         "members given twice through a filter",
         "given twice",

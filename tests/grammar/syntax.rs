@@ -286,16 +286,16 @@ fn nesting_has_the_same_limit_everywhere() {
         }
         for source in ["(", "[", "-", "sin(", "x[", "2^", "not "] {
             let errors = messages(&format!("V = {}", source.repeat(257)));
-            assert_eq!(errors, ["this nests too deep: more than 256 levels"], "{source}");
+            assert_eq!(errors, ["this is nested too deeply: more than 256 levels"], "{source}");
         }
         for source in ["-", "("] {
             let errors = messages(&format!("period {}", source.repeat(257)));
-            assert_eq!(errors, ["this nests too deep: more than 256 levels"]);
+            assert_eq!(errors, ["this is nested too deeply: more than 256 levels"]);
         }
         for (text, times) in [("x''", 1), ("x[1]", 1), ("b.c", 1)] {
             let (name, postfix) = text.split_at(1);
             let source = format!("V = {name}{}", postfix.repeat(257 * times));
-            assert_eq!(messages(&source), ["this nests too deep: more than 256 levels"]);
+            assert_eq!(messages(&source), ["this is nested too deeply: more than 256 levels"]);
         }
         // Far beyond the limit it is still only a message.
         for source in ["(", "[", "-", "sin(", "x[", "2^", "not ", "sum(i in 1..", "'", ")", "x["] {

@@ -409,7 +409,7 @@ fn motions_without_a_period_are_told() {
         assert!(err.contains(&format!("[{code}]")), "{model} {request:?}: {err}");
     }
     let beyond = told(pendulum, &["--amplitude", "4"]);
-    assert!(beyond.contains("barrier at q = 3.141593") && beyond.contains("2 high"), "{beyond}");
+    assert!(beyond.contains("barrier at q = 3.141593") && beyond.contains("the barrier is 2 above"), "{beyond}");
 }
 
 #[test]
