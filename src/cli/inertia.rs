@@ -62,7 +62,7 @@ pub(super) fn text(args: &Inertia) -> Result<Answer, Failure> {
         return Err(wrong("--set", "models"));
     }
     if kind == Kind::Mesh {
-        let progress = Progress::start("adding up the mesh");
+        let progress = Progress::start("integrating over the mesh");
         let body = Mesh::read_stl(&bytes);
         let body = body.and_then(|mesh| mesh.body(&amount.unwrap_or_default(), args.digits));
         drop(progress);

@@ -183,7 +183,7 @@ fn read_file(file: &Path, most: usize) -> Result<Vec<u8>, String> {
         return Err("it is a directory".to_owned());
     }
     if !kind.is_file() {
-        return Err("it is a pipe or a device and no file; `-` reads standard input".to_owned());
+        return Err("it is a pipe or a device, not a file; `-` reads standard input".to_owned());
     }
     all(open(file)?, most)
 }

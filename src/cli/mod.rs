@@ -250,7 +250,7 @@ fn floquet_text(args: &args::Floquet) -> Result<Answer, Failure> {
         return chart::run(args, first, second);
     }
     let Loaded { source, model, warnings } = load_values(&args.model, Size::Any)?;
-    let progress = Progress::start("following the motion over a period");
+    let progress = Progress::start("integrating the motion over a period");
     let options = floquet::Options::default().digits(args.digits);
     let computed = floquet::floquet(&model, &options);
     drop(progress);
@@ -439,12 +439,12 @@ fn left_out(model: &Model) -> Option<Diagnostic> {
     let first = uncertain.map(|own| (&own.name, own.span)).next();
     let (name, span) = first?;
     let message = match count {
-        1 => format!("the uncertainty of `{name}` is left out here"),
-        _ => format!("the uncertainties of `{name}` and {} more are left out here", count - 1),
+        1 => format!("the uncertainty of `{name}` is ignored here"),
+        _ => format!("the uncertainties of `{name}` and {} more are ignored here", count - 1),
     };
     Some(
-        Diagnostic::warning(message, span, "taken at its value, as if it were exact")
-            .with_help("digits and bounds are those of the values; `modes` and `sensitivity` carry uncertainties on"),
+        Diagnostic::warning(message, span, "treated as exact")
+            .with_help("digits and bounds refer to the values; `modes` and `sensitivity` propagate uncertainties"),
     )
 }
 

@@ -31,7 +31,7 @@ pub(super) fn text(args: &args::Motion, format: MessageFormat) -> Result<Answer,
     let until = constant(&args.until)?;
     let amplitude = args.amplitude.as_deref().map(constant).transpose()?;
     let Loaded { mut source, model, warnings } = load_values(&args.model, Size::Dense)?;
-    let progress = Progress::start("following the motion");
+    let progress = Progress::start("integrating the motion");
     let computed = || -> Result<_, Error> {
         let system = System::new(&model)?;
         let times = Times::new(&until, args.samples)?;

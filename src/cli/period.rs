@@ -42,7 +42,7 @@ fn wish(args: &args::Period) -> Result<Wish, Failure> {
         (Some(text), None) => Ok(Wish::One(Request::Amplitude(constant(text)?))),
         (None, Some(text)) => Ok(Wish::One(Request::Energy(constant(text)?))),
         _ => Err(wrong_request(
-            "which motion is meant?".to_owned(),
+            "the motion is not specified".to_owned(),
             "write `--amplitude A`, `--energy E` or `--over amplitude=a..b:count`",
         )),
     }

@@ -37,7 +37,7 @@ fn obstacle_words(obstacle: Obstacle) -> String {
     match obstacle {
         Obstacle::NoOscillation => "does not oscillate".to_owned(),
         Obstacle::Drift { with } => format!("drives mode {} away", with + 1),
-        Obstacle::OneToOne { with } => format!("1:1 with mode {}: the shape is decided at the fourth order", with + 1),
+        Obstacle::OneToOne { with } => format!("1:1 with mode {}: the shape is determined at fourth order", with + 1),
         Obstacle::OneToTwo { with } => format!("1:2 with mode {}", with + 1),
         Obstacle::OneToThree { with } => format!("1:3 with mode {}", with + 1),
         Obstacle::Undecided => "shapes are not separated".to_owned(),
@@ -112,7 +112,7 @@ pub fn amplitude_text(
     out.push_str(&draw(&columns, rows, |_| None, style));
     out.push_str("\nomega is that of small oscillations times 1 + change A^2 for an amplitude A.\n");
     if !linearized.equilibrium().proved {
-        out.push_str("The equilibrium is not proved: its place is an estimate, and bounds do not cover its error.\n");
+        out.push_str("The existence of the equilibrium is not proved: its position is an estimate, and the bounds do not include its error.\n");
     }
     out
 }

@@ -7,8 +7,8 @@ pub(super) fn constraints_title(derivation: &Derivation) -> String {
     let constraints = derivation.constraints.as_ref();
     match constraints.map_or(0, |own| own.dependent.len()) {
         0 => "constraints".to_owned(),
-        1 => "constraints, without one that follows from them".to_owned(),
-        count => format!("constraints, without {count} that follow from them"),
+        1 => "constraints, not counting one that follows from them".to_owned(),
+        count => format!("constraints, not counting {count} that follow from them"),
     }
 }
 

@@ -314,7 +314,7 @@ fn matrices_text(derivation: &Derivation, linear: &Linear, potential: &str, suff
     if !linear.signs.is_empty() {
         let signs = signs(derivation, &linear.signs);
         let signs: Vec<String> = signs.iter().map(|sign| style.inline(sign)).collect();
-        out.push_str(&listed("below, as at the values of the parameters", &signs, style.width));
+        out.push_str(&listed("assumed below, as at the values of the parameters", &signs, style.width));
     }
     if let Some(part) = &linear.second_order {
         out.push_str(&second_order_text(derivation, part, potential, style));
@@ -376,7 +376,7 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
     if linear.equilibrium.iter().all(zero) {
         let mut out = "equilibrium: all coordinates 0\n".to_owned();
         if let Some(items) = multipliers {
-            out.push_str(&formulas("multipliers there", &items, style));
+            out.push_str(&formulas("multipliers at the equilibrium", &items, style));
         }
         return out;
     }
@@ -396,13 +396,13 @@ fn equilibrium_text(derivation: &Derivation, linear: &Linear, style: &Sheet) -> 
         out.push_str(&formulas("equilibrium", &items, style));
     }
     if !searched.is_empty() {
-        let title = "equilibrium found numerically; standing for its value below";
+        let title = "equilibrium found numerically; it is kept as symbols below";
         out.push_str(&listed(title, &style.names(&searched), style.width));
     }
     if let Some(items) = multipliers
         && !items.is_empty()
     {
-        out.push_str(&formulas("multipliers there", &items, style));
+        out.push_str(&formulas("multipliers at the equilibrium", &items, style));
     }
     out
 }

@@ -140,10 +140,10 @@ pub fn floquet_text(model: &Model, floquet: &Floquet, digits: usize, style: &Sty
     };
     out.push_str(&draw(&columns, floquet.multipliers.len(), painted, style));
     if floquet.stable.is_none() {
-        out.push_str("\nthe bounds do not tell on which side of the unit circle every multiplier lies, or whether two on it coincide\n");
+        out.push_str("\nthe bounds do not decide on which side of the unit circle every multiplier lies, or whether two on it coincide\n");
     }
     if !floquet.period_proved {
-        let _ = writeln!(out, "\nthat the drive repeats after this period was tried at {TRIALS} states, not proved");
+        let _ = writeln!(out, "\nthat the drive repeats after this period was tested at {TRIALS} states, not proved");
     }
     out
 }
@@ -170,7 +170,7 @@ fn place_text(model: &Model, floquet: &Floquet, digits: usize) -> String {
         let (low, high) = own.range;
         let _ = writeln!(
             text,
-            "which is far from the guess {name} = {:.4}: it has {name} between {low:.4} and {high:.4}",
+            "which is far from the guess {name} = {:.4}: {name} is between {low:.4} and {high:.4}",
             own.guess
         );
     }
@@ -188,12 +188,12 @@ fn resonance_text(floquet: &Floquet, resonance: Resonance) -> String {
     if i == j {
         let of = if order == 1 { String::new() } else { format!("/{order}") };
         return format!(
-            "the drive, {drive:.4} rad/s, is near 2*omega{of} of omega = {} rad/s without it",
+            "the drive, {drive:.4} rad/s, is near 2*omega{of} with omega = {} rad/s without the drive",
             frequency(i)
         );
     }
     let sign = if resonance.sum { '+' } else { '-' };
     let (first, second) = if resonance.sum { (i, j) } else { (j, i) };
-    let of = if order == 1 { String::new() } else { format!(", {order} times over,") };
-    format!("the drive, {drive:.4} rad/s{of} is near {} {sign} {} rad/s", frequency(first), frequency(second))
+    let times = if order == 1 { String::new() } else { format!("{order} times ") };
+    format!("{times}the drive, {drive:.4} rad/s, is near {} {sign} {} rad/s", frequency(first), frequency(second))
 }

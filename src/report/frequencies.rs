@@ -214,9 +214,9 @@ fn case_text(derivation: &Derivation, frequencies: &Frequencies, case: &Case, st
     }
     if !case.blocks.is_empty() {
         let title = if case.ties.is_empty() {
-            "blocks of M and K, one a class".to_owned()
+            "blocks of M and K, one for each class".to_owned()
         } else {
-            format!("blocks of M and K, one a class, with {}", ties(&case.ties, style))
+            format!("blocks of M and K, one for each class, with {}", ties(&case.ties, style))
         };
         out.push_str(&heading(&title, style));
         for block in &case.blocks {
@@ -311,8 +311,8 @@ pub(super) fn solved_lines(derivation: &Derivation, solved: &Solved) -> Vec<(Str
 /// The equations that are solved on request, in words.
 pub(super) fn on_request(frequencies: &Frequencies) -> Option<&'static str> {
     match frequencies.best().on_request? {
-        3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic writes them down"),
-        4 => Some("the frequencies of blocks of four are zeros of quartics: --quartic writes them down"),
+        3 => Some("the frequencies of blocks of three are zeros of cubics: --cubic prints them"),
+        4 => Some("the frequencies of blocks of four are zeros of quartics: --quartic prints them"),
         _ => None,
     }
 }
@@ -518,7 +518,7 @@ pub(super) fn frequencies_text(derivation: &Derivation, linear: &Linear, style: 
     }
     if let Some(found) = &frequencies.would_be {
         let names = &style.names(&derivation.names.displacements);
-        let title = format!("it would have a symmetry, if {}", ties(&found.ties, style));
+        let title = format!("it would have a symmetry if {}", ties(&found.ties, style));
         out.push_str(&heading(&title, style));
         for g in found.generators.iter().take(MOST_NAMED) {
             out.push_str(&format!("  {}\n", exchange(g, names)));

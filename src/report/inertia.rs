@@ -57,7 +57,7 @@ pub fn body_text(name: &str, body: &Body, digits: usize, style: &Style) -> Strin
         }
         if *left_out > 0 {
             let flat = counted(*left_out, "triangle");
-            out.push_str(&format!("{flat} with coinciding corners left out\n"));
+            out.push_str(&format!("{flat} with coinciding corners ignored\n"));
         }
         out.push_str(&format!("volume: {}\n", text(volume)));
         let how = if *by_default { " (none was given)" } else { "" };
@@ -106,7 +106,7 @@ fn principal_text(principal: &Principal, unit: Option<&str>, digits: usize, styl
         out.push('\n');
     }
     if all.iter().any(|one| !one.complete) {
-        out.push_str(&style.paint(Tone::Careful, "fewer digits than asked for are certain"));
+        out.push_str(&style.paint(Tone::Careful, "fewer digits than requested are certain"));
         out.push('\n');
     }
     out
@@ -129,7 +129,7 @@ fn equal_words(equal: &Equal) -> String {
         return if equal.proved {
             "the moments are equal: any axis is a principal axis".to_owned()
         } else {
-            "the moments are equal within their bounds: any three perpendicular axes are as good, within them"
+            "the moments are equal within their bounds: any three perpendicular axes are equally valid, within them"
                 .to_owned()
         };
     }
@@ -143,7 +143,7 @@ fn equal_words(equal: &Equal) -> String {
         format!("moments {first} and {last} are equal: any axis perpendicular to {across} is a principal axis")
     } else {
         format!(
-            "moments {first} and {last} are equal within their bounds: any two perpendicular axes perpendicular to {across} are as good, within them"
+            "moments {first} and {last} are equal within their bounds: any two perpendicular axes perpendicular to {across} are equally valid, within them"
         )
     }
 }

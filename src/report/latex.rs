@@ -317,7 +317,7 @@ impl<'a> Page<'a> {
         }
         let ties = self.ties(&case.ties);
         if !case.blocks.is_empty() {
-            self.heading(&format!("Blocks of $M$ and $K$, one a class{}", with(&ties)));
+            self.heading(&format!("Blocks of $M$ and $K$, one for each class{}", with(&ties)));
             let names = self.displacements();
             for block in &case.blocks {
                 let moves =

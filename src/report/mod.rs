@@ -256,7 +256,7 @@ fn limit_words(limit: &Limit, kind: Kind) -> String {
             format!("a Jordan block of size {order} at the exponent 0: the motion grows as t^{}", order - 1)
         }
         Limit::Defective { order } => format!(
-            "a Jordan block, one shape for {order} equal exponents: they depend on the parameters as a root of order {order} does"
+            "a Jordan block, one shape for {order} equal exponents: they depend on the parameters like a root of order {order}"
         ),
         Limit::Unresolved { count } => {
             format!("{count} exponents are too close together to be distinguished")

@@ -46,7 +46,7 @@ pub fn modes_text(linearized: &Linearized, modes: &NormalModes, options: &Option
     out.push_str(&rates_text(linearized, options, style));
     let (tone, word) = (stability_tone(modes.stability), modes.stability.as_str());
     let secular = match modes.secular {
-        Some(true) => ", secular growth: motions grow in powers of t",
+        Some(true) => ", secular growth: motions grow as powers of t",
         Some(false) | None => "",
     };
     out.push_str(&format!("stability: {}{secular}\n\n", style.paint(tone, word)));
@@ -246,7 +246,7 @@ fn table(
     style: &Style,
 ) -> String {
     if modes.is_empty() {
-        return "nothing is left that moves: there are as many constraints as coordinates\n".to_owned();
+        return "there are no degrees of freedom: there are as many constraints as coordinates\n".to_owned();
     }
     let of = |text: fn(&Row) -> &str| rows.iter().map(|row| text(row).to_owned()).collect();
     let heading = |plain: &str, unit: &str| {
@@ -446,14 +446,12 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
     let mut out = String::new();
     if motions.len() > 1 {
         let zero = of_kind(modes, Kind::Zero);
-        let together = if zero.len() > 1 { "together are" } else { "stands for" };
+        let together = if zero.len() > 1 { "together are" } else { "represents" };
         let title = format!("{} {together}", numbered(&zero));
         out.push_str(&listed(&title, &alike_together(motions), style.width));
     }
     if modes.gyroscopically_stabilised {
-        out.push_str(
-            "gyroscopically stabilised: the potential has no minimum here, and the motion is stable all the same\n",
-        );
+        out.push_str("gyroscopically stabilised: the potential has no minimum here, but the motion is stable\n");
     }
     for block in limited(&modes.modes) {
         if let Some(mode) = block.first().and_then(|at| modes.modes.get(*at))
@@ -470,13 +468,13 @@ fn remarks(modes: &NormalModes, rows: &[Row], motions: &[&str], options: &Option
     if !undecided.is_empty() {
         let list = numbered(&undecided);
         out.push_str(&format!(
-            "{}: {} of {list} can't be told from zero within its bound, so it may {}\n",
+            "{}: {} of {list} can't be distinguished from zero within its bound, so it may {}\n",
             style.paint(Tone::Careful, "undecided"),
             if damped { "the growth" } else { "omega^2" },
             if damped { "grow, decay or neither" } else { "oscillate, grow or rest" },
         ));
     } else if modes.stability == Stability::Undecided {
-        out.push_str("the stability is undecided: the bounds do not settle it\n");
+        out.push_str("the stability is undecided: the bounds do not decide it\n");
     }
     let short: Vec<usize> = rows
         .iter()
@@ -524,10 +522,10 @@ fn clusters_remark(clusters: &[Vec<usize>]) -> String {
     let mut groups: Vec<String> = clusters.iter().take(MOST_GROUPS).map(group).collect();
     let more = clusters.len() - groups.len();
     if more > 0 {
-        groups.push(format!("and {more} groups more"));
+        groups.push(format!("and {more} more groups"));
     }
     let groups = groups.join("; ");
-    format!("modes {groups} are equal within their bounds: any other basis of {own} does as well, within them\n")
+    format!("modes {groups} are equal within their bounds: any other basis of {own} is equally valid, within them\n")
 }
 
 /// What the columns of uncertainties mean, and where they mean little.
@@ -551,7 +549,7 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
     if !missing.is_empty() {
         let list = numbered(&missing);
         out.push_str(&format!(
-            "sigma of {list} is none: the exponent has no derivative there, or none is proved, and all digits are those of the values\n"
+            "sigma of {list} is none: the exponent has no derivative there, or none is proved, and all digits refer to the values\n"
         ));
     }
     let rough = among(&|value, sigma| {
@@ -561,7 +559,7 @@ fn uncertainty_remark(modes: &NormalModes) -> String {
     if !rough.is_empty() {
         let list = numbered(&rough);
         out.push_str(&format!(
-            "sigma of {list} is not small beside the number itself: it is of first order, and only a rough guide there\n"
+            "sigma of {list} is not small compared with the number itself: it is of first order, and only a rough estimate there\n"
         ));
     }
     out

@@ -261,12 +261,12 @@ pub fn motion_remark(trajectory: &Trajectory) -> String {
     let plural = if steps == 1 { "" } else { "s" };
     let mut text = format!("{steps} step{plural}");
     if let Some(bits) = trajectory.proved {
-        text.push_str(&format!(" in numbers of {bits} bits; every digit is proved"));
+        text.push_str(&format!(" with {bits} bits; every digit is proved"));
     }
     match trajectory.energy_drift {
-        Some(0.0) => text.push_str("; the energy stays what it is but for rounding"),
+        Some(0.0) => text.push_str("; the energy is constant up to rounding"),
         Some(drift) => {
-            text.push_str(&format!("; the energy strays by at most {drift:.0e} of the largest kinetic energy"))
+            text.push_str(&format!("; the energy drifts by at most {drift:.0e} of the largest kinetic energy"))
         }
         None => {}
     }

@@ -87,7 +87,7 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
     }
     if !found.proved {
         out.push_str(
-            "\nThe equilibrium is not proved: its place is an estimate, and the bound does not cover its error.\n",
+            "\nThe existence of the equilibrium is not proved: its position is an estimate, and the bound does not include its error.\n",
         );
     }
     out

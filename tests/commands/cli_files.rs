@@ -96,11 +96,11 @@ fn pipes_and_devices_keep_nobody_waiting() {
     symlink("/dev/zero", folder.join("zero.csv")).unwrap();
     for file in ["pipe.lag", "zero.lag", "zero.csv", "/dev/zero"] {
         for command in ["check", "modes", "inertia", "fmt"] {
-            is_fault(&within(&folder, &[command, file]), "a pipe or a device and no file");
+            is_fault(&within(&folder, &[command, file]), "a pipe or a device, not a file");
         }
     }
     fs::write(folder.join("m.lag"), "table q = \"pipe.lag\"  coord x  T = x'^2").unwrap();
-    is_fault(&within(&folder, &["check", "m.lag"]), "a pipe or a device and no file");
+    is_fault(&within(&folder, &["check", "m.lag"]), "a pipe or a device, not a file");
     is_fault(&shell(&folder, "\"$L\" modes - < /dev/zero"), "the file is too large");
     // What a shell hands over is read to its end.
     fs::write(folder.join("neat.lag"), NEAT).unwrap();

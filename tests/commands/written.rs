@@ -132,7 +132,7 @@ fn lists_flow_into_lines() {
     modes.modes[0].kind = Kind::Zero;
     modes.zero_motions = ["turn a", "turn b", "turn c"].map(str::to_owned).to_vec();
     let text = |width| modes_text(&linearized, &modes, &options, &Style::default().width(width));
-    let title = "mode 1 stands for:\n";
+    let title = "mode 1 represents:\n";
     assert!(text(18).contains(&format!("{title}  turn a, turn b,\n  turn c\n")), "{}", text(18));
     assert!(text(1).contains(&format!("{title}  turn a,\n  turn b,\n  turn c\n")));
 }

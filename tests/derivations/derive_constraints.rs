@@ -163,7 +163,7 @@ fn what_is_found_numerically_stands_for_itself() {
     assert!((own - want).abs() < 1e-12 * want, "{own} {want}");
     // What stands for its value is told.
     let text = derive_text(&derivation, &Style::default().ascii(true));
-    assert!(text.contains("standing for its value below: x, y, lambda\n"), "{text}");
+    assert!(text.contains("it is kept as symbols below: x, y, lambda\n"), "{text}");
     let latex = derive_latex(&derivation, false);
     assert!(latex.contains("below: $x$, $y$, $\\lambda$.\n"), "{latex}");
 }

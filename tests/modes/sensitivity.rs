@@ -313,7 +313,7 @@ fn uncertain_numbers_end_where_their_uncertainty_does() {
         let row = words(row);
         assert!(text.lines().any(|line| words(line).starts_with(&row)), "{k}: {row}\n{text}");
         assert_eq!(text.contains("sigma"), k != "4", "{text}");
-        assert_eq!(text.contains("only a rough guide"), k.starts_with("1e-4"), "{text}");
+        assert_eq!(text.contains("only a rough estimate"), k.starts_with("1e-4"), "{text}");
         assert_eq!(text.contains("no derivative"), k.starts_with("0 "), "{text}");
     }
     // Friction: both parts, lambda = -c/2 + i sqrt(1 - c²/4).

@@ -82,9 +82,9 @@ fn a_period_that_is_only_tried_is_said_to_be() {
     assert!(!found.period_proved);
     let style = Style::default();
     let written = |found: &Floquet| floquet_text(&model(&text), found, 10, &style);
-    assert!(written(&found).contains("tried at 24 states, not proved"));
+    assert!(written(&found).contains("tested at 24 states, not proved"));
     let proved = self::found(&driven("cos(t)", "2*pi")).unwrap();
-    assert!(!written(&proved).contains("tried"));
+    assert!(!written(&proved).contains("tested"));
 }
 
 #[test]

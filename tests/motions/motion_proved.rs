@@ -330,7 +330,7 @@ fn the_command_line_says_that_it_is_proved() {
         "20",
     ]);
     assert_eq!(run.status, 0);
-    assert!(run.err.ends_with(" steps in numbers of 106 bits; every digit is proved\n"), "{}", run.err);
+    assert!(run.err.ends_with(" steps with 106 bits; every digit is proved\n"), "{}", run.err);
     let want = "t,th[1],th[2],th[1]',th[2]'
 0.0,0.30000000000000000000,0.30000000000000000000,0,0
 5.0,0.17273394295466760623,0.33553136340998066131,0.53322223483723456066,0.28564781622746662888
