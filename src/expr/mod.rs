@@ -63,6 +63,7 @@ pub use modular::{
 pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
 pub use series::Series;
+pub(crate) use tape::evaluate_closed;
 pub use tape::{Prepared, Tape, UnboundSymbol};
 pub use zero::ZeroVerdict;
 

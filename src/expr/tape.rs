@@ -7,7 +7,10 @@ use thiserror::Error;
 use super::{ExprId, Function, Node, Pool, Symbol};
 use crate::budget::Budget;
 use crate::number::Number;
-use crate::precision::Scalar;
+use crate::precision::{Big, Scalar};
+
+/// Bits of numbers whose parts are beyond the range of what they come to.
+const BEYOND_DOUBLES: usize = 192;
 
 /// A symbol that occurs in a compiled expression and is not among the inputs.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -302,4 +305,21 @@ impl<S: Scalar> Prepared<S> {
         let zero = S::from_number(&Number::ZERO, self.precision);
         zero.div(&zero)
     }
+}
+
+/// The number that an expression without symbols comes to.
+pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId, precision: S::Precision) -> Option<S> {
+    if let Node::Number(number) = pool.node(value) {
+        return Some(S::from_number(number, precision));
+    }
+    let tape = Tape::compile(pool, &[value], &[]).ok()?;
+    let own = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());
+    let own = own.into_iter().next()?;
+    if own.is_finite() {
+        return Some(own);
+    }
+    // Parts may be beyond the range of what they come to.
+    let wide = tape.prepare::<Big>(BEYOND_DOUBLES).evaluate(&[], &mut Vec::new());
+    let wide = wide.first().filter(|wide| wide.is_finite());
+    Some(wide.and_then(S::from_wide).unwrap_or(own))
 }

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use super::elements::{Element, Splitter, elements};
 use super::facts::Variable;
 use super::velocity::{Origin, VelocityFamily};
+pub(crate) use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
@@ -571,21 +572,4 @@ pub(super) fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&
     let (b, tail) = tail.split_at(second.min(tail.len()));
     *rest = tail;
     (a, b)
-}
-
-/// The number that an expression without symbols comes to.
-pub(crate) fn evaluate_closed<S: Scalar>(pool: &Pool, value: ExprId, precision: S::Precision) -> Option<S> {
-    if let Node::Number(number) = pool.node(value) {
-        return Some(S::from_number(number, precision));
-    }
-    let tape = Tape::compile(pool, &[value], &[]).ok()?;
-    let own = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());
-    let own = own.into_iter().next()?;
-    if own.is_finite() {
-        return Some(own);
-    }
-    // Parts may be beyond the range of what they come to.
-    let wide = tape.prepare::<Big>(WIDE).evaluate(&[], &mut Vec::new());
-    let wide = wide.first().filter(|wide| wide.is_finite());
-    Some(wide.and_then(S::from_wide).unwrap_or(own))
 }

@@ -1,7 +1,7 @@
 //! Ranges of values of one quantity, as they are written on the command line.
 
 use super::{Constant, ModelError, Settings};
-use crate::expr::Tape;
+use crate::expr::evaluate_closed;
 use crate::precision::Ball;
 
 /// More places than this are not swept over.
@@ -103,6 +103,5 @@ impl Range {
 /// The number that a constant expression comes to.
 fn constant(text: &str) -> Option<Ball> {
     let constant = Constant::parse(text).ok()?;
-    let tape = Tape::compile(constant.pool(), &[constant.value()], &[]).ok()?;
-    tape.evaluate::<Ball>(&[], &mut Vec::new()).first().copied()
+    evaluate_closed(constant.pool(), constant.value(), ())
 }

@@ -292,6 +292,29 @@ fn scalar(value: &Value, span: Span) -> Result<ExprId, ModelError> {
     })
 }
 
+/// What is left to do for an instance whose form can't be had: its mistakes, or the term written out.
+fn stopped(
+    world: &mut World,
+    program: &Program,
+    slots: &mut Vec<i64>,
+    stop: Stop,
+    written_out: &mut Vec<ExprId>,
+    mistakes: &mut Vec<ModelError>,
+) -> Result<(), ModelError> {
+    match stop {
+        Stop::Error(error) => {
+            mistakes.push((*error).clone());
+            world.find_mistakes(program, slots, mistakes);
+            Err(*error)
+        }
+        Stop::WriteOut => {
+            let value = world.run_written_out(program, slots)?;
+            written_out.push(scalar(&value, program.span)?);
+            Ok(())
+        }
+    }
+}
+
 /// Runs a part for all its instances; where one has mistakes, all of these are told.
 fn instantiate(
     world: &mut World,
@@ -322,16 +345,7 @@ fn instantiate(
         instance.clear();
         match world.run_light(program, slots, &mut instance) {
             Ok(()) => {}
-            Err(Stop::Error(error)) => {
-                mistakes.push((*error).clone());
-                world.find_mistakes(program, slots, mistakes);
-                return Err(*error);
-            }
-            Err(Stop::WriteOut) => {
-                let value = world.run_written_out(program, slots)?;
-                written_out.push(scalar(&value, program.span)?);
-                return Ok(());
-            }
+            Err(stop) => return stopped(world, program, slots, stop, written_out, mistakes),
         }
         let form = if let Some(form) = forms.get(&instance.signature) {
             *form
@@ -340,16 +354,7 @@ fn instantiate(
             instance.clear();
             let value = match world.run(program, slots, Some(&mut instance)) {
                 Ok(value) => value,
-                Err(Stop::Error(error)) => {
-                    mistakes.push((*error).clone());
-                    world.find_mistakes(program, slots, mistakes);
-                    return Err(*error);
-                }
-                Err(Stop::WriteOut) => {
-                    let value = world.run_written_out(program, slots)?;
-                    written_out.push(scalar(&value, program.span)?);
-                    return Ok(());
-                }
+                Err(stop) => return stopped(world, program, slots, stop, written_out, mistakes),
             };
             let body = scalar(&value, program.span)?;
             finishers.push(Finisher::new(world, body, program.span));

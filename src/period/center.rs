@@ -3,7 +3,7 @@
 use super::energies::{Energies, Kink};
 use super::panel::Field;
 use crate::expr::{ExprId, Pool, ZeroVerdict};
-use crate::linearize::{Linearized, Origin, Units, evaluate_closed, known_values};
+use crate::linearize::{Linearized, Origin, Units, evaluate_closed};
 use crate::model::{Given, Model};
 use crate::precision::{Ball, Big, Enclosure};
 
@@ -80,7 +80,7 @@ impl Center {
     }
 
     /// The position as an expression in the pool of the energies, where it is given or 0.
-    pub(super) fn exactly(&self, pool: &mut Pool) -> Option<ExprId> {
+    pub(super) fn exactly(&self, pool: &Pool) -> Option<ExprId> {
         match self {
             Self::Linearized(own) => match own.equilibrium().origins.first()? {
                 Origin::Zero => Some(pool.zero()),
@@ -102,12 +102,8 @@ impl Corner {
         let own = energies.kinked(None);
         let kinks = own.kinks;
         let tape = own.tape?;
-        let known = known_values(model);
-        let first = |from: &[Option<Given>]| from.first().copied().flatten();
-        let value =
-            |given: Option<Given>, energies: &mut Energies| Some(energies.pool.substitute_one(given?.value?, &known));
-        let given = value(first(&model.equilibria), energies);
-        let start = value(first(&model.guesses), energies);
+        let value = |from: &[Option<Given>]| from.first().copied().flatten()?.value;
+        let (given, start) = (value(&model.equilibria), value(&model.guesses));
         let pool = &mut energies.pool;
         let from = given.or(start).unwrap_or_else(|| pool.zero());
         let mut places: Vec<(f64, ExprId)> = Vec::new();

@@ -210,7 +210,7 @@ impl Oscillator {
     }
 
     fn about(center: Center, mut energies: Energies) -> Result<Self, PeriodError> {
-        let place = center.exactly(&mut energies.pool);
+        let place = center.exactly(&energies.pool);
         let Kinked { tape, kinks } = energies.kinked(place);
         let own = &center.model().coordinates[0];
         // All parameters have values, or there would be no equilibrium.

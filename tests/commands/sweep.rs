@@ -78,6 +78,9 @@ fn what_is_no_range_is_refused() {
     }
     let unknown = run(&["sweep", "models/chain_walls.lag", "--over", "zeta=1..2:3"]);
     assert_eq!((unknown.status, unknown.out.as_str()), (1, ""));
+    // Parts beyond the range of doubles.
+    let range = Range::parse("k=1..2*exp(800)/(exp(800) + 1):2").unwrap();
+    assert_eq!(range.value(1), Some(2.0));
     let range = Range::parse("W=sqrt(2)..pi:3").unwrap();
     assert_eq!(range.value(0), Some(2.0_f64.sqrt()));
     assert_eq!(range.value(2), Some(std::f64::consts::PI));
