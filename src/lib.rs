@@ -95,89 +95,17 @@
 //!
 //! The modules stand in reading order: a stage uses only what stands above it.
 
-pub mod span;
+pub use librate_core::{diagnostic, explain, span, syntax};
 
-pub mod explain;
-
-pub mod diagnostic;
-
-mod mistakes;
-
-pub mod syntax;
 #[cfg(feature = "format")]
-pub mod typeset;
+pub use librate_core::typeset;
 
 #[cfg(feature = "engine")]
-pub mod budget;
-
+pub use librate_core::{budget, derive, expr, linearize, model, modes, number, oscillation, precision, symmetry};
 #[cfg(feature = "engine")]
-pub mod number;
-
-#[cfg(feature = "engine")]
-pub mod precision;
-
-#[cfg(feature = "engine")]
-pub mod expr;
-
-#[cfg(feature = "engine")]
-pub mod flow;
-
-#[cfg(feature = "engine")]
-pub mod model;
-
-#[cfg(feature = "engine")]
-pub mod linearize;
-
-#[cfg(feature = "engine")]
-mod mechanics;
-
-#[cfg(feature = "engine")]
-pub mod modes;
-
-#[cfg(feature = "engine")]
-pub mod symmetry;
-
-#[cfg(feature = "engine")]
-pub mod oscillation;
-
-#[cfg(feature = "engine")]
-pub mod sensitivity;
-
-#[cfg(feature = "engine")]
-pub mod inertia;
-
-#[cfg(feature = "engine")]
-pub mod batch;
-
-#[cfg(feature = "engine")]
-pub mod derive;
-
-#[cfg(feature = "engine")]
-pub mod expect;
-
-#[cfg(feature = "engine")]
-pub mod floquet;
-
-#[cfg(feature = "engine")]
-pub mod motion;
-
-#[cfg(feature = "engine")]
-pub mod period;
-
-#[cfg(feature = "engine")]
-pub mod amplitude;
-
-#[cfg(feature = "engine")]
-mod error;
-
-#[cfg(feature = "engine")]
-pub use error::Error;
-
-#[cfg(feature = "engine")]
-pub mod sweep;
-
-#[cfg(feature = "engine")]
-pub mod chart;
+pub use librate_studies::{
+    Error, amplitude, assert_derives, batch, chart, expect, floquet, flow, inertia, motion, period, sensitivity, sweep,
+};
 
 #[cfg(feature = "report")]
-pub mod report;
+pub use librate_report as report;

@@ -5,10 +5,10 @@ use std::fmt::Write;
 use super::json::{array, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline, shown_unit};
-use crate::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
-use crate::linearize::Linearized;
-use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_core::linearize::Linearized;
+use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_studies::amplitude::{Amplitudes, ModeAmplitude, Obstacle};
 
 /// Digits of a change.
 const DIGITS: usize = 6;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::chart::{Border, Chart, Place};
+use librate_studies::chart::{Border, Chart, Place};
 
 /// Side of the picture's plane in its own units.
 const SIDE: f64 = 640.0;

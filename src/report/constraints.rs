@@ -1,6 +1,6 @@
 //! Constraints, their multipliers and the displacements that they allow, as text.
 
-use crate::derive::{Derivation, Reduced, Tangent};
+use librate_core::derive::{Derivation, Reduced, Tangent};
 
 /// `constraints`, and how many say nothing new.
 pub(super) fn constraints_title(derivation: &Derivation) -> String {

@@ -8,12 +8,12 @@ use super::constraints::{constraint_texts, constraints_title, direction_texts, m
 use super::frequencies::{frequencies_text, signs};
 use super::table::{lines, plain};
 use super::{Style, Tone, headline, listed};
-use crate::derive::{
+use librate_core::derive::{
     Condition, Conserved, Definition, Derivation, Energy, Linear, Motion, Names, Relation, Root, SecondOrder,
 };
-use crate::expr::ExprId;
-use crate::number::Number;
-use crate::typeset::{Block, Formula, Notation};
+use librate_core::expr::ExprId;
+use librate_core::number::Number;
+use librate_core::typeset::{Block, Formula, Notation};
 
 /// The momenta and energies of more coordinates than this are not written out.
 pub(super) const MOST_FOR_ENERGIES: usize = 12;

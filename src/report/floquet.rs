@@ -5,9 +5,9 @@ use std::fmt::Write;
 use super::json::{array, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, headline};
-use crate::floquet::{Floquet, Multiplier, Place, Resonance, TRIALS, exponent};
-use crate::model::Model;
-use crate::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_core::model::Model;
+use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_studies::floquet::{Floquet, Multiplier, Place, Resonance, TRIALS, exponent};
 
 /// A part of a multiplier by the digits that are certain; what can't be told from 0 beside its modulus is 0 with its bound.
 fn written(part: &Ball, digits: usize) -> Written {

@@ -2,12 +2,12 @@
 
 use super::Tone;
 use super::derive::{Sheet, set_apart};
-use crate::derive::{
+use librate_core::derive::{
     Abbreviation, Approximation, Block, Case, Derivation, Exchange, Frequencies, Frequency, Linear, NormalCoordinates,
     NormalWaves, Solved,
 };
-use crate::expr::ExprId;
-use crate::symmetry::{GroupKind, SignedPermutation};
+use librate_core::expr::ExprId;
+use librate_core::symmetry::{GroupKind, SignedPermutation};
 
 /// Exchanges and equalities of more coordinates than this are broken off.
 const MOST_NAMED: usize = 8;

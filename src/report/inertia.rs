@@ -3,8 +3,8 @@
 use super::json::{array, lines, null, number, string};
 use super::table::{Column, draw};
 use super::{Style, Tone, Written, counted, listed};
-use crate::inertia::{Body, Equal, Made, Moment, NamedTensor, Principal};
-use crate::precision::{Ball, Big, one_digit_up, one_digit_up_text};
+use librate_core::precision::{Ball, Big, one_digit_up, one_digit_up_text};
+use librate_studies::inertia::{Body, Equal, Made, Moment, NamedTensor, Principal};
 
 /// Digits of a component of an axis in a table.
 const AXIS_DIGITS: usize = 6;
@@ -17,7 +17,7 @@ fn written(value: &Big, digits: usize) -> Written {
 
 /// Principal moments and axes of the tensors of a model as tables to read, one a tensor.
 ///
-/// Moments have `digits` correctly rounded digits, as [`of_model`](crate::inertia::of_model) was asked for.
+/// Moments have `digits` correctly rounded digits, as [`of_model`](librate_studies::inertia::of_model) was asked for.
 #[must_use]
 pub fn tensors_text(model: Option<&str>, tensors: &[NamedTensor], digits: usize, style: &Style) -> String {
     let count = counted(tensors.len(), "tensor");

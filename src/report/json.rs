@@ -9,14 +9,14 @@ use super::constraints::constraint_texts;
 use super::derive::{condition_text, conserved_because, conserved_name};
 use super::frequencies::{exchange, kind, signs};
 use super::{Written, zero_motions};
-use crate::derive::{
+use librate_core::derive::{
     Conserved, Derivation, Exchange, Frequencies, Linear, Motion, NormalCoordinates, NormalWaves, Tangent,
 };
-use crate::expr::ExprId;
-use crate::linearize::Linearized;
-use crate::modes::Options;
-use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, one_digit_up};
+use librate_core::expr::ExprId;
+use librate_core::linearize::Linearized;
+use librate_core::modes::Options;
+use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::precision::{Ball, one_digit_up};
 
 /// The modes as a JSON object: `model`, `coordinates`, `equilibrium`, `equilibrium_error_bound`,
 /// `stability`, `secular`, `modes`.

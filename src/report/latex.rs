@@ -9,12 +9,12 @@ use super::frequencies::{
     MOST_IN_BLOCK, MOST_LISTED, alone, exchange, kind, motion, normal_lines, on_request, remarks, signs, solved_lines,
     waves_lines,
 };
-use crate::derive::{
+use librate_core::derive::{
     Approximation, Case, Conserved, Derivation, Energy, Exchange, Frequencies, Linear, Motion, SecondOrder,
 };
-use crate::expr::ExprId;
-use crate::number::Number;
-use crate::typeset::{Formula, Notation};
+use librate_core::expr::ExprId;
+use librate_core::number::Number;
+use librate_core::typeset::{Formula, Notation};
 
 /// Matrices of more rows than this are given by their entries: a page has no room for more.
 const MOST_FOR_MATRICES: usize = 8;

@@ -2,12 +2,12 @@
 
 use super::table::{Column, GAP, draw};
 use super::{Exponent, Style, Tone, Written, counted, headline, limit_words, listed, shown_unit, zero_motions};
-use crate::linearize::{Linearized, Origin};
-use crate::model::Coordinate;
-use crate::modes::exponents::Limit;
-use crate::modes::{Kind, Options, Stability};
-use crate::oscillation::{NormalMode, NormalModes};
-use crate::precision::{Ball, Big, one_digit_up_text};
+use librate_core::linearize::{Linearized, Origin};
+use librate_core::model::Coordinate;
+use librate_core::modes::exponents::Limit;
+use librate_core::modes::{Kind, Options, Stability};
+use librate_core::oscillation::{NormalMode, NormalModes};
+use librate_core::precision::{Ball, Big, one_digit_up_text};
 
 /// With more coordinates than this, a shape names its largest components only.
 const MOST_COMPONENTS: usize = 6;

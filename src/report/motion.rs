@@ -6,9 +6,9 @@ use plotters::prelude::*;
 
 use super::json::{array, null, number, string};
 use super::picture::{self, Drawing, FAINT, FONT, INK, PAPER};
-use crate::model::Model;
-use crate::motion::{Start, Trajectory};
-use crate::precision::{Ball, decimal, one_digit_up};
+use librate_core::model::Model;
+use librate_core::precision::{Ball, decimal, one_digit_up};
+use librate_studies::motion::{Start, Trajectory};
 
 /// More curves than this tell nobody anything.
 const MOST_CURVES: usize = 10;

@@ -4,9 +4,9 @@ use std::fmt::Write;
 
 use super::json::{null, number, string};
 use super::{Style, Tone, Written, headline, shown_unit};
-use crate::model::Range;
-use crate::period::{Motion, Options, Oscillator, Period, Place};
-use crate::precision::{Ball, Scalar, one_digit_up};
+use librate_core::model::Range;
+use librate_core::precision::{Ball, Scalar, one_digit_up};
+use librate_studies::period::{Motion, Options, Oscillator, Period, Place};
 
 /// Digits of the leading change of the frequency.
 const DIGITS: usize = 6;
@@ -94,7 +94,7 @@ pub fn period_text(oscillator: &Oscillator, found: &Period, options: &Options, s
 }
 
 fn one_digit(bound: f64) -> String {
-    crate::precision::one_digit_up_text(bound)
+    librate_core::precision::one_digit_up_text(bound)
 }
 
 /// The period of a motion as a JSON object: `period` with `error_bound`, `period_digits` with `digits_error_bound`,

@@ -3,8 +3,8 @@
 use plotters::prelude::*;
 
 use super::picture::{self, Drawing};
-use crate::model::Range;
-use crate::period::{Motion, Place};
+use librate_core::model::Range;
+use librate_studies::period::{Motion, Place};
 
 const LINE: RGBColor = RGBColor(31, 119, 180);
 const SIZE: (u32, u32) = (640, 400);

@@ -5,11 +5,11 @@ use std::fmt::Write;
 use super::json::{modes_with, null, number, string};
 use super::table::{Column, draw};
 use super::{Exponent, Style, Tone, UNDECIDED, Written, headline, listed};
-use crate::linearize::Linearized;
-use crate::modes::Options;
-use crate::oscillation::NormalModes;
-use crate::precision::{Ball, one_digit_up, one_digit_up_text};
-use crate::sensitivity::Sensitivities;
+use librate_core::linearize::Linearized;
+use librate_core::modes::Options;
+use librate_core::oscillation::NormalModes;
+use librate_core::precision::{Ball, one_digit_up, one_digit_up_text};
+use librate_studies::sensitivity::Sensitivities;
 
 /// Digits of a derivative in a table.
 const DIGITS: usize = 6;

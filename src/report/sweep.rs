@@ -2,10 +2,10 @@
 
 use super::json::{number, string};
 use super::{Written, modes_json};
-use crate::model::Range;
-use crate::modes::Options;
-use crate::oscillation::NormalMode;
-use crate::sweep::Place;
+use librate_core::model::Range;
+use librate_core::modes::Options;
+use librate_core::oscillation::NormalMode;
+use librate_studies::sweep::Place;
 
 /// A table with one line a place: the parameter, `omega1`, `omega2`, …, and `growth1`, … where the growth
 /// of some mode at some place is not 0.

@@ -1,0 +1,326 @@
+//! What is conserved: momenta of cyclic coordinates, sums of momenta, the energy.
+//!
+//! A motion q -> q + e xi(q) that leaves L unchanged has the constant sum of xi_i p_i (Noether's theorem; Landau
+//! and Lifshitz, Mechanics, §7 and §9). Looked for are the same kinds as for zero modes (`linearize`): translations,
+//! which are the common null space of the gradients of all that L consists of, and rotations of coordinates that come as
+//! vectors. The null space is sampled modulo a prime; each motion is then proved to leave L as it is.
+
+use std::collections::BTreeMap;
+
+use super::lagrangian::{Lagrangian, Variables};
+use super::motion::{Motion, MotionSum, MotionTerm};
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, ModularPoint, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
+use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
+use crate::model::Model;
+use crate::number::Number;
+
+/// Sums of more momenta than this tell nobody anything.
+const MOST_COORDINATES: usize = 64;
+
+/// What stays the same along every motion.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Conserved {
+    /// The momentum of a cyclic coordinate, by its number: the coordinate doesn't occur in L.
+    Momentum(usize),
+    /// The energy function h = sum q' dL/dq' - L: the time doesn't occur in L.
+    Energy {
+        /// Whether it is T + V: no part of L but V is without velocities or linear in them.
+        is_total: bool,
+    },
+    /// A sum of momenta: L is unchanged by a motion of several coordinates (Noether's theorem).
+    Motion {
+        /// What the motion is, in words: `translation of r along x`, `rotation about z`.
+        motion: String,
+        /// The sum over [`Motion::Momentum`], with coordinates for coefficients in a rotation.
+        momenta: MotionSum,
+        /// The same in velocities.
+        value: MotionSum,
+    },
+}
+
+/// The conserved quantities that L shows: momenta of coordinates that don't occur in it, sums of momenta for
+/// motions that leave it unchanged, and the energy where the time doesn't occur.
+pub(super) fn conserved(
+    pool: &mut Pool,
+    variables: &Variables,
+    lagrangian: &Lagrangian,
+    momenta: &[MotionSum],
+    dissipation: &[ExprId],
+    model: &Model,
+    short: &mut Simplifier,
+) -> Vec<Conserved> {
+    let mut occurs = vec![false; variables.coordinates.len()];
+    let mut drives = false;
+    let values = lagrangian.inertia.values().chain(lagrangian.linear.values());
+    let all = values.chain(&lagrangian.potential).chain(&lagrangian.other);
+    for symbol in pool.symbols_of(&all.copied().collect::<Vec<_>>()) {
+        if let Some(i) = variables.coordinate(symbol)
+            && let Some(occurs) = occurs.get_mut(i)
+        {
+            *occurs = true;
+        }
+        drives |= variables.time == Some(symbol);
+    }
+    let mut rubs = vec![false; occurs.len()];
+    for term in dissipation {
+        for (i, _) in variables.velocity_slopes(pool, *term) {
+            if let Some(rubs) = rubs.get_mut(i) {
+                *rubs = true;
+            }
+        }
+    }
+    let mut result: Vec<Conserved> = (0..occurs.len())
+        .filter(|i| !occurs[*i] && !rubs[*i])
+        .filter(|i| momenta.get(*i).is_some_and(|momentum| !momentum.is_zero()))
+        .map(Conserved::Momentum)
+        .collect();
+    let moving: Vec<usize> = (0..occurs.len()).filter(|i| occurs[*i]).collect();
+    if moving.len() > 1 && occurs.len() <= MOST_COORDINATES {
+        let mut search = Search { model, pool: &mut *pool, variables, lagrangian, dissipation };
+        for (motion, generator) in search.generators(&moving) {
+            let (momenta, value) = sum_of_momenta(pool, short, &generator, momenta);
+            result.push(Conserved::Motion { motion, momenta, value });
+        }
+    }
+    if !drives && !rubs.contains(&true) {
+        let is_total = lagrangian.linear.is_empty() && lagrangian.other.is_empty() && !lagrangian.has_rest_energy;
+        result.push(Conserved::Energy { is_total });
+    }
+    result
+}
+
+/// A motion, by the velocity of each coordinate that moves.
+type Generator = Vec<(usize, ExprId)>;
+
+/// By coordinate: a derivative.
+type Slopes = Vec<(usize, ExprId)>;
+
+struct Search<'a> {
+    model: &'a Model,
+    pool: &'a mut Pool,
+    variables: &'a Variables,
+    lagrangian: &'a Lagrangian,
+    dissipation: &'a [ExprId],
+}
+
+impl Search<'_> {
+    /// The motions of several coordinates that leave L unchanged, with their names.
+    fn generators(&mut self, moving: &[usize]) -> Vec<(String, Generator)> {
+        let mut found = Vec::new();
+        for vector in self.translations(moving) {
+            let name = translation_name(self.model, &vector);
+            let moved = vector.into_iter().enumerate().filter(|(_, x)| !x.is_zero());
+            let generator: Generator = moved.map(|(i, value)| (i, self.pool.number(value))).collect();
+            if self.rubs_nowhere(&generator) {
+                found.push((name, generator));
+            }
+        }
+        for rotation in candidate_rotations(self.model) {
+            let Some(generator) = self.rotation(&rotation, moving) else {
+                continue;
+            };
+            if self.rubs_nowhere(&generator) {
+                found.push((rotation_name(self.model, &rotation), generator));
+            }
+        }
+        found
+    }
+
+    /// The gradients by the coordinates of all that L consists of, one by one.
+    fn gradients(&mut self) -> Vec<Slopes> {
+        let inertia = self.lagrangian.inertia.values();
+        let all = inertia.chain(self.lagrangian.linear.values());
+        let all: Vec<ExprId> = all.chain(&self.lagrangian.other).copied().collect();
+        let slopes = all.into_iter().map(|e| self.variables.slopes(self.pool, e)).filter(|slopes| !slopes.is_empty());
+        slopes.collect()
+    }
+
+    /// Constant vectors along which nothing in L changes.
+    fn translations(&mut self, moving: &[usize]) -> Vec<Vec<Number>> {
+        let forces: Slopes = self.lagrangian.forces.iter().map(|(i, f)| (*i, *f)).collect();
+        let mut rows = Vec::new();
+        if self.sample(&forces, moving, &mut rows).is_none() || nullspace_mod(&mut rows, moving.len()).is_empty() {
+            return Vec::new();
+        }
+        let mut gradients = self.gradients();
+        for slopes in &gradients {
+            if self.sample(slopes, moving, &mut rows).is_none() {
+                return Vec::new();
+            }
+        }
+        gradients.push(forces);
+        let count = self.variables.coordinates.len();
+        let kernel = nullspace_mod(&mut rows, moving.len());
+        let exact = kernel.iter().filter_map(|vector| {
+            let mut exact = vec![Number::ZERO; count];
+            for (i, residue) in moving.iter().zip(vector) {
+                let (numerator, denominator) = rational_reconstruct(*residue)?;
+                exact[*i] = Number::ratio(numerator, denominator)?;
+            }
+            Some(exact)
+        });
+        let exact: Vec<Vec<Number>> = exact.collect();
+        let holds = |vector: &Vec<Number>| {
+            gradients.iter().all(|slopes| {
+                let terms = slopes.iter().map(|(i, slope)| (*slope, vector[*i].clone()));
+                let sum = self.pool.linear(&terms.collect::<Vec<_>>());
+                self.pool.is_zero(sum) == ZeroVerdict::Zero
+            })
+        };
+        exact.into_iter().filter(holds).collect()
+    }
+
+    /// Rows of a gradient at random points modulo a prime, as many as it can have independent ones, and two more.
+    fn sample(&self, slopes: &Slopes, columns: &[usize], rows: &mut Vec<Vec<u64>>) -> Option<()> {
+        let roots: Vec<ExprId> = slopes.iter().map(|(_, slope)| *slope).collect();
+        for point in 0..slopes.len() as u64 + 2 {
+            // A point where a denominator vanishes is replaced by another.
+            let values = (0..4).find_map(|attempt| {
+                let seed = 4 * point + attempt;
+                let value = |symbol| ModularPoint::random_value(seed, symbol);
+                self.pool.evaluate_mod(&roots, value, seed)
+            })?;
+            let mut row = vec![0; columns.len()];
+            for ((i, _), value) in slopes.iter().zip(values) {
+                if let Ok(at) = columns.binary_search(i) {
+                    row[at] = value;
+                }
+            }
+            rows.push(row);
+        }
+        Some(())
+    }
+
+    /// The velocities of a rotation, if L does not change: the sum of xi_i dL/dq_i + xi_i' dL/dq_i' is 0.
+    fn rotation(&mut self, rotation: &Rotation, moving: &[usize]) -> Option<Generator> {
+        let parts = rotation.parts();
+        // What does not occur in L does not turn with the others.
+        if !parts.iter().any(|(i, _, _)| moving.binary_search(i).is_ok()) {
+            return None;
+        }
+        let signed = |pool: &mut Pool, symbol, minus: bool| {
+            let e = pool.symbol_expr(symbol);
+            if minus { pool.neg(e) } else { e }
+        };
+        let mut at: BTreeMap<usize, (ExprId, ExprId)> = BTreeMap::new();
+        for (i, partner, minus) in parts {
+            let place = signed(self.pool, *self.variables.coordinates.get(partner)?, minus);
+            let velocity = signed(self.pool, *self.variables.velocities.get(partner)?, minus);
+            at.insert(i, (place, velocity));
+        }
+        let mut change = Vec::new();
+        for (i, force) in &self.lagrangian.forces {
+            if let Some((xi, _)) = at.get(i) {
+                change.push(self.pool.mul(*xi, *force));
+            }
+        }
+        // Cheap, and mostly the end of it.
+        let sum = self.pool.sum(&change);
+        if self.pool.is_zero(sum) != ZeroVerdict::Zero {
+            return None;
+        }
+        let mut change = Vec::new();
+        let velocity = |pool: &mut Pool, i: usize| {
+            let symbol = self.variables.velocities.get(i).copied();
+            symbol.map_or(pool.undefined(), |symbol| pool.symbol_expr(symbol))
+        };
+        for ((i, j), value) in &self.lagrangian.inertia {
+            let (a, b) = (velocity(self.pool, *i), velocity(self.pool, *j));
+            let share = if i == j { Number::half() } else { Number::ONE };
+            for (k, slope) in self.variables.slopes(self.pool, *value) {
+                if let Some((xi, _)) = at.get(&k) {
+                    let term = self.pool.product(&[*xi, slope, a, b]);
+                    change.push(self.pool.scale(term, &share));
+                }
+            }
+            for (own, other) in [(i, b), (j, a)] {
+                if let Some((_, rate)) = at.get(own) {
+                    let term = self.pool.product(&[*rate, *value, other]);
+                    change.push(self.pool.scale(term, &share));
+                }
+            }
+        }
+        for (i, value) in &self.lagrangian.linear {
+            let own = velocity(self.pool, *i);
+            for (k, slope) in self.variables.slopes(self.pool, *value) {
+                if let Some((xi, _)) = at.get(&k) {
+                    change.push(self.pool.product(&[*xi, slope, own]));
+                }
+            }
+            if let Some((_, rate)) = at.get(i) {
+                change.push(self.pool.mul(*rate, *value));
+            }
+        }
+        for term in &self.lagrangian.other {
+            for (k, slope) in self.variables.slopes(self.pool, *term) {
+                if let Some((xi, _)) = at.get(&k) {
+                    change.push(self.pool.mul(*xi, slope));
+                }
+            }
+            for (k, slope) in self.variables.velocity_slopes(self.pool, *term) {
+                if let Some((_, rate)) = at.get(&k) {
+                    change.push(self.pool.mul(*rate, slope));
+                }
+            }
+        }
+        let sum = self.pool.sum(&change);
+        if self.pool.is_zero(sum) != ZeroVerdict::Zero {
+            return None;
+        }
+        // Of each plane first the velocity without a minus.
+        let mut ordered = rotation.parts();
+        ordered.sort_by_key(|(i, partner, minus)| (*i.min(partner), *minus));
+        let ordered = ordered.into_iter();
+        Some(ordered.filter_map(|(i, _, _)| Some((i, at.get(&i)?.0))).collect())
+    }
+
+    /// Whether friction does no work along a motion: the sum of xi_i dF/dq_i' is 0.
+    fn rubs_nowhere(&mut self, generator: &Generator) -> bool {
+        let mut terms = Vec::new();
+        for term in self.dissipation {
+            for (i, slope) in self.variables.velocity_slopes(self.pool, *term) {
+                if let Some((_, xi)) = generator.iter().find(|(own, _)| *own == i) {
+                    terms.push(self.pool.mul(*xi, slope));
+                }
+            }
+        }
+        let sum = self.pool.sum(&terms);
+        self.pool.is_zero(sum) == ZeroVerdict::Zero
+    }
+}
+
+/// The sum of xi_i p_i, in momenta and in velocities.
+fn sum_of_momenta(
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    generator: &Generator,
+    momenta: &[MotionSum],
+) -> (MotionSum, MotionSum) {
+    let mut named = Vec::new();
+    let mut parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>> = BTreeMap::new();
+    for (i, xi) in generator {
+        named.push(MotionTerm::new(*xi, &[(Motion::Momentum(*i), 1)]));
+        for term in momenta.get(*i).iter().flat_map(|sum| &sum.terms) {
+            let value = pool.mul(*xi, term.coefficient);
+            let value = if term.negative { pool.neg(value) } else { value };
+            parts.entry(term.motion.clone()).or_default().push(value);
+        }
+    }
+    let mut terms = Vec::new();
+    for (motion, parts) in parts {
+        let sum = pool.sum(&parts);
+        terms.push(MotionTerm::new(short.simplify(pool, sum), &motion));
+    }
+    let mut named = MotionSum::new(pool, named);
+    // In the order of the motion: x p_y - y p_x, axis by axis.
+    let place = |term: &MotionTerm| {
+        let own = |i: usize| generator.iter().position(|(other, _)| *other == i);
+        term.motion.first().and_then(|(motion, _)| match motion {
+            Motion::Momentum(i) => own(*i),
+            _ => None,
+        })
+    };
+    named.terms.sort_by_key(place);
+    (named, MotionSum::new(pool, terms))
+}

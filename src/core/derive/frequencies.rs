@@ -1,0 +1,366 @@
+//! Symmetry classes and closed forms of the frequencies.
+//!
+//! M and K are looked at twice: as they stand, and with parameters of a kind that have equal values taken
+//! as one. Symmetries of M and K take them apart; those of the energies among them give classes their names. What hangs together is a part; chains, rings and nets are recognised (`lattice`), the other
+//! parts are taken apart by symmetry (`blocks`), and blocks are solved (`roots`). Every closed form
+//! is compared with certified numbers before it is given out (`check`).
+
+use super::Linear;
+use super::check::Checker;
+use super::cubic::Solved;
+use super::forms::{Found, closed_forms};
+use super::lattice::Angles;
+use super::normal::{NormalCoordinates, normal_coordinates};
+use super::pair::Pair;
+use super::roots::Request;
+use super::simplify::Simplifier;
+use super::ties::Ties;
+use super::waves::{NormalWaves, normal_waves};
+use crate::expr::{ExprId, Pool};
+use crate::linearize::Invariance;
+use crate::model::Model;
+use crate::number::Number;
+use crate::symmetry::{GroupKind, SignedPermutation, Symmetry};
+
+/// Larger models get no closed forms: they could not be checked in reasonable time.
+const MOST_COORDINATES: usize = 1500;
+
+/// What the symmetry of a model tells about its frequencies.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Frequencies {
+    /// With all parameters different.
+    pub general: Case,
+    /// With parameters equal as their values are, where that tells more.
+    pub tied: Option<Case>,
+    /// A symmetry that the model would have if parameters were equal that aren't.
+    pub would_be: Option<Exchange>,
+    /// What is taken to be positive, or where the second is true negative, as it is at the values.
+    pub signs: Vec<(ExprId, bool)>,
+    /// What has been done to the frequencies since.
+    pub approximations: Vec<Approximation>,
+}
+
+impl Frequencies {
+    /// The case whose closed forms stand for the model: without equalities of parameters where it knows all
+    /// frequencies, else the one that knows more of them.
+    #[must_use]
+    pub fn best(&self) -> &Case {
+        match &self.tied {
+            Some(tied) if tied.known() > self.general.known() => tied,
+            Some(_) | None => &self.general,
+        }
+    }
+}
+
+impl Case {
+    /// The normal coordinates, where the modes are known too.
+    fn add_normal(
+        &mut self,
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        checker: &Checker<'_>,
+        pair: &Pair,
+        found: Found,
+    ) {
+        let model = checker.model;
+        self.normal = normal_coordinates(model, pool, short, checker, pair, self, found.shapes);
+        self.waves = normal_waves(model, pool, checker, pair, self, &found.lattices);
+    }
+
+    /// How many frequencies have a closed form, each as often as it occurs.
+    #[must_use]
+    pub fn known(&self) -> usize {
+        self.frequencies.iter().map(|f| f.multiplicity).sum()
+    }
+}
+
+/// What has been done to closed forms.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Approximation {
+    /// A parameter went to a value.
+    Limit {
+        /// The parameter.
+        name: String,
+        /// The value.
+        value: Number,
+    },
+    /// They were expanded in powers of a parameter.
+    Expansion {
+        /// The parameter.
+        name: String,
+        /// The highest power.
+        order: u32,
+    },
+}
+
+/// A symmetry and what it needs.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Exchange {
+    /// Generators of the group.
+    pub generators: Vec<SignedPermutation>,
+    /// What kind of group it is.
+    pub kind: GroupKind,
+    /// The parameters that have to be equal for it, set by set.
+    pub ties: Vec<Vec<String>>,
+}
+
+/// Frequencies under some equalities of parameters.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Case {
+    /// The parameters that are taken to be equal, set by set; the first stands for all.
+    pub ties: Vec<Vec<String>>,
+    /// The symmetry, with the ties that it needs by itself.
+    pub symmetry: Option<Exchange>,
+    /// Blocks of M and K, one a class, where mirrors take them apart.
+    pub blocks: Vec<Block>,
+    /// Series of frequencies, given by their number.
+    pub series: Vec<Series>,
+    /// The closed forms, checked, one for each distinct frequency.
+    pub frequencies: Vec<Frequency>,
+    /// Those of blocks of three and four as a page has them.
+    pub solved: Vec<Solved>,
+    /// The highest degree, up to 4, of an equation for frequencies that was not solved because nobody asked for it.
+    pub on_request: Option<usize>,
+    /// Whether these are all frequencies.
+    pub complete: bool,
+    /// The normal coordinates, where all modes have a closed form too, checked as well.
+    pub normal: Option<NormalCoordinates>,
+    /// Those of a model that is a chain, ring or net, or several, as sums of sines; else none.
+    pub waves: Vec<NormalWaves>,
+}
+
+/// A frequency in closed form.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Frequency {
+    /// omega^2.
+    pub omega_squared: ExprId,
+    /// How many modes have it.
+    pub multiplicity: usize,
+    /// The class of these modes, where they all have the same.
+    pub symmetry: Option<String>,
+}
+
+/// M and K among vectors of one class of symmetry.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Block {
+    /// The class.
+    pub class: String,
+    /// The vectors: coordinates with whole components.
+    pub basis: Vec<Vec<(usize, i64)>>,
+    /// BᵀMB for the vectors as the columns of B, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// BᵀKB.
+    pub stiffness: Vec<Vec<ExprId>>,
+}
+
+/// Frequencies of a chain, ring or net as a function of their numbers.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Series {
+    /// omega^2 in the symbols `j` (and `i` before it, in two dimensions).
+    pub omega_squared: ExprId,
+    /// The names of the numbers, with their angles.
+    pub numbers: Vec<(String, Angles)>,
+}
+
+/// Looks for symmetries and closed forms.
+pub(super) fn frequencies(
+    checker: &Checker<'_>,
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    linear: &Linear,
+    most: usize,
+) -> Frequencies {
+    let model = checker.model;
+    let request = Request { most, model };
+    let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
+    let mut signs = linear.signs.clone();
+    let pair = pair.canonical(pool, short);
+    let used = pool.symbols_of(&pair.values());
+    let none = Ties::default();
+    let plain = Symmetries::find(checker, pool, linear, &pair, &none);
+    let (mut general, found) = case(request, pool, short, &pair, &plain, &none);
+    checker.check(pool, &pair, &mut general);
+    general.add_normal(pool, short, checker, &pair, found);
+
+    let ties = Ties::of_a_kind(model, pool, &used, true);
+    let mut tied = None;
+    let mut tied_order = plain.order();
+    if !ties.is_empty() {
+        let map = ties.substitution(model, pool);
+        let equal = pair.substituted(pool, short, &map);
+        let (equal, more) = checker.signed(pool, short, &equal);
+        signs.extend(more);
+        signs.sort_unstable();
+        signs.dedup();
+        let equal = equal.canonical(pool, short);
+        let symmetry = Symmetries::find(checker, pool, linear, &equal, &ties);
+        tied_order = tied_order.max(symmetry.order());
+        if equal.values().iter().any(|value| pool.is_undefined(*value)) {
+            return Frequencies { general, tied: None, would_be: None, signs, approximations: Vec::new() };
+        }
+        let (mut found, modes) = case(request, pool, short, &equal, &symmetry, &ties);
+        if let (Some(own), Some(symmetry)) = (&mut found.symmetry, &symmetry.energies) {
+            let needed = ties.needed(model, pool, short, &pair, &symmetry.generators);
+            let map = needed.substitution(model, pool);
+            let pair = pair.substituted(pool, short, &map);
+            let pattern = pair.pattern(pool);
+            let holds = symmetry.generators.iter().all(|g| pattern.is_kept_by(g));
+            own.ties = if holds { needed } else { ties.clone() }.sets(model);
+        }
+        checker.check(pool, &equal, &mut found);
+        found.add_normal(pool, short, checker, &equal, modes);
+        let more_symmetric = symmetry.order() > plain.order();
+        let shorter = |case: &Case, short: &mut Simplifier| -> u64 {
+            let all = case.frequencies.iter();
+            all.map(|f| short.weight(pool, f.omega_squared)).sum()
+        };
+        let better =
+            found.known() > general.known() || (found.known() > 0 && shorter(&found, short) < shorter(&general, short));
+        if more_symmetric || better {
+            tied = Some(found);
+        }
+    }
+
+    let mut would_be = None;
+    let all = Ties::of_a_kind(model, pool, &used, false);
+    // Equal parameters may move an equilibrium that depends on them.
+    let at_zero = model.guesses.iter().chain(&model.equilibria).all(Option::is_none);
+    if at_zero && !all.is_empty() && all != ties {
+        let map = all.substitution(model, pool);
+        let equal = pair.substituted(pool, short, &map);
+        let equal = equal.canonical(pool, short);
+        if equal.values().iter().any(|value| pool.is_undefined(*value)) {
+            return Frequencies { general, tied, would_be: None, signs, approximations: Vec::new() };
+        }
+        if let Some(symmetry) = Symmetries::find(checker, pool, linear, &equal, &all).energies
+            && symmetry.order > tied_order
+        {
+            let needed = all.needed(model, pool, short, &pair, &symmetry.generators);
+            let map = needed.substitution(model, pool);
+            let equal = pair.substituted(pool, short, &map);
+            let equal = equal.canonical(pool, short);
+            let pattern = equal.pattern(pool);
+            if symmetry.generators.iter().all(|g| pattern.is_kept_by(g)) {
+                would_be =
+                    Some(Exchange { generators: symmetry.generators, kind: symmetry.kind, ties: needed.sets(model) });
+            }
+        }
+    }
+    Frequencies { general, tied, would_be, signs, approximations: Vec::new() }
+}
+
+/// The symmetries of M and K, and of the energies.
+struct Symmetries {
+    matrices: Option<Symmetry>,
+    energies: Option<Symmetry>,
+}
+
+impl Symmetries {
+    /// With some parameters equal.
+    fn find(checker: &Checker<'_>, pool: &mut Pool, linear: &Linear, pair: &Pair, ties: &Ties) -> Self {
+        let pattern = pair.pattern(pool);
+        let may = pair.len() > 1 && Symmetry::may_have_classes(&pattern);
+        let known = ties.substitution(checker.model, pool);
+        let model = Model { pool: pool.clone(), ..checker.model.clone() };
+        let energies = Invariance::new(model, known, linear.equilibrium.clone());
+        Self {
+            matrices: Symmetry::find(&pattern),
+            energies: energies.filter(|_| may).and_then(|mut energies| Symmetry::of_energies(&pattern, &mut energies)),
+        }
+    }
+
+    /// How many elements that of the energies has.
+    fn order(&self) -> f64 {
+        self.energies.as_ref().map_or(1.0, |found| found.order)
+    }
+
+    /// What M and K are taken apart by, and whether that is a symmetry of the energies: where that tells as much.
+    fn for_blocks(&self) -> (Option<&Symmetry>, bool) {
+        let (Some(matrices), Some(energies)) = (&self.matrices, &self.energies) else {
+            let named = self.matrices.is_none();
+            let own = if named { &self.energies } else { &self.matrices };
+            return (own.as_ref(), named);
+        };
+        let as_much = match (&matrices.kind, &energies.kind) {
+            (GroupKind::Mirrors(all), GroupKind::Mirrors(own)) => own.len() >= all.len(),
+            (GroupKind::Ring { length, .. }, GroupKind::Ring { length: own, .. }) => own == length,
+            (GroupKind::Mirrors(_) | GroupKind::Ring { .. } | GroupKind::Other, _) => false,
+        };
+        (Some(if as_much { energies } else { matrices }), as_much)
+    }
+}
+
+fn case(
+    request: Request<'_>,
+    pool: &mut Pool,
+    short: &mut Simplifier,
+    pair: &Pair,
+    symmetry: &Symmetries,
+    ties: &Ties,
+) -> (Case, Found) {
+    let mut found = Found::default();
+    if pair.len() <= MOST_COORDINATES {
+        let symmetry = symmetry.for_blocks();
+        closed_forms(pool, short, pair, symmetry, request, &mut found);
+    }
+    let frequencies: Vec<Frequency> = std::mem::take(&mut found.frequencies)
+        .into_iter()
+        .map(|(omega_squared, (multiplicity, symmetry))| Frequency { omega_squared, multiplicity, symmetry })
+        .collect();
+    let case = Case {
+        ties: ties.sets(request.model),
+        symmetry: symmetry.energies.as_ref().map(|symmetry| Exchange {
+            generators: symmetry.generators.clone(),
+            kind: symmetry.kind.clone(),
+            ties: Vec::new(),
+        }),
+        blocks: std::mem::take(&mut found.blocks),
+        series: std::mem::take(&mut found.series),
+        complete: found.count == pair.len(),
+        solved: std::mem::take(&mut found.solved),
+        on_request: found.on_request,
+        frequencies,
+        normal: None,
+        waves: Vec::new(),
+    };
+    (case, found)
+}
+
+impl Angles {
+    /// The angles of a ring of n cells.
+    pub(super) fn of_ring(n: i64) -> Self {
+        Self { step: 1, offset: 0, divisor: n, first: 0, last: n - 1, ring: Some(n) }
+    }
+
+    /// The different ones with their multiplicities.
+    pub(super) fn distinct(&self, pool: &mut Pool) -> Vec<(i64, ExprId, usize)> {
+        let last = self.ring.map_or(self.last, |n| n / 2);
+        let mut all = Vec::new();
+        for j in self.first..=last {
+            let twice = self.ring.is_some_and(|n| j > 0 && 2 * j < n);
+            let angle = self.angle(pool, j);
+            all.push((j, angle, if twice { 2 } else { 1 }));
+        }
+        all
+    }
+
+    /// Whether every number but the first (and the middle one of an even ring) stands for two modes.
+    #[must_use]
+    pub fn is_ring(&self) -> bool {
+        self.ring.is_some()
+    }
+}
+
+impl Frequency {
+    /// The multiplicity as a number.
+    #[must_use]
+    pub fn count(&self) -> Number {
+        Number::from(i64::try_from(self.multiplicity).unwrap_or(i64::MAX))
+    }
+}

@@ -1,0 +1,541 @@
+//! The page that a good student hands in: from a model to its derivation, in symbols.
+//!
+//! A [`Derivation`] holds expressions, never text; each part of it stands in a file of its own and is
+//! worked out only where [`Parts`] asks for it:
+//!
+//! - Lagrange's equations in full, and linearized (`equations`);
+//! - momenta, the energy function, the Hamiltonian, T and V to second order (`energy`), what is conserved
+//!   (`conserved`);
+//! - symmetry classes and closed forms of the frequencies (`frequencies`, with `ties`, `forms`, `blocks`, `lattice`,
+//!   `roots`, `cubic`, `check`), and normal coordinates (`normal`, `shapes`, `waves`);
+//! - equilibria in symbols, where a force can be solved by hand (`equilibria`);
+//! - M, K and the equilibrium, from [`linearize`], in short (`simplify`); under constraints multipliers, and M and K among the
+//!   motions that are left (`constraints`);
+//! - names for what a page would repeat (`abbreviate`).
+//!
+//! The equations exist wherever a model can be read: with explicit time, terms linear in the velocities
+//! and friction too. Where M and K don't, [`Derivation::linear`] says why, and all else is there.
+//! Nothing here gets a number but the equilibrium, which is searched for where it has to be, and what closed forms are
+//! checked with. Of parameters the signs at their values are used, where that saves absolute values; each is told.
+//!
+//! ```
+//! use librate::derive::{Parts, derive};
+//! use librate::{model, syntax};
+//!
+//! let text = "param g  param l  param m  coord phi
+//!     T = 1/2*m*l^2*phi'^2
+//!     V = -m*g*l*cos(phi)";
+//! let file = syntax::parse(text)?;
+//! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
+//! let derivation = derive(&model, &Parts::default().equations(true))?;
+//! assert_eq!(derivation.equation_texts(), ["l^2*m*phi'' + g*l*m*sin(phi) = 0"]);
+//! # Ok::<(), librate::Error>(())
+//! ```
+
+mod abbreviate;
+mod blocks;
+mod check;
+mod collapse;
+mod conserved;
+mod constraints;
+mod cubic;
+mod energy;
+mod equations;
+mod equilibria;
+mod forms;
+mod frequencies;
+mod lagrangian;
+mod lattice;
+mod limits;
+mod motion;
+mod normal;
+mod pair;
+mod roots;
+mod shapes;
+mod simplify;
+mod ties;
+mod waves;
+
+use std::collections::{BTreeMap, HashMap};
+
+use crate::expr::{ExprId, Pool};
+use crate::linearize::{self, LinearizeError, Tied};
+use crate::model::Model;
+use crate::number::Number;
+
+pub use abbreviate::Definition;
+pub use conserved::Conserved;
+pub use constraints::{Constraints, Reduced, Tangent};
+pub use cubic::{Solved, SolvedFormula};
+pub use equilibria::{Condition, Relation, Root};
+pub use frequencies::{Approximation, Block, Case, Exchange, Frequencies, Frequency, Series};
+pub use lattice::Angles;
+pub use motion::{Factor, Motion, MotionSum, MotionTerm, Names};
+pub use normal::{Abbreviation, NormalCoordinates, NormalMode};
+pub use waves::{NormalWaves, WaveSum};
+
+use check::Checker;
+use lagrangian::Variables;
+use pair::Pair;
+pub use simplify::Simplifier;
+
+/// Which parts of a derivation are wanted; M, K and the equilibrium always are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Parts {
+    /// Lagrange's equations.
+    pub equations: bool,
+    /// Momenta, the energy function, the Hamiltonian and what is conserved.
+    pub energy: bool,
+    /// The linearized equations, and T and V to second order.
+    pub second_order: bool,
+    /// Symmetry classes and closed forms of the frequencies.
+    pub frequencies: bool,
+    /// Blocks of three are solved too, by Viète's formula.
+    pub cubic: bool,
+    /// Blocks of three and four are solved, those of four by Ferrari's formula.
+    pub quartic: bool,
+    /// Equilibria in symbols.
+    pub equilibria: bool,
+}
+
+impl Parts {
+    /// Everything.
+    #[must_use]
+    pub fn all() -> Self {
+        Self {
+            equations: true,
+            energy: true,
+            second_order: true,
+            frequencies: true,
+            cubic: false,
+            quartic: false,
+            equilibria: true,
+        }
+    }
+
+    /// With Lagrange's equations, or without.
+    #[must_use]
+    pub fn equations(mut self, wanted: bool) -> Self {
+        self.equations = wanted;
+        self
+    }
+
+    /// With momenta, energies and what is conserved, or without.
+    #[must_use]
+    pub fn energy(mut self, wanted: bool) -> Self {
+        self.energy = wanted;
+        self
+    }
+
+    /// With symmetry classes and closed forms of the frequencies, or without.
+    #[must_use]
+    pub fn frequencies(mut self, wanted: bool) -> Self {
+        self.frequencies = wanted;
+        self
+    }
+
+    /// With blocks of three solved among the closed forms, or without.
+    #[must_use]
+    pub fn cubic(mut self, wanted: bool) -> Self {
+        self.cubic = wanted;
+        self
+    }
+
+    /// With blocks of three and four solved among the closed forms, or without those of four.
+    #[must_use]
+    pub fn quartic(mut self, wanted: bool) -> Self {
+        self.quartic = wanted;
+        self
+    }
+
+    /// Equations of at most this degree are solved for frequencies.
+    fn degree(&self) -> usize {
+        match (self.quartic, self.cubic) {
+            (true, _) => 4,
+            (false, true) => 3,
+            (false, false) => 2,
+        }
+    }
+
+    /// With equilibria in symbols, or without.
+    #[must_use]
+    pub fn equilibria(mut self, wanted: bool) -> Self {
+        self.equilibria = wanted;
+        self
+    }
+
+    /// With the linearized equations and T and V to second order, or without.
+    #[must_use]
+    pub fn second_order(mut self, wanted: bool) -> Self {
+        self.second_order = wanted;
+        self
+    }
+}
+
+/// A model in symbols.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Derivation {
+    /// Where the expressions live.
+    pub pool: Pool,
+    /// From the `model` statement.
+    pub model: Option<String>,
+    /// What the coordinates and displacements are called.
+    pub names: Names,
+    /// What the names of the model stand for: its parameters (those defined from others written out), coordinates,
+    /// velocities (`x'`), the time `t`, where it speaks of it, and multipliers of constraints.
+    pub symbols: BTreeMap<String, ExprId>,
+    /// The rates of a steady motion, each with the name of its coordinate.
+    pub rates: Vec<(String, ExprId)>,
+    /// The model about its equilibrium, or why it has no M and K.
+    pub linear: Result<Linear, LinearizeError>,
+    /// The left sides of Lagrange's equations, one a coordinate.
+    pub equations: Option<Vec<MotionSum>>,
+    /// Momenta and energies.
+    pub energy: Option<Energy>,
+    /// Where forces vanish, as far as that can be solved in symbols; `None` under constraints.
+    pub equilibria: Option<Vec<Root>>,
+    /// Constraints, whose forces stand in the equations with a multiplier each; `None` where there are none.
+    pub constraints: Option<Constraints>,
+}
+
+/// M and K at the equilibrium, as expressions in the parameters.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Linear {
+    /// The equilibrium; a coordinate that was found numerically stands as itself.
+    pub equilibrium: Vec<ExprId>,
+    /// The mass matrix, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// The stiffness matrix, row by row.
+    pub stiffness: Vec<Vec<ExprId>>,
+    /// The gyroscopic matrix G, row by row; `None` where it is 0.
+    pub gyroscopic: Option<Vec<Vec<ExprId>>>,
+    /// The damping matrix C, row by row; `None` where it is 0.
+    pub damping: Option<Vec<Vec<ExprId>>>,
+    /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
+    pub circulatory: Option<Vec<Vec<ExprId>>>,
+    /// What is taken to be positive in them, or where the second is true negative, as it is at the values of the
+    /// parameters; only where that saves absolute values.
+    pub signs: Vec<(ExprId, bool)>,
+    /// What follows from them, where it is asked for.
+    pub second_order: Option<SecondOrder>,
+    /// Symmetry classes and closed forms, where they are asked for; under constraints those of [`Linear::tangent`].
+    pub frequencies: Option<Frequencies>,
+    /// The directions that constraints allow; `None` where there are none.
+    pub tangent: Option<Tangent>,
+}
+
+impl Linear {
+    /// The derivation of the motions that constraints allow.
+    fn reduced_mut(&mut self) -> Option<&mut Derivation> {
+        let reduced = self.tangent.as_mut()?.reduced.as_mut()?;
+        Some(&mut reduced.derivation)
+    }
+
+    /// Whether M and K are all there is.
+    #[must_use]
+    pub fn is_conservative(&self) -> bool {
+        self.gyroscopic.is_none() && self.damping.is_none() && self.circulatory.is_none()
+    }
+
+    /// The matrices that there are beside M and K, with their names and letters.
+    pub fn others(&self) -> impl Iterator<Item = (&'static str, &'static str, &Vec<Vec<ExprId>>)> {
+        let all = [
+            ("gyroscopic matrix", "G", &self.gyroscopic),
+            ("damping matrix", "C", &self.damping),
+            ("circulatory matrix", "N", &self.circulatory),
+        ];
+        all.into_iter().filter_map(|(name, letter, rows)| Some((name, letter, rows.as_ref()?)))
+    }
+}
+
+/// The model to second order in the displacements.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SecondOrder {
+    /// The left sides of M q'' + (G + C) q' + (K + N) q = 0; what moves is measured from the equilibrium.
+    pub equations: Vec<MotionSum>,
+    /// 1/2 q'ᵀ M q'.
+    pub kinetic: MotionSum,
+    /// 1/2 qᵀ K q: the potential energy (of T0 too, where there is one) without its constant.
+    pub potential: MotionSum,
+}
+
+/// Momenta and energies.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Energy {
+    /// p_i = dL/dq_i', one a coordinate.
+    pub momenta: Vec<MotionSum>,
+    /// h = sum q_i' p_i - L in coordinates and velocities.
+    pub function: MotionSum,
+    /// The same in coordinates and momenta: where the inertia is diagonal or two by two.
+    pub hamiltonian: Option<MotionSum>,
+    /// What is conserved.
+    pub conserved: Vec<Conserved>,
+    /// Whether T has a part T0 without velocities, so that V - T0 takes the place of V.
+    pub rest_energy: bool,
+}
+
+/// Derives a model.
+///
+/// # Errors
+/// [`LinearizeError::NotAnEquilibrium`] where the model gives a point as its equilibrium that is none, and
+/// [`LinearizeError::ConstraintBroken`] where that breaks a constraint; [`LinearizeError::ConstraintsContradict`];
+/// [`LinearizeError::Budget`].
+/// Whatever else keeps M and K from being there is told by [`Derivation::linear`].
+pub fn derive(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
+    let budget = model.pool.budget();
+    budget.at("the derivation", None);
+    let derivation = derivation(model, parts);
+    budget.check()?;
+    derivation
+}
+
+fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError> {
+    let mut short = Simplifier::default();
+    let budget = model.pool.budget();
+    budget.at("M and K in symbols", None);
+    let (tied, matrices) = linearize::derive_with_multipliers(model);
+    let with_multipliers = tied.as_ref().map_or(model, |tied| &tied.model);
+    let (mut pool, mut linear) = match matrices {
+        Ok(matrices) => {
+            let linear = Linear {
+                equilibrium: matrices.equilibrium,
+                mass: matrices.mass,
+                stiffness: matrices.stiffness,
+                gyroscopic: matrices.gyroscopic,
+                damping: matrices.damping,
+                circulatory: matrices.circulatory,
+                signs: Vec::new(),
+                second_order: None,
+                frequencies: None,
+                tangent: matrices.constraints.map(Tangent::new),
+            };
+            (matrices.pool, Ok(linear))
+        }
+        Err(
+            error @ (LinearizeError::NotAnEquilibrium { .. }
+            | LinearizeError::ConstraintBroken { .. }
+            | LinearizeError::ConstraintsContradict { .. }),
+        ) => return Err(error),
+        Err(error) => (with_multipliers.pool.clone(), Err(error)),
+    };
+    let checker = Checker::new(model);
+    if let Ok(found) = &linear
+        && found.tangent.is_none()
+        && let Some(error) = checker.singular_coordinates(&pool, &found.mass)
+    {
+        linear = Err(error);
+    }
+    let names = names(model, &pool, &linear);
+    let mut symbols = symbols(model, &mut pool);
+    for name in tied.iter().flat_map(Tied::names) {
+        let symbol = pool.symbol(&name);
+        symbols.insert(name, pool.symbol_expr(symbol));
+    }
+    if let Ok(linear) = &mut linear {
+        budget.at("M and K in their shortest form", None);
+        linear.finish(&mut pool, &mut short, &checker, parts);
+    }
+    let mut derivation = Derivation {
+        symbols,
+        pool,
+        model: model.name.clone(),
+        names,
+        rates: model
+            .coordinates
+            .iter()
+            .zip(&model.rates)
+            .filter_map(|(coordinate, rate)| Some((coordinate.name.clone(), rate.as_ref()?.symbolic)))
+            .collect(),
+        linear,
+        equations: None,
+        energy: None,
+        equilibria: None,
+        constraints: tied.as_ref().and_then(Constraints::new),
+    };
+    if parts.equations || parts.energy || parts.equilibria {
+        derivation.nonlinear(model, with_multipliers, parts, &mut short);
+    }
+    constraints::reduce(&mut derivation, &mut short, &checker, parts);
+    Ok(derivation)
+}
+
+impl Linear {
+    /// Brings all to its shortest form and works out what follows.
+    fn finish(&mut self, pool: &mut Pool, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
+        let pair = Pair::new(pool, &self.mass, &self.stiffness);
+        let pair = pair.replaced(pool, short, &HashMap::new());
+        let (pair, signs) = checker.signed(pool, short, &pair);
+        let pair = pair.with_halved_angles(pool, short);
+        self.signs = signs;
+        (self.mass, self.stiffness) = pair.dense(pool);
+        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
+        for entry in others.into_iter().flatten().flatten().flatten() {
+            *entry = short.simplify(pool, *entry);
+        }
+        // What constraints forbid is no motion.
+        if self.tangent.is_some() {
+            return;
+        }
+        if parts.second_order {
+            self.second_order = Some(SecondOrder {
+                equations: equations::linearized(pool, self),
+                kinetic: energy::quadratic_form(pool, &self.mass, Motion::Velocity),
+                potential: energy::quadratic_form(pool, &self.stiffness, Motion::Displacement),
+            });
+        }
+        if pool.is_spent() {
+            return;
+        }
+        if parts.frequencies && self.is_conservative() {
+            pool.budget().at("frequencies in closed form", None);
+            self.frequencies = Some(frequencies::frequencies(checker, pool, short, self, parts.degree()));
+        }
+    }
+}
+
+/// What names stand for.
+fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
+    let mut symbols = BTreeMap::new();
+    for parameter in &model.parameters {
+        symbols.insert(parameter.name.clone(), parameter.symbolic);
+    }
+    for coordinate in &model.coordinates {
+        symbols.insert(coordinate.name.clone(), pool.symbol_expr(coordinate.symbol));
+        let velocity = pool.symbol_expr(coordinate.velocity);
+        symbols.insert(format!("{}'", coordinate.name), velocity);
+    }
+    if let Some(time) = Variables::new(model).time {
+        symbols.insert("t".to_owned(), pool.symbol_expr(time));
+    }
+    symbols
+}
+
+/// Displacements are named as the coordinates where they are the same.
+fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) -> Names {
+    let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
+    let at_zero = linear.as_ref().is_ok_and(|linear| {
+        let mut all = linear.equilibrium.iter();
+        all.all(|at| pool.as_number(*at).is_some_and(Number::is_zero))
+    });
+    let displacements =
+        if at_zero { coordinates.clone() } else { coordinates.iter().map(|name| format!("delta_{name}")).collect() };
+    Names { coordinates, displacements, normal: normal::family_name(model) }
+}
+
+impl Derivation {
+    /// Works out what needs L in full.
+    ///
+    /// `tied` has a term lambda c for each constraint in its potential, and is `model` where there is none: what moves
+    /// are the coordinates alone, so that multipliers count as parameters.
+    fn nonlinear(&mut self, model: &Model, tied: &Model, parts: &Parts, short: &mut Simplifier) {
+        let pool = &mut self.pool;
+        let variables = Variables::new(model);
+        let bound = !model.constraints.is_empty();
+        let budget = pool.budget().clone();
+        budget.at("Lagrange's equations", None);
+        let lagrangian = lagrangian::lagrangian(tied, pool, short);
+        let dissipation = lagrangian::dissipation(model, pool);
+        if parts.equations {
+            let equations = equations::equations(pool, short, &variables, &lagrangian, &dissipation);
+            self.equations = Some(equations);
+        }
+        if pool.is_spent() {
+            return;
+        }
+        budget.at("the equilibria in symbols", None);
+        if parts.equilibria && !bound {
+            self.equilibria = Some(equilibria::roots(pool, short, &variables, &lagrangian, model));
+        }
+        if pool.is_spent() {
+            return;
+        }
+        budget.at("what is conserved", None);
+        if parts.energy {
+            let momenta = energy::momenta(pool, short, &variables, &lagrangian);
+            let conserved = conserved::conserved(pool, &variables, &lagrangian, &momenta, &dissipation, model, short);
+            // Along a motion the constraints are 0, and so is their part of L.
+            let free;
+            let lagrangian = if bound {
+                free = lagrangian::lagrangian(model, pool, short);
+                &free
+            } else {
+                &lagrangian
+            };
+            self.energy = Some(Energy {
+                momenta,
+                function: energy::energy_function(pool, short, &variables, lagrangian),
+                // Under constraints there are fewer momenta than coordinates.
+                hamiltonian: (!bound).then(|| energy::hamiltonian(pool, short, &variables, lagrangian)).flatten(),
+                conserved,
+                rest_energy: lagrangian.has_rest_energy,
+            });
+        }
+    }
+
+    /// The derivation of the motions that constraints allow; the derivation itself where there are none.
+    #[must_use]
+    pub fn reduced(&self) -> &Self {
+        let tangent = self.linear.as_ref().ok().and_then(|own| own.tangent.as_ref());
+        let reduced = tangent.and_then(|tangent| tangent.reduced.as_ref());
+        reduced.map_or(self, |reduced| &reduced.derivation)
+    }
+
+    /// Replaces the closed forms by what they are where a parameter goes to a value; what is not
+    /// defined there is dropped.
+    pub fn limit(&mut self, parameter: &str, value: &Number) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear {
+            if let Some(reduced) = linear.reduced_mut() {
+                reduced.limit(parameter, value);
+            } else if let Some(frequencies) = &mut linear.frequencies {
+                frequencies.limit(&mut self.pool, &mut short, parameter, value);
+            }
+        }
+    }
+
+    /// Replaces the closed forms by their series about 0 in a parameter, up to a power of it; what has
+    /// no such series is dropped.
+    pub fn expand(&mut self, parameter: &str, order: u32) {
+        let mut short = Simplifier::default();
+        if let Ok(linear) = &mut self.linear {
+            if let Some(reduced) = linear.reduced_mut() {
+                reduced.expand(parameter, order);
+            } else if let Some(frequencies) = &mut linear.frequencies {
+                frequencies.expand(&mut self.pool, &mut short, parameter, order);
+            }
+        }
+    }
+
+    /// Lagrange's equations in the model language, `lhs = 0`; none where they were not asked for.
+    #[must_use]
+    pub fn equation_texts(&self) -> Vec<String> {
+        let equations = self.equations.iter().flatten();
+        equations.map(|equation| format!("{} = 0", self.text(equation))).collect()
+    }
+
+    /// The linearized equations in the model language, `lhs = 0`, in displacements; none where they
+    /// were not asked for or don't exist.
+    #[must_use]
+    pub fn linearized_texts(&self) -> Vec<String> {
+        let second_order = self.linear.as_ref().ok().and_then(|linear| linear.second_order.as_ref());
+        let equations = second_order.iter().flat_map(|part| &part.equations);
+        equations.map(|equation| format!("{} = 0", self.displaced_text(equation))).collect()
+    }
+
+    /// A sum in coordinates, velocities, accelerations and momenta as text.
+    #[must_use]
+    pub fn text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.of(motion))
+    }
+
+    /// A sum in displacements and their rates as text.
+    #[must_use]
+    pub fn displaced_text(&self, sum: &MotionSum) -> String {
+        sum.text(&self.pool, |motion| self.names.displaced(motion))
+    }
+}

@@ -1,0 +1,480 @@
+//! The form that a person would have written: sums multiplied out where that lets them collapse,
+//! addition theorems used where they save a term, common factors in front.
+//!
+//! Several forms of the same expression are made and the one with the fewest symbols is taken;
+//! the given one stays where nothing is shorter. All steps are identities that the pool's own
+//! constructors apply as well, so that the value never changes.
+
+use std::collections::{BTreeMap, HashMap};
+
+use super::collapse::collapse;
+use crate::expr::{ExprId, Node, Pool};
+use crate::number::Number;
+
+/// Products of sums are multiplied out to at most so many monomials.
+const MOST_MONOMIALS: usize = 2000;
+/// Common factors are taken out to this depth of parentheses.
+const MOST_NESTED: u32 = 8;
+
+/// Powers of bases in ascending order, without repetition.
+pub(super) type Monomial = Vec<(ExprId, Number)>;
+/// Monomials with their coefficients.
+pub(super) type Monomials = BTreeMap<Monomial, Number>;
+
+/// Brings expressions of one pool to their shortest form; remembers what it has done.
+#[derive(Debug, Default)]
+pub struct Simplifier {
+    images: HashMap<ExprId, ExprId>,
+    weights: Vec<u64>,
+}
+
+impl Simplifier {
+    /// The shortest form found of an expression, inner arguments included.
+    pub fn simplify(&mut self, pool: &mut Pool, root: ExprId) -> ExprId {
+        if let Some(image) = self.images.get(&root) {
+            return *image;
+        }
+        let ids = pool.reachable(&[root]);
+        // Arguments of functions and factors are shortened for themselves first.
+        let mut closed: Vec<ExprId> = vec![root];
+        for id in &ids {
+            match pool.node(*id) {
+                Node::Product(factors) => closed.extend(factors.iter().map(|(base, _)| *base)),
+                Node::Power { base, exponent } => closed.extend([*base, *exponent]),
+                Node::Function(_, x) => closed.push(*x),
+                Node::Atan2 { y, x } => closed.extend([*y, *x]),
+                Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Sum { .. } | Node::Undefined => {}
+            }
+        }
+        closed.sort_unstable();
+        closed.dedup();
+        let mut local: HashMap<ExprId, ExprId> = HashMap::new();
+        for id in ids {
+            if pool.is_spent() {
+                return root;
+            }
+            let is_closed = closed.binary_search(&id).is_ok();
+            if is_closed && let Some(image) = self.images.get(&id) {
+                local.insert(id, *image);
+                continue;
+            }
+            let rebuilt = rebuild(pool, id, &local);
+            let new = if is_closed {
+                let new = self.shortest(pool, rebuilt);
+                self.images.insert(id, new);
+                new
+            } else {
+                rebuilt
+            };
+            local.insert(id, new);
+        }
+        local.get(&root).copied().unwrap_or(root)
+    }
+
+    /// The shortest of the forms of an expression whose closed parts are short already.
+    fn shortest(&mut self, pool: &mut Pool, e: ExprId) -> ExprId {
+        if !has_sums(pool, e) && !has_functions(pool, e) {
+            return e;
+        }
+        let mut best = e;
+        for opening in [Opening::Outermost, Opening::Factors, Opening::Powers] {
+            let Some(mut monomials) = expand(pool, best, opening) else {
+                continue;
+            };
+            collapse(pool, &mut monomials);
+            let flat = write_flat(pool, &monomials);
+            let terms: Vec<(Monomial, Number)> = monomials.into_iter().collect();
+            let factored = factor(pool, terms, 0);
+            for candidate in [factored, flat] {
+                if self.weight(pool, candidate) < self.weight(pool, best) {
+                    best = candidate;
+                }
+            }
+        }
+        best
+    }
+
+    /// How many symbols it takes to write an expression, roughly.
+    pub(crate) fn weight(&mut self, pool: &Pool, e: ExprId) -> u64 {
+        if let Some(weight) = self.weights.get(e.index()) {
+            return *weight;
+        }
+        for id in pool.ids_from(self.weights.len()) {
+            let weight = self.own_weight(pool.node(id), pool);
+            self.weights.push(weight);
+        }
+        self.weights.get(e.index()).copied().unwrap_or(u64::MAX)
+    }
+
+    fn own_weight(&self, node: &Node, pool: &Pool) -> u64 {
+        let of = |id: &ExprId| self.weights.get(id.index()).copied().unwrap_or(0);
+        let total = |parts: &mut dyn Iterator<Item = u64>| parts.fold(0u64, |sum, part| sum.saturating_add(part));
+        match node {
+            Node::Number(value) => 1 + 2 * u64::from(!value.is_integer()),
+            Node::Pi | Node::Symbol(_) | Node::Undefined => 1,
+            Node::Sum { constant, terms } => {
+                let mut signs = terms.len() as u64 + u64::from(!constant.is_zero());
+                signs = signs.saturating_sub(1);
+                let mut parts = terms.iter().map(|(term, c)| {
+                    let number = u64::from(!c.abs().is_one()) * (2 + 2 * u64::from(!c.is_integer()));
+                    of(term).saturating_add(number)
+                });
+                total(&mut parts).saturating_add(signs).saturating_add(u64::from(!constant.is_zero()))
+            }
+            Node::Product(factors) => {
+                let mut parts = factors.iter().map(|(base, exponent)| {
+                    let parentheses = matches!(pool.node(*base), Node::Sum { .. });
+                    let power = 2 * u64::from(!exponent.abs().is_one());
+                    of(base).saturating_add(2 * u64::from(parentheses) + power + 1)
+                });
+                total(&mut parts).saturating_sub(1)
+            }
+            Node::Power { base, exponent } => of(base).saturating_add(of(exponent)) + 3,
+            Node::Function(_, x) => of(x).saturating_add(3),
+            Node::Atan2 { y, x } => of(y).saturating_add(of(x)) + 4,
+        }
+    }
+}
+
+/// Whether a power of this exponent can be multiplied out.
+fn opens(exponent: &Number) -> bool {
+    exponent.is_integer() && !exponent.is_negative()
+}
+
+/// The node with its children replaced by their images.
+pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
+    let image = |child: &ExprId| images.get(child).copied().unwrap_or(*child);
+    let mut changed = false;
+    pool.node(id).for_each_child(|child| changed |= image(&child) != child);
+    if !changed {
+        return id;
+    }
+    match pool.node(id) {
+        Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
+        Node::Sum { constant, terms } => {
+            let constant = constant.clone();
+            let mut parts: Vec<(ExprId, Number)> = terms.iter().map(|(term, c)| (image(term), c.clone())).collect();
+            parts.push((pool.number(constant), Number::ONE));
+            pool.linear(&parts)
+        }
+        Node::Product(factors) => {
+            let parts: Vec<(ExprId, Number)> = factors.iter().map(|(base, e)| (image(base), e.clone())).collect();
+            pool.product_of_powers(&parts)
+        }
+        Node::Power { base, exponent } => {
+            let (base, exponent) = (image(base), image(exponent));
+            pool.power(base, exponent)
+        }
+        Node::Function(function, x) => {
+            let (function, x) = (*function, image(x));
+            pool.apply(function, x)
+        }
+        Node::Atan2 { y, x } => {
+            let (y, x) = (image(y), image(x));
+            pool.atan2(y, x)
+        }
+    }
+}
+
+/// Whether there is a sum of several terms to work on, outside of closed parts.
+fn has_sums(pool: &Pool, e: ExprId) -> bool {
+    match pool.node(e) {
+        Node::Sum { constant, terms } => {
+            terms.len() > 1
+                || (!constant.is_zero() && !terms.is_empty())
+                || terms.iter().any(|(term, _)| has_sum_factor(pool, *term))
+        }
+        Node::Product(_) => has_sum_factor(pool, e),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
+/// Whether functions are among the factors of a single term.
+fn has_functions(pool: &Pool, e: ExprId) -> bool {
+    let (_, core) = split(pool, e);
+    match pool.node(core) {
+        Node::Product(factors) => factors.iter().any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
+fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
+    match pool.node(e) {
+        Node::Product(factors) => {
+            factors.iter().any(|(base, exponent)| opens(exponent) && matches!(pool.node(*base), Node::Sum { .. }))
+        }
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Sum { .. }
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => false,
+    }
+}
+
+pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
+    let entry = monomials.entry(monomial);
+    match entry {
+        std::collections::btree_map::Entry::Vacant(slot) => {
+            slot.insert(coefficient.clone());
+        }
+        std::collections::btree_map::Entry::Occupied(mut slot) => {
+            let sum = slot.get().add(coefficient);
+            if sum.is_zero() {
+                slot.remove();
+            } else {
+                *slot.get_mut() = sum;
+            }
+        }
+    }
+}
+
+/// Which sums are multiplied out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Opening {
+    /// The outermost one, or one factor of a product.
+    Outermost,
+    /// All that are factors, but not their squares and higher powers.
+    Factors,
+    /// All of them.
+    Powers,
+}
+
+/// The terms of an expression as monomials; `None` where there get too many.
+pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Monomials> {
+    let mut monomials = Monomials::new();
+    let factors = pool.factors(e);
+    // Products of what is still to be multiplied out: (coefficient, factors).
+    let mut open: Vec<(Number, Vec<(ExprId, Number)>)> = vec![(Number::ONE, factors)];
+    let mut steps = 0;
+    let mut outermost = true;
+    while let Some((coefficient, factors)) = open.pop() {
+        steps += 1;
+        if steps > 4 * MOST_MONOMIALS || monomials.len() > MOST_MONOMIALS {
+            return None;
+        }
+        let wanted = |exponent: &Number| match opening {
+            Opening::Outermost => outermost && exponent.is_one(),
+            Opening::Factors => exponent.is_one(),
+            Opening::Powers => opens(exponent),
+        };
+        let at = factors
+            .iter()
+            .position(|(base, exponent)| wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. }));
+        let Some(at) = at else {
+            outermost = false;
+            let product = pool.product_of_powers(&factors);
+            // Multiplying may have left a number in front.
+            let (scale, core) = split(pool, product);
+            let coefficient = coefficient.mul(&scale);
+            match pool.node(core) {
+                Node::Product(factors) => {
+                    add_to(&mut monomials, factors.to_vec(), &coefficient);
+                }
+                Node::Number(value) => {
+                    let coefficient = coefficient.mul(value);
+                    if !coefficient.is_zero() {
+                        add_to(&mut monomials, Monomial::new(), &coefficient);
+                    }
+                }
+                Node::Undefined => return None,
+                Node::Pi
+                | Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. } => {
+                    add_to(&mut monomials, vec![(core, Number::ONE)], &coefficient);
+                }
+            }
+            continue;
+        };
+        let (base, exponent) = factors[at].clone();
+        let mut rest = factors;
+        let less = exponent.sub(&Number::ONE);
+        if less.is_zero() {
+            rest.remove(at);
+        } else {
+            rest[at].1 = less;
+        }
+        outermost = false;
+        let Node::Sum { constant, terms } = pool.node(base) else {
+            continue;
+        };
+        if !constant.is_zero() {
+            open.push((coefficient.mul(constant), rest.clone()));
+        }
+        for (term, factor) in terms {
+            let mut product = rest.clone();
+            match pool.node(*term) {
+                Node::Product(factors) => product.extend(factors.iter().cloned()),
+                Node::Number(_)
+                | Node::Pi
+                | Node::Symbol(_)
+                | Node::Sum { .. }
+                | Node::Power { .. }
+                | Node::Function(..)
+                | Node::Atan2 { .. }
+                | Node::Undefined => product.push((*term, Number::ONE)),
+            }
+            open.push((coefficient.mul(factor), product));
+        }
+        if open.len() > MOST_MONOMIALS {
+            return None;
+        }
+    }
+    Some(monomials)
+}
+
+/// A sum of one term as its coefficient and the term; all else is its own term.
+pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
+    match pool.node(e) {
+        Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
+            ([(term, coefficient)], true) => (coefficient.clone(), *term),
+            _ => (Number::ONE, e),
+        },
+        Node::Number(_)
+        | Node::Pi
+        | Node::Symbol(_)
+        | Node::Product(_)
+        | Node::Power { .. }
+        | Node::Function(..)
+        | Node::Atan2 { .. }
+        | Node::Undefined => (Number::ONE, e),
+    }
+}
+
+fn write_flat(pool: &mut Pool, monomials: &Monomials) -> ExprId {
+    let terms: Vec<(ExprId, Number)> = monomials
+        .iter()
+        .map(|(monomial, coefficient)| (pool.product_of_powers(monomial), coefficient.clone()))
+        .collect();
+    pool.linear(&terms)
+}
+
+/// The sum with common factors in front, as Horner's scheme does it: what is in all terms, then
+/// what is in most of them.
+fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> ExprId {
+    let mut sum: Vec<ExprId> = Vec::new();
+    // The terms without the chosen factor are looked at in the next round.
+    while !terms.is_empty() {
+        let common = common_factor(&terms);
+        let mut inner = terms;
+        if !common.is_empty() {
+            for (monomial, _) in &mut inner {
+                *monomial = divided(monomial, &common);
+            }
+        }
+        let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
+        let Some(best) = best else {
+            let parts: Vec<(ExprId, Number)> =
+                inner.iter().map(|(monomial, c)| (pool.product_of_powers(monomial), c.clone())).collect();
+            let value = pool.linear(&parts);
+            sum.push(with_factor(pool, value, &common));
+            break;
+        };
+        let (with, without): (Vec<_>, Vec<_>) =
+            inner.into_iter().partition(|(monomial, _)| has_factor(monomial, &best));
+        if common.is_empty() {
+            sum.push(factor(pool, with, nested + 1));
+            terms = without;
+        } else {
+            let left = factor(pool, with, nested + 1);
+            let right = factor(pool, without, nested + 1);
+            let value = pool.add(left, right);
+            sum.push(with_factor(pool, value, &common));
+            break;
+        }
+    }
+    pool.sum(&sum)
+}
+
+/// The sum with what is in all terms in front, and no more.
+pub(super) fn with_common_factor(pool: &mut Pool, terms: Vec<(Monomial, Number)>) -> ExprId {
+    factor(pool, terms, MOST_NESTED)
+}
+
+fn with_factor(pool: &mut Pool, value: ExprId, common: &Monomial) -> ExprId {
+    if common.is_empty() {
+        return value;
+    }
+    let mut factors = common.clone();
+    factors.push((value, Number::ONE));
+    pool.product_of_powers(&factors)
+}
+
+/// The exponent that two powers of one base have in common.
+fn shared(a: &Number, b: &Number) -> Option<Number> {
+    if a.is_negative() != b.is_negative() {
+        return None;
+    }
+    let smaller = if (a < b) != a.is_negative() { a } else { b };
+    Some(smaller.clone())
+}
+
+/// What all terms have in common.
+fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
+    let Some(((first, _), others)) = terms.split_first() else {
+        return Monomial::new();
+    };
+    let mut common = first.clone();
+    for (monomial, _) in others {
+        common = common
+            .into_iter()
+            .filter_map(|(base, exponent)| {
+                let at = monomial.binary_search_by_key(&base, |(base, _)| *base).ok()?;
+                let exponent = shared(&exponent, &monomial.get(at)?.1)?;
+                Some((base, exponent))
+            })
+            .collect();
+    }
+    common
+}
+
+fn divided(monomial: &Monomial, by: &Monomial) -> Monomial {
+    let mut rest = Monomial::with_capacity(monomial.len());
+    for (base, exponent) in monomial {
+        let exponent = match by.binary_search_by_key(base, |(base, _)| *base) {
+            Ok(at) => exponent.sub(&by[at].1),
+            Err(_) => exponent.clone(),
+        };
+        if !exponent.is_zero() {
+            rest.push((*base, exponent));
+        }
+    }
+    rest
+}
+
+/// A base and the side of the fraction bar it stands on.
+type Side = (ExprId, bool);
+
+fn has_factor(monomial: &Monomial, (base, below): &Side) -> bool {
+    monomial.binary_search_by_key(base, |(base, _)| *base).is_ok_and(|at| monomial[at].1.is_negative() == *below)
+}
+
+/// The base that stands in most terms, in two at least; the oldest of several.
+fn most_frequent(terms: &[(Monomial, Number)]) -> Option<Side> {
+    let mut counts: BTreeMap<Side, usize> = BTreeMap::new();
+    for (monomial, _) in terms {
+        for (base, exponent) in monomial {
+            *counts.entry((*base, exponent.is_negative())).or_default() += 1;
+        }
+    }
+    let most = counts.values().copied().max().filter(|count| *count > 1)?;
+    counts.into_iter().find(|(_, count)| *count == most).map(|(side, _)| side)
+}

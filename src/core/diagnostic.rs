@@ -1,0 +1,210 @@
+//! What all error types turn into when a person or an editor is to read them.
+//!
+//! Every stage has its own error enum; each variant converts to a [`Diagnostic`]: a message in a
+//! physicist's words, the place, where it helps a second place, and the fix where there is one.
+//! This module holds the plain data and never draws: drawing is the command line's job.
+
+use crate::span::Span;
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum Severity {
+    /// The model can't be used.
+    Error,
+    /// Legal, but suspicious.
+    Warning,
+}
+
+impl Severity {
+    /// `error` or `warning`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        }
+    }
+}
+
+/// A place with a remark.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Label {
+    /// Where.
+    pub span: Span,
+    /// What is to be said there; may be empty.
+    pub text: String,
+}
+
+/// A message about a model file, ready to be drawn.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct Diagnostic {
+    /// Error or warning.
+    pub severity: Severity,
+    /// The kind of mistake, `E0012`; [`explain`](crate::explain::explain) knows more about it.
+    /// `None` for what is no kind of its own.
+    pub code: Option<&'static str>,
+    /// What is wrong, one sentence without a full stop.
+    pub message: String,
+    /// The place of the mistake; `None` where the whole file is at fault.
+    pub primary: Option<Label>,
+    /// Where the other half of the mistake stands.
+    pub secondary: Vec<Label>,
+    /// The fix, if there is one.
+    pub help: Option<String>,
+}
+
+impl Diagnostic {
+    /// An error at a place.
+    #[must_use]
+    pub fn error(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Error,
+            code: None,
+            message: readable(message.into()),
+            primary: Some(Label { span, text: readable(label.into()) }),
+            secondary: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// An error of the file as a whole.
+    #[must_use]
+    pub fn global(message: impl Into<String>) -> Self {
+        Self {
+            severity: Severity::Error,
+            code: None,
+            message: readable(message.into()),
+            primary: None,
+            secondary: Vec::new(),
+            help: None,
+        }
+    }
+
+    /// Something legal, but suspicious, at a place.
+    #[must_use]
+    pub fn warning(message: impl Into<String>, span: Span, label: impl Into<String>) -> Self {
+        Self { severity: Severity::Warning, ..Self::error(message, span, label) }
+    }
+
+    /// The same with what is wrong.
+    pub fn told(self, severity: Severity, message: String, code: &'static str) -> Self {
+        Self { severity, message: readable(message), code: Some(code), ..self }
+    }
+
+    /// The same with a second place, if there is one.
+    #[cfg(feature = "engine")]
+    pub fn and_at(self, span: Option<Span>, text: &str) -> Self {
+        match span {
+            Some(span) => self.with_secondary(span, text),
+            None => self,
+        }
+    }
+
+    /// The same with a fix, if there is one.
+    pub(crate) fn or_help(self, help: Option<String>) -> Self {
+        Self { help: help.map(readable).or(self.help), ..self }
+    }
+
+    /// The same with the code of its kind.
+    #[must_use]
+    pub fn with_code(mut self, code: &'static str) -> Self {
+        self.code = Some(code);
+        self
+    }
+
+    /// The same with a second place.
+    #[must_use]
+    pub fn with_secondary(mut self, span: Span, text: impl Into<String>) -> Self {
+        self.secondary.push(Label { span, text: readable(text.into()) });
+        self
+    }
+
+    /// The same with a fix.
+    #[must_use]
+    pub fn with_help(mut self, help: impl Into<String>) -> Self {
+        self.help = Some(readable(help.into()));
+        self
+    }
+}
+
+/// A place with a label, of which it is not said yet what is wrong there.
+pub fn at(span: Span, label: impl Into<String>) -> Diagnostic {
+    Diagnostic::error("", span, label)
+}
+
+/// No place at all.
+pub fn nowhere() -> Diagnostic {
+    Diagnostic::global("")
+}
+
+/// Longer words than this are shortened in messages: they are no names that a person has written.
+const LONGEST_WORD: usize = 100;
+
+/// The text with the middle of overlong words left out.
+fn readable(text: String) -> String {
+    if text.len() <= LONGEST_WORD {
+        return text;
+    }
+    let mut out = String::new();
+    for piece in text.split_inclusive(char::is_whitespace) {
+        match piece.char_indices().nth(LONGEST_WORD) {
+            None => out.push_str(piece),
+            Some(_) => {
+                let start = piece.char_indices().nth(LONGEST_WORD / 2);
+                let end = piece.char_indices().rev().nth(LONGEST_WORD / 4);
+                out.push_str(&piece[..start.map_or(0, |(at, _)| at)]);
+                out.push('…');
+                out.push_str(&piece[end.map_or(piece.len(), |(at, _)| at)..]);
+            }
+        }
+    }
+    out
+}
+
+/// The name among `candidates` that `name` was probably meant to be, if one is near enough.
+///
+/// Near means at most a third of the longer one's letters changed, inserted, dropped or swapped
+/// (optimal string alignment distance); a wrong case counts as half a change.
+#[must_use]
+pub fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let mut best: Option<(usize, &'a str)> = None;
+    for candidate in candidates {
+        let distance = alignment_distance(name, candidate);
+        let longer = name.chars().count().max(candidate.chars().count());
+        // Distances are doubled so that a wrong case can cost half.
+        let allowed = if longer <= 2 { 1 } else { (2 * longer).div_ceil(3).max(2) };
+        if distance <= allowed && best.is_none_or(|(least, _)| distance < least) {
+            best = Some((distance, candidate));
+        }
+    }
+    best.map(|(_, candidate)| candidate)
+}
+
+fn alignment_distance(a: &str, b: &str) -> usize {
+    // Names far longer than any that a person writes are not compared.
+    let a: Vec<char> = a.chars().take(64).collect();
+    let b: Vec<char> = b.chars().take(64).collect();
+    let mut rows: Vec<Vec<usize>> = vec![(0..=b.len()).map(|j| 2 * j).collect()];
+    for i in 1..=a.len() {
+        let mut row = vec![2 * i; b.len() + 1];
+        for j in 1..=b.len() {
+            let (x, y) = (a[i - 1], b[j - 1]);
+            let change = if x == y {
+                0
+            } else if x.to_lowercase().eq(y.to_lowercase()) {
+                1
+            } else {
+                2
+            };
+            row[j] = (rows[i - 1][j - 1] + change).min(rows[i - 1][j] + 2).min(row[j - 1] + 2);
+            if i > 1 && j > 1 && x == b[j - 2] && a[i - 2] == y {
+                row[j] = row[j].min(rows[i - 2][j - 2] + 2);
+            }
+        }
+        rows.push(row);
+    }
+    rows[a.len()][b.len()]
+}

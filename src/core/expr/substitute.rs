@@ -1,0 +1,133 @@
+//! Replacing symbols by expressions, and absolute values by signs.
+
+use super::traverse::Reachable;
+use super::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape};
+use crate::number::Number;
+
+/// From this power of two on an exponential is large.
+const LARGE: f64 = 200.0;
+
+impl Pool {
+    /// The roots with their symbols replaced, all at once, and simplified anew.
+    pub fn substitute(&mut self, roots: &[ExprId], map: &Substitution) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = self.dependent(&reachable, |symbol| map.contains_key(&symbol));
+        if !dependent.contains(&true) {
+            return roots.to_vec();
+        }
+        self.rebuilt(roots, &reachable, &dependent, map, &mut |_, _, _| None)
+    }
+
+    /// The roots with each absolute value |x| of something that depends on a wanted symbol written s x, and all these x with
+    /// their s: where s is the sign of x, they are what they were. An x has no other such absolute value in it.
+    pub fn with_signs(
+        &mut self,
+        roots: &[ExprId],
+        is_wanted: impl Fn(Symbol) -> bool,
+    ) -> (Vec<ExprId>, Vec<(ExprId, Symbol)>) {
+        let reachable = self.reachable_places(roots);
+        let dependent = self.dependent(&reachable, is_wanted);
+        let mut signs: Vec<(ExprId, Symbol)> = Vec::new();
+        let mut signed = |pool: &mut Self, function: Function, x: ExprId| {
+            if function != Function::Abs {
+                return None;
+            }
+            let known = signs.iter().find(|known| known.0 == x);
+            let sign = known.map(|known| known.1).unwrap_or_else(|| {
+                let sign = pool.fresh_symbol("sign");
+                signs.push((x, sign));
+                sign
+            });
+            let sign = pool.symbol_expr(sign);
+            Some(pool.mul(sign, x))
+        };
+        let none = Substitution::default();
+        let roots = self.rebuilt(roots, &reachable, &dependent, &none, &mut signed);
+        (roots, signs)
+    }
+
+    /// The same with exp(c) for a large constant c as 2^n exp(c - n ln 2) where that is about 1: products with numbers are then within the
+    /// range of doubles on their way.
+    pub fn with_small_exponentials(&mut self, roots: &[ExprId]) -> Vec<ExprId> {
+        let reachable = self.reachable_places(roots);
+        let dependent = vec![true; reachable.ids.len()];
+        let none = Substitution::default();
+        let mut smaller = |pool: &mut Self, function: Function, x: ExprId| {
+            if function != Function::Exp || !pool.is_constant(x) {
+                return None;
+            }
+            let tape = Tape::compile(pool, &[x], &[]).ok()?;
+            let value = *tape.evaluate::<f64>(&[], &mut Vec::new()).first()?;
+            let power = (value / std::f64::consts::LN_2).round();
+            if !(LARGE..LARGE * 1000.0).contains(&power.abs()) {
+                return None;
+            }
+            let by = Number::from(power as i64);
+            let two = pool.integer(2);
+            let (log, factor) = (pool.apply(Function::Ln, two), pool.powr(two, &by));
+            let rest = pool.linear(&[(x, Number::ONE), (log, by.neg())]);
+            let rest = pool.apply(Function::Exp, rest);
+            Some(pool.mul(factor, rest))
+        };
+        self.rebuilt(roots, &reachable, &dependent, &none, &mut smaller)
+    }
+
+    /// The roots built anew from what replaces their symbols, and their functions where `replaced` gives something.
+    fn rebuilt(
+        &mut self,
+        roots: &[ExprId],
+        reachable: &Reachable,
+        dependent: &[bool],
+        map: &Substitution,
+        replaced: &mut impl FnMut(&mut Self, Function, ExprId) -> Option<ExprId>,
+    ) -> Vec<ExprId> {
+        let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
+        let mut parts = Vec::new();
+        for (place, id) in reachable.ids.iter().enumerate() {
+            if !dependent[place] {
+                images.push(*id);
+                continue;
+            }
+            let image = |child: ExprId| images[reachable.place(child)];
+            let new = match self.node(*id) {
+                Node::Number(_) | Node::Pi | Node::Undefined => *id,
+                Node::Symbol(symbol) => map.get(symbol).copied().unwrap_or(*id),
+                Node::Sum { constant, terms } => {
+                    parts.clear();
+                    parts.extend(terms.iter().map(|(term, c)| (image(*term), c.clone())));
+                    let constant = constant.clone();
+                    let constant = self.number(constant);
+                    parts.push((constant, Number::ONE));
+                    self.linear(&parts)
+                }
+                Node::Product(factors) => {
+                    parts.clear();
+                    parts.extend(factors.iter().map(|(base, e)| (image(*base), e.clone())));
+                    self.product_of_powers(&parts)
+                }
+                Node::Power { base, exponent } => {
+                    let (base, exponent) = (image(*base), image(*exponent));
+                    self.power(base, exponent)
+                }
+                Node::Function(function, x) => {
+                    let (function, x) = (*function, image(*x));
+                    match replaced(self, function, x) {
+                        Some(replaced) => replaced,
+                        None => self.apply(function, x),
+                    }
+                }
+                Node::Atan2 { y, x } => {
+                    let (y, x) = (image(*y), image(*x));
+                    self.atan2(y, x)
+                }
+            };
+            images.push(new);
+        }
+        roots.iter().map(|root| images[reachable.place(*root)]).collect()
+    }
+
+    /// One expression with its symbols replaced.
+    pub fn substitute_one(&mut self, root: ExprId, map: &Substitution) -> ExprId {
+        self.substitute(&[root], map).first().copied().unwrap_or(root)
+    }
+}

@@ -1,0 +1,575 @@
+//! Numbers for the elements of every instance, and their sums: force, stiffness, inertia.
+//!
+//! The symbolic work is done once a family of terms; here its tapes are run once an instance and
+//! the small blocks are scattered into place, as a finite-element code does.
+
+use std::collections::HashMap;
+
+use super::elements::{Element, Splitter, elements};
+use super::facts::Variable;
+use super::velocity::{Origin, VelocityFamily};
+pub use crate::expr::evaluate_closed;
+use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+use crate::precision::{Ball, Big, Function, Scalar};
+use crate::span::Span;
+
+/// The elements of one family of terms, ready to be evaluated.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ElementFamily {
+    /// Where the term stands.
+    pub span: Span,
+    /// Elements of the kinetic energy with respect to the velocities, at velocity zero.
+    pub inertia: Vec<Element>,
+    /// Elements of the effective potential V - T0 with respect to the coordinates.
+    pub potential: Vec<Element>,
+    /// The instances: coordinates and constants.
+    pub terms: TermFamily,
+    /// The term's share of V - T0.
+    pub(super) effective: ExprId,
+    /// Logarithms of coordinates in it: ln(u) has no value where u < 0, where its derivatives have one.
+    pub(super) logarithms: Vec<ExprId>,
+    parameters: Vec<usize>,
+    constants: Vec<u32>,
+    inertia_tape: Tape,
+    force_tape: Tape,
+    stiffness_tape: Tape,
+}
+
+/// Bits of numbers of any range, where those of balls do not do.
+const WIDE: usize = 192;
+
+/// All families, with what they share.
+#[derive(Clone, Debug)]
+pub(crate) struct Assembly {
+    pub(crate) families: Vec<ElementFamily>,
+    /// The distinct constants that fill value slots.
+    constants_tape: Option<Tape>,
+    constants_parameters: Vec<usize>,
+    pub(super) dimension: usize,
+    /// What goes with velocities, and friction.
+    pub(super) velocity: Vec<VelocityFamily>,
+}
+
+/// Parameter values and constants as numbers of one type.
+#[derive(Clone, Debug)]
+pub(crate) struct Values<S: Scalar> {
+    parameters: Vec<Option<S>>,
+    pub(super) constants: Vec<S>,
+    precision: S::Precision,
+    /// Where the range of these numbers does not do: the same in others, which all is evaluated in ([`Scalar::to_wide`]).
+    wide: Option<Box<Values<Big>>>,
+}
+
+/// The parameter that would have to have a value.
+pub(crate) struct NoValue(pub(crate) usize);
+
+/// What an evaluation is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    Inertia,
+    Force,
+    Stiffness,
+}
+
+/// A term of the energies with the sign it has in L = T - V.
+pub fn signed_terms(model: &Model) -> impl Iterator<Item = (bool, &TermFamily)> {
+    let kinetic = model.kinetic.iter().map(|family| (false, family));
+    let potential = model.potential.iter().map(|family| (true, family));
+    kinetic.chain(potential)
+}
+
+/// The terms that are linear in the velocities at velocity zero: the coefficient of each velocity.
+pub(crate) struct VelocityLinear {
+    pub(crate) family: TermFamily,
+    /// By local variable; those that vanish identically are left out.
+    pub(crate) coefficients: Vec<(usize, ExprId)>,
+}
+
+/// Gives parameters in exponents their exact values.
+///
+/// The derivatives of x^n with a symbol n are those of exp(n ln x), which are not defined at x = 0;
+/// with a number they are. Only numeric work needs that: derivations keep the symbol.
+pub(crate) fn put_exponents_in(model: &mut Model) {
+    let energies = signed_terms(model).map(|(_, family)| family);
+    let bodies: Vec<ExprId> = energies.chain(&model.friction).map(|family| family.body).collect();
+    let exponents: Vec<ExprId> = model
+        .pool
+        .reachable(&bodies)
+        .into_iter()
+        .filter_map(|id| {
+            let Node::Power { exponent, .. } = model.pool.node(id) else {
+                return None;
+            };
+            Some(*exponent)
+        })
+        .collect();
+    if exponents.is_empty() {
+        return;
+    }
+    let mut values = Substitution::default();
+    for number in parameters_of(model, &exponents) {
+        let parameter = &model.parameters[number];
+        if let Some(value) = parameter.value
+            && model.pool.as_number(value).is_some()
+        {
+            values.insert(parameter.symbol, value);
+        }
+    }
+    let bodies = model.pool.substitute(&bodies, &values);
+    let families = model.kinetic.iter_mut().chain(&mut model.potential);
+    for (family, body) in families.chain(&mut model.friction).zip(bodies) {
+        family.body = body;
+    }
+}
+
+/// Takes all terms of a model apart.
+pub(crate) fn assemble(model: &mut Model) -> (Assembly, Vec<VelocityLinear>) {
+    let mut families = Vec::new();
+    let mut linear = Vec::new();
+    let mut constants = Vec::new();
+    let mut numbers: HashMap<ExprId, u32> = HashMap::new();
+    let mut number = |constant: ExprId| {
+        let next = u32::try_from(constants.len()).unwrap_or(u32::MAX);
+        *numbers.entry(constant).or_insert_with(|| {
+            constants.push(constant);
+            next
+        })
+    };
+    let terms: Vec<(bool, TermFamily)> =
+        signed_terms(model).map(|(negative, family)| (negative, family.clone())).collect();
+    let mut splitter = Splitter::default();
+    for local in terms.iter().flat_map(|(_, family)| &family.locals) {
+        let facts = &mut splitter.facts;
+        facts.declare(local.coordinate, Variable::Coordinate);
+        facts.declare(local.velocity, Variable::Velocity);
+    }
+    for (negative, family) in terms {
+        if family.count == 0 {
+            continue;
+        }
+        let (effective, parts, coefficients) = split(&mut model.pool, &mut splitter, &family, negative);
+        if !coefficients.is_empty() {
+            linear.push(VelocityLinear { family: family.clone(), coefficients });
+        }
+        let (inertia, potential) = parts;
+        if inertia.is_empty() && potential.is_empty() {
+            continue;
+        }
+        let indices = family.constants.iter().map(|constant| number(*constant));
+        let indices = indices.collect();
+        let logarithms = logarithms(&model.pool, &mut splitter, effective);
+        let parts = (effective, logarithms);
+        if let Some(family) = compile(model, family, parts, (inertia, potential), indices) {
+            families.push(family);
+        }
+    }
+    let friction = model.friction.clone();
+    let origins = linear.iter().map(Origin::Linear);
+    let origins = origins.chain(friction.iter().map(Origin::Friction));
+    let velocity: Vec<VelocityFamily> =
+        origins.filter_map(|origin| VelocityFamily::new(model, &origin, &mut number)).collect();
+    let constants_parameters = parameters_of(model, &constants);
+    let inputs: Vec<Symbol> =
+        constants_parameters.iter().map(|parameter| model.parameters[*parameter].symbol).collect();
+    let constants_tape = Tape::compile(&model.pool, &constants, &inputs).ok();
+    let assembly =
+        Assembly { families, constants_tape, constants_parameters, dimension: model.coordinates.len(), velocity };
+    (assembly, linear)
+}
+
+type Parts = (Vec<Element>, Vec<Element>);
+
+/// V - T0 of one term; inertia, effective potential and velocity-linear coefficients.
+fn split(
+    pool: &mut Pool,
+    splitter: &mut Splitter,
+    family: &TermFamily,
+    negative: bool,
+) -> (ExprId, Parts, Vec<(usize, ExprId)>) {
+    let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
+    let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
+    let mut at_rest = Substitution::default();
+    let zero = pool.zero();
+    for velocity in &velocities {
+        at_rest.insert(*velocity, zero);
+    }
+    // L = T - V: the body's share of L, and of the effective potential V - T0.
+    let share = if negative { pool.neg(family.body) } else { family.body };
+    let moving = splitter.facts.varies(pool, share, Variable::Velocity);
+    let static_share = if splitter.facts.rests(pool, share) {
+        zero
+    } else if moving {
+        pool.substitute(&[share], &at_rest)[0]
+    } else {
+        share
+    };
+    let effective = pool.neg(static_share);
+    let potential = elements(pool, splitter, effective, &coordinates, Variable::Coordinate);
+    if !moving {
+        return (effective, (Vec::new(), potential), Vec::new());
+    }
+    let mut inertia = Vec::new();
+    let mut coefficients: Vec<Vec<ExprId>> = vec![Vec::new(); velocities.len()];
+    for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
+        let element = element.at_rest(pool, &mut splitter.facts, &at_rest);
+        for (place, slope) in &element.slope {
+            let coefficient = pool.mul(element.first, *slope);
+            coefficients[*place].push(coefficient);
+        }
+        if !(is_zero(pool, element.second) || element.slope.is_empty()) || !element.curvature.is_empty() {
+            inertia.push(element);
+        }
+    }
+    let mut linear = Vec::new();
+    for (place, parts) in coefficients.iter().enumerate() {
+        let coefficient = pool.sum(parts);
+        if !is_zero(pool, coefficient) {
+            linear.push((place, coefficient));
+        }
+    }
+    (effective, (inertia, potential), linear)
+}
+
+/// The logarithms of coordinates in an expression.
+fn logarithms(pool: &Pool, splitter: &mut Splitter, root: ExprId) -> Vec<ExprId> {
+    let mut parts = pool.reachable(&[root]);
+    parts.retain(|id| {
+        matches!(pool.node(*id), Node::Function(Function::Ln, _))
+            && splitter.facts.varies(pool, *id, Variable::Coordinate)
+    });
+    parts
+}
+
+/// The values of the parameters that have one.
+pub fn known_values(model: &Model) -> Substitution {
+    let mut known = Substitution::default();
+    for parameter in &model.parameters {
+        if let Some(value) = parameter.value {
+            known.insert(parameter.symbol, value);
+        }
+    }
+    known
+}
+
+pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
+    pool.as_number(e).is_some_and(Number::is_zero)
+}
+
+/// The parameters in expressions, by number, ascending.
+pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
+    let mut found: Vec<usize> = model
+        .pool
+        .symbols_of(roots)
+        .iter()
+        .filter_map(|symbol| match model.symbols.get(symbol) {
+            Some(SymbolKind::Parameter(number)) => Some(*number),
+            Some(_) | None => None,
+        })
+        .collect();
+    found.sort_unstable();
+    found
+}
+
+fn compile(
+    model: &Model,
+    terms: TermFamily,
+    (effective, logarithms): (ExprId, Vec<ExprId>),
+    (inertia, potential): Parts,
+    constants: Vec<u32>,
+) -> Option<ElementFamily> {
+    let mut force_roots = Vec::new();
+    let mut stiffness_roots = Vec::new();
+    for element in &potential {
+        force_roots.push(element.first);
+        force_roots.extend(element.slope.iter().map(|(_, entry)| *entry));
+        stiffness_roots.extend(element.entries());
+    }
+    force_roots.extend(&logarithms);
+    let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
+    let all: Vec<ExprId> = stiffness_roots.iter().chain(&inertia_roots).chain(&logarithms).copied().collect();
+    let parameters = parameters_of(model, &all);
+    let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
+    inputs.extend(&terms.values);
+    inputs.extend(parameters.iter().map(|parameter| model.parameters[*parameter].symbol));
+    // Every symbol of a body is one of these; explicit time is refused before.
+    let tape = |roots: &[ExprId]| Tape::compile(&model.pool, roots, &inputs).ok();
+    Some(ElementFamily {
+        span: terms.span,
+        inertia_tape: tape(&inertia_roots)?,
+        force_tape: tape(&force_roots)?,
+        stiffness_tape: tape(&stiffness_roots)?,
+        inertia,
+        potential,
+        terms,
+        effective,
+        logarithms,
+        parameters,
+        constants,
+    })
+}
+
+impl ElementFamily {
+    /// The constants of an instance, by number, one a value slot.
+    pub(super) fn constants_of(&self, instance: usize) -> &[u32] {
+        let width = self.terms.values.len();
+        &self.constants[instance * width..(instance + 1) * width]
+    }
+}
+
+impl<S: Scalar> Values<S> {
+    /// The value of a parameter by number.
+    pub(super) fn parameter(&self, number: usize, otherwise: &S) -> S {
+        let value = self.parameters.get(number).and_then(Option::as_ref);
+        value.unwrap_or(otherwise).clone()
+    }
+
+    /// A point and the values in numbers of any range, where these do not do.
+    pub(super) fn wide(&self, at: &[S]) -> Option<(Vec<Big>, &Values<Big>)> {
+        let wide = self.wide.as_deref()?;
+        let at: Option<Vec<Big>> = at.iter().map(|x| x.to_wide(WIDE)).collect();
+        Some((at?, wide))
+    }
+
+    /// What the numbers were made with.
+    pub(crate) fn precision(&self) -> S::Precision {
+        self.precision
+    }
+}
+
+impl Assembly {
+    /// The values of parameters and constants.
+    pub(crate) fn values<S: Scalar>(&self, model: &Model, precision: S::Precision) -> Result<Values<S>, NoValue> {
+        self.values_where(model, precision, |_, value| value)
+    }
+
+    /// The values, with those of parameters replaced as told by their number.
+    pub(crate) fn values_where<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+        replaced: impl Fn(usize, S) -> S,
+    ) -> Result<Values<S>, NoValue> {
+        let mut needed: Vec<usize> = self.constants_parameters.clone();
+        needed.extend(self.families.iter().flat_map(|family| &family.parameters));
+        needed.extend(self.velocity.iter().flat_map(|family| &family.parameters));
+        needed.sort_unstable();
+        needed.dedup();
+        let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
+        for number in needed {
+            let value = model.parameters[number].value.ok_or(NoValue(number))?;
+            let own = evaluate_closed(&model.pool, value, precision);
+            parameters[number] = own.map(|own| replaced(number, own));
+        }
+        let inputs: Vec<S> =
+            self.constants_parameters.iter().filter_map(|number| parameters[*number].clone()).collect();
+        let constants = self
+            .constants_tape
+            .as_ref()
+            .map_or_else(Vec::new, |tape| tape.prepare(precision).evaluate(&inputs, &mut Vec::new()));
+        Ok(Values { parameters, constants, precision, wide: None })
+    }
+
+    /// The values, for expressions whose parts may be anywhere beyond the range of balls.
+    pub(super) fn wide_values(&self, model: &Model) -> Result<Values<Ball>, NoValue> {
+        let mut values = self.values(model, ())?;
+        values.wide = Some(Box::new(self.values(model, WIDE)?));
+        Ok(values)
+    }
+
+    /// Runs one kind of tape for all instances: `scatter` gets the family, the number of the
+    /// instance, and the numbers in the order of the elements.
+    pub(super) fn run<'a, S: Scalar>(
+        &'a self,
+        part: Part,
+        at: &[S],
+        values: &Values<S>,
+        mut scatter: impl FnMut(&'a ElementFamily, usize, &[S]),
+    ) {
+        let zero = S::from_number(&Number::from(0), values.precision);
+        let mut scratch = Vec::new();
+        let mut inputs: Vec<S> = Vec::new();
+        let mut out: Vec<S> = Vec::new();
+        for family in &self.families {
+            let (tape, used) = match part {
+                Part::Inertia => (&family.inertia_tape, !family.inertia.is_empty()),
+                Part::Force => (&family.force_tape, !family.potential.is_empty()),
+                Part::Stiffness => (&family.stiffness_tape, !family.potential.is_empty()),
+            };
+            if !used {
+                continue;
+            }
+            let prepared = tape.prepare::<S>(values.precision);
+            out.clear();
+            out.resize(tape.outputs(), zero.clone());
+            for instance in 0..family.terms.count {
+                let coordinates = family.terms.coordinates_of(instance);
+                inputs.clear();
+                inputs.extend(coordinates.iter().map(|number| at.get(*number as usize).unwrap_or(&zero).clone()));
+                inputs.extend(
+                    family.constants_of(instance).iter().map(|number| values.constants[*number as usize].clone()),
+                );
+                inputs.extend(
+                    family.parameters.iter().map(|number| values.parameters[*number].clone().unwrap_or(zero.clone())),
+                );
+                prepared.evaluate_into(&inputs, &mut scratch, &mut out);
+                scatter(family, instance, &out);
+            }
+        }
+    }
+
+    /// The gradient of the effective potential, one entry a coordinate; with what friction does at rest.
+    pub(crate) fn gradient<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        if let Some((at, wide)) = values.wide(at) {
+            return S::all_from_wide(&self.gradient(&at, wide));
+        }
+        let mut gradient = vec![S::from_number(&Number::from(0), values.precision); self.dimension];
+        self.run(Part::Force, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
+            let mut rest = numbers;
+            for element in &family.potential {
+                let (first, slopes) = head(&mut rest, 1, element.slope.len());
+                for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                    let entry = &mut gradient[coordinates[*place] as usize];
+                    *entry = entry.add(&first[0].mul(slope));
+                }
+            }
+            // Where the energy has no value, no force has one.
+            for logarithm in rest.iter().filter(|number| !number.is_finite()) {
+                for place in coordinates {
+                    let entry = &mut gradient[*place as usize];
+                    *entry = entry.add(logarithm);
+                }
+            }
+        });
+        self.add_friction_at_rest(at, values, &mut gradient);
+        gradient
+    }
+
+    /// ∇s of all elements of the effective potential: coordinates, each once, and entries. All that s
+    /// depends on is there, also where the entry happens to be zero.
+    pub(crate) fn slopes<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<Vec<(usize, S)>> {
+        if let Some((at, wide)) = values.wide(at) {
+            let rows = self.slopes(&at, wide).into_iter();
+            let narrowed = |(place, slope)| Some((place, S::from_wide(&slope)?));
+            return rows.map(|row| row.into_iter().filter_map(narrowed).collect()).collect();
+        }
+        let mut rows = Vec::new();
+        let zero = S::from_number(&Number::ZERO, values.precision);
+        self.run(Part::Force, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
+            let mut rest = numbers;
+            for element in &family.potential {
+                let (_, slopes) = head(&mut rest, 1, element.slope.len());
+                let mut row: Vec<(usize, S)> = Vec::with_capacity(slopes.len());
+                for ((place, _), slope) in element.slope.iter().zip(slopes) {
+                    let coordinate = coordinates[*place] as usize;
+                    match row.iter_mut().find(|(other, _)| *other == coordinate) {
+                        Some((_, entry)) => *entry = entry.add(slope),
+                        None => row.push((coordinate, slope.clone())),
+                    }
+                }
+                for place in element.curvature.iter().flat_map(|(a, b, _)| [*a, *b]) {
+                    let coordinate = coordinates[place] as usize;
+                    if row.iter().all(|(other, _)| *other != coordinate) {
+                        row.push((coordinate, zero.clone()));
+                    }
+                }
+                rows.push(row);
+            }
+        });
+        rows
+    }
+
+    /// The stiffness matrix, dense, column by column.
+    pub(crate) fn stiffness<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        self.matrix(Part::Stiffness, at, values)
+    }
+
+    /// The mass matrix, dense, column by column.
+    pub(crate) fn mass<S: Scalar>(&self, at: &[S], values: &Values<S>) -> Vec<S> {
+        self.matrix(Part::Inertia, at, values)
+    }
+
+    fn matrix<S: Scalar>(&self, part: Part, at: &[S], values: &Values<S>) -> Vec<S> {
+        let n = self.dimension;
+        let mut matrix = vec![S::from_number(&Number::from(0), values.precision); n * n];
+        self.entries(part, at, values, |i, j, value| {
+            let entry = &mut matrix[i as usize + n * j as usize];
+            *entry = entry.add(value);
+        });
+        for j in 0..n {
+            for i in 0..j {
+                matrix[i + n * j] = matrix[j + n * i].clone();
+            }
+        }
+        matrix
+    }
+
+    /// What adds up to the lower triangle of M or K: row, column and share, often several for one entry.
+    pub(super) fn entries<S: Scalar>(
+        &self,
+        part: Part,
+        at: &[S],
+        values: &Values<S>,
+        mut share: impl FnMut(u32, u32, &S),
+    ) {
+        if let Some((at, wide)) = values.wide(at) {
+            let narrowed: &mut dyn FnMut(u32, u32, &Big) = &mut |i, j, own| {
+                if let Some(own) = S::from_wide(own) {
+                    share(i, j, &own);
+                }
+            };
+            self.entries(part, &at, wide, narrowed);
+            return;
+        }
+        self.run(part, at, values, |family, instance, numbers| {
+            let coordinates = family.terms.coordinates_of(instance);
+            let elements = if part == Part::Inertia { &family.inertia } else { &family.potential };
+            // Into the lower triangle; `both` where the value stands for (i, j) and (j, i).
+            let mut add = |i: u32, j: u32, value: &S, both: bool| {
+                share(i.max(j), i.min(j), value);
+                if both && i == j {
+                    share(i, j, value);
+                }
+            };
+            let mut rest = numbers;
+            for element in elements {
+                let (outer, slopes) = head(&mut rest, 2, element.slope.len());
+                let (curvature, _) = head(&mut rest, element.curvature.len(), 0);
+                let (first, second) = (&outer[0], &outer[1]);
+                if !second.is_exact_zero() {
+                    for (k, (a, _)) in element.slope.iter().enumerate() {
+                        if slopes[k].is_exact_zero() {
+                            continue;
+                        }
+                        let row = second.mul(&slopes[k]);
+                        for (l, (b, _)) in element.slope.iter().enumerate().skip(k) {
+                            if slopes[l].is_exact_zero() {
+                                continue;
+                            }
+                            let value = row.mul(&slopes[l]);
+                            add(coordinates[*a], coordinates[*b], &value, k != l);
+                        }
+                    }
+                }
+                if !first.is_exact_zero() {
+                    for ((a, b, _), bend) in element.curvature.iter().zip(curvature) {
+                        let value = first.mul(bend);
+                        add(coordinates[*a], coordinates[*b], &value, a != b);
+                    }
+                }
+            }
+        });
+    }
+}
+
+/// Splits the next numbers off.
+pub(super) fn head<'a, S>(rest: &mut &'a [S], first: usize, second: usize) -> (&'a [S], &'a [S]) {
+    let (a, tail) = rest.split_at(first.min(rest.len()));
+    let (b, tail) = tail.split_at(second.min(tail.len()));
+    *rest = tail;
+    (a, b)
+}

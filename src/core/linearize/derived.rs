@@ -1,0 +1,239 @@
+//! From a model to its matrices as expressions: how the parts of this stage go together where nothing but a searched
+//! equilibrium needs numbers.
+
+use super::assemble::{self, Assembly, Values, evaluate_closed};
+use super::constrained;
+use super::equilibrium::{Equilibrium, short};
+use super::multipliers;
+use super::symbolic::{self, SymbolicMatrices};
+use super::{
+    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, missing_value, steady, surface,
+    unbalanced, units, velocity,
+};
+use crate::expr::{ExprId, Substitution, ZeroVerdict};
+use crate::model::Model;
+use crate::precision::Ball;
+
+/// Tries with all constraints, and where that fails for dependent gradients once more without those that follow from
+/// the others on the surface they leave.
+pub(super) fn leaving_out_dependent<T>(
+    model: &Model,
+    attempt: impl Fn(&[usize]) -> Result<T, LinearizeError>,
+) -> Result<T, LinearizeError> {
+    let error = match attempt(&[]) {
+        Ok(found) => return Ok(found),
+        Err(error) => error,
+    };
+    let may_depend = matches!(
+        error,
+        LinearizeError::ConstraintsSingular { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintFlat { .. }
+            | LinearizeError::ConstraintsContradict { difference: None, .. }
+    );
+    if model.constraints.len() < 2 || !may_depend {
+        return Err(error);
+    }
+    match surface::dependent(model) {
+        Some(left_out) if !left_out.is_empty() => attempt(&left_out).map_err(|_| error),
+        Some(_) | None => Err(error),
+    }
+}
+
+/// M, G, C, K and N of a model at its equilibrium, as expressions, and its constraints. Parameters need no values
+/// unless the equilibrium has to be searched for.
+///
+/// # Errors
+/// As [`linearize`](super::linearize).
+pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
+    if model.constraints.is_empty() {
+        return derive_tied(Tied::free(model));
+    }
+    derive_with_multipliers(&model).1
+}
+
+/// A model with multipliers of its constraints for further coordinates.
+#[derive(Clone, Debug)]
+pub struct Tied {
+    pub(crate) model: Model,
+    /// The number of coordinates proper.
+    visible: usize,
+    kept: Vec<usize>,
+    dependent: Vec<usize>,
+}
+
+impl Tied {
+    /// A model without constraints.
+    fn free(model: Model) -> Self {
+        Self { visible: model.coordinates.len(), model, kept: Vec::new(), dependent: Vec::new() }
+    }
+
+    /// A model with some of its constraints left out.
+    fn new(model: &Model, left_out: &[usize]) -> Self {
+        let multiplied = constrained::with_multipliers(model, left_out);
+        Self {
+            visible: model.coordinates.len(),
+            model: multiplied.model,
+            kept: multiplied.kept,
+            dependent: multiplied.dependent,
+        }
+    }
+
+    /// What the multipliers are called.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let multipliers = self.model.coordinates.iter().skip(self.visible);
+        multipliers.map(|own| own.name.clone()).collect()
+    }
+
+    /// What the constraints with a multiplier set to zero.
+    pub fn expressions(&self) -> Vec<ExprId> {
+        let constraints = self.kept.iter().filter_map(|at| self.model.constraints.get(*at));
+        constraints.map(|own| own.expression).collect()
+    }
+
+    /// The numbers of the constraints without one.
+    pub(crate) fn dependent(&self) -> &[usize] {
+        &self.dependent
+    }
+}
+
+/// [`derive`](fn@derive), and under constraints the model with its multipliers, on whose expressions the matrices build.
+pub fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
+    if model.constraints.is_empty() {
+        return (None, derive_tied(Tied::free(model.clone())));
+    }
+    let whole = Tied::new(model, &[]);
+    let found = leaving_out_dependent(model, |left_out| {
+        let tied = match left_out {
+            [] => whole.clone(),
+            [..] => Tied::new(model, left_out),
+        };
+        Ok((tied.clone(), derive_tied(tied)?))
+    });
+    match found {
+        Ok((tied, matrices)) => (Some(tied), Ok(matrices)),
+        Err(error) => (Some(whole), Err(error)),
+    }
+}
+
+/// Refuses constraints without a multiplier that do not hold at a point of expressions where the others do.
+fn check_dependent(model: &Model, point: &[ExprId], dependent: &[usize]) -> Result<(), LinearizeError> {
+    let mut pool = model.pool.clone();
+    let coordinates = model.coordinates.iter().map(|own| own.symbol);
+    let map: Substitution = coordinates.zip(point.iter().copied()).collect();
+    for number in dependent {
+        let constraint = &model.constraints[*number];
+        let difference = pool.substitute_one(constraint.expression, &map);
+        if pool.is_zero(difference) != ZeroVerdict::NonZero {
+            continue;
+        }
+        let text = match evaluate_closed::<Ball>(&pool, difference, ()) {
+            Some(value) => short(value.mid_f64()),
+            None => pool.display(difference),
+        };
+        return Err(LinearizeError::ConstraintsContradict { difference: Some(text), span: constraint.span });
+    }
+    Ok(())
+}
+
+/// The equilibrium, in units of its own where numbers are far from usual ones.
+fn search(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    visible: usize,
+    dependent: &[usize],
+) -> Result<Equilibrium, LinearizeError> {
+    let found = |model: &Model, assembly: &Assembly, values: &Values<Ball>| {
+        let (equilibrium, _) = unbalanced::find(model, assembly, values, visible)?;
+        if !model.constraints.is_empty() {
+            let dependent = dependent.to_vec();
+            at_equilibrium(model, assembly, values, &equilibrium, visible, dependent)?;
+        }
+        Ok(equilibrium)
+    };
+    let Some(units) = units::choose(model, assembly, values, visible) else {
+        return found(model, assembly, values);
+    };
+    let wide = |assembly: &Assembly, model: &Model| {
+        let wide = assembly.wide_values(model);
+        wide.map_err(|missing| missing_value(model, missing.0))
+    };
+    let mut own = model.clone();
+    units.put_in(&mut own);
+    let (measured, _) = assemble::assemble(&mut own);
+    match found(&own, &measured, &wide(&measured, &own)?) {
+        Ok(mut equilibrium) => {
+            equilibrium.values = units.positions(&equilibrium.values);
+            Ok(equilibrium)
+        }
+        Err(error) => Err(in_own_numbers(error, || found(model, assembly, &wide(assembly, model)?).map(|_| ()))),
+    }
+}
+
+/// What an entry of M and one of K take, with the forms that they go through.
+const ENTRY: usize = 16;
+
+fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
+    let (names, expressions) = (tied.names(), tied.expressions());
+    let Tied { mut model, visible, dependent, .. } = tied;
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let order = model.coordinates.len();
+    model.pool.budget().room(order.saturating_mul(order), ENTRY)?;
+    velocity::check_smooth(&model)?;
+    steady::put_rates_in(&mut model)?;
+    let (mut assembly, linear) = assemble::assemble(&mut model);
+    let guessed = model.guesses.iter().any(Option::is_some);
+    let mut pool = std::mem::take(&mut model.pool);
+    let mut point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    let determined = multipliers::put_in(&model, &assembly, &mut pool, &mut point, &expressions);
+    model.pool = pool;
+    let settled = !guessed
+        && determined.is_some()
+        && symbolic::forces_vanish(&model, &assembly, &point, &Substitution::default()) == Some(true);
+    if settled {
+        check_dependent(&model, &point[..visible], &dependent)?;
+    }
+    if !settled {
+        let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
+            let undefined = assembly.undefined_in_symbols(&model, &point);
+            let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
+            undefined.or_else(doubtful).filter(|_| !guessed).unwrap_or_else(|| missing_value(&model, missing.0))
+        })?;
+        let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
+        let mut pool = std::mem::take(&mut model.pool);
+        let multipliers = point.split_off(visible);
+        point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        point.truncate(visible);
+        if equilibrium.multipliers_given && !equilibrium.at_guess && determined.is_some() {
+            point.extend(multipliers);
+        } else {
+            let symbols = model.coordinates[visible..].iter();
+            point.extend(symbols.map(|own| pool.symbol_expr(own.symbol)));
+        }
+        model.pool = pool;
+    }
+    if !linear.is_empty() && gyroscopic::vanishes(&mut model, &linear, &point) {
+        assembly.forget_gyroscopic();
+    }
+    let mut matrices = symbolic::matrices_at(&model, model.pool.clone(), &assembly, &point);
+    if matrices.are_undefined()
+        && let Some(error) = assembly.undefined_in_symbols(&model, &point)
+    {
+        return Err(error);
+    }
+    if !expressions.is_empty() {
+        matrices.first(visible);
+        let gradients = multipliers::gradients(&model, &mut matrices.pool, &point[..visible], &expressions);
+        matrices.constraints = Some(SymbolicConstraints {
+            names,
+            expressions,
+            multipliers: point[visible..].to_vec(),
+            gradients,
+            dependent,
+        });
+    }
+    Ok(matrices)
+}

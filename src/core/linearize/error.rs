@@ -1,0 +1,337 @@
+//! Why a model has no small oscillations to speak of.
+
+use crate::budget::Exceeded;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes;
+use crate::span::Span;
+
+/// What a model may say that the modes of this version do not cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Feature {
+    /// Terms linear in the velocities that give a gyroscopic matrix.
+    Gyroscopic,
+    /// A `dissipation` function.
+    Dissipation,
+    /// A `constraint`.
+    Constraint,
+    /// `equilibrium NAME' = …`
+    SteadyMotion,
+}
+
+/// What is not defined where a `guess` or `equilibrium` comes to no number.
+pub(super) const GIVEN_VALUE: &str = "the given value";
+
+mistakes! {
+/// A model that can't be linearized.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+Error LinearizeError {
+    /// A parameter without a value where numbers are asked for.
+    #[error("the parameter `{name}` has no value")]
+    "E0301" MissingValue {
+        /// The parameter.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    } => at(*span, "declared without a value").with_help(format!(
+        "give it a value in the file, or on the command line: --set {name}=VALUE"
+    )),
+
+    /// A point given as equilibrium where parameters without values decide whether a force acts.
+    #[error(
+        "whether this is an equilibrium depends on the values of parameters: the force on `{coordinate}` is {force}"
+    )]
+    "E0321" ForceOfParameters {
+        /// The coordinate.
+        coordinate: String,
+        /// The generalised force, as an expression.
+        force: String,
+        /// Where the equilibrium is given.
+        span: Span,
+    } => at(*span, "given here").with_help(
+        "the sign of a root depends on the sign of a parameter, which is known from its value: give the parameters values in the file, or on the command line with --set",
+    ),
+
+    /// A point given as equilibrium where a force acts.
+    #[error("this is not an equilibrium: a force {force} acts on `{coordinate}`")]
+    "E0302" NotAnEquilibrium {
+        /// The coordinate.
+        coordinate: String,
+        /// The generalised force, as an expression, as a number or both.
+        force: String,
+        /// Where the equilibrium is given.
+        span: Span,
+    } => at(*span, "given here").with_help(
+        "at an equilibrium every generalised force vanishes; if this is only near the equilibrium, give it with `guess`, and the search starts there",
+    ),
+
+    /// A force that vanishes nowhere.
+    #[error("there is no equilibrium: {}", describe_forces(.forces))]
+    "E0303" NoEquilibrium {
+        /// The coordinate (or the combination that moves together) and the force on it.
+        forces: Vec<(String, String)>,
+        /// Where the coordinate is declared.
+        span: Span,
+    } => at(*span, "there is no restoring force on this coordinate").with_help(
+        "without an equilibrium there are no small oscillations; is a restoring force missing?",
+    ),
+
+    /// A search that led nowhere.
+    #[error("no equilibrium was found")]
+    "E0304" EquilibriumNotFound {
+        /// The coordinate with the largest force left.
+        coordinate: String,
+        /// That force.
+        force: String,
+        /// The point the search ended at.
+        point: String,
+        /// Where the coordinate is declared.
+        span: Span,
+    } => at(*span, format!("the force on `{coordinate}` is still {force}"))
+        .with_help(format!(
+            "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
+        )),
+
+    /// A search that began or ended where a constraint says nothing of where to go.
+    #[error(
+        "no equilibrium was found: the gradient of a constraint vanishes at {point}, where the search {}",
+        if *.ended { "ended" } else { "began" }
+    )]
+    "E0320" ConstraintFlat {
+        /// The point.
+        point: String,
+        /// Whether the search ended there; else it began there.
+        ended: bool,
+        /// Whether the constraint holds there, as nearly as can be told.
+        holds: bool,
+        /// The constraint.
+        span: Span,
+    } => at(*span, "this constraint")
+        .with_help(if *holds {
+            "a constraint that is a square or a product, as (x - y)^2 = 0, does not determine which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
+        } else {
+            "there the constraint restricts no motion and exerts no force: start elsewhere, with `guess`"
+        }),
+
+    /// An energy or one of its derivatives that is no number at the point in question.
+    #[error("{what} is not defined at {point}")]
+    "E0305" NotFinite {
+        /// `the energy`, `the force`, …
+        what: String,
+        /// The point.
+        point: String,
+        /// What makes it undefined, if that can be told: `the divisor `a - b` is 0 for a = 1, b = 1`.
+        cause: Option<String>,
+        /// Where the term stands.
+        span: Span,
+    } => {
+        let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
+        let help = cause.as_deref().unwrap_or(
+            "is there a division by zero, a root of a negative number, or a number too large? Check the values of the parameters and all terms of sums; if a coordinate is the cause, `guess` moves the starting point",
+        );
+        at(*span, label).with_help(help)
+    },
+
+    /// A direction without inertia.
+    #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be distinguished from zero: the mass matrix is not shown to be positive definite" })]
+    "E0306" SingularMass {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Whether the inertia is exactly 0; otherwise bounds do not tell it from 0.
+        proved: bool,
+        /// Where the first of them is declared.
+        span: Span,
+    } => at(*span,
+            if *proved {
+                "its velocity does not occur squared in T"
+            } else {
+                "has none, or too little compared with the others"
+            },
+        )
+        .with_help("every coordinate needs a kinetic energy of its own; is a term of T missing?"),
+
+    /// A direction with negative inertia.
+    #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
+    "E0307" IndefiniteMass {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    } => at(*span, "declared here")
+        .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
+
+    /// A feature of the language that modes do not cover.
+    #[error("{}", unsupported_words(*.feature))]
+    "E0308" Unsupported {
+        /// Which.
+        feature: Feature,
+        /// Where.
+        span: Span,
+    } => at(*span, "")
+        .with_help("`modes` covers all of these"),
+
+    /// A steady rate of a coordinate that something depends on.
+    #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
+    "E0312" NotCyclic {
+        /// The coordinate.
+        coordinate: String,
+        /// Where the rate stands.
+        span: Span,
+        /// Where the coordinate itself occurs.
+        energy: Span,
+    } => at(*span, "given here")
+        .with_secondary(*energy, format!("depends on `{coordinate}`"))
+        .with_help("a coordinate keeps its rate only if nothing but its velocity occurs in the energies; for a rotation that a motor maintains, write an explicit rate in place of the coordinate"),
+
+    /// Constraints that can't hold together.
+    #[error("{}", contradiction_words(.difference.as_deref()))]
+    "E0313" ConstraintsContradict {
+        /// What the sides of this one differ by where the others hold; `None` where no place was found at which they
+        /// all hold.
+        difference: Option<String>,
+        /// The constraint.
+        span: Span,
+    } => at(*span, "this constraint")
+        .with_help(if difference.is_some() {
+            "remove one of them, or correct its numbers"
+        } else {
+            "give a point near the equilibrium with `guess`; are there too many constraints?"
+        }),
+
+    /// A given equilibrium off a constraint.
+    #[error("the given equilibrium violates a constraint: its sides differ by {difference}")]
+    "E0314" ConstraintBroken {
+        /// Left less right side.
+        difference: String,
+        /// The constraint.
+        span: Span,
+        /// Where the equilibrium is given.
+        given: Option<Span>,
+    } => at(*span, "violated").and_at(*given, "given here").with_help(
+        "an equilibrium must satisfy all constraints; if this is only near the equilibrium, give it with `guess`",
+    ),
+
+    /// Constraints that depend on each other just at the equilibrium.
+    #[error(
+        "the constraints are singular at {point}: at this point they do not determine which motions they allow"
+    )]
+    "E0315" ConstraintsSingular {
+        /// The point.
+        point: String,
+        /// A constraint.
+        span: Span,
+    } => at(*span, "the gradients of the constraints are dependent there")
+        .with_help("the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined; search for an equilibrium elsewhere with `guess`"),
+
+    /// A dissipation that has no second derivatives at rest.
+    #[error("the dissipation is not smooth at rest")]
+    "E0316" FrictionNotSmooth {
+        /// What is to blame, as an expression.
+        part: String,
+        /// Where the term stands.
+        span: Span,
+    } => at(*span, format!("`{part}` has a corner where nothing moves"))
+        .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, 1/2*c*x'^2"),
+
+    /// A steady rate that friction brakes.
+    #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
+    "E0317" RateNotKept {
+        /// The coordinate.
+        coordinate: String,
+        /// The force, as an expression.
+        force: String,
+        /// Where the rate stands.
+        span: Span,
+    } => at(*span, "given here")
+        .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
+
+    /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
+    #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", combination_words(.combination))]
+    "E0318" SingularCoordinates {
+        /// The coordinates that move together, with their amplitudes.
+        combination: Vec<(String, f64)>,
+        /// Where the first of them is declared.
+        span: Span,
+    } => at(*span, "has no independent motion there")
+        .with_help("Euler angles are singular where two axes coincide (gimbal lock); use angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
+
+    /// Energies that depend on the time.
+    #[error("this model depends on the time explicitly and has no normal modes")]
+    "E0309" TimeDependent {
+        /// Where.
+        span: Span,
+    } => at(*span, "contains the time")
+        .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them"),
+
+    /// The eigenvalue problem could not be solved.
+    #[error("the modes could not be computed: {reason}")]
+    "E0310" NoModes {
+        /// What the numeric stage says.
+        reason: String,
+    } => nowhere(),
+
+    /// More coordinates than a dense problem can have.
+    #[error("{coordinates} coordinates are too many for dense matrices (at most {most})")]
+    "E0311" TooLarge {
+        /// How many.
+        coordinates: usize,
+        /// How many are possible.
+        most: usize,
+    } => nowhere()
+        .with_help("use fewer coordinates, or one cell of a periodic body"),
+} else {
+    /// The work or the memory is beyond the budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
+}
+}
+
+fn describe_forces(forces: &[(String, String)]) -> String {
+    let parts: Vec<String> =
+        forces.iter().map(|(coordinate, force)| format!("the force on {coordinate} is {force} everywhere")).collect();
+    parts.join(", ")
+}
+
+/// `theta`, or `x[1] + x[2]` for coordinates that move together.
+pub(crate) fn combination_words(combination: &[(String, f64)]) -> String {
+    if let [(only, _)] = combination {
+        return format!("the coordinate `{only}`");
+    }
+    let mut text = String::new();
+    for (name, amplitude) in combination.iter().take(6) {
+        let sign = if *amplitude < 0.0 { "-" } else { "+" };
+        let size = amplitude.abs();
+        let factor = if (size - 1.0).abs() < 1e-9 { String::new() } else { format!("{size:.4}*") };
+        if text.is_empty() {
+            text = format!("{}{factor}{name}", if sign == "-" { "-" } else { "" });
+        } else {
+            text = format!("{text} {sign} {factor}{name}");
+        }
+    }
+    if combination.len() > 6 {
+        text.push_str(" + …");
+    }
+    format!("the motion along {text}")
+}
+
+fn contradiction_words(difference: Option<&str>) -> String {
+    match difference {
+        Some(difference) => format!(
+            "the constraints contradict each other: where the others hold, the sides of this one differ by {difference}"
+        ),
+        None => "no point was found where all constraints hold".to_owned(),
+    }
+}
+
+fn unsupported_words(feature: Feature) -> &'static str {
+    match feature {
+        Feature::Gyroscopic => {
+            "the energies have terms linear in the velocities, which a mass and a stiffness matrix can't describe"
+        }
+        Feature::Dissipation => {
+            "the model has a dissipation function, which a mass and a stiffness matrix can't describe"
+        }
+        Feature::Constraint => "the model has constraints, which are not supported here",
+        Feature::SteadyMotion => "the model has a steady motion, which a mass and a stiffness matrix can't describe",
+    }
+}

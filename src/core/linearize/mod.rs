@@ -1,0 +1,666 @@
+//! From a checked model to its linearization: the equilibrium, and M, G, C and K there.
+//!
+//! The kinetic energy is read off at velocity zero as a quadratic form, the effective potential
+//! V - T0 is differentiated twice; nothing else of the equations of motion is ever built. Both stay
+//! families of elements ([`Element`]) with their factors; [`Linearized::mass`] and
+//! [`Linearized::stiffness`] add them up in double-double with rigorous bounds, from the exact
+//! expressions. Eigenvalues are not this stage's business.
+
+mod absent;
+mod assemble;
+mod condition;
+mod constrained;
+mod dependence;
+mod derived;
+mod descent;
+mod elements;
+mod elimination;
+mod entries;
+mod equilibrium;
+mod error;
+mod exact;
+mod existence;
+mod factors;
+mod facts;
+mod finish;
+mod gyroscopic;
+mod integers;
+mod invariance;
+mod mechanism;
+mod multipliers;
+mod naming;
+mod newton;
+mod parametric;
+mod precise;
+mod radicals;
+mod rational;
+mod simple;
+mod slopes;
+mod steady;
+mod surface;
+mod symbolic;
+mod symmetry;
+mod tied;
+mod unbalanced;
+mod undefined;
+mod units;
+mod velocity;
+mod verify;
+mod zero;
+
+pub use assemble::ElementFamily;
+pub use assemble::{evaluate_closed, known_values, signed_terms};
+pub(crate) use condition::Shape;
+pub use derived::derive;
+pub use derived::{Tied, derive_with_multipliers};
+pub use elements::Element;
+pub(crate) use elements::{Splitter, elements};
+pub use entries::Entries;
+pub use equilibrium::short;
+pub use equilibrium::{Equilibrium, Origin};
+pub use error::{Feature, LinearizeError};
+pub use factors::Factors;
+pub(crate) use facts::Variable;
+pub use integers::Integers;
+pub(crate) use invariance::{Bodies, Invariance};
+pub use multipliers::SymbolicConstraints;
+pub(crate) use multipliers::{Eliminated, eliminate};
+pub use parametric::{Parametric, parametric};
+pub use precise::Precise;
+pub use slopes::{Slopes, WithMultipliers};
+pub use symbolic::SymbolicMatrices;
+pub use symbolic::{instance, written_out};
+pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
+pub(crate) use zero::NO_FORCE;
+pub use zero::ZeroMode;
+
+use assemble::{Assembly, Values};
+use constrained::Tangent;
+use derived::leaving_out_dependent;
+use unbalanced::Unbalanced;
+pub use units::Units;
+pub use units::power_of_two;
+use velocity::Matrix;
+
+use std::cell::Cell;
+
+use crate::model::Model;
+use crate::precision::{Ball, Big, Scalar};
+
+/// The largest dense problem: its matrices and vectors take about 2 GB.
+pub const MOST_COORDINATES: usize = 4000;
+
+/// The number that an expression without symbols comes to; `None` where it has symbols.
+#[must_use]
+pub fn constant(pool: &crate::expr::Pool, value: crate::expr::ExprId) -> Option<Ball> {
+    assemble::evaluate_closed::<Ball>(pool, value, ())
+}
+
+/// Refuses more coordinates than [`linearize`] takes, for callers that know their number before
+/// there is a model: see [`coordinate_count`](crate::model::coordinate_count).
+///
+/// # Errors
+/// [`LinearizeError::TooLarge`] beyond [`MOST_COORDINATES`].
+pub fn check_size(coordinates: usize) -> Result<(), LinearizeError> {
+    if coordinates <= MOST_COORDINATES {
+        return Ok(());
+    }
+    Err(LinearizeError::TooLarge { coordinates, most: MOST_COORDINATES })
+}
+
+/// A model about its equilibrium.
+#[derive(Clone, Debug)]
+pub struct Linearized {
+    /// What all is worked out with: rates of steady motions put in, multipliers among the coordinates.
+    model: Model,
+    /// The model and its equilibrium as they were asked for, where these differ.
+    shown: Option<Box<(Model, Equilibrium)>>,
+    assembly: Assembly,
+    values: Values<Ball>,
+    equilibrium: Equilibrium,
+    /// Where the equilibrium comes from beside friction that acts at rest.
+    unbalanced: Option<Box<Unbalanced>>,
+    /// The directions that constraints allow.
+    constrained: Option<Box<Constrained>>,
+    /// What all but `shown` is measured in, where that is not SI.
+    units: Option<Units>,
+    structure: Structure,
+}
+
+/// Constraints at the equilibrium.
+#[derive(Clone, Debug)]
+struct Constrained {
+    tangent: Tangent<Ball>,
+    /// The coordinates that follow the others.
+    bound: Vec<usize>,
+    /// The multipliers are those of a given point, not searched for.
+    given: bool,
+    /// The constraints that follow from others, by number.
+    dependent: Vec<usize>,
+}
+
+/// What kind of linear system of equations a model leads to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Structure {
+    /// M q'' + K q = 0.
+    Conservative,
+    /// M q'' + G q' + K q = 0 with skew G and symmetric K.
+    Gyroscopic,
+    /// M q'' + (K + N) q = 0: friction acts at rest alone, and exponents are in pairs ±s.
+    Circulatory,
+    /// M q'' + (G + C) q' + (K + N) q = 0: with dissipation.
+    Damped,
+}
+
+/// Finds the equilibrium of a model and linearizes it there.
+///
+/// # Errors
+/// Where the model needs something that is not supported, a parameter has no value, there is no
+/// equilibrium, the energies are not defined there, a steady motion is none, or constraints
+/// contradict each other or depend on each other just there.
+pub fn linearize(model: Model) -> Result<Linearized, LinearizeError> {
+    let budget = model.pool.budget().clone();
+    budget.at("the equilibrium and the matrices there", None);
+    let linearized = leaving_out_dependent(&model, |left_out| linearize_without(&model, left_out));
+    budget.check()?;
+    linearized
+}
+
+/// Linearizes a model without some of its constraints, which follow from the others.
+fn linearize_without(model: &Model, left_out: &[usize]) -> Result<Linearized, LinearizeError> {
+    let is_far = Cell::new(false);
+    let found = linearize_in(model.clone(), left_out, true, &is_far);
+    let Err(error) = found else { return found };
+    if !is_far.get() {
+        return Err(error);
+    }
+    let again = || linearize_in(model.clone(), left_out, false, &is_far).map(|_| ());
+    Err(in_own_numbers(error, again))
+}
+
+/// An error that was found in other units: in the numbers of the file, where these tell the same, and wherever it has numbers
+/// to tell, which would be false ones.
+fn in_own_numbers(error: LinearizeError, again: impl FnOnce() -> Result<(), LinearizeError>) -> LinearizeError {
+    let kind = std::mem::discriminant(&error);
+    let told = again().err();
+    let measured = matches!(
+        error,
+        LinearizeError::NoEquilibrium { .. }
+            | LinearizeError::NotAnEquilibrium { .. }
+            | LinearizeError::EquilibriumNotFound { .. }
+            | LinearizeError::ConstraintFlat { .. }
+            | LinearizeError::ConstraintsContradict { .. }
+            | LinearizeError::ConstraintBroken { .. }
+            | LinearizeError::NotFinite { .. }
+    );
+    told.filter(|own| measured || std::mem::discriminant(own) == kind).unwrap_or(error)
+}
+
+/// The same in units of its own where the numbers of the model are far from usual ones, or with `units` false in those of the file.
+fn linearize_in(
+    mut model: Model,
+    left_out: &[usize],
+    units: bool,
+    is_far: &Cell<bool>,
+) -> Result<Linearized, LinearizeError> {
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let visible = model.coordinates.len();
+    check_size(visible)?;
+    let turning = model.rates.iter().any(Option::is_some);
+    let bound = !model.constraints.is_empty();
+    let mut asked = (turning || bound).then(|| model.clone());
+    velocity::check_smooth(&model)?;
+    if turning {
+        steady::put_rates_in(&mut model)?;
+    }
+    let mut dependent = Vec::new();
+    if bound {
+        let multiplied = constrained::with_multipliers(&model, left_out);
+        model = multiplied.model;
+        dependent = multiplied.dependent;
+        check_size(model.coordinates.len())?;
+    }
+    assemble::put_exponents_in(&mut model);
+    let missing = |model: &Model, missing: assemble::NoValue| missing_value(model, missing.0);
+    let (mut assembly, mut linear) = assemble::assemble(&mut model);
+    let values = assembly.values::<Ball>(&model, ());
+    let mut values = values.map_err(|name| missing(&model, name))?;
+    let chosen = units::choose(&model, &assembly, &values, visible);
+    is_far.set(chosen.is_some());
+    if let Some(own) = &chosen {
+        if units {
+            asked.get_or_insert_with(|| model.clone());
+            own.put_in(&mut model);
+            (assembly, linear) = assemble::assemble(&mut model);
+        }
+        let wide = assembly.wide_values(&model);
+        values = wide.map_err(|name| missing(&model, name))?;
+    }
+    let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
+    if !linear.is_empty() {
+        let mut pool = std::mem::take(&mut model.pool);
+        let point = symbolic::equilibrium_expressions(&model, &mut pool, Some(&equilibrium));
+        model.pool = pool;
+        if gyroscopic::vanishes(&mut model, &linear, &point) {
+            assembly.forget_gyroscopic();
+        }
+    }
+    let constrained = if bound {
+        let found = at_equilibrium(&model, &assembly, &values, &equilibrium, visible, dependent)?;
+        Some(Box::new(found))
+    } else {
+        None
+    };
+    let units = chosen.filter(|_| units);
+    let shown = asked.map(|model| {
+        let mut own = equilibrium.first(visible);
+        if let Some(units) = &units {
+            own.values = units.positions(&own.values);
+        }
+        Box::new((model, own))
+    });
+    let mut linearized = Linearized {
+        model,
+        shown,
+        assembly,
+        values,
+        equilibrium,
+        unbalanced: unbalanced.map(Box::new),
+        constrained,
+        units,
+        structure: Structure::Conservative,
+    };
+    linearized.structure = linearized.find_structure();
+    Ok(linearized)
+}
+
+/// The directions that constraints allow at an equilibrium; that those left out hold as well.
+fn at_equilibrium(
+    model: &Model,
+    assembly: &Assembly,
+    values: &Values<Ball>,
+    equilibrium: &Equilibrium,
+    visible: usize,
+    dependent: Vec<usize>,
+) -> Result<Constrained, LinearizeError> {
+    let at = &equilibrium.values;
+    if let Some((number, by)) = contradiction(model, &at[..visible], &dependent) {
+        return Err(LinearizeError::ConstraintsContradict {
+            difference: Some(equilibrium::short(by)),
+            span: model.constraints[number].span,
+        });
+    }
+    let order = model.coordinates.len();
+    let second = assembly.stiffness(at, values);
+    let rows = constrained::gradients(&second, visible, order);
+    if rows.is_empty() {
+        return Ok(Constrained { tangent: Tangent::all(visible), bound: Vec::new(), given: false, dependent });
+    }
+    let singular = || LinearizeError::ConstraintsSingular {
+        point: undefined::point_text(model, &at[..visible]),
+        span: model.constraints.first().map(|own| own.span).unwrap_or_default(),
+    };
+    let in_balls =
+        constrained::choose_bound(&rows, ()).and_then(|bound| Some((Tangent::new(&rows, &bound, ())?, bound)));
+    let (tangent, bound) = match in_balls {
+        Some(found) => found,
+        None => tangent_in_bits(model, assembly, equilibrium, visible).ok_or_else(singular)?,
+    };
+    Ok(Constrained { tangent, bound, given: equilibrium.multipliers_given, dependent })
+}
+
+/// The directions that constraints allow where balls do not tell their gradients apart.
+fn tangent_in_bits(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    visible: usize,
+) -> Option<(Tangent<Ball>, Vec<usize>)> {
+    let bits = dependence::bits(model)?;
+    let values = assembly.values::<Big>(model, bits).ok()?;
+    let at = precise::equilibrium(model, assembly, equilibrium, &values)?;
+    let second = assembly.stiffness(&at, &values);
+    let rows = constrained::gradients(&second, visible, model.coordinates.len());
+    let bound = constrained::choose_bound(&rows, bits)?;
+    Some((Tangent::new(&rows, &bound, bits)?.to_balls(), bound))
+}
+
+/// A constraint without a multiplier that does not hold where the others do, and what its sides differ by.
+fn contradiction(model: &Model, at: &[Ball], dependent: &[usize]) -> Option<(usize, f64)> {
+    for number in dependent {
+        let Some(difference) = constrained::difference(model, *number, at) else {
+            continue;
+        };
+        if !difference.contains_zero() {
+            return Some((*number, difference.mid_f64()));
+        }
+    }
+    if dependent.is_empty() {
+        return None;
+    }
+    let kept: Vec<usize> = (0..model.constraints.len()).filter(|number| !dependent.contains(number)).collect();
+    let start = dependence::exactly(model, at)?;
+    match dependence::follow(model, &kept, dependent, &start)? {
+        dependence::Verdict::Follow => None,
+        dependence::Verdict::Differs { number, by } => Some((number, by)),
+    }
+}
+
+/// That a parameter has no value.
+pub fn missing_value(model: &Model, parameter: usize) -> LinearizeError {
+    let parameter = model.parameters.get(parameter);
+    let (name, span) = parameter.map_or_else(Default::default, |own| (own.name.clone(), own.span));
+    LinearizeError::MissingValue { name, span }
+}
+
+/// Refuses what is beyond M and K of free coordinates at rest.
+fn check_plain(model: &Model) -> Result<(), LinearizeError> {
+    if let Some(span) = model.time_dependent {
+        return Err(LinearizeError::TimeDependent { span });
+    }
+    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
+    let features =
+        [(Feature::Dissipation, model.dissipation), (Feature::Constraint, constraint), (Feature::SteadyMotion, rate)];
+    for (feature, span) in features {
+        if let Some(span) = span {
+            return Err(LinearizeError::Unsupported { feature, span });
+        }
+    }
+    Ok(())
+}
+
+impl Linearized {
+    /// The model.
+    #[must_use]
+    pub fn model(&self) -> &Model {
+        self.shown.as_ref().map_or(&self.model, |shown| &shown.0)
+    }
+
+    /// What matrices, forces and motions are measured in where numbers in SI would leave the range of doubles; `None` where it is SI.
+    /// The equilibrium is in SI always.
+    #[must_use]
+    pub fn units(&self) -> Option<&Units> {
+        self.units.as_ref()
+    }
+
+    /// The model in [`Linearized::units`], with rates and multipliers put in.
+    pub fn measured_model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The equilibrium in [`Linearized::units`], multipliers behind the coordinates.
+    pub fn measured_equilibrium(&self) -> &[Ball] {
+        &self.equilibrium.values
+    }
+
+    /// The multipliers of constraints by their names, at the equilibrium.
+    pub(crate) fn multipliers(&self) -> impl Iterator<Item = (&str, Ball)> {
+        let visible = self.model().coordinates.len();
+        let names = self.model.coordinates.iter().map(|own| own.name.as_str());
+        let values = self.equilibrium.values.iter().enumerate();
+        let length = |at| self.units.as_ref().map_or(0, |units| units.length(at));
+        names.zip(values.map(move |(at, value)| value.scale_far(length(at)))).skip(visible)
+    }
+
+    /// The equilibrium.
+    #[must_use]
+    pub fn equilibrium(&self) -> &Equilibrium {
+        self.shown.as_ref().map_or(&self.equilibrium, |shown| &shown.1)
+    }
+
+    /// The number of coordinates.
+    #[must_use]
+    pub fn coordinates(&self) -> usize {
+        self.model().coordinates.len()
+    }
+
+    /// The number of degrees of freedom, which the matrices have as many rows as: that of the
+    /// coordinates, less the number of independent constraints.
+    #[must_use]
+    pub fn dimension(&self) -> usize {
+        match &self.constrained {
+            Some(constrained) => constrained.tangent.free.len(),
+            None => self.model.coordinates.len(),
+        }
+    }
+
+    /// Whether constraints tie coordinates to each other. The matrices are then those of the
+    /// coordinates that the others follow; [`Linearized::embed`] makes motions of all of them.
+    #[must_use]
+    pub fn is_constrained(&self) -> bool {
+        let own = self.constrained.as_ref();
+        own.is_some_and(|own| !own.bound.is_empty())
+    }
+
+    /// The coordinates that the others follow under constraints, by number: all of them where there are none.
+    #[must_use]
+    pub fn free_coordinates(&self) -> Vec<usize> {
+        match &self.constrained {
+            Some(own) => own.tangent.free.clone(),
+            None => (0..self.coordinates()).collect(),
+        }
+    }
+
+    /// The number of independent constraints.
+    #[must_use]
+    pub fn constraints(&self) -> usize {
+        self.constrained.as_ref().map_or(0, |own| own.bound.len())
+    }
+
+    /// The constraints that follow from the others, by their number in the model: nothing would change
+    /// without them.
+    #[must_use]
+    pub fn dependent_constraints(&self) -> &[usize] {
+        match &self.constrained {
+            Some(constrained) => &constrained.dependent,
+            None => &[],
+        }
+    }
+
+    /// What kind of equations of motion the model has near the equilibrium.
+    #[must_use]
+    pub fn structure(&self) -> Structure {
+        self.structure
+    }
+
+    fn find_structure(&self) -> Structure {
+        let acts = |matrix: Option<Vec<Ball>>| matrix.is_some_and(|matrix| matrix.iter().any(|entry| !entry.is_zero()));
+        if self.assembly.velocity.is_empty() {
+            Structure::Conservative
+        } else if acts(self.damping()) {
+            Structure::Damped
+        } else {
+            match (acts(self.gyroscopic()), acts(self.circulatory())) {
+                (false, false) => Structure::Conservative,
+                (true, false) => Structure::Gyroscopic,
+                (false, true) => Structure::Circulatory,
+                // The two together leave no pairs ±s.
+                (true, true) => Structure::Damped,
+            }
+        }
+    }
+
+    /// The families of elements.
+    #[must_use]
+    pub fn elements(&self) -> &[ElementFamily] {
+        &self.assembly.families
+    }
+
+    /// The mass matrix, dense, column by column, in SI.
+    #[must_use]
+    pub fn mass(&self) -> Vec<Ball> {
+        let mass = self.assembly.mass(&self.equilibrium.values, &self.values);
+        self.symmetric(mass)
+    }
+
+    /// The stiffness matrix, dense, column by column, in SI: symmetric, without what friction at rest adds
+    /// to it ([`Linearized::circulatory`]).
+    #[must_use]
+    pub fn stiffness(&self) -> Vec<Ball> {
+        let at = &self.equilibrium.values;
+        self.symmetric(self.assembly.stiffness(at, &self.values))
+    }
+
+    fn symmetric(&self, matrix: Vec<Ball>) -> Vec<Ball> {
+        match &self.constrained {
+            Some(own) => own.tangent.reduce_symmetric(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        }
+    }
+
+    fn of_velocities(&self, matrix: Matrix) -> Option<Vec<Ball>> {
+        let at = &self.equilibrium.values;
+        let matrix = self.assembly.velocity_matrix(matrix, at, &self.values)?;
+        Some(match &self.constrained {
+            Some(own) => own.tangent.reduce(&matrix, self.model.coordinates.len()),
+            None => matrix,
+        })
+    }
+
+    /// The gyroscopic matrix G, dense, column by column, in SI; `None` without terms that give one.
+    #[must_use]
+    pub fn gyroscopic(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Gyroscopic)
+    }
+
+    /// The damping matrix C, dense, column by column, in SI; `None` without friction.
+    #[must_use]
+    pub fn damping(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Damping)
+    }
+
+    /// The circulatory matrix N, dense, column by column, in SI: what friction that acts at rest adds to
+    /// the stiffness. `None` where there is none.
+    #[must_use]
+    pub fn circulatory(&self) -> Option<Vec<Ball>> {
+        self.of_velocities(Matrix::Circulatory)
+    }
+
+    /// G + C and K + N, dense, column by column, in SI.
+    #[must_use]
+    pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
+        let mut stiffness = self.stiffness();
+        let mut velocity = vec![Ball::ZERO; stiffness.len()];
+        for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
+            velocity.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+        }
+        if let Some(part) = self.circulatory() {
+            stiffness.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
+        }
+        (velocity, stiffness)
+    }
+
+    /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.
+    #[must_use]
+    pub fn rates(&self) -> Vec<Ball> {
+        let model = self.model();
+        let rate = |given: &Option<crate::model::Given>| {
+            let value = given.and_then(|given| given.value)?;
+            assemble::evaluate_closed::<Ball>(&model.pool, value, ())
+        };
+        let rates = model.rates.iter();
+        rates.map(|given| rate(given).unwrap_or(Ball::ZERO)).collect()
+    }
+
+    /// Whether friction at rest has no share in any coordinate that a motion moves, exactly.
+    pub(crate) fn is_free_of_friction_at_rest(&self, motion: &[Ball]) -> bool {
+        let n = motion.len();
+        self.circulatory()
+            .is_none_or(|matrix| (0..n).all(|j| motion[j].is_zero() || (0..n).all(|i| matrix[i + n * j].is_zero())))
+    }
+
+    /// M, G + C and K + N exactly, dense, in units of roots in which they are rational or combinations of a few square roots;
+    /// `None` where there are no such units for an entry, or there are too many.
+    #[must_use]
+    pub fn integers(&self) -> Option<Integers> {
+        let direct =
+            (!self.is_constrained()).then(|| exact::integers(&self.model, &self.assembly, &self.equilibrium)).flatten();
+        match direct {
+            Some(found) if found.roots.is_empty() => Some(found),
+            found => rational::integers(self).or(found),
+        }
+    }
+
+    /// A motion of all coordinates, from a motion of those that the others follow whose components are
+    /// off by up to `error`; and what its components are off by. The same where nothing is constrained.
+    #[must_use]
+    pub fn embed(&self, motion: &[f64], error: f64) -> (Vec<f64>, f64) {
+        match &self.constrained {
+            Some(own) => own.tangent.embed(motion, error),
+            None => (motion.to_vec(), error),
+        }
+    }
+
+    /// The stiffness matrix as a sum of squares, as far as it is one; `None` under constraints.
+    #[must_use]
+    pub fn factors(&self) -> Option<Factors> {
+        if self.is_constrained() {
+            return None;
+        }
+        let at = &self.equilibrium.values;
+        Some(self.assembly.factors(at, &self.values))
+    }
+
+    /// M and K as expressions.
+    #[must_use]
+    pub fn symbolic(&self) -> SymbolicMatrices {
+        symbolic::matrices(&self.model, &self.assembly, &self.equilibrium)
+    }
+
+    /// Motions that are proved to cost no energy: independent vectors of the kernel of K.
+    #[must_use]
+    pub fn zero_modes(&self) -> Vec<ZeroMode> {
+        let at = &self.equilibrium;
+        let modes = zero::zero_modes(&self.model, &self.assembly, at, &self.values);
+        match &self.constrained {
+            Some(own) => modes.into_iter().map(|mode| mode.mapped(|vector| own.tangent.restrict(vector))).collect(),
+            None => modes,
+        }
+    }
+
+    /// Whether every motion is proved to have inertia beside the equilibrium: then it is the coordinates that are
+    /// singular there.
+    pub(crate) fn has_inertia_nearby(&self) -> bool {
+        let shift = |(i, value): (usize, &Ball)| {
+            let step = 1e-2 * (1.0 + 0.1 * (i % 7) as f64);
+            *value + Ball::from(step * value.mid_f64().abs().max(1.0))
+        };
+        let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
+        // Multipliers, which have no inertia, stand behind the coordinates.
+        let (n, all) = (self.coordinates(), self.model.coordinates.len());
+        let mut mass = self.assembly.mass(&at, &self.values);
+        for k in 0..n {
+            let pivot = mass[k + all * k];
+            if !pivot.is_positive() {
+                return false;
+            }
+            for i in k + 1..n {
+                let factor = mass[i + all * k];
+                if factor.is_zero() {
+                    continue;
+                }
+                let factor = factor / pivot;
+                for j in k + 1..=i {
+                    let product = factor * mass[j + all * k];
+                    mass[i + all * j] = mass[i + all * j] - product;
+                }
+            }
+        }
+        true
+    }
+
+    /// The first term whose numbers at the equilibrium are not finite, as an error.
+    #[must_use]
+    pub fn not_finite(&self) -> Option<LinearizeError> {
+        self.assembly.not_finite(
+            &self.model,
+            &self.equilibrium.values,
+            &self.values,
+            "a second derivative of the energies",
+        )
+    }
+}

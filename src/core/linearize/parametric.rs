@@ -1,0 +1,179 @@
+//! M, K and the forces as expressions in chosen parameters, for many sets of their values.
+//!
+//! What [`super::derive`] writes out, with every other parameter at its exact value, and with the
+//! equilibrium left open where it has to be searched for at each set.
+
+use std::collections::BTreeMap;
+
+use super::assemble::{self, Assembly, parameters_of};
+use super::equilibrium::{Equilibrium, Origin};
+use super::error::{Feature, LinearizeError};
+use super::{check_plain, gyroscopic, missing_value, symbolic};
+use crate::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use crate::model::Model;
+use crate::precision::Ball;
+
+/// A model as a function of some of its parameters.
+pub struct Parametric {
+    /// Where the expressions live.
+    pub pool: Pool,
+    /// The symbols of the parameters that vary, in the order asked for.
+    pub parameters: Vec<Symbol>,
+    /// Per coordinate: its symbol where it is searched for.
+    pub searched: Vec<Option<Symbol>>,
+    /// Per coordinate: the equilibrium, itself where it is searched for.
+    pub equilibrium: Vec<ExprId>,
+    /// Per coordinate: where a search starts.
+    pub start: Vec<ExprId>,
+    /// Whether the model says where a search starts; otherwise it starts only where forces act at
+    /// the point 0.
+    pub guessed: bool,
+    /// The equilibrium at the parameters' own values, where it was searched for and found.
+    pub nominal: Option<Vec<f64>>,
+    /// The mass matrix, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// The stiffness matrix, row by row.
+    pub stiffness: Vec<Vec<ExprId>>,
+    /// The gradient of the effective potential; empty where it is proved to vanish whatever the
+    /// parameters.
+    pub gradient: Vec<ExprId>,
+}
+
+/// Derives a model as a function of the parameters with these numbers.
+///
+/// # Errors
+/// As [`super::derive`], and where another parameter that matters has no value.
+pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, LinearizeError> {
+    check_plain(&model)?;
+    let whole = model.clone();
+    // An exponent that varies stays a symbol; any other gets its value before differentiation.
+    for number in varying {
+        model.parameters[*number].value = None;
+    }
+    assemble::put_exponents_in(&mut model);
+    let (assembly, linear) = assemble::assemble(&mut model);
+    let count = model.coordinates.len();
+    let free: Vec<bool> = model.equilibria.iter().map(Option::is_none).collect();
+    let guessed = free.contains(&true) && model.guesses.iter().any(Option::is_some);
+
+    let mut pool = std::mem::take(&mut model.pool);
+    let point = symbolic::equilibrium_expressions(&model, &mut pool, None);
+    model.pool = pool;
+    let gradient = if guessed {
+        None
+    } else {
+        let gradient = gradient(&mut model, &assembly, &point);
+        let gradient = fixed(&mut model, varying, &gradient)?;
+        let vanishes = |force: &ExprId| model.pool.is_zero(*force) == ZeroVerdict::Zero;
+        gradient.iter().all(vanishes).then(Vec::new)
+    };
+    let closed = gradient.is_some();
+    let origins: Vec<Origin> = free
+        .iter()
+        .map(|free| match (free, closed) {
+            (true, false) => Origin::Found,
+            (true, true) => Origin::Zero,
+            (false, _) => Origin::Given,
+        })
+        .collect();
+    let searched = origins
+        .iter()
+        .zip(&model.coordinates)
+        .map(|(origin, coordinate)| (*origin == Origin::Found).then_some(coordinate.symbol))
+        .collect();
+    let place = Equilibrium {
+        values: vec![Ball::ZERO; count],
+        origins,
+        steps: 0,
+        proved: false,
+        proof: None,
+        multipliers_given: false,
+        at_guess: false,
+    };
+    let matrices = symbolic::matrices(&model, &assembly, &place);
+    model.pool = matrices.pool;
+    if let Some(term) = linear.first()
+        && !gyroscopic::vanishes(&mut model, &linear, &matrices.equilibrium)
+    {
+        return Err(LinearizeError::Unsupported { feature: Feature::Gyroscopic, span: term.family.span });
+    }
+    let gradient = match gradient {
+        Some(none) => none,
+        None => self::gradient(&mut model, &assembly, &matrices.equilibrium),
+    };
+    let nominal = if closed || !free.contains(&true) {
+        None
+    } else {
+        // Only a place to start from: without one the search starts at the guess.
+        super::linearize(whole).ok().map(|linearized| {
+            let values = &linearized.equilibrium().values;
+            values.iter().map(Ball::mid_f64).collect()
+        })
+    };
+    let zero = model.pool.zero();
+    let start: Vec<ExprId> =
+        model.guesses.iter().map(|guess| guess.as_ref().map_or(zero, |guess| guess.symbolic)).collect();
+
+    let mut all = matrices.equilibrium;
+    all.extend(&start);
+    all.extend(&gradient);
+    let rows = matrices.mass.iter().chain(&matrices.stiffness);
+    all.extend(rows.flatten());
+    let all = fixed(&mut model, varying, &all)?;
+    let (equilibrium, rest) = all.split_at(count);
+    let (start, rest) = rest.split_at(count);
+    let (gradient, rest) = rest.split_at(gradient.len());
+    let (mass, stiffness) = rest.split_at(count * count);
+    let rows = |entries: &[ExprId]| -> Vec<Vec<ExprId>> { entries.chunks(count.max(1)).map(<[_]>::to_vec).collect() };
+    Ok(Parametric {
+        parameters: varying.iter().map(|number| model.parameters[*number].symbol).collect(),
+        searched,
+        equilibrium: equilibrium.to_vec(),
+        start: start.to_vec(),
+        guessed,
+        nominal,
+        mass: rows(mass),
+        stiffness: rows(stiffness),
+        gradient: gradient.to_vec(),
+        pool: model.pool,
+    })
+}
+
+/// Expressions with every parameter at its value but those that vary.
+fn fixed(model: &mut Model, varying: &[usize], roots: &[ExprId]) -> Result<Vec<ExprId>, LinearizeError> {
+    let mut values = Substitution::default();
+    for number in parameters_of(model, roots) {
+        if varying.contains(&number) {
+            continue;
+        }
+        let parameter = &model.parameters[number];
+        let value = parameter.value.ok_or_else(|| missing_value(model, number))?;
+        values.insert(parameter.symbol, value);
+    }
+    Ok(model.pool.substitute(roots, &values))
+}
+
+/// The gradient of the effective potential at a point, one expression a coordinate.
+fn gradient(model: &mut Model, assembly: &Assembly, point: &[ExprId]) -> Vec<ExprId> {
+    let mut pool = std::mem::take(&mut model.pool);
+    let mut parts: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = symbolic::instance(model, &mut pool, &family.terms, at, Some(point));
+            let coordinates = family.terms.coordinates_of(at);
+            for element in &family.potential {
+                let here = element.substituted(&mut pool, &map);
+                for (place, slope) in &here.slope {
+                    let part = pool.mul(here.first, *slope);
+                    parts.entry(coordinates[*place]).or_default().push(part);
+                }
+            }
+        }
+    }
+    let mut gradient = vec![pool.zero(); model.coordinates.len()];
+    for (number, parts) in parts {
+        gradient[number as usize] = pool.sum(&parts);
+    }
+    model.pool = pool;
+    gradient
+}

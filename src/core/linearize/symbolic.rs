@@ -1,0 +1,400 @@
+//! The same matrices as expressions: what `derive` shows, and the forces that messages name.
+//!
+//! Families are written out here, instance by instance, with the model's own symbols. Numeric
+//! commands never come this way, but for an error message.
+
+use std::collections::BTreeMap;
+
+use super::assemble::{Assembly, known_values, signed_terms};
+use super::elements::Element;
+use super::equilibrium::{Equilibrium, Origin, short};
+use super::error::LinearizeError;
+use super::multipliers::SymbolicConstraints;
+use super::velocity::Matrix;
+use crate::expr::{ExprId, Node, Pool, Substitution, ZeroVerdict};
+use crate::model::{Model, SymbolKind, TermFamily};
+use crate::number::Number;
+
+/// Messages write out at most this many instances.
+const MOST_FOR_MESSAGES: usize = 10_000;
+
+/// M and K at the equilibrium, as expressions in the parameters.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SymbolicMatrices {
+    /// Where the expressions live.
+    pub pool: Pool,
+    /// The coordinates' names.
+    pub coordinates: Vec<String>,
+    /// The equilibrium; a coordinate that was found numerically stands as itself.
+    pub equilibrium: Vec<ExprId>,
+    /// The mass matrix, row by row.
+    pub mass: Vec<Vec<ExprId>>,
+    /// The stiffness matrix, row by row.
+    pub stiffness: Vec<Vec<ExprId>>,
+    /// The gyroscopic matrix G, row by row; `None` where it is 0.
+    pub gyroscopic: Option<Vec<Vec<ExprId>>>,
+    /// The damping matrix C, row by row; `None` where it is 0.
+    pub damping: Option<Vec<Vec<ExprId>>>,
+    /// The circulatory matrix N of friction that acts at rest, row by row; `None` where it is 0.
+    pub circulatory: Option<Vec<Vec<ExprId>>>,
+    /// What constraints add; `None` where there are none that are independent.
+    pub constraints: Option<SymbolicConstraints>,
+}
+
+impl SymbolicMatrices {
+    /// Whether an entry has no value.
+    pub(super) fn are_undefined(&self) -> bool {
+        let others = [&self.gyroscopic, &self.damping, &self.circulatory];
+        let all = [&self.mass, &self.stiffness].into_iter();
+        let mut entries = all.chain(others.into_iter().flatten()).flatten().flatten();
+        entries.any(|entry| matches!(self.pool.node(*entry), Node::Undefined))
+    }
+
+    /// Keeps what belongs to the first coordinates: those before multipliers.
+    pub(super) fn first(&mut self, visible: usize) {
+        let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
+        let all = [&mut self.mass, &mut self.stiffness].into_iter();
+        for rows in all.chain(others.into_iter().flatten()) {
+            rows.truncate(visible);
+            for row in rows {
+                row.truncate(visible);
+            }
+        }
+        self.coordinates.truncate(visible);
+        self.equilibrium.truncate(visible);
+    }
+}
+
+/// The replacement that turns a family's body into the term of one instance.
+pub fn instance(
+    model: &Model,
+    pool: &mut Pool,
+    terms: &TermFamily,
+    at: usize,
+    equilibrium: Option<&[ExprId]>,
+) -> Substitution {
+    let mut map = Substitution::default();
+    for (local, number) in terms.locals.iter().zip(terms.coordinates_of(at)) {
+        let coordinate = &model.coordinates[*number as usize];
+        let q = match equilibrium {
+            Some(values) => values[*number as usize],
+            None => pool.symbol_expr(coordinate.symbol),
+        };
+        let v = pool.symbol_expr(coordinate.velocity);
+        map.insert(local.coordinate, q);
+        map.insert(local.velocity, v);
+    }
+    for (symbol, constant) in terms.values.iter().zip(terms.constants_of(at)) {
+        map.insert(*symbol, *constant);
+    }
+    map
+}
+
+/// The sum of some terms, every instance, with the values that are known; a term that comes with `true` is taken away.
+pub fn written_out<'a>(
+    model: &Model,
+    pool: &mut Pool,
+    families: impl Iterator<Item = (bool, &'a TermFamily)>,
+    known: &Substitution,
+) -> ExprId {
+    let mut terms = Vec::new();
+    for (negative, family) in families {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, None);
+            let term = pool.substitute_one(family.body, &map);
+            terms.push(if negative { pool.neg(term) } else { term });
+        }
+    }
+    let sum = pool.sum(&terms);
+    pool.substitute_one(sum, known)
+}
+
+/// The generalised force -∂V/∂q at velocity zero, as an expression; `None` where there are too
+/// many terms to write out.
+fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
+    let total: usize = signed_terms(model).map(|(_, terms)| terms.count).sum();
+    if total > MOST_FOR_MESSAGES {
+        return None;
+    }
+    let symbol = model.coordinates[coordinate].symbol;
+    let mut at_rest = Substitution::default();
+    let zero = pool.zero();
+    for own in &model.coordinates {
+        at_rest.insert(own.velocity, zero);
+    }
+    let mut parts = Vec::new();
+    for (negative, terms) in signed_terms(model) {
+        for at in 0..terms.count {
+            if !terms.coordinates_of(at).contains(&u32::try_from(coordinate).ok()?) {
+                continue;
+            }
+            let map = instance(model, pool, terms, at, None);
+            let body = pool.substitute(&[terms.body], &map)[0];
+            let body = pool.substitute(&[body], &at_rest)[0];
+            let slope = pool.diff(body, symbol);
+            parts.push(if negative { pool.neg(slope) } else { slope });
+        }
+    }
+    Some(pool.sum(&parts))
+}
+
+/// A force in a message: the expression where it is short, and the number.
+pub(crate) fn force_text(model: &Model, coordinate: usize, value: f64) -> String {
+    let mut pool = model.pool.clone();
+    let expression =
+        force(model, &mut pool, coordinate).map(|force| pool.display(force)).filter(|text| text.chars().count() <= 80);
+    match expression {
+        Some(text) if text == short(value) => text,
+        Some(text) => format!("{text} = {}", short(value)),
+        None => short(value),
+    }
+}
+
+/// The force on a coordinate, if it is the same everywhere and not zero.
+pub(crate) fn constant_force(model: &Model, coordinate: usize, value: f64) -> Option<String> {
+    let mut pool = model.pool.clone();
+    let force = force(model, &mut pool, coordinate)?;
+    let constant = pool
+        .symbols_of(&[force])
+        .iter()
+        .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_)) | None));
+    (constant && value != 0.0).then(|| force_text(model, coordinate, value))
+}
+
+/// Whether the force along a combination of coordinates is the same everywhere, with the values
+/// that the parameters have; `None` where there is too much to write out.
+pub(crate) fn constant_along(model: &Model, motion: &[(usize, Number)]) -> Option<bool> {
+    let mut pool = model.pool.clone();
+    let mut parts = Vec::new();
+    for (coordinate, factor) in motion {
+        let own = force(model, &mut pool, *coordinate)?;
+        parts.push(pool.scale(own, factor));
+    }
+    let total = pool.sum(&parts);
+    let total = pool.substitute_one(total, &known_values(model));
+    // Between corners a force may be constant, and another one behind them.
+    let moves = |symbol| model.coordinates.iter().any(|own| own.symbol == symbol);
+    if !pool.with_signs(&[total], moves).1.is_empty() {
+        return Some(false);
+    }
+    Some(model.coordinates.iter().all(|coordinate| {
+        let slope = pool.diff(total, coordinate.symbol);
+        pool.is_zero(slope) == ZeroVerdict::Zero
+    }))
+}
+
+/// The equilibrium as `derive` shows it.
+pub(crate) fn equilibrium_expressions(
+    model: &Model,
+    pool: &mut Pool,
+    equilibrium: Option<&Equilibrium>,
+) -> Vec<ExprId> {
+    let mut result = Vec::new();
+    for (i, coordinate) in model.coordinates.iter().enumerate() {
+        let given = model.equilibria[i].as_ref().map(|given| given.symbolic);
+        let found = equilibrium.is_some_and(|found| found.origins[i] == Origin::Found);
+        result.push(match given {
+            Some(given) => given,
+            None if found => pool.symbol_expr(coordinate.symbol),
+            None => pool.zero(),
+        });
+    }
+    result
+}
+
+/// Whether all forces vanish identically at a point, whatever the parameters but for those `known`; `None` if
+/// that can't be said.
+pub(crate) fn forces_vanish(
+    model: &Model,
+    assembly: &Assembly,
+    point: &[ExprId],
+    known: &Substitution,
+) -> Option<bool> {
+    let Some((pool, forces)) = forces(model, assembly, point, known) else {
+        return Some(false);
+    };
+    let mut decided = true;
+    for force in forces.values() {
+        match pool.is_zero(*force) {
+            ZeroVerdict::Zero => {}
+            ZeroVerdict::NonZero => return Some(false),
+            ZeroVerdict::Unknown => decided = false,
+        }
+    }
+    decided.then_some(true)
+}
+
+/// The first force at a point that is given in full which is not 0 whatever the parameters are.
+pub(crate) fn doubtful_force(model: &Model, assembly: &Assembly, point: &[ExprId]) -> Option<LinearizeError> {
+    let given = model.equilibria.iter().flatten().next()?.span;
+    if !model.equilibria.iter().all(Option::is_some) {
+        return None;
+    }
+    let (mut pool, forces) = forces(model, assembly, point, &Substitution::default())?;
+    let (number, force) = forces.into_iter().find(|(_, force)| pool.is_zero(*force) != ZeroVerdict::Zero)?;
+    let force = pool.neg(force);
+    Some(LinearizeError::ForceOfParameters {
+        coordinate: model.coordinates.get(number as usize)?.name.clone(),
+        force: pool.display(force),
+        span: given,
+    })
+}
+
+/// The derivatives of V - T0 and what friction adds at rest, one a coordinate; none where one of them is undefined.
+fn forces(
+    model: &Model,
+    assembly: &Assembly,
+    point: &[ExprId],
+    known: &Substitution,
+) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
+    let mut pool = model.pool.clone();
+    let mut forces: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = instance(model, &mut pool, &family.terms, at, Some(point));
+            let coordinates = family.terms.coordinates_of(at);
+            let logarithms = pool.substitute(&family.logarithms, &map);
+            if logarithms.iter().any(|e| matches!(pool.node(*e), Node::Undefined)) {
+                return None;
+            }
+            for element in &family.potential {
+                if element.is_undefined_at(&mut pool, &map) {
+                    return None;
+                }
+                let here = element.substituted(&mut pool, &map);
+                for (place, slope) in &here.slope {
+                    let part = pool.mul(here.first, *slope);
+                    forces.entry(coordinates[*place]).or_default().push(part);
+                }
+            }
+        }
+    }
+    for (family, place, force) in assembly.friction_at_rest() {
+        for at in 0..family.count {
+            let map = instance(model, &mut pool, family, at, Some(point));
+            let part = pool.substitute_one(force, &map);
+            let coordinate = family.coordinates_of(at)[place];
+            forces.entry(coordinate).or_default().push(part);
+        }
+    }
+    let sums = forces.into_iter().map(|(coordinate, parts)| {
+        let force = pool.sum(&parts);
+        (coordinate, pool.substitute_one(force, known))
+    });
+    let sums = sums.collect();
+    Some((pool, sums))
+}
+
+/// Writes M and K out at an equilibrium.
+pub(crate) fn matrices(model: &Model, assembly: &Assembly, equilibrium: &Equilibrium) -> SymbolicMatrices {
+    let mut pool = model.pool.clone();
+    let point = equilibrium_expressions(model, &mut pool, Some(equilibrium));
+    matrices_at(model, pool, assembly, &point)
+}
+
+/// Writes M and K out at a point of expressions of a pool that builds on the model's.
+pub(super) fn matrices_at(model: &Model, mut pool: Pool, assembly: &Assembly, point: &[ExprId]) -> SymbolicMatrices {
+    let n = model.coordinates.len();
+    let mut mass = BTreeMap::new();
+    let mut stiffness = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = instance(model, &mut pool, &family.terms, at, Some(point));
+            let coordinates = family.terms.coordinates_of(at);
+            for element in &family.inertia {
+                let here = element.substituted(&mut pool, &map);
+                scatter(&mut pool, &here, coordinates, &mut mass);
+            }
+            for element in &family.potential {
+                let here = element.substituted(&mut pool, &map);
+                scatter(&mut pool, &here, coordinates, &mut stiffness);
+            }
+        }
+    }
+    let mut dense = |entries: BTreeMap<(u32, u32), Vec<ExprId>>| {
+        let mut rows = vec![vec![pool.zero(); n]; n];
+        for ((i, j), parts) in entries {
+            let (i, j) = (i as usize, j as usize);
+            rows[i][j] = pool.sum(&parts);
+            rows[j][i] = rows[i][j];
+        }
+        rows
+    };
+    let mass = dense(mass);
+    let stiffness = dense(stiffness);
+    let [gyroscopic, damping, circulatory] = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory]
+        .map(|matrix| of_velocities(model, &mut pool, assembly, matrix, point));
+    SymbolicMatrices {
+        gyroscopic,
+        damping,
+        circulatory,
+        coordinates: model.coordinates.iter().map(|coordinate| coordinate.name.clone()).collect(),
+        equilibrium: point.to_vec(),
+        constraints: None,
+        mass,
+        stiffness,
+        pool,
+    }
+}
+
+/// G, C or N, unless it is shown to be 0.
+fn of_velocities(
+    model: &Model,
+    pool: &mut Pool,
+    assembly: &Assembly,
+    matrix: Matrix,
+    point: &[ExprId],
+) -> Option<Vec<Vec<ExprId>>> {
+    let n = model.coordinates.len();
+    let mut entries: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
+    for (family, i, j, share) in assembly.velocity_expressions(matrix) {
+        for at in 0..family.count {
+            let map = instance(model, pool, family, at, Some(point));
+            let share = pool.substitute_one(share, &map);
+            let numbers = family.coordinates_of(at);
+            let (i, j) = (numbers[i] as usize, numbers[j] as usize);
+            if matrix == Matrix::Gyroscopic {
+                if i == j {
+                    continue;
+                }
+                let opposite = pool.neg(share);
+                entries.entry((j, i)).or_default().push(opposite);
+            }
+            entries.entry((i, j)).or_default().push(share);
+        }
+    }
+    let mut rows = vec![vec![pool.zero(); n]; n];
+    let mut acts = false;
+    for ((i, j), parts) in entries {
+        let entry = pool.sum(&parts);
+        if pool.is_zero(entry) != ZeroVerdict::Zero {
+            rows[i][j] = entry;
+            acts = true;
+        }
+    }
+    acts.then_some(rows)
+}
+
+/// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.
+fn scatter(pool: &mut Pool, element: &Element, coordinates: &[u32], into: &mut BTreeMap<(u32, u32), Vec<ExprId>>) {
+    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
+    let two = Number::from(2);
+    let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
+        // Two slots that hold the same coordinate meet on the diagonal from both sides.
+        let value = if twice && a == b { pool.scale(value, &two) } else { value };
+        into.entry((a.min(b), a.max(b))).or_default().push(value);
+    };
+    if !is_zero(pool, element.second) {
+        for (k, (a, left)) in element.slope.iter().enumerate() {
+            for (l, (b, right)) in element.slope.iter().enumerate().skip(k) {
+                let value = pool.product(&[element.second, *left, *right]);
+                add(pool, coordinates[*a], coordinates[*b], value, k != l);
+            }
+        }
+    }
+    for (a, b, bend) in &element.curvature {
+        let value = pool.mul(element.first, *bend);
+        add(pool, coordinates[*a], coordinates[*b], value, a != b);
+    }
+}

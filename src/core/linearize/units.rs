@@ -1,0 +1,329 @@
+//! Units in which the numbers of a model are about 1, where those that it is written in are far from it.
+//!
+//! Energies, times and each coordinate get a power of two for a unit, which is put into all expressions before anything is
+//! differentiated: q_i = 2^length_i q_i', t = t'/2^rate, E = 2^energy E'. So M_ij = 2^(energy - 2 rate - length_i - length_j) M_ij', K and G + C
+//! likewise with no and one power of the rate, and λ = 2^rate λ'. Nothing is rounded. What the expressions of such a model go through on
+//! their way may be anywhere, so that they are evaluated in numbers whose exponents have no end ([`Values::wide`]), and end as balls.
+
+use super::assemble::{Assembly, Part, Values, evaluate_closed};
+use super::constrained::{choose_bound, gradients};
+use super::tied::put_multipliers_in;
+use super::velocity::Matrix;
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::model::{Given, Model, TermFamily};
+use crate::number::Number;
+use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar, up};
+
+/// Entries of matrices from 2^-300 to 2^300 are left as they are: their squares and quotients are doubles.
+const USUAL: i64 = 300;
+
+/// Units are estimated with so many bits.
+const BITS: usize = 192;
+
+/// Powers of two that a model is measured in, far from usual numbers.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Units {
+    /// An energy E is 2^energy E'. Even.
+    energy: i64,
+    /// An exponent λ is 2^rate λ'.
+    rate: i64,
+    /// A coordinate q_i is 2^lengths_i q_i'.
+    lengths: Vec<i64>,
+}
+
+/// n for a magnitude in [2^n, 2^(n+1)); `None` for 0 and what is no number.
+fn exponent(size: Magnitude) -> Option<i64> {
+    (!size.is_zero() && size.is_finite()).then(|| size.parts().1)
+}
+
+/// Where the numbers of a model are.
+#[derive(Clone, Copy, PartialEq)]
+enum Range {
+    Usual,
+    /// An entry that is none or large, or a coordinate with small ones alone.
+    Far,
+    /// Something is not told from 0: it may be small, or lost on its way.
+    Open,
+}
+
+/// Where the numbers of the model are at a point: entries of M, G, C, K and N, and forces.
+fn range<S: Scalar>(
+    assembly: &Assembly,
+    values: &Values<S>,
+    at: &[S],
+    size: impl Fn(&S) -> Option<i64>,
+    is_open: impl Fn(&S) -> bool,
+) -> Range {
+    let force = assembly.gradient(at, values);
+    let matrices = [Matrix::Gyroscopic, Matrix::Damping, Matrix::Circulatory];
+    let matrices = matrices.map(|matrix| assembly.velocity_matrix(matrix, at, values));
+    let mut others = matrices.iter().flatten().flatten().chain(&force);
+    let mut far = !others.all(|x| x.is_finite() && size(x) <= Some(USUAL));
+    let mut open = force.iter().any(&is_open);
+    for part in [Part::Inertia, Part::Stiffness] {
+        let mut most = vec![None; at.len()];
+        assembly.entries(part, at, values, |i, j, share| {
+            let own = size(share);
+            far |= !share.is_finite() || own > Some(USUAL);
+            open |= is_open(share);
+            for row in [i, j] {
+                if let Some(most) = most.get_mut(row as usize) {
+                    *most = own.max(*most);
+                }
+            }
+        });
+        far |= most.iter().any(|own| own.is_some_and(|own| own < -USUAL));
+    }
+    match (far, open) {
+        (true, _) => Range::Far,
+        (false, true) => Range::Open,
+        (false, false) => Range::Usual,
+    }
+}
+
+/// Whether the numbers of a model leave the range in which doubles do, where its search would start.
+fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Big]) -> bool {
+    let rough: Vec<Ball> = start.iter().map(Big::to_far_ball).collect();
+    let size = |x: &Ball| exponent(Magnitude::from_f64(x.abs_upper()));
+    let small = |x: &Ball| size(x) < Some(-USUAL) && !x.is_zero();
+    if rough.iter().any(small) {
+        return true;
+    }
+    let is_open = |x: &Ball| x.contains_zero() && !x.is_zero();
+    match range(assembly, values, &rough, size, is_open) {
+        Range::Far => true,
+        Range::Usual => false,
+        Range::Open => {
+            let Ok(values) = assembly.values::<Big>(model, BITS) else {
+                return false;
+            };
+            let size = |x: &Big| exponent(x.abs_upper()).filter(|_| !x.contains_zero());
+            // A force that balls do not tell from none, and is one.
+            let lost = |x: &Big| size(x) < Some(-USUAL) && !x.contains_zero();
+            assembly.gradient(start, &values).iter().any(lost)
+                || range(assembly, &values, start, size, |_| false) == Range::Far
+        }
+    }
+}
+
+/// Where the search would start.
+fn start(model: &Model) -> Option<Vec<Big>> {
+    let given = model.equilibria.iter().zip(&model.guesses);
+    given
+        .map(|(stated, guess)| match stated.or(*guess) {
+            Some(given) => evaluate_closed(&model.pool, given.value?, BITS),
+            None => Some(Big::zero(BITS)),
+        })
+        .collect()
+}
+
+/// Units for a model whose numbers are far from usual; `None` for any other, and where there are no numbers at all. The coordinates from
+/// `visible` on are multipliers.
+pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, visible: usize) -> Option<Units> {
+    let mut at = start(model)?;
+    if !is_far(model, assembly, values, &at) {
+        return None;
+    }
+    let n = at.len();
+    let values = assembly.values::<Big>(model, BITS).ok()?;
+    if visible < n {
+        let second = assembly.stiffness(&at, &values);
+        let bound = choose_bound(&gradients(&second, visible, n), BITS);
+        // What is not determined stays 0.
+        let mut tied = at.clone();
+        if let Some(bound) = bound
+            && put_multipliers_in(assembly, &values, &mut tied, visible, &bound).is_some()
+        {
+            at = tied;
+        }
+    }
+    let mass = assembly.mass(&at, &values);
+    let stiffness = assembly.stiffness(&at, &values);
+    let finite = |matrix: &[Big]| matrix.iter().all(Big::is_finite);
+    if !(finite(&mass) && finite(&stiffness)) {
+        return None;
+    }
+    let of = |matrix: &[Big], i: usize, j: usize| exponent(matrix[i + n * j].abs_upper());
+    let sizes: Vec<Option<i64>> = (0..visible).map(|i| of(&mass, i, i)).collect();
+    let mut known: Vec<i64> = sizes.iter().copied().flatten().collect();
+    known.sort_unstable();
+    let middle = known.get(known.len() / 2).copied().unwrap_or(0) & !1;
+    // Coordinates in which the kinetic energy is about 2^middle q'²/2; what has no mass follows the others' unit.
+    let length = |size: &Option<i64>| size.map_or(0, |size| (middle - size).div_euclid(2));
+    let mut lengths: Vec<i64> = sizes.iter().map(length).collect();
+    let by = |lengths: &[i64], i: usize, j: usize| lengths[i] + lengths[j] - middle;
+    // |λ| is at most about max(|D|, √|S|); without either, that of the force over one unit.
+    let velocity: Vec<Vec<Big>> = [Matrix::Gyroscopic, Matrix::Damping]
+        .into_iter()
+        .filter_map(|matrix| assembly.velocity_matrix(matrix, &at, &values))
+        .collect();
+    let mut rate: Option<i64> = None;
+    for (i, j) in (0..visible).flat_map(|i| (0..visible).map(move |j| (i, j))) {
+        let square = of(&stiffness, i, j).map(|own| (own + by(&lengths, i, j)).div_euclid(2));
+        let once = velocity.iter().filter_map(|matrix| of(matrix, i, j));
+        let once = once.map(|own| own + by(&lengths, i, j)).max();
+        rate = rate.max(square).max(once);
+    }
+    let force = assembly.gradient(&at, &values);
+    let pushes = |i: usize| exponent(force[i].abs_upper()).map(|own| own + lengths[i] - middle);
+    let pushed = (0..visible).filter_map(pushes).max();
+    let rate = rate.or(pushed.map(|own| own.div_euclid(2))).unwrap_or(0);
+    // The way that the forces go, or where the search starts, is about one unit.
+    let away = (0..visible).filter_map(|i| Some(exponent(at[i].abs_upper())? - lengths[i]));
+    let way = away.chain(pushed.map(|own| own - 2 * rate)).max();
+    let way = way.filter(|way| way.abs() > USUAL).unwrap_or(0);
+    lengths.iter_mut().for_each(|own| *own += way);
+    let energy = middle + 2 * way + 2 * rate;
+    for k in visible..n {
+        let slopes = (0..visible).filter_map(|i| Some(of(&stiffness, k, i)? + lengths[i]));
+        lengths.push(slopes.max().map_or(0, |most| energy - most));
+    }
+    Some(Units { energy, rate, lengths })
+}
+
+/// 2^exponent.
+pub fn power_of_two(exponent: i64) -> Number {
+    let by = i32::try_from(exponent).unwrap_or(0);
+    Number::from(2).powi(by).unwrap_or_default()
+}
+
+impl Units {
+    /// n for exponents λ of 2^n λ'.
+    pub fn rate(&self) -> i64 {
+        self.rate
+    }
+
+    /// Puts the units into all that numbers come from.
+    pub(super) fn put_in(&self, model: &mut Model) {
+        let mut pool = std::mem::take(&mut model.pool);
+        let energies = model.kinetic.iter_mut().chain(&mut model.potential);
+        for family in energies {
+            self.put_in_family(&mut pool, family, -self.energy);
+        }
+        for family in &mut model.friction {
+            self.put_in_family(&mut pool, family, -self.energy - self.rate);
+        }
+        let mut map = Substitution::default();
+        for (coordinate, length) in model.coordinates.iter().zip(&self.lengths) {
+            let own = pool.symbol_expr(coordinate.symbol);
+            map.insert(coordinate.symbol, pool.scale(own, &power_of_two(*length)));
+        }
+        for constraint in &mut model.constraints {
+            constraint.expression = pool.substitute_one(constraint.expression, &map);
+        }
+        for stated in [&mut model.guesses, &mut model.equilibria] {
+            for (given, length) in stated.iter_mut().zip(&self.lengths) {
+                let by = power_of_two(-length);
+                *given = given.map(|given| Given {
+                    symbolic: pool.scale(given.symbolic, &by),
+                    value: given.value.map(|value| pool.scale(value, &by)),
+                    ..given
+                });
+            }
+        }
+        model.pool = pool;
+    }
+
+    /// The same for a family of terms, which is multiplied by 2^factor. Where one slot is filled with coordinates of several units, the units
+    /// are slots themselves.
+    fn put_in_family(&self, pool: &mut Pool, family: &mut TermFamily, factor: i64) {
+        let width = family.locals.len();
+        let length = |number: u32| self.lengths.get(number as usize).copied().unwrap_or(0);
+        let mut map = Substitution::default();
+        let mut slots: Vec<(usize, Symbol)> = Vec::new();
+        for (at, local) in family.locals.iter().enumerate() {
+            let mut own = family.coordinates.iter().skip(at).step_by(width);
+            let first = own.next().map_or(0, |number| length(*number));
+            let unit = if own.all(|number| length(*number) == first) {
+                pool.number(power_of_two(first))
+            } else {
+                let unit = pool.symbol(&format!("unit {}", local.coordinate.index()));
+                slots.push((at, unit));
+                pool.symbol_expr(unit)
+            };
+            let place = pool.symbol_expr(local.coordinate);
+            map.insert(local.coordinate, pool.mul(unit, place));
+            let velocity = pool.symbol_expr(local.velocity);
+            let velocity = pool.mul(unit, velocity);
+            map.insert(local.velocity, pool.scale(velocity, &power_of_two(self.rate)));
+        }
+        let body = pool.substitute_one(family.body, &map);
+        family.body = pool.scale(body, &power_of_two(factor));
+        if slots.is_empty() {
+            return;
+        }
+        let mut constants: Vec<ExprId> = Vec::new();
+        for at in 0..family.count {
+            constants.extend(family.constants_of(at));
+            let numbers = family.coordinates_of(at);
+            let units = slots.iter().map(|(slot, _)| length(numbers[*slot]));
+            constants.extend(units.map(|unit| pool.number(power_of_two(unit))));
+        }
+        family.values.extend(slots.iter().map(|(_, unit)| *unit));
+        family.constants = constants;
+    }
+
+    /// The power of two that brings the shape of a mode, x with xᵀMx = 1, to SI in a coordinate.
+    pub(crate) fn of_shapes(&self, coordinate: usize) -> i64 {
+        self.length(coordinate) + self.rate - self.energy / 2
+    }
+
+    /// Brings the shape of a mode to SI, or a part of it, in all coordinates; with `back` the other way.
+    pub(crate) fn shape(&self, vector: &mut [f64], back: bool) {
+        for (at, x) in vector.iter_mut().enumerate() {
+            let by = clamped(self.of_shapes(at));
+            *x = DoubleDouble::exact(*x).scale(if back { -by } else { by }).hi;
+        }
+    }
+
+    /// A bound of all components of such a shape, likewise.
+    pub(crate) fn shape_error(&self, bound: f64, coordinates: usize, back: bool) -> f64 {
+        let powers = || (0..coordinates).map(|at| self.of_shapes(at));
+        let most = powers().max().unwrap_or(0);
+        let bound = Magnitude::from_f64(bound).scale(if back { -most } else { most });
+        // What is smaller than doubles are, was rounded.
+        let lost = powers().min().filter(|_| back);
+        let lost = lost.map_or(Magnitude::ZERO, |least| Magnitude::power_of_two(-1074 - least));
+        up(bound.max(lost).to_f64())
+    }
+
+    /// Bounds of the components of such a shape in SI one by one, where `bound` is that of the largest.
+    pub(crate) fn component_errors(&self, bound: f64, coordinates: usize) -> Vec<f64> {
+        let powers = (0..coordinates).map(|at| self.of_shapes(at));
+        let most = powers.clone().max().unwrap_or(0);
+        let bound = Magnitude::from_f64(bound);
+        let of = |by: i64| up(bound.scale(by - most).to_f64());
+        powers.map(of).collect()
+    }
+
+    /// A direction of all coordinates in SI, its largest component 1.
+    pub(crate) fn direction(&self, vector: &mut [f64]) {
+        let sizes = vector.iter().zip(&self.lengths);
+        let sizes = sizes.map(|(x, length)| Magnitude::from_f64(*x).scale(*length));
+        let most = sizes.filter_map(exponent).max().unwrap_or(0);
+        for (x, length) in vector.iter_mut().zip(&self.lengths) {
+            *x = DoubleDouble::exact(*x).scale(clamped(length - most)).hi;
+        }
+    }
+
+    /// n for lengths of a coordinate of 2^n.
+    pub fn length(&self, coordinate: usize) -> i64 {
+        self.lengths.get(coordinate).copied().unwrap_or(0)
+    }
+
+    /// n for energies of 2^n.
+    pub fn energy(&self) -> i64 {
+        self.energy
+    }
+
+    /// Coordinates that were measured in these units, in SI.
+    pub(super) fn positions(&self, values: &[Ball]) -> Vec<Ball> {
+        let both = values.iter().zip(&self.lengths);
+        both.map(|(value, length)| value.scale_far(*length)).collect()
+    }
+}
+
+/// Further than any double.
+fn clamped(exponent: i64) -> i32 {
+    exponent.clamp(-3000, 3000) as i32
+}

@@ -1,0 +1,170 @@
+//! Zero modes are proved: motions along which the potential does not change to second order.
+//!
+//! [`Symmetry`] gives those that hold everywhere. What the exact
+//! matrix K of rational numbers shows beyond that is added ([`exact`], at any size), and what counting unstressed elements
+//! shows ([`mechanism`]). Smallness of a number proves nothing
+//! and is never asked for.
+
+use super::assemble::{Assembly, Values};
+use super::equilibrium::Equilibrium;
+use super::radicals::Surd;
+use super::symmetry::{Symmetry, symmetries};
+use super::{exact, mechanism};
+use crate::model::Model;
+use crate::precision::Ball;
+use crate::precision::Enclosure;
+
+/// What a zero mode is that no symmetry explains.
+pub(crate) const NO_FORCE: &str = "no restoring force to second order";
+
+/// A motion that is proved to cost no energy to second order.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ZeroMode<N = Ball> {
+    /// A vector of the kernel of K, one component a coordinate.
+    pub vector: Vec<N>,
+    /// What it is, in words: "translation", "rotation", …
+    pub meaning: String,
+    ground: Ground,
+}
+
+impl<N> ZeroMode<N> {
+    /// Whether it is one whatever the values of the parameters are: a symmetry that holds identically.
+    pub fn holds_everywhere(&self) -> bool {
+        matches!(self.ground, Ground::Symmetry(_))
+    }
+
+    /// The same mode with its vector in other coordinates.
+    pub(super) fn mapped(self, map: impl FnOnce(&[N]) -> Vec<N>) -> Self {
+        Self { vector: map(&self.vector), ..self }
+    }
+}
+
+/// What a zero mode is known by; it gives the vector in any numbers.
+#[derive(Clone, Debug)]
+enum Ground {
+    Symmetry(Symmetry),
+    /// K is known exactly, and this is a vector of its kernel.
+    Exact(Vec<Surd>),
+    /// The kernel of the slopes of unstressed elements: the coordinates that have pivots, and the one
+    /// without that this vector belongs to.
+    Mechanism {
+        pivots: Vec<usize>,
+        own: usize,
+    },
+}
+
+/// The proved zero modes at an equilibrium: linearly independent.
+pub(crate) fn zero_modes(
+    model: &Model,
+    assembly: &Assembly,
+    equilibrium: &Equilibrium,
+    values: &Values<Ball>,
+) -> Vec<ZeroMode> {
+    let at = &equilibrium.values;
+    let mut sieve = Sieve::default();
+    let mut kept = Vec::new();
+    let mut add = |vector: Vec<Ball>, meaning: &str, ground: Ground| {
+        if sieve.accepts(&vector) {
+            kept.push(ZeroMode { vector, meaning: meaning.to_owned(), ground });
+        }
+        kept.len()
+    };
+    let mut count = 0;
+    for symmetry in symmetries(model, assembly, at, &vec![true; at.len()]) {
+        let meaning = symmetry.meaning().to_owned();
+        let vector = symmetry.vector(at, ());
+        count = add(vector, &meaning, Ground::Symmetry(symmetry));
+    }
+    for vector in exact::kernel(model, assembly, equilibrium, count).unwrap_or_default() {
+        let balls = vector.iter().map(|x| x.in_numbers(())).collect();
+        add(balls, NO_FORCE, Ground::Exact(vector));
+    }
+    if let Some(mechanism) = mechanism::kernel(assembly, at, values, None) {
+        for (own, vector) in mechanism.vectors {
+            let pivots = mechanism.pivots.clone();
+            add(vector, NO_FORCE, Ground::Mechanism { pivots, own });
+        }
+    }
+    kept
+}
+
+/// The same zero modes in other numbers; `None` where these do not do for a mechanism.
+pub(crate) fn in_numbers<S: Enclosure>(
+    modes: &[ZeroMode],
+    assembly: &Assembly,
+    at: &[S],
+    values: &Values<S>,
+) -> Option<Vec<ZeroMode<S>>> {
+    let precision = values.precision();
+    let mut kernel: Option<mechanism::Kernel<S>> = None;
+    let mut found = Vec::with_capacity(modes.len());
+    for mode in modes {
+        let vector = match &mode.ground {
+            Ground::Symmetry(symmetry) => symmetry.vector(at, precision),
+            Ground::Exact(vector) => {
+                let numbers = vector.iter().map(|x| x.in_numbers(precision));
+                numbers.collect()
+            }
+            Ground::Mechanism { pivots, own } => {
+                let known = match kernel.take() {
+                    Some(known) => known,
+                    None => mechanism::kernel(assembly, at, values, Some(pivots))?,
+                };
+                let known = kernel.insert(known);
+                let vector = known.vectors.iter().find(|(other, _)| other == own);
+                vector.map(|(_, vector)| vector.clone())?
+            }
+        };
+        found.push(ZeroMode { vector, meaning: mode.meaning.clone(), ground: mode.ground.clone() });
+    }
+    Some(found)
+}
+
+/// Those of the symmetries that are independent at a point.
+pub(crate) fn independent_symmetries(symmetries: Vec<Symmetry>, at: &[Ball]) -> Vec<Symmetry> {
+    let mut sieve = Sieve::default();
+    symmetries.into_iter().filter(|symmetry| sieve.accepts(&symmetry.vector(at, ()))).collect()
+}
+
+/// Vectors that are not shown to be independent of earlier ones are held back: Gaussian elimination in
+/// enclosures, where an entry that is left and excludes 0 is the proof. So a rotation is told from the
+/// translations however far from the origin the body is.
+#[derive(Default)]
+struct Sieve {
+    /// With the place of the pivot of each; a vector vanishes at the pivots before it.
+    basis: Vec<(usize, Vec<Ball>)>,
+}
+
+impl Sieve {
+    fn accepts(&mut self, vector: &[Ball]) -> bool {
+        if !vector.iter().all(Ball::is_finite) {
+            return false;
+        }
+        let mut rest = vector.to_vec();
+        for (pivot, other) in &self.basis {
+            if rest[*pivot].is_zero() {
+                continue;
+            }
+            let factor = rest[*pivot] / other[*pivot];
+            for (x, y) in rest.iter_mut().zip(other) {
+                if !y.is_zero() {
+                    *x = *x - factor * *y;
+                }
+            }
+            rest[*pivot] = Ball::ZERO;
+        }
+        let mut best: Option<(usize, f64)> = None;
+        for (at, x) in rest.iter().enumerate() {
+            let size = x.certain_size();
+            if size > best.map_or(0.0, |(_, size)| size) {
+                best = Some((at, size));
+            }
+        }
+        let Some((pivot, _)) = best else {
+            return false;
+        };
+        self.basis.push((pivot, rest));
+        true
+    }
+}

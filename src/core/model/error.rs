@@ -1,0 +1,511 @@
+//! What can be wrong with a model whose syntax is right: one variant a kind of mistake.
+
+use super::dimension::DimensionError;
+use crate::budget::Exceeded;
+use crate::diagnostic::{at, nowhere};
+use crate::mistakes;
+use crate::span::Span;
+
+mistakes! {
+/// A mistake in what a model file says.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+Error ModelError {
+    /// A name that is not declared before it is used.
+    #[error("`{name}` is not declared")]
+    "E0101" UndeclaredName {
+        /// The name.
+        name: String,
+        /// Where it is used.
+        span: Span,
+        /// A declared name that it may have been meant to be.
+        nearest: Option<String>,
+        /// Where it is declared, but too late.
+        later: Option<Span>,
+    } => match later {
+        Some(later) => at(*span, "used here")
+            .with_secondary(*later, "declared only here")
+            .with_help(format!(
+                "move the declaration of `{name}` before its first use"
+            )),
+        None => at(*span, "unknown name").or_help(meant(nearest.as_ref()).or_else(|| {
+                Some(format!(
+                    "declare it: `param {name} = …`, `coord {name}` or `let {name} = …`"
+                ))
+            })),
+    },
+
+    /// A call of something that is no function.
+    #[error("there is no function `{name}`")]
+    "E0102" UnknownFunction {
+        /// The name.
+        name: String,
+        /// Where it stands.
+        span: Span,
+        /// A function that it may have been meant to be.
+        nearest: Option<String>,
+        /// Whether the name is a declared quantity, so that a `*` is missing.
+        quantity: bool,
+    } => at(*span, "not a function").or_help(if *quantity {
+        Some(format!(
+            "`{name}` is a quantity; to multiply, write `{name}*(…)`"
+        ))
+    } else {
+        function_elsewhere(name)
+            .map(str::to_owned)
+            .or_else(|| meant(nearest.as_ref()))
+    }),
+
+    /// A name declared twice, or a member given twice.
+    #[error("{} is given twice", quoted(.name))]
+    "E0103" GivenTwice {
+        /// The name or member.
+        name: String,
+        /// The second place.
+        span: Span,
+        /// The first place.
+        first: Span,
+    } => at(*span, "given again here").with_secondary(*first, "first given here"),
+
+    /// A second statement where the model can have only one.
+    #[error("{what} is given twice")]
+    "E0104" SecondStatement {
+        /// `T`, `V`, …
+        what: &'static str,
+        /// The second place.
+        span: Span,
+        /// The first place.
+        first: Span,
+    } => at(*span, "given again here")
+        .with_secondary(*first, "first given here")
+        .with_help(match *what {
+            "model" | "period" => "remove one of them".to_owned(),
+            energy => format!("add the terms into one `{energy} = …`"),
+        }),
+
+    /// `lagrangian` beside `T` or `V`.
+    #[error("a model has either `lagrangian` or `T` and `V`, not both")]
+    "E0105" LagrangianBesideEnergies {
+        /// The lagrangian.
+        span: Span,
+        /// The energy.
+        energy: Span,
+    } => at(*span, "the lagrangian")
+        .with_secondary(*energy, "an energy as well")
+        .with_help("write everything into the lagrangian, L = T - V, or remove it"),
+
+    /// A model without kinetic energy.
+    #[error("the model has no kinetic energy")]
+    "E0106" MissingKinetic {} => nowhere()
+        .with_help("add a line `T = …`, for example `T = 1/2*m*x'^2`"),
+
+    /// A model without coordinates.
+    #[error("the model has no coordinates")]
+    "E0107" NoCoordinates {} => nowhere()
+        .with_help("declare the generalised coordinates, for example `coord x`"),
+
+    /// A `let` that uses itself, or a member that uses one with the same or a higher index.
+    #[error("`{name}` is defined through itself")]
+    "E0108" RecursiveLet {
+        /// The name or member.
+        name: String,
+        /// Where it uses itself.
+        span: Span,
+    } => at(*span, "uses itself here").with_help(if name.contains('[') {
+        "a member of a family may use members with a lower index only"
+    } else {
+        "a `let` may use what is declared before it, but not itself"
+    }),
+
+    /// A member outside the family.
+    #[error("there is no member `{member}`")]
+    "E0109" IndexOutOfRange {
+        /// The member as asked for.
+        member: String,
+        /// Which members there are.
+        available: String,
+        /// Where it is asked for.
+        span: Span,
+        /// Where the family is declared.
+        declared: Option<Span>,
+    } => at(*span, available).and_at(*declared, "declared here"),
+
+    /// An index or bound that is not a whole number.
+    #[error("{value} is not a whole number")]
+    "E0110" NotAnInteger {
+        /// What it came out as.
+        value: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "indices and the ends of ranges are whole numbers"),
+
+    /// Too many indices or an index on something that has none.
+    #[error("{what} {}", index_words(*.available))]
+    "E0111" TooManyIndices {
+        /// What is indexed.
+        what: String,
+        /// How many indices it has.
+        available: usize,
+        /// Where.
+        span: Span,
+    } => at(*span, if *available == 0 { "an index here" } else { "more indices than that" }),
+
+    /// Operands whose shapes don't fit.
+    #[error("{what}")]
+    "E0112" Shape {
+        /// What doesn't fit.
+        what: String,
+        /// Where.
+        span: Span,
+        /// The way out, if there is one.
+        help: Option<String>,
+    } => at(*span, "").or_help(help.clone()),
+
+    /// A function with the wrong number of arguments.
+    #[error("`{function}` takes {expected}, not {found}")]
+    "E0113" ArgumentCount {
+        /// The function.
+        function: String,
+        /// How many it takes, in words.
+        expected: String,
+        /// How many there are.
+        found: usize,
+        /// Where.
+        span: Span,
+    } => at(*span, ""),
+
+    /// A list of values of the wrong length.
+    #[error("`{name}` has {expected} members, but {found} values are given")]
+    "E0114" ListLength {
+        /// The family.
+        name: String,
+        /// Its members.
+        expected: usize,
+        /// The values.
+        found: usize,
+        /// Where the values stand.
+        span: Span,
+    } => at(*span, "").with_help(format!(
+        "give {expected} values, or a single one that fills the family"
+    )),
+
+    /// An acceleration in an energy.
+    #[error("{energy} contains an acceleration")]
+    "E0115" Acceleration {
+        /// `T`, `V`, …
+        energy: &'static str,
+        /// Where.
+        span: Span,
+    } => at(*span, "a second time derivative")
+        .with_help(format!(
+            "{energy} may contain coordinates and velocities only; was one `'` too many?"
+        )),
+
+    /// A constraint that is not one of coordinates alone.
+    #[error("a constraint relates coordinates, but this one contains the velocity `{on}`")]
+    "E0133" ConstraintOnVelocities {
+        /// The velocity.
+        on: String,
+        /// Where the constraint stands.
+        span: Span,
+    } => at(*span, "contains velocities")
+        .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
+
+    /// A constant that depends on coordinates or time.
+    #[error("{what} must be constant, but depends on `{on}`")]
+    "E0116" NotConstant {
+        /// What should be constant.
+        what: String,
+        /// What it depends on.
+        on: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "not constant"),
+
+    /// A parameter without a value where a number is needed.
+    #[error("the parameter `{name}` has no value")]
+    "E0117" MissingValue {
+        /// The parameter.
+        name: String,
+        /// Where the number is needed, or where the parameter is declared.
+        span: Span,
+    } => at(*span, "a number is needed").with_help(format!("give it a value in the file, or `--set {name}=VALUE`")),
+
+    /// `--set` of something that is no parameter.
+    #[error("`{name}` can't be set: the model has no such parameter")]
+    "E0118" UnknownSetting {
+        /// What was to be set.
+        name: String,
+        /// A parameter that it may have been meant to be.
+        nearest: Option<String>,
+    } => nowhere().or_help(meant(nearest.as_ref())),
+
+    /// A `--set` that can't be read.
+    #[error("can't read the setting `{text}`: {reason}")]
+    "E0119" BadSetting {
+        /// As given.
+        text: String,
+        /// What is wrong.
+        reason: String,
+    } => nowhere().with_help(
+        "write `--set NAME=VALUE` with a numeric value, for example `--set 'm[2]=3/2'`",
+    ),
+
+    /// A table whose file was not handed over.
+    #[error("the table `{path}` can't be read{reason}")]
+    "E0120" MissingTable {
+        /// As written.
+        path: String,
+        /// Why, with a leading `: `; may be empty.
+        reason: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "named here").with_help("the path is taken relative to the model file"),
+
+    /// A table that is not a table.
+    #[error("error in line {line} of the table `{path}`: {reason}")]
+    "E0121" BadTable {
+        /// As written.
+        path: String,
+        /// Line of the CSV file.
+        line: u64,
+        /// What is wrong.
+        reason: String,
+        /// Where the model names the file.
+        span: Span,
+    } => at(*span, "read here"),
+
+    /// A column that the table does not have.
+    #[error("the table `{table}` has no column `{column}`")]
+    "E0122" UnknownColumn {
+        /// The table.
+        table: String,
+        /// The column.
+        column: String,
+        /// The first columns.
+        available: String,
+        /// A column that it may have been meant to be.
+        nearest: Option<String>,
+        /// Where.
+        span: Span,
+    } => at(*span, "unknown column").or_help(meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}")))),
+
+    /// More members or terms than fit into memory.
+    #[error("{count} are too many")]
+    "E0123" TooLarge {
+        /// How many of what.
+        count: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "this does not fit into memory"),
+
+    /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
+    #[error("{what} is too long for an exact number")]
+    "E0134" NumberTooLong {
+        /// What comes to it.
+        what: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "more than 30,000 digits").with_help(
+        "exact numbers have up to 100,000 bits; is an exponent wrong, or a number squared again and again?",
+    ),
+
+    /// A comparison of numbers that can't be told apart.
+    #[error("this comparison can't be decided")]
+    "E0124" UndecidedComparison {
+        /// Where.
+        span: Span,
+    } => at(*span, "the two sides agree to thirty digits").with_help(
+        "write the condition without roots or functions, for example with squares",
+    ),
+
+    /// An index with the name of something declared.
+    #[error("the name of the index `{name}` is already in use")]
+    "E0125" IndexReusesName {
+        /// The name.
+        name: String,
+        /// Where the index stands.
+        span: Span,
+        /// Where the other is declared.
+        declared: Option<Span>,
+    } => {
+        let diagnostic = at(*span, "an index needs a name of its own");
+        match declared {
+            Some(declared) => diagnostic.with_secondary(*declared, "declared here"),
+            None => diagnostic.with_help("an outer index has this name"),
+        }
+    },
+
+    /// A condition where a value is expected, or the reverse.
+    #[error("{what}")]
+    "E0126" ConditionOrValue {
+        /// What is expected and what there is.
+        what: &'static str,
+        /// Where.
+        span: Span,
+    } => at(*span, ""),
+
+    /// A form that can't set indices, bounds or filters.
+    #[error("{what} can't stand in an index, a range or a filter")]
+    "E0127" NotForIndices {
+        /// What.
+        what: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "").with_help(
+        "literals, parameters, table fields and outer indices are allowed, with mod and floor",
+    ),
+
+    /// A division by exactly zero, or a function outside its domain.
+    #[error("{what} is not defined")]
+    "E0128" Undefined {
+        /// What.
+        what: String,
+        /// Where.
+        span: Span,
+        /// The rule that is broken, if there is a short one.
+        help: Option<&'static str>,
+    } => at(*span, "not defined").or_help(help.map(str::to_owned)),
+
+    /// A unit that is not known.
+    #[error("`{name}` is not a unit")]
+    "E0129" UnknownUnit {
+        /// As written.
+        name: String,
+        /// Where.
+        span: Span,
+        /// A unit that it may have been meant to be.
+        nearest: Option<String>,
+    } => {
+        let known = || Some(unit_elsewhere(name).to_owned());
+        at(*span, "unknown unit").or_help(meant(nearest.as_ref()).or_else(known))
+    },
+
+    /// A table or a row where a number is expected.
+    #[error("`{name}` is a table, not a number")]
+    "E0130" TableAsValue {
+        /// The table.
+        name: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "a table").with_help(format!(
+        "`rows({name})` is its length, `{name}[3].column` one of its fields"
+    )),
+
+    /// A `guess` or `equilibrium` for something that is no coordinate.
+    #[error("`{name}` is not a coordinate")]
+    "E0131" NotACoordinate {
+        /// The name.
+        name: String,
+        /// Where.
+        span: Span,
+        /// A coordinate that it may have been meant to be.
+        nearest: Option<String>,
+    } => at(*span, "not a coordinate").or_help(meant(nearest.as_ref())),
+
+    /// A mistake that only follows from another one. It is never returned.
+    #[error("this follows from another error")]
+    "E0100" FollowOn {} => nowhere(),
+
+    /// A coordinate without a range where the family needs one.
+    #[error("{what}")]
+    "E0132" BadIndices {
+        /// What is wrong.
+        what: String,
+        /// Where.
+        span: Span,
+    } => at(
+        *span,
+        "all members of a family have as many indices, three at most",
+    ),
+} else {
+    /// The model grows beyond its budget.
+    #[error(transparent)]
+    Budget(#[from] Exceeded),
+    /// Quantities of different kinds where they have to be alike.
+    #[error(transparent)]
+    Dimension(Box<DimensionError>),
+}
+}
+
+impl From<DimensionError> for ModelError {
+    fn from(error: DimensionError) -> Self {
+        Self::Dimension(Box::new(error))
+    }
+}
+
+/// A name in the quotes of code; a description in words as it is.
+fn quoted(name: &str) -> String {
+    if name.contains(' ') { name.to_owned() } else { format!("`{name}`") }
+}
+
+/// `one index`, `3 indices`
+pub(super) fn counted_indices(count: usize) -> String {
+    match count {
+        0 => "no index".to_owned(),
+        1 => "one index".to_owned(),
+        more => format!("{more} indices"),
+    }
+}
+
+fn index_words(available: usize) -> String {
+    match available {
+        0 => "has no indices".to_owned(),
+        1 => "has one index only".to_owned(),
+        2 => "has two indices only".to_owned(),
+        more => format!("has {more} indices only"),
+    }
+}
+
+/// What a function of other languages is called here.
+fn function_elsewhere(name: &str) -> Option<&'static str> {
+    let help = match name.to_lowercase().as_str() {
+        "log" => "the natural logarithm is `ln`; for base 10, write `ln(x)/ln(10)`",
+        "log10" | "lg" => "write `ln(x)/ln(10)`",
+        "log2" | "ld" => "write `ln(x)/ln(2)`",
+        "cosine" => "the cosine is `cos`",
+        "sine" => "the sine is `sin`",
+        "tangent" | "tg" => "the tangent is `tan`",
+        "arctg" => "write `atan`",
+        "sh" => "write `sinh`",
+        "ch" => "write `cosh`",
+        "th" => "write `tanh`",
+        "pow" | "power" => "powers are written `x^n`",
+        "sqr" | "square" => "powers are written `x^2`",
+        "cbrt" => "write `x^(1/3)`",
+        "sec" => "write `1/cos(x)`",
+        "csc" | "cosec" => "write `1/sin(x)`",
+        "cot" | "cotan" | "ctg" => "write `cos(x)/sin(x)`",
+        "diff" | "dot_product" | "derivative" | "ddt" => {
+            "the time derivative is written `x'`, the product of vectors `dot(u, v)`"
+        }
+        "length" | "magnitude" => "the length of a vector is `norm`",
+        "fabs" => "write `abs`",
+        "product" | "prod" => "there are only sums",
+        _ => return None,
+    };
+    Some(help)
+}
+
+/// What a unit that is written otherwise elsewhere is called here.
+fn unit_elsewhere(name: &str) -> &'static str {
+    match name.to_lowercase().as_str() {
+        "meter" | "meters" | "metre" | "metres" => "the metre is `m`",
+        "second" | "seconds" | "sec" => "the second is `s`",
+        "gram" | "grams" | "gr" => "the gram is `g`",
+        "kilogram" | "kilograms" | "kgs" => "the kilogram is `kg`",
+        "radian" | "radians" => "the radian is `rad`",
+        "degree" | "degrees" | "°" => "the degree is `deg`",
+        "newton" | "newtons" => "the newton is `N`",
+        "joule" | "joules" => "the joule is `J`",
+        "minute" | "minutes" => "the minute is `min`",
+        "hour" | "hours" | "hr" => "the hour is `h`",
+        "amu" | "dalton" | "da" => "the atomic mass unit is `u`",
+        "ang" | "å" => "the angstrom is `angstrom`",
+        "dimensionless" | "none" => "a quantity without a dimension has the unit `1`",
+        _ => "the units are SI base and derived units with prefixes, and deg, min, h, d, u, eV and angstrom",
+    }
+}
+
+fn meant(nearest: Option<&String>) -> Option<String> {
+    nearest.map(|name| format!("did you mean `{name}`?"))
+}

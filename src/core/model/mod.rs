@@ -1,0 +1,189 @@
+//! From the syntax tree to a checked model.
+//!
+//! Names are looked up, shapes and ranges checked, tables read, settings applied, and the energies
+//! taken apart into families of terms ([`TermFamily`]). Everything stays exact and symbolic: no
+//! energy is differentiated and no coordinate gets a number here.
+
+mod compile;
+mod compile_index;
+mod constant;
+mod coordinates;
+mod dimension;
+mod elaborate;
+mod error;
+mod feature;
+mod functions;
+mod given;
+mod index;
+mod lets;
+mod members;
+mod mistakes;
+mod names;
+mod parameters;
+mod program;
+mod range;
+mod rates;
+mod read;
+mod run;
+mod settings;
+mod survey;
+mod table;
+mod tensors;
+mod terms;
+mod units;
+mod values;
+mod warning;
+
+use std::collections::HashMap;
+
+pub use constant::Constant;
+pub use dimension::{Dimension, DimensionError, Inferred};
+pub use error::ModelError;
+pub use feature::Feature;
+pub use names::{Coordinate, Parameter, SymbolKind};
+pub use range::Range;
+pub use settings::Settings;
+pub use table::TableTexts;
+pub use table::{Cell, Table};
+pub use tensors::Tensor;
+pub use terms::{Local, TermFamily};
+pub use warning::{Warning, warnings};
+
+use crate::expr::{ExprId, Pool, Symbol};
+use crate::span::Span;
+use crate::syntax::File;
+
+/// An expression without symbols for a coordinate, from `guess` or `equilibrium`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Given {
+    /// In the model's parameters, as derivations show it.
+    pub symbolic: ExprId,
+    /// The value: without symbols. `None` where a parameter has no value.
+    pub value: Option<ExprId>,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A holonomic constraint: what it sets to zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Constraint {
+    /// The left side less the right one, in the symbols of coordinates and parameters.
+    pub expression: ExprId,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// Coordinates declared under one name.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct CoordinateFamily {
+    /// The name.
+    pub name: String,
+    /// How many values each index takes; empty for a single coordinate.
+    pub extents: Vec<usize>,
+    /// The number of its first coordinate; the others follow, the last index fastest.
+    pub first: usize,
+}
+
+impl CoordinateFamily {
+    /// The number of coordinates.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.extents.iter().product()
+    }
+
+    /// Whether an index runs over nothing.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A checked model.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Model {
+    /// From the `model` statement.
+    pub name: Option<String>,
+    /// Where all expressions of the model live.
+    pub pool: Pool,
+    /// The generalised coordinates in the order of declaration, the last index fastest.
+    pub coordinates: Vec<Coordinate>,
+    /// The names that the coordinates are declared under.
+    pub families: Vec<CoordinateFamily>,
+    /// The parameters in the order of declaration.
+    pub parameters: Vec<Parameter>,
+    /// What the symbols of the pool stand for.
+    pub symbols: HashMap<Symbol, SymbolKind>,
+    /// The kinetic energy, or the whole `lagrangian`.
+    pub kinetic: Vec<TermFamily>,
+    /// The potential energy; empty beside a `lagrangian`.
+    pub potential: Vec<TermFamily>,
+    /// Whether `kinetic` holds a `lagrangian`.
+    pub lagrangian: bool,
+    /// Per coordinate: where the search for an equilibrium or a periodic motion starts.
+    pub guesses: Vec<Option<Given>>,
+    /// Per coordinate: its velocity at t = 0 where the search for a periodic motion starts.
+    pub guessed_velocities: Vec<Option<Given>>,
+    /// Per coordinate: the equilibrium as given.
+    pub equilibria: Vec<Option<Given>>,
+    /// Per coordinate: the rate of a steady motion.
+    pub rates: Vec<Option<Given>>,
+    /// The dissipation function, if there is one.
+    pub dissipation: Option<Span>,
+    /// The terms of the dissipation function.
+    pub friction: Vec<TermFamily>,
+    /// The constraints.
+    pub constraints: Vec<Constraint>,
+    /// The `period` statement: the period and its place.
+    pub period: Option<Given>,
+    /// Where the energies depend on the time explicitly.
+    pub time_dependent: Option<Span>,
+    /// The named expressions that are matrices of 3 x 3; members of families only from [`elaborate_tensors`].
+    pub tensors: Vec<Tensor>,
+    /// Matrices of numbers and parameters that are written where a tensor of inertia is meant, without a name.
+    pub unnamed_tensors: Vec<Tensor>,
+    /// Whether the file uses units, so that results are in SI.
+    pub has_units: bool,
+}
+
+/// Checks a parsed file.
+///
+/// # Errors
+/// All mistakes that could be told apart, each with its place.
+pub fn elaborate(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
+    elaborate::elaborate(file, tables, settings, Purpose::Motion)
+}
+
+/// Checks a parsed file of which only the tensors are wanted: energies and coordinates may be missing, and
+/// [`Model::tensors`] has the members of families, too.
+///
+/// # Errors
+/// As [`elaborate`].
+pub fn elaborate_tensors(file: &File, tables: &TableTexts, settings: &Settings) -> Result<Model, Vec<ModelError>> {
+    elaborate::elaborate(file, tables, settings, Purpose::Tensors)
+}
+
+/// What a model is wanted for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Purpose {
+    Motion,
+    Tensors,
+}
+
+/// The number of coordinates of a parsed file, from its declarations alone: long before
+/// [`elaborate`] is through where there are many, and without looking at energies.
+///
+/// What has a mistake counts nothing; `elaborate` tells it.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param N = 1000000  coord x[1..N, 1..3]  T = 1/2*x[1,1]'^2")?;
+/// assert_eq!(model::coordinate_count(&file, &Default::default(), &Default::default()), 3000000);
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+#[must_use]
+pub fn coordinate_count(file: &File, tables: &TableTexts, settings: &Settings) -> usize {
+    elaborate::coordinate_count(file, tables, settings)
+}

@@ -1,0 +1,107 @@
+//! Ranges of values of one quantity, as they are written on the command line.
+
+use super::{Constant, ModelError, Settings};
+use crate::expr::evaluate_closed;
+use crate::precision::Ball;
+
+/// More places than this are not swept over.
+const MOST_PLACES: usize = 1_000_000;
+
+/// A range of values of one parameter, both ends included: `NAME=a..b:count`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Range {
+    name: String,
+    from: String,
+    to: String,
+    count: usize,
+}
+
+impl Range {
+    /// Reads `NAME=a..b:count`; the name may be a member (`m[2]`), the ends exact constant expressions.
+    ///
+    /// # Errors
+    /// [`ModelError::BadSetting`] with what is wrong.
+    ///
+    /// ```
+    /// use librate::model::Range;
+    /// let range = Range::parse("k=0..pi/2:5")?;
+    /// assert_eq!((range.name(), range.len()), ("k", 5));
+    /// assert!((range.value(4).unwrap() - std::f64::consts::FRAC_PI_2).abs() < 1e-15);
+    /// assert!(Range::parse("k=1..2").is_err());
+    /// # Ok::<(), librate::model::ModelError>(())
+    /// ```
+    pub fn parse(text: &str) -> Result<Self, ModelError> {
+        let bad = |reason: &str| ModelError::BadSetting { text: text.to_owned(), reason: reason.to_owned() };
+        let form = "it has no form of a range, NAME=a..b:count";
+        let (name, range) = text.split_once('=').ok_or_else(|| bad(form))?;
+        let (ends, count) = range.rsplit_once(':').ok_or_else(|| bad(form))?;
+        let (from, to) = ends.split_once("..").ok_or_else(|| bad(form))?;
+        let count: usize = count.trim().parse().map_err(|_| bad("the count is a whole number"))?;
+        if !(1..=MOST_PLACES).contains(&count) {
+            return Err(bad("the count is a number from 1 to 1000000"));
+        }
+        let range =
+            Self { name: name.trim().to_owned(), from: from.trim().to_owned(), to: to.trim().to_owned(), count };
+        // Each end by itself, so that `1) + (2` is none.
+        for end in [&range.from, &range.to] {
+            Settings::new().add(&format!("{} = {end}", range.name))?;
+            match constant(end) {
+                Some(value) if value.is_finite() => {}
+                _ => return Err(bad(&format!("`{end}` is no constant"))),
+            }
+        }
+        Ok(range)
+    }
+
+    /// The parameter.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The number of places.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Never: a range has at least one place.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// The setting of the first place.
+    pub fn first(&self) -> String {
+        format!("{} = {}", self.name, self.from)
+    }
+
+    /// The setting of the end.
+    pub fn last(&self) -> String {
+        format!("{} = {}", self.name, self.to)
+    }
+
+    /// The value at a place (from 0), as an exact expression.
+    pub fn expression(&self, place: usize) -> String {
+        if place == 0 {
+            return self.from.clone();
+        }
+        let Self { from, to, count, .. } = self;
+        format!("({from}) + (({to}) - ({from}))*{place}/{}", count - 1)
+    }
+
+    /// The value at a place (from 0), rounded to a double; `None` beyond the end.
+    #[must_use]
+    pub fn value(&self, place: usize) -> Option<f64> {
+        if place >= self.count {
+            return None;
+        }
+        Some(constant(&self.expression(place))?.mid_f64())
+    }
+}
+
+/// The number that a constant expression comes to.
+fn constant(text: &str) -> Option<Ball> {
+    let constant = Constant::parse(text).ok()?;
+    evaluate_closed(constant.pool(), constant.value(), ())
+}

@@ -1,0 +1,203 @@
+//! Tables: CSV text with a header, read into exact numbers.
+
+use crate::model::ModelError;
+use crate::number::Number;
+use crate::span::Span;
+
+/// The texts of the CSV files that a model names, by the path as the model writes it.
+///
+/// The library reads no files; whoever calls it hands over what it has.
+#[derive(Clone, Debug, Default)]
+pub struct TableTexts {
+    texts: Vec<(String, Result<String, String>)>,
+}
+
+impl TableTexts {
+    /// No tables.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds the text of the file that the model calls `path`; it takes the place of what was said
+    /// about that file before.
+    #[must_use]
+    pub fn with(mut self, path: impl Into<String>, text: impl Into<String>) -> Self {
+        self.texts.push((path.into(), Ok(text.into())));
+        self
+    }
+
+    /// Remembers why the file that the model calls `path` could not be read, for the error message; a
+    /// text given before is forgotten.
+    #[must_use]
+    pub fn with_failure(mut self, path: impl Into<String>, reason: impl Into<String>) -> Self {
+        self.texts.push((path.into(), Err(reason.into())));
+        self
+    }
+
+    /// The length of all texts.
+    #[must_use]
+    pub fn bytes(&self) -> usize {
+        let texts = self.texts.iter().filter_map(|(_, text)| text.as_ref().ok());
+        texts.map(String::len).sum()
+    }
+
+    fn get(&self, path: &str) -> Option<&Result<String, String>> {
+        let found = self.texts.iter().rev().find(|(name, _)| name == path);
+        found.map(|(_, text)| text)
+    }
+}
+
+/// One field. Columns of names or remarks may stand in a table as long as no expression uses them.
+#[derive(Clone, Debug)]
+pub enum Cell {
+    /// An exact number.
+    Number(Number),
+    /// Any other text.
+    Text(String),
+}
+
+/// A table of exact numbers.
+#[derive(Clone, Debug)]
+pub struct Table {
+    pub(crate) name: String,
+    pub(crate) span: Span,
+    /// The names of the columns, in order.
+    pub columns: Vec<String>,
+    pub(crate) path: String,
+    /// Row by row.
+    cells: Vec<Cell>,
+    /// The lines of the rows, from 1.
+    lines: Vec<u64>,
+}
+
+impl Table {
+    /// How many rows there are.
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// The line of a row counted from 1.
+    pub fn line(&self, row: usize) -> u64 {
+        let line = row.checked_sub(1).and_then(|row| self.lines.get(row));
+        line.copied().unwrap_or(1)
+    }
+
+    /// The first names of columns, shortened, for messages: no more of a file than it takes to see what it is.
+    pub fn some_columns(&self) -> Vec<String> {
+        const MOST: usize = 8;
+        let names = self.columns.iter().take(MOST);
+        let mut names: Vec<String> = names.map(|name| excerpt(name)).collect();
+        if self.columns.len() > MOST {
+            names.push("…".to_owned());
+        }
+        names
+    }
+
+    /// The field in a row counted from 1.
+    pub fn field(&self, row: i64, column: usize) -> Option<&Cell> {
+        let row = usize::try_from(row).ok()?.checked_sub(1)?;
+        if row >= self.rows() || column >= self.columns.len() {
+            return None;
+        }
+        self.cells.get(row * self.columns.len() + column)
+    }
+
+    /// Stands for a table that could not be read.
+    pub(crate) fn unread(name: &str, span: Span) -> Self {
+        Self {
+            name: name.to_owned(),
+            path: String::new(),
+            span,
+            columns: Vec::new(),
+            cells: Vec::new(),
+            lines: Vec::new(),
+        }
+    }
+
+    /// From the text of a CSV file.
+    pub fn read(name: &str, path: &str, span: Span, path_span: Span, texts: &TableTexts) -> Result<Self, ModelError> {
+        let missing = |reason: String| ModelError::MissingTable { path: path.to_owned(), reason, span: path_span };
+        let text = match texts.get(path) {
+            None => return Err(missing(String::new())),
+            Some(Err(reason)) => return Err(missing(format!(": {reason}"))),
+            Some(Ok(text)) => text.trim_start_matches('\u{feff}'),
+        };
+        let bad =
+            |line: u64, reason: String| ModelError::BadTable { path: path.to_owned(), line, reason, span: path_span };
+        let mut reader =
+            csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+        let describe = |error: &csv::Error| {
+            let line = error.position().map_or(1, csv::Position::line);
+            let reason = match error.kind() {
+                csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+                    format!("{len} fields where the header has {expected_len}")
+                }
+                csv::ErrorKind::Utf8 { .. } => "not UTF-8 text".to_owned(),
+                _ => error.to_string(),
+            };
+            bad(line, reason)
+        };
+        let columns: Vec<String> = match reader.headers() {
+            Ok(header) => header.iter().map(str::to_owned).collect(),
+            Err(error) => return Err(describe(&error)),
+        };
+        if columns.is_empty() || columns.iter().all(String::is_empty) {
+            return Err(bad(1, "there is no header with column names".to_owned()));
+        }
+        for (at, column) in columns.iter().enumerate() {
+            if columns[..at].contains(column) {
+                let column = excerpt(column);
+                return Err(bad(1, format!("the column `{column}` occurs twice")));
+            }
+        }
+        let mut cells = Vec::new();
+        let mut lines = Vec::new();
+        for record in reader.records() {
+            let record = match record {
+                Ok(record) => record,
+                Err(error) => return Err(describe(&error)),
+            };
+            for field in record.iter().take(columns.len()) {
+                cells.push(match parse_field(field) {
+                    Some(number) => Cell::Number(number),
+                    None => Cell::Text(excerpt(field)),
+                });
+            }
+            lines.push(record.position().map_or(0, csv::Position::line));
+        }
+        Ok(Self { name: name.to_owned(), span, columns, path: path.to_owned(), cells, lines })
+    }
+}
+
+/// What messages quote of a field.
+fn excerpt(field: &str) -> String {
+    const MOST: usize = 40;
+    match field.char_indices().nth(MOST) {
+        Some((end, _)) => format!("{}…", &field[..end]),
+        None => field.to_owned(),
+    }
+}
+
+/// Decimal numbers as spreadsheets write them: with a sign, with `.5` and `5.` too.
+fn parse_field(field: &str) -> Option<Number> {
+    let (negative, digits) = match field.strip_prefix('-') {
+        Some(rest) => (true, rest),
+        None => (false, field.strip_prefix('+').unwrap_or(field)),
+    };
+    let (mantissa, exponent) = match digits.find(['e', 'E']) {
+        Some(at) => (&digits[..at], &digits[at..]),
+        None => (digits, ""),
+    };
+    let mut plain = String::with_capacity(digits.len() + 2);
+    if mantissa.starts_with('.') {
+        plain.push('0');
+    }
+    plain.push_str(mantissa);
+    if mantissa.ends_with('.') {
+        plain.push('0');
+    }
+    plain.push_str(exponent);
+    let number = Number::parse(&plain)?;
+    Some(if negative { number.neg() } else { number })
+}

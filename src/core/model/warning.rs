@@ -1,0 +1,308 @@
+//! What is legal in a model, but suspicious.
+
+use std::collections::{HashMap, HashSet};
+
+use super::names::SymbolKind;
+use super::survey::structural_names;
+use super::{Model, TermFamily};
+use crate::diagnostic::{Diagnostic, at};
+use crate::mistakes;
+use crate::span::Span;
+use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, StatementKind};
+
+mistakes! {
+/// Something suspicious that is no mistake.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+Warning Warning {
+    /// A parameter that nothing uses.
+    #[error("the parameter `{name}` is never used")]
+    "W0001" UnusedParameter {
+        /// The parameter.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    } => at(*span, "declared here").with_help(format!(
+        "is a term missing? If not, remove the line or call it `_{name}`"
+    )),
+
+    /// A named expression that nothing uses.
+    #[error("`{name}` is never used")]
+    "W0002" UnusedExpression {
+        /// Its name.
+        name: String,
+        /// Where it is given.
+        span: Span,
+    } => at(*span, "given here").with_help(format!(
+        "is a term missing? If not, remove the line or call it `_{name}`"
+    )),
+
+    /// A table that nothing uses.
+    #[error("the table `{name}` is never used")]
+    "W0003" UnusedTable {
+        /// The table.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    } => at(*span, "read here"),
+
+    /// A coordinate in no energy.
+    #[error("the coordinate `{name}` is never used")]
+    "W0004" UnusedCoordinate {
+        /// The coordinate or family.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    } => at(*span, "declared here").with_help("a coordinate needs a kinetic energy"),
+
+    /// A coordinate that the energies depend on through its velocity only.
+    #[error("no restoring force acts on `{name}`")]
+    "W0005" NoRestoringForce {
+        /// The coordinate or family.
+        name: String,
+        /// Where it is declared.
+        span: Span,
+    } => at(*span, "only its velocity occurs in the energies").with_help(
+        "it moves freely and has a mode of frequency zero; is a term of V missing?",
+    ),
+
+    /// A whole number written with a decimal point where only whole numbers will do.
+    #[error("`{text}` is the end of a range, but is written like a measured value")]
+    "W0006" DecimalRange {
+        /// As written.
+        text: String,
+        /// Where.
+        span: Span,
+    } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
+
+    /// An index that its sum does not use.
+    #[error("the index `{name}` does not occur in the summand")]
+    "W0007" UnusedIndex {
+        /// The index.
+        name: String,
+        /// Where it stands.
+        span: Span,
+    } => at(*span, "all terms are equal")
+        .with_help("is an index in brackets missing after a name?"),
+
+    /// A period of a model in which nothing depends on the time.
+    #[error("a period is given, but nothing depends on the time")]
+    "W0008" PeriodWithoutTime {
+        /// The statement.
+        span: Span,
+    } => at(*span, "has no effect here").with_help(
+        "remove it, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
+    ),
+
+    /// A velocity that is guessed where no periodic motion is searched for.
+    #[error("a velocity is given by `guess`, but {reason}")]
+    "W0009" UselessVelocity {
+        /// Why none is searched for.
+        reason: &'static str,
+        /// The statement.
+        span: Span,
+    } => at(*span, "has no effect here").with_help(
+        "it is the start of the search for the periodic motion of a driven model; initial velocities are given by `librate motion --start`",
+    ),
+}
+}
+
+/// Everything suspicious in a file and in the model that came of it, in the order of the file.
+///
+/// Names that begin with `_` are unused on purpose.
+///
+/// ```
+/// use librate::{model, syntax};
+/// let file = syntax::parse("param k = 2  coord x  T = 1/2*x'^2  V = x^2")?;
+/// let checked = model::elaborate(&file, &Default::default(), &Default::default()).unwrap();
+/// let warnings = model::warnings(&file, &checked);
+/// assert_eq!(warnings[0].to_string(), "the parameter `k` is never used");
+/// # Ok::<(), Vec<librate::syntax::SyntaxError>>(())
+/// ```
+pub fn warnings(file: &File, model: &Model) -> Vec<Warning> {
+    let mut found = unused_names(file);
+    found.extend(decimal_ranges(file));
+    found.extend(unused_indices(file));
+    found.extend(period_without_time(model));
+    found.extend(useless_velocity(model));
+    let unused: HashSet<String> = found
+        .iter()
+        .filter_map(|warning| match warning {
+            Warning::UnusedCoordinate { name, .. } => Some(name.clone()),
+            _ => None,
+        })
+        .collect();
+    found.extend(free_coordinates(model).into_iter().filter(|warning| match warning {
+        Warning::NoRestoringForce { name, .. } => !unused.contains(name),
+        _ => true,
+    }));
+    found.sort_by_key(|warning| Diagnostic::from(warning).primary.map(|label| label.span));
+    found
+}
+
+/// Names that nothing reads; those with `_` in front are so on purpose.
+fn unused_names(file: &File) -> Vec<Warning> {
+    let named =
+        file.expressions.iter().filter_map(|expr| if let ExprKind::Name(name) = expr.kind { Some(name) } else { None });
+    let tables = file.indices().flat_map(Indices::tables);
+    let used: HashSet<&str> = named.chain(tables.map(|table| table.text.as_str())).collect();
+    let mut found = Vec::new();
+    let mut seen: HashSet<&str> = HashSet::new();
+    for statement in &file.statements {
+        let make: fn(String, Span) -> Warning = match &statement.kind {
+            StatementKind::Param(_) => |name, span| Warning::UnusedParameter { name, span },
+            StatementKind::Let(_) => |name, span| Warning::UnusedExpression { name, span },
+            StatementKind::Table { .. } => |name, span| Warning::UnusedTable { name, span },
+            StatementKind::Coord { .. } => |name, span| Warning::UnusedCoordinate { name, span },
+            StatementKind::Model { .. }
+            | StatementKind::Kinetic(_)
+            | StatementKind::Potential(_)
+            | StatementKind::Lagrangian(_)
+            | StatementKind::Dissipation(_)
+            | StatementKind::Constraint { .. }
+            | StatementKind::Guess { .. }
+            | StatementKind::Equilibrium { .. }
+            | StatementKind::Period(_) => continue,
+        };
+        for name in statement.kind.declared() {
+            // The members of a family may be given one by one.
+            let first = seen.insert(name.text.as_str());
+            if first && !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
+                found.push(make(name.text.to_string(), name.span));
+            }
+        }
+    }
+    found
+}
+
+/// `1..3.0`, and `param N = 10.0` where N sets a range.
+fn decimal_ranges(file: &File) -> Vec<Warning> {
+    let decimal = |at: ExprRef| match file.expr(at).kind {
+        ExprKind::Number(text) if text.contains('.') => {
+            Some(Warning::DecimalRange { text: text.to_owned(), span: file.expr(at).span })
+        }
+        _ => None,
+    };
+    let mut found: Vec<Warning> = file.indices().flat_map(Indices::expressions).filter_map(decimal).collect();
+    let structural = structural_names(file);
+    for statement in &file.statements {
+        if let StatementKind::Param(binding) = &statement.kind
+            && structural.contains(binding.name.text.as_str())
+            && let Some(warning) = binding.value.and_then(decimal)
+        {
+            found.push(warning);
+        }
+    }
+    found
+}
+
+/// Indices of sums that neither the body nor the filter nor a later bound names.
+fn unused_indices(file: &File) -> Vec<Warning> {
+    let mut found = Vec::new();
+    let mut places: HashMap<&str, Vec<ExprRef>> = HashMap::new();
+    let mut sums = Vec::new();
+    for (number, expr) in (0..).zip(file.expressions.iter()) {
+        match expr.kind {
+            ExprKind::Name(name) => places.entry(name).or_default().push(ExprRef(number)),
+            ExprKind::SumOver { indices, .. } => sums.push((expr.span, indices)),
+            _ => {}
+        }
+    }
+    for all in places.values_mut() {
+        all.sort_by_key(|at| file.expr(*at).span);
+    }
+    for (span, indices) in sums {
+        for entry in &indices.entries {
+            let (IndexKind::Range { variable: Some(name), .. } | IndexKind::Rows { variable: name, .. }) = &entry.kind
+            else {
+                continue;
+            };
+            // Everything that a sum contains stands between its brackets.
+            let within = |at: &ExprRef| {
+                let place = file.expr(*at).span;
+                span.start <= place.start && place.end <= span.end
+            };
+            let named = places.get(name.text.as_str());
+            let used = named.is_some_and(|all| {
+                let from = all.partition_point(|at| file.expr(*at).span.start < span.start);
+                all.get(from).is_some_and(within)
+            });
+            if !used && !name.text.starts_with('_') {
+                found.push(Warning::UnusedIndex { name: name.text.to_string(), span: name.span });
+            }
+        }
+    }
+    found
+}
+
+/// A `period` statement in a model that the time leaves alone.
+fn period_without_time(model: &Model) -> Option<Warning> {
+    let period = model.period?;
+    model.time_dependent.is_none().then_some(Warning::PeriodWithoutTime { span: period.span })
+}
+
+/// The first guess of a velocity where no periodic motion is searched for.
+fn useless_velocity(model: &Model) -> Option<Warning> {
+    let guess = model.guessed_velocities.iter().flatten().next()?;
+    let reason = if model.time_dependent.is_none() {
+        "nothing depends on the time"
+    } else if model.equilibria.iter().any(Option::is_some) {
+        "an equilibrium is given"
+    } else {
+        return None;
+    };
+    Some(Warning::UselessVelocity { reason, span: guess.span })
+}
+
+/// Coordinates whose position no energy depends on; a family as one where all of it is free.
+fn free_coordinates(model: &Model) -> Vec<Warning> {
+    let mut bound = vec![false; model.coordinates.len()];
+    let energies = model.kinetic.iter().chain(&model.potential);
+    for family in energies {
+        bind(model, family, &mut bound);
+    }
+    if !model.constraints.is_empty() {
+        // A constraint is a force as well.
+        return Vec::new();
+    }
+    for (bound, rate) in bound.iter_mut().zip(&model.rates) {
+        *bound |= rate.is_some();
+    }
+    let mut found = Vec::new();
+    for family in &model.families {
+        let members = family.first..family.first + family.len();
+        let free: Vec<usize> = members.filter(|at| !bound[*at]).collect();
+        if free.len() == family.len() && !free.is_empty() {
+            found.push(Warning::NoRestoringForce {
+                name: family.name.clone(),
+                span: model.coordinates[family.first].span,
+            });
+            continue;
+        }
+        found.extend(free.into_iter().map(|at| Warning::NoRestoringForce {
+            name: model.coordinates[at].name.clone(),
+            span: model.coordinates[at].span,
+        }));
+    }
+    found
+}
+
+/// Marks the coordinates that a family of terms depends on by position.
+fn bind(model: &Model, family: &TermFamily, bound: &mut [bool]) {
+    let symbols = model.pool.symbols_of(&[family.body]);
+    for symbol in &symbols {
+        if let Some(SymbolKind::Coordinate(number)) = model.symbols.get(symbol) {
+            bound[*number] = true;
+        }
+    }
+    let width = family.locals.len();
+    for (slot, local) in family.locals.iter().enumerate() {
+        if symbols.contains(&local.coordinate) {
+            let numbers = family.coordinates.iter().skip(slot).step_by(width);
+            for number in numbers {
+                if let Some(bound) = bound.get_mut(*number as usize) {
+                    *bound = true;
+                }
+            }
+        }
+    }
+}

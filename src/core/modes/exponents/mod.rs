@@ -1,0 +1,258 @@
+//! Exponents of M q̈ + D q̇ + S q = 0: the λ with det(λ²M + λD + S) = 0, growth and frequency with proved bounds,
+//! and their vectors.
+//!
+//! D = G + C and S = K + N: gyroscopic and damping forces, stiffness and what friction adds to it. Without
+//! dissipation D is skew and S symmetric, and growth is exactly 0 where the exponents are on the imaginary axis.
+//!
+//! The ladder is that of [`super`]: vectors and left vectors in doubles (`start`), residuals in
+//! double-double (`columns`), couplings of the first-order pencil in their basis as magnitudes (`couplings`), discs
+//! with a scaling per exponent that makes them quadratic in the residuals (`certify`); where they do not cover the
+//! wanted digits of growth and frequency, better vectors; then the same with as many bits as it takes (`wide`).
+//! Columns that are not separated are turned by the eigenvectors of their own block (`resolve`). What bounds can
+//! never decide (whether a repeated exponent is one, whether a growth is 0) is decided by exact arithmetic where
+//! the matrices are rational and small (`exact`), and else said to be open.
+//!
+//! It never sees a name or an expression, never takes something small for zero, and never pairs exponents by
+//! their looks: real and imaginary ones are those whose discs hold one exponent and meet no other disc
+//! on the other side of the axis.
+
+mod basis;
+mod blocks;
+mod certify;
+mod columns;
+mod complex;
+mod couplings;
+mod definite;
+mod exact;
+mod far;
+mod polynomial;
+mod repeated;
+mod resolve;
+mod scale;
+mod shape;
+mod signature;
+mod solve;
+mod spectrum;
+mod start;
+mod wide;
+mod wide_columns;
+
+pub(crate) use exact::LARGEST as MOST_EXACT;
+
+use dashu_int::IBig;
+use faer::c64;
+
+use super::{Kind, ModesError, Options, Rung, Stability};
+use crate::precision::{Ball, Big, Root};
+
+/// M q̈ + D q̇ + S q = 0.
+#[derive(Clone, Debug)]
+pub struct QuadraticProblem {
+    /// The number of coordinates, n.
+    pub dimension: usize,
+    /// The mass matrix M, n by n, column by column; symmetric and positive definite.
+    pub mass: Vec<Ball>,
+    /// D = G + C, what multiplies velocities, likewise n by n.
+    pub velocity: Vec<Ball>,
+    /// S = K + N, what multiplies coordinates.
+    pub stiffness: Vec<Ball>,
+    /// What is known of the exact matrices beside their enclosures.
+    pub structure: Structure,
+    /// Linearly independent vectors proved to span the kernel of the exact S, each ball enclosing the exact
+    /// component.
+    pub zero_vectors: Vec<Vec<Ball>>,
+}
+
+/// What is known of the exact matrices beside their enclosures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Structure {
+    /// Nothing is damped: D is skew and S symmetric, exactly.
+    Gyroscopic,
+    /// D is 0, exactly; S may be anything: friction that acts at rest, and nothing that multiplies velocities.
+    Circulatory,
+    /// D and S are symmetric, exactly: friction, and neither gyroscopic forces nor friction that acts at rest.
+    Symmetric,
+    /// S is symmetric, exactly: no friction acts at rest.
+    Dissipative,
+    /// Anything.
+    Damped,
+}
+
+/// The matrices of a [`QuadraticProblem`] at a higher precision, in the same order.
+#[derive(Clone, Debug)]
+pub struct PreciseQuadratic {
+    /// M.
+    pub mass: Vec<Big>,
+    /// D.
+    pub velocity: Vec<Big>,
+    /// S.
+    pub stiffness: Vec<Big>,
+    /// The vectors of the kernel of S.
+    pub zero_vectors: Vec<Vec<Big>>,
+}
+
+/// M, D and S in [`Units`], all three times one positive number, exactly, column by column; where [`Units::roots`] are given,
+/// so many matrices as these have subsets, one after the other: coefficients of the square root of the product of each, counted in
+/// binary.
+#[derive(Clone, Debug)]
+pub struct IntegerQuadratic {
+    /// M.
+    pub mass: Vec<IBig>,
+    /// D.
+    pub velocity: Vec<IBig>,
+    /// S.
+    pub stiffness: Vec<IBig>,
+    /// The units that they are whole in.
+    pub units: Units,
+}
+
+/// Units in which matrices are fractions or combinations of a few square roots: q_i = coordinates_i q'_i and λ = rate λ'.
+#[derive(Clone, Debug, Default)]
+pub struct Units {
+    /// That of exponents.
+    pub rate: Root,
+    /// One a coordinate; missing ones are 1.
+    pub coordinates: Vec<Root>,
+    /// Positive whole numbers whose square roots are left in the entries; no product of some of them is a square.
+    pub roots: Vec<IBig>,
+}
+
+/// Where a problem comes from: what it can be asked for when its enclosures do not tell enough.
+///
+/// Everything must describe the same exact matrices as the [`QuadraticProblem`] does. Nothing is asked for that
+/// is not needed.
+pub trait QuadraticSource {
+    /// The matrices with entries of so many bits.
+    fn precisely(&self, _bits: usize) -> Option<PreciseQuadratic> {
+        None
+    }
+
+    /// The matrices exactly, where every entry is a rational number.
+    fn integers(&self) -> Option<IntegerQuadratic> {
+        None
+    }
+}
+
+/// No source: the enclosures are all there is.
+impl QuadraticSource for () {}
+
+/// All exponents that were asked for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Exponents {
+    /// One for a pair of conjugate exponents, one for a real exponent of a damped problem, one for a real pair
+    /// ±s without damping (the growing one), each as often as its algebraic multiplicity; for the
+    /// exponent 0 half its multiplicity without damping, the dimension of the kernel of S with it. Unstable
+    /// ones by falling growth, then zeros, then by rising frequency and falling growth.
+    pub entries: Vec<Exponent>,
+    /// What all exponents together say.
+    pub stability: Stability,
+    /// Whether some motion grows in powers of t beyond a uniform drift: a Jordan block of an imaginary exponent, at 0
+    /// one larger than 2. `None` where that is not decided.
+    pub secular: Option<bool>,
+    /// The highest rung that any of the numbers comes from.
+    pub rung: Rung,
+}
+
+/// An exponent growth + i omega.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Exponent {
+    /// What kind of motion it is.
+    pub kind: Kind,
+    /// The real part; exactly 0 where that is proved.
+    pub growth: Ball,
+    /// The imaginary part, not negative; exactly 0 where that is proved.
+    pub omega: Ball,
+    /// -exponent², where growth or omega is proved to be 0.
+    pub omega_squared: Option<Ball>,
+    /// Growth and omega to more digits, where balls do not hold as many as were asked for.
+    pub precise: Option<Box<PreciseExponent>>,
+    /// The vector x with xᴴMx = 1 whose first component within 1e-6 of the largest is real and positive; empty if
+    /// not asked for.
+    pub vector: Vec<c64>,
+    /// A bound of the error of each component. In a cluster: of the distance from the space that the columns
+    /// of the cluster span; infinite where nothing is known.
+    pub vector_error_bound: f64,
+    /// Exponents with the same number are not separated by the bounds: equal, or nearly so.
+    pub cluster: u32,
+    /// Why digits are missing or a sign is open, if so; or that the exponent has fewer vectors than its
+    /// multiplicity.
+    pub limit: Option<Limit>,
+}
+
+/// Growth and omega at a precision beyond that of a [`Ball`].
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct PreciseExponent {
+    /// The real part.
+    pub growth: Big,
+    /// The imaginary part.
+    pub omega: Big,
+}
+
+/// Why an exponent is known less well than was asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Limit {
+    /// The exponent belongs to a Jordan block, proved: one vector for so many equal exponents, which depend on the
+    /// parameters as a root of that order does, and motions of powers of t below that. At the exponent 0 only where the block
+    /// is larger than that of a uniform drift, 2.
+    Defective {
+        /// The size of the block.
+        order: usize,
+    },
+    /// So many exponents are not separated at the highest precision that was tried.
+    Unresolved {
+        /// How many.
+        count: usize,
+    },
+    /// The exponent is separated from all others, but a sign or digits are open.
+    Open,
+}
+
+/// All exponents of a problem whose source can be asked for more where the enclosures do not do.
+///
+/// # Errors
+///
+/// See [`ModesError`]; M must be positive definite, provably so.
+pub fn exponents(
+    problem: &QuadraticProblem,
+    source: &dyn QuadraticSource,
+    options: &Options,
+) -> Result<Exponents, ModesError> {
+    solve::solve(problem, source, options)
+}
+
+/// The exponents of m q̈ + c q̇ + k q = 0 with c² = 4 m k, proved, and c not 0: -c/2m twice, with one vector.
+pub(crate) fn critical(mass: &Ball, damping: &Ball, precise: Option<[Big; 2]>) -> Exponents {
+    let growth = -(*damping / mass.scale(1));
+    let kind = spectrum::kind(&growth, &Ball::ZERO);
+    let x = Ball::ONE / mass.sqrt();
+    let precise = precise.map(|[mass, damping]| {
+        let growth = -&(&damping / &(&mass + &mass));
+        Box::new(PreciseExponent { omega: Big::zero(growth.bits()), growth })
+    });
+    let entry = Exponent {
+        kind,
+        growth,
+        omega: Ball::ZERO,
+        omega_squared: Some(-(growth * growth)),
+        precise,
+        vector: vec![c64::new(x.mid_f64(), 0.0)],
+        vector_error_bound: x.mid_f64_error(),
+        cluster: 0,
+        limit: Some(Limit::Defective { order: 2 }),
+    };
+    let stability = match kind {
+        Kind::Unstable => Stability::Unstable,
+        Kind::Overdamped => Stability::Stable,
+        _ => Stability::Undecided,
+    };
+    Exponents { entries: vec![entry.clone(), entry], stability, secular: Some(false), rung: Rung::Refined }
+}
+
+/// The exponents of parts that nothing couples as those of the whole, in its order; their vectors have the
+/// length of the whole already.
+pub(crate) fn joined(parts: Vec<Exponents>, options: &Options) -> Exponents {
+    spectrum::joined(parts, options)
+}

@@ -1,0 +1,372 @@
+//! Normal modes of M q̈ + K q = 0: frequencies with proved bounds, and mode shapes.
+//!
+//! The stage takes two symmetric matrices whose entries are enclosures of exact numbers, and
+//! returns every eigenvalue of K x = ω² M x in an interval that holds it for all matrices in the
+//! enclosures. The ladder (`climb`): eigenvectors in doubles (`start`), both forms in their basis computed
+//! with error bounds, in products of doubles where the problem is large (`quick`), else in
+//! double-double (`pencil`), enclosures of all eigenvalues (`certify`); where
+//! they do not cover the wanted digits, or eigenvalues are not separated, better eigenvectors
+//! (`refine`) and again; then with the stiffness as a sum of squares (`factored`). Where double-double has no more to give, the same loop goes on with matrices
+//! and columns of as many bits as it takes (`precise`).
+//!
+//! It never sees a name or an expression, and never takes something small for zero: a zero mode
+//! comes from a vector that the caller has proved to lie in the kernel of K.
+
+mod certify;
+mod climb;
+mod dense;
+pub mod exponents;
+mod factored;
+mod image;
+mod pencil;
+mod precise;
+mod product;
+mod quick;
+mod refine;
+mod shape;
+mod slices;
+mod spectrum;
+mod start;
+
+use thiserror::Error;
+
+use crate::precision::{Ball, Big, Rounding, decimal};
+use climb::{Certificate, Gram, Solution, climb, covered, covers, first};
+use dense::Matrix;
+pub use factored::Factors;
+use pencil::{Scaled, ZeroSpace};
+pub use precise::{Precise, PreciseProblem};
+use spectrum::spectrum;
+
+/// K x = ω² M x.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// The number of coordinates, n.
+    pub dimension: usize,
+    /// The mass matrix, n by n, column by column; symmetric (the lower triangle is read).
+    pub mass: Vec<Ball>,
+    /// The stiffness matrix, likewise.
+    pub stiffness: Vec<Ball>,
+    /// Linearly independent vectors proved to lie in the kernel of the exact stiffness matrix, each
+    /// ball enclosing the exact component. Every one gives a mode with frequency 0, exactly.
+    pub zero_vectors: Vec<Vec<Ball>>,
+}
+
+/// What is asked for: all modes with their shapes to ten digits, unless told otherwise.
+///
+/// ```
+/// use librate::modes::Options;
+/// let options = Options::default().lowest(5).digits(15);
+/// assert!(options.vectors);
+/// ```
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Options {
+    /// Whether mode shapes are wanted.
+    pub vectors: bool,
+    /// How many modes are wanted, counted in the order of [`Spectrum::modes`]; `None`: all.
+    pub lowest: Option<usize>,
+    /// How many correctly rounded significant digits the frequencies shall have.
+    pub digits: usize,
+    /// What is printed is 2^power times what is found: which roundings are close depends on it.
+    pub(crate) power: i64,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self { vectors: true, lowest: None, digits: 10, power: 0 }
+    }
+}
+
+impl Options {
+    /// For numbers that are 2^power times smaller still.
+    pub(crate) fn smaller(&self, power: i64) -> Self {
+        Self { power: self.power + power, ..self.clone() }
+    }
+
+    /// Whether the bound of a positive number of about this size decides its rounding to all digits as it is printed.
+    fn decide(&self, size: f64, number: impl FnOnce() -> Ball) -> bool {
+        // In doubles, if they can tell: 10^12 has a spacing of 1e-4.
+        if self.digits <= 12 {
+            let printed = Ball::exact(size).scale_far(self.power).mid_f64();
+            let place = 10f64.powi(self.digits as i32 - 1 - printed.log10().floor() as i32);
+            let fraction = (printed * place).fract();
+            if printed.log10().abs() < 200.0 && (fraction - 0.5).abs() > 2e-3 {
+                return true;
+            }
+        }
+        let number = number();
+        if self.power == 0 {
+            decimal(&number, self.digits).rounding == Rounding::Correct
+        } else {
+            self.decide_precisely(&Big::from_ball(&number, BITS_OF_BALLS))
+        }
+    }
+
+    /// The same for more digits than a ball has.
+    fn decide_precisely(&self, number: &Big) -> bool {
+        number.scale(self.power).decimal(self.digits).rounding == Rounding::Correct
+    }
+
+    /// Frequencies only: shapes cost as much again.
+    #[must_use]
+    pub fn without_vectors(mut self) -> Self {
+        self.vectors = false;
+        self
+    }
+
+    /// Only the so many first modes in the order of [`Spectrum::modes`].
+    #[must_use]
+    pub fn lowest(mut self, count: usize) -> Self {
+        self.lowest = Some(count);
+        self
+    }
+
+    /// So many correctly rounded significant digits of every frequency.
+    #[must_use]
+    pub fn digits(mut self, count: usize) -> Self {
+        self.digits = count;
+        self
+    }
+}
+
+/// A ball has no more bits than these, but for zeros between its two parts.
+const BITS_OF_BALLS: usize = 192;
+
+/// All modes that were asked for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Spectrum {
+    /// Unstable modes by falling growth, then proved zeros, then by rising ω².
+    pub modes: Vec<Mode>,
+    /// What all modes together, asked for or not, say about stability.
+    pub stability: Stability,
+    /// The highest rung that any of the numbers comes from.
+    pub rung: Rung,
+}
+
+/// The rungs of the precision ladder, from the cheapest to the most expensive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum Rung {
+    /// Eigenvectors of doubles as they are; only quotients and residuals are more precise.
+    Doubles,
+    /// Eigenvectors of doubles, refined in double-double.
+    Refined,
+    /// Cholesky factor of M and reduction of K in double-double from the start: M is not positive definite in
+    /// doubles, or their eigenvectors are of no use.
+    DoubleDouble,
+    /// One-sided Jacobi rotations of the stiffness as a sum of squares, and energies in place of entries.
+    Factors,
+    /// As many bits as it takes; only the modes that need it have [`Mode::precise`].
+    Precise,
+}
+
+/// One normal mode.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Mode {
+    /// What kind of motion it is.
+    pub kind: Kind,
+    /// ω², negative for an unstable mode.
+    pub omega_squared: Ball,
+    /// The frequency, in radians per unit of time; 0 for an unstable mode.
+    pub omega: Ball,
+    /// The rate of growth √(-ω²) of an unstable mode; 0 for any other.
+    pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
+    /// The mode shape x with xᵀMx = 1, empty if not asked for.
+    pub vector: Vec<f64>,
+    /// A bound of the error of each component of the vector. In a cluster: of the distance of the
+    /// vector from the space that the exact eigenvectors of the cluster span.
+    pub vector_error_bound: f64,
+    /// Modes with the same number are not separated by the bounds: equal, or nearly so.
+    pub cluster: u32,
+}
+
+/// The kind of a mode.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kind {
+    /// ω² > 0, and no growth.
+    Oscillation,
+    /// ω² = 0, proved.
+    Zero,
+    /// ω² < 0; with gyroscopic forces or friction: growth > 0.
+    Unstable,
+    /// Growth < 0 and ω > 0.
+    Damped,
+    /// Growth < 0 and ω = 0.
+    Overdamped,
+    /// The bound does not tell the sign of ω², of growth, or whether there is any.
+    Undecided,
+}
+
+/// Stability of the equilibrium in linear order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Stability {
+    /// All modes oscillate.
+    Stable,
+    /// No mode grows, and there is a zero mode.
+    Neutral,
+    /// Some mode grows.
+    Unstable,
+    /// The bounds do not tell.
+    Undecided,
+}
+
+impl Kind {
+    /// The word for it in tables and JSON: `oscillation`, `zero`, `unstable`, `damped`, `overdamped`,
+    /// `undecided`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Oscillation => "oscillation",
+            Self::Zero => "zero",
+            Self::Unstable => "unstable",
+            Self::Damped => "damped",
+            Self::Overdamped => "overdamped",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+impl Stability {
+    /// The word for it in tables and JSON: `stable`, `neutral`, `unstable`, `undecided`.
+    #[must_use]
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Stable => "stable",
+            Self::Neutral => "neutral",
+            Self::Unstable => "unstable",
+            Self::Undecided => "undecided",
+        }
+    }
+}
+
+/// One of the matrices.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Which {
+    /// M.
+    Mass,
+    /// D = G + C, what multiplies velocities.
+    Velocity,
+    /// K, or S = K + N.
+    Stiffness,
+}
+
+impl std::fmt::Display for Which {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Mass => "mass",
+            Self::Velocity => "velocity",
+            Self::Stiffness => "stiffness",
+        })
+    }
+}
+
+/// Why there is no spectrum, or there are no exponents.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum ModesError {
+    /// M is not positive definite, or not shown to be.
+    #[error("the mass matrix is {}", if *.singular { "singular" } else { "indefinite" })]
+    NotPositiveDefinite {
+        /// A direction in which the kinetic energy is not positive; largest component 1.
+        direction: Vec<f64>,
+        /// Whether the kinetic energy vanishes along it as far as can be told; otherwise it is
+        /// negative, proved.
+        singular: bool,
+    },
+    /// M is not shown to be positive definite, where exponents are asked for.
+    #[error("the mass matrix is not shown to be positive definite")]
+    MassNotDecided,
+    /// An entry is not a number or out of range.
+    #[error("entry ({row}, {column}) of the {matrix} matrix is not a finite number")]
+    NotFinite {
+        /// The matrix.
+        matrix: Which,
+        /// The row, from 0.
+        row: usize,
+        /// The column, from 0.
+        column: usize,
+    },
+    /// A matrix has the wrong number of entries.
+    #[error("the {matrix} matrix has {found} entries instead of {expected}")]
+    Shape {
+        /// The matrix.
+        matrix: Which,
+        /// The square of the dimension.
+        expected: usize,
+        /// The number of entries.
+        found: usize,
+    },
+    /// A zero vector is not in the kernel of the stiffness matrix, depends on those before it, or has the wrong
+    /// length.
+    #[error("zero vector {index} is not an independent vector of the kernel of the stiffness matrix")]
+    ZeroVector {
+        /// Its number, from 0.
+        index: usize,
+    },
+    /// The eigenvalue decomposition did not converge.
+    #[error("the eigenvalue decomposition did not converge")]
+    NoConvergence,
+}
+
+/// Where a problem comes from: what it can be asked for when its matrices do not tell enough.
+///
+/// Everything must describe the same exact matrices as [`Problem`] does. Nothing is asked for that is
+/// not needed.
+pub trait Source {
+    /// The stiffness matrix as a sum of squares, if it is known as one.
+    fn factors(&self) -> Option<Factors> {
+        None
+    }
+
+    /// Both matrices with entries of so many bits, and the zero vectors, in the same order: for more
+    /// digits than double-double has, or problems that are too ill-conditioned for it.
+    fn precisely(&self, _bits: usize) -> Option<PreciseProblem> {
+        None
+    }
+}
+
+/// No source: the matrices are all there is.
+impl Source for () {}
+
+/// All modes of a problem.
+///
+/// # Errors
+///
+/// See [`ModesError`]; M must be positive definite, provably so.
+pub fn solve(problem: &Problem, options: &Options) -> Result<Spectrum, ModesError> {
+    solve_from(problem, &(), options)
+}
+
+/// All modes of a problem whose source can be asked for more where the matrices do not do.
+///
+/// # Errors
+///
+/// As [`solve`].
+pub fn solve_from(problem: &Problem, source: &dyn Source, options: &Options) -> Result<Spectrum, ModesError> {
+    let scaled = Scaled::new(problem)?;
+    let n = scaled.n;
+    if n == 0 {
+        return Ok(Spectrum { modes: Vec::new(), stability: Stability::Stable, rung: Rung::Doubles });
+    }
+    if problem.zero_vectors.len() > n {
+        return Err(ModesError::ZeroVector { index: n });
+    }
+    let zero = match ZeroSpace::new(&scaled, &problem.zero_vectors) {
+        Ok(zero) => zero,
+        Err(index) => {
+            // A bad mass matrix shows here too; it is the better message.
+            let plain = Matrix::zeros(n, 0);
+            first(&scaled, &plain)?;
+            return Err(ModesError::ZeroVector { index });
+        }
+    };
+    let options = &options.smaller(i64::from(scaled.power / 2));
+    let below = |options: &Options| climb(&scaled, &zero, source, options);
+    let solution = precise::further(&scaled, &zero, &below, source, options)?;
+    Ok(spectrum(&scaled, &zero, &solution, options))
+}

@@ -1,0 +1,368 @@
+//! Normal modes of a linearized model: the numeric stage put to work, and its results named.
+//!
+//! Hands M and K with their bounds to [`crate::modes`], proves zero modes only where the stiffness
+//! may be singular, looks for symmetries, and puts the model's names back. It computes no eigenvalue
+//! itself.
+
+mod exponents;
+mod parts;
+mod symmetry;
+mod units;
+mod warning;
+
+pub use units::in_units;
+pub use warning::{Warning, warnings};
+
+use crate::linearize::{LinearizeError, Linearized, Structure, Units, ZeroMode};
+use crate::modes::exponents::Limit;
+use crate::modes::{
+    self, Factors, Kind, ModesError, Options, Precise, PreciseProblem, Problem, Rung, Source, Stability,
+};
+use crate::precision::Ball;
+use crate::span::Span;
+
+/// Shapes that nobody asked for are made for at most so many coordinates.
+const MOST_SHAPES_FOR_CLASSES: usize = 600;
+
+/// All modes of a model that were asked for.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct NormalModes {
+    /// What the modes together say about the equilibrium.
+    pub stability: Stability,
+    /// Whether some motion grows in powers of t beyond the uniform drift of a zero mode; `None` where that is not decided.
+    pub secular: Option<bool>,
+    /// Unstable modes by falling growth, then zero modes, then by rising frequency.
+    pub modes: Vec<NormalMode>,
+    /// The highest rung of the precision ladder that any of the numbers comes from.
+    pub rung: Rung,
+    /// What the zero modes are together, each in words: "translation", "rotation about z", …; their vectors, real and
+    /// imaginary parts of complex ones, are some basis of these motions.
+    pub zero_motions: Vec<String>,
+    /// The potential has no minimum here, and gyroscopic forces keep the motion stable all the same.
+    pub gyroscopically_stabilised: bool,
+}
+
+/// One normal mode of a model.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct NormalMode {
+    /// What kind of motion it is.
+    pub kind: Kind,
+    /// -exponent² in 1/s²: ω², negative for a mode that grows or decays without oscillating; `None` where it
+    /// is not known to be real.
+    pub omega_squared: Option<Ball>,
+    /// The frequency in rad/s: the imaginary part of the exponent, not negative.
+    pub omega: Ball,
+    /// The rate of growth in 1/s: the real part of the exponent, negative for a mode that decays.
+    pub growth: Ball,
+    /// The same numbers to more digits, where a ball does not hold as many as were asked for.
+    pub precise: Option<Box<Precise>>,
+    /// The shape x with xᴴMx = 1, one component a coordinate; empty if not asked for. The real part, where
+    /// the coordinates do not move in phase.
+    pub vector: Vec<f64>,
+    /// The imaginary part of the shape; empty where the coordinates move in phase.
+    pub imaginary: Vec<f64>,
+    /// A bound of the error of each component; in a cluster, of the distance from its space.
+    pub vector_error_bound: f64,
+    /// The same for each component by itself, where coordinates are in units so far apart that one bound says little of some; else
+    /// empty.
+    pub component_error_bounds: Vec<f64>,
+    /// Modes with the same number are not separated by the bounds.
+    pub cluster: u32,
+    /// The class under the model's symmetry: `even` or `odd` for a mirror (in a row for several that
+    /// commute), `wave number j` for a ring, else `class j`.
+    pub symmetry: Option<String>,
+    /// Why digits are missing, or that the exponent has fewer vectors than its multiplicity; only with
+    /// gyroscopic forces or friction.
+    pub limit: Option<Limit>,
+    /// What the uncertainties of parameters make of these numbers, where that was asked for and there are any.
+    pub uncertainty: Option<Uncertainty>,
+}
+
+impl NormalMode {
+    /// A bound of the error of a component of the shape, by its number.
+    #[must_use]
+    pub fn error_bound_of(&self, component: usize) -> f64 {
+        let own = self.component_error_bounds.get(component);
+        own.copied().unwrap_or(self.vector_error_bound)
+    }
+}
+
+/// The standard uncertainty of a mode's exponent, of first order; `None` where there is no derivative.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct Uncertainty {
+    /// Of omega, in rad/s.
+    pub omega: Option<Ball>,
+    /// Of growth, in 1/s.
+    pub growth: Option<Ball>,
+}
+
+impl Uncertainty {
+    /// Of the two.
+    pub fn new(omega: Option<Ball>, growth: Option<Ball>) -> Self {
+        Self { omega, growth }
+    }
+}
+
+/// Finds the normal modes.
+///
+/// # Errors
+/// [`LinearizeError::NotFinite`] where M or K are not numbers, [`LinearizeError::SingularMass`] and
+/// [`LinearizeError::IndefiniteMass`] where a motion has no positive inertia.
+pub fn normal_modes(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
+    let budget = linearized.model().pool.budget();
+    let what = format!("the modes of {} coordinates", linearized.dimension());
+    budget.at(what, None);
+    let rate = linearized.units().map_or(0, Units::rate);
+    let modes = modes_of(linearized, &options.smaller(rate));
+    budget.check()?;
+    let mut modes = modes?;
+    if let Some(own) = linearized.units() {
+        modes.modes.iter_mut().for_each(|mode| units::in_si(own, mode));
+    }
+    Ok(modes)
+}
+
+fn modes_of(linearized: &Linearized, options: &Options) -> Result<NormalModes, LinearizeError> {
+    if linearized.structure() != Structure::Conservative {
+        return exponents::normal_modes(linearized, options);
+    }
+    let dimension = linearized.dimension();
+    let mass = linearized.mass();
+    let stiffness = linearized.stiffness();
+    if !mass.iter().chain(&stiffness).all(Ball::is_finite)
+        && let Some(error) = linearized.not_finite()
+    {
+        return Err(error);
+    }
+    let searched = may_be_singular(dimension, &stiffness);
+    let mut zero_modes = if searched { linearized.zero_modes() } else { Vec::new() };
+    let vectors =
+        |zero_modes: &[ZeroMode]| -> Vec<Vec<Ball>> { zero_modes.iter().map(|mode| mode.vector.clone()).collect() };
+    let mut problem = Problem { dimension, mass, stiffness, zero_vectors: vectors(&zero_modes) };
+    // The classes are read off the shapes, which are made for them where that is cheap.
+    let wanted = options.vectors || dimension <= MOST_SHAPES_FOR_CLASSES;
+    let labels = (wanted && !linearized.is_constrained())
+        .then(|| symmetry::labels(linearized, &problem.mass, &problem.stiffness))
+        .flatten();
+    let inner = Options { vectors: options.vectors || labels.is_some(), ..options.clone() };
+    let solve = |problem: &mut Problem, zero_modes: &mut Vec<ZeroMode>| loop {
+        let zeros = zero_modes.len();
+        let model = Model { linearized, zero_modes: zero_modes.as_slice() };
+        match modes::solve_from(problem, &model, &inner) {
+            // What was found modulo a prime does not hold in true numbers: it is no zero mode.
+            Err(ModesError::ZeroVector { index }) if index < zeros => {
+                zero_modes.remove(index);
+                problem.zero_vectors.remove(index);
+            }
+            result => return result.map_err(|error| named(linearized, &error)),
+        }
+    };
+    let mut spectrum = solve(&mut problem, &mut zero_modes)?;
+    // Pivots may have grown from rounding: then the bounds find the zero.
+    if !searched && spectrum.modes.iter().any(|mode| mode.kind == Kind::Undecided) {
+        zero_modes = linearized.zero_modes();
+        if !zero_modes.is_empty() {
+            problem.zero_vectors = vectors(&zero_modes);
+            spectrum = solve(&mut problem, &mut zero_modes)?;
+        }
+    }
+    let vectors = spectrum.modes.iter();
+    let vectors: Vec<(&[f64], f64)> = vectors.map(|mode| (mode.vector.as_slice(), mode.vector_error_bound)).collect();
+    let classes = labels.map_or_else(Vec::new, |mut labels| labels.of(&vectors));
+    let mut classes = classes.into_iter();
+    let modes = spectrum
+        .modes
+        .into_iter()
+        .map(|mode| {
+            let symmetry = classes.next().flatten();
+            let (vector, vector_error_bound) = if options.vectors {
+                shape(linearized, mode.vector, mode.vector_error_bound)
+            } else {
+                (Vec::new(), mode.vector_error_bound)
+            };
+            NormalMode {
+                kind: mode.kind,
+                omega_squared: Some(mode.omega_squared),
+                omega: mode.omega,
+                growth: mode.growth,
+                precise: mode.precise,
+                vector,
+                imaginary: Vec::new(),
+                vector_error_bound,
+                component_error_bounds: Vec::new(),
+                cluster: mode.cluster,
+                symmetry,
+                limit: None,
+                uncertainty: None,
+            }
+        })
+        .collect();
+    Ok(NormalModes {
+        stability: spectrum.stability,
+        // K and M are symmetric: a zero mode drifts, and every other motion has its own vector.
+        secular: Some(false),
+        zero_motions: zero_motions(zero_modes),
+        modes,
+        rung: spectrum.rung,
+        gyroscopically_stabilised: false,
+    })
+}
+
+/// The shape in all coordinates, where constraints tie some to others: the first component within 1e-6 of
+/// the largest is positive in these, too.
+fn shape(linearized: &Linearized, own: Vec<f64>, bound: f64) -> (Vec<f64>, f64) {
+    if !linearized.is_constrained() && linearized.units().is_none() {
+        return (own, bound);
+    }
+    let (mut vector, mut bound) = linearized.embed(&own, bound);
+    if let Some(units) = linearized.units() {
+        units.shape(&mut vector, false);
+        bound = units.shape_error(bound, vector.len(), false);
+    }
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
+    if first.is_some_and(|x| *x < 0.0) {
+        vector.iter_mut().for_each(|x| *x = -*x);
+    }
+    (vector, bound)
+}
+
+/// A model as the source of a problem.
+struct Model<'a> {
+    linearized: &'a Linearized,
+    zero_modes: &'a [ZeroMode],
+}
+
+impl Source for Model<'_> {
+    fn factors(&self) -> Option<Factors> {
+        let factors = self.linearized.factors()?;
+        Some(Factors { rows: factors.rows, rest: factors.rest })
+    }
+
+    fn precisely(&self, bits: usize) -> Option<PreciseProblem> {
+        let precise = self.linearized.precisely(bits)?;
+        let zero_modes = self.linearized.precise_zero_modes(&precise, self.zero_modes)?;
+        Some(PreciseProblem {
+            dimension: self.linearized.dimension(),
+            mass: precise.mass,
+            stiffness: precise.stiffness,
+            zero_vectors: zero_modes.into_iter().map(|mode| mode.vector).collect(),
+        })
+    }
+}
+
+/// What the zero modes are. Their printed vectors are an orthonormal basis of the space that they
+/// span together, so that a mode alone has a meaning only where it is the only one.
+fn zero_motions(zero_modes: Vec<ZeroMode>) -> Vec<String> {
+    let named = zero_modes.into_iter();
+    named.map(|mode| mode.meaning).collect()
+}
+
+/// Whether a Cholesky decomposition of K in doubles fails or nearly does: only then zero modes are
+/// looked for. A false alarm costs time, nothing else; a K that is positive by a clear margin has
+/// no kernel.
+pub(crate) fn may_be_singular(n: usize, stiffness: &[Ball]) -> bool {
+    let mut factor: Vec<f64> = stiffness.iter().map(Ball::mid_f64).collect();
+    // Row by row; `factor` holds L in its lower triangle, column by column.
+    for j in 0..n {
+        let diagonal = factor[j + n * j];
+        let mut pivot = diagonal;
+        for k in 0..j {
+            pivot -= factor[j + n * k] * factor[j + n * k];
+        }
+        // A clear margin: far above what rounding can leave of a pivot that is zero.
+        if pivot.is_nan() || pivot <= 1e-7 * diagonal.abs() || pivot <= 0.0 {
+            return true;
+        }
+        let root = pivot.sqrt();
+        factor[j + n * j] = root;
+        for k in 0..j {
+            let left = factor[j + n * k];
+            if left != 0.0 {
+                for i in j + 1..n {
+                    let product = factor[i + n * k] * left;
+                    factor[i + n * j] -= product;
+                }
+            }
+        }
+        for i in j + 1..n {
+            factor[i + n * j] /= root;
+        }
+    }
+    false
+}
+
+/// Whether Mx is exactly 0.
+fn has_no_inertia(mass: &[Ball], x: &[f64]) -> bool {
+    let n = x.len();
+    (0..n).all(|i| {
+        let row = (0..n).map(|j| mass[i + n * j] * Ball::from(x[j]));
+        row.fold(Ball::ZERO, |sum, part| sum + part).is_zero()
+    })
+}
+
+/// Where the first term of the kinetic energy stands.
+fn first_span(linearized: &Linearized) -> Span {
+    let first = linearized.model().kinetic.first();
+    first.map(|family| family.span).unwrap_or_default()
+}
+
+/// What is wrong with the mass matrix, if anything is: a problem with that mass and no other forces tells.
+pub(crate) fn mass_error(linearized: &Linearized) -> Option<LinearizeError> {
+    let dimension = linearized.dimension();
+    let problem = Problem {
+        dimension,
+        mass: linearized.mass(),
+        stiffness: vec![Ball::ZERO; dimension * dimension],
+        zero_vectors: Vec::new(),
+    };
+    let error = modes::solve(&problem, &Options::default()).err()?;
+    Some(named(linearized, &error))
+}
+
+/// The errors of the numeric stage with the model's names.
+fn named(linearized: &Linearized, error: &ModesError) -> LinearizeError {
+    let coordinates = &linearized.model().coordinates;
+    let first_term = first_span(linearized);
+    match error {
+        ModesError::NotPositiveDefinite { direction, singular } => {
+            let own = direction;
+            let mut direction = linearized.embed(direction, 0.0).0;
+            if let Some(units) = linearized.units() {
+                units.direction(&mut direction);
+            }
+            let direction = &direction;
+            let combination: Vec<(String, f64)> = coordinates
+                .iter()
+                .zip(direction)
+                .filter(|(_, amplitude)| amplitude.abs() > 1e-6)
+                .map(|(coordinate, amplitude)| (coordinate.name.clone(), *amplitude))
+                .collect();
+            let span = coordinates
+                .iter()
+                .zip(direction)
+                .find(|(_, amplitude)| amplitude.abs() > 1e-6)
+                .map_or(first_term, |(coordinate, _)| coordinate.span);
+            if *singular && linearized.has_inertia_nearby() {
+                LinearizeError::SingularCoordinates { combination, span }
+            } else if *singular {
+                LinearizeError::SingularMass { combination, proved: has_no_inertia(&linearized.mass(), own), span }
+            } else {
+                LinearizeError::IndefiniteMass { combination, span }
+            }
+        }
+        ModesError::NotFinite { matrix, .. } => LinearizeError::NotFinite {
+            what: format!("the {matrix} matrix"),
+            point: "the equilibrium".to_owned(),
+            cause: None,
+            span: first_term,
+        },
+        ModesError::MassNotDecided
+        | ModesError::Shape { .. }
+        | ModesError::ZeroVector { .. }
+        | ModesError::NoConvergence => LinearizeError::NoModes { reason: error.to_string() },
+    }
+}

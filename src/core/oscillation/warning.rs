@@ -1,0 +1,258 @@
+//! Results that are probably not what was meant.
+
+use super::NormalModes;
+use crate::diagnostic::{Diagnostic, at};
+use crate::linearize::{Linearized, Origin, Shape, Structure};
+use crate::mistakes;
+use crate::modes::Kind;
+use crate::span::Span;
+
+/// What is said of an equilibrium that was found and does not hold.
+fn runs_from(span: Span, coordinate: &str) -> Diagnostic {
+    at(span, format!("`{coordinate}` moves away from it")).with_help(
+        "if a stable one was meant, start the search near it with `guess`; if this one is meant, give it with `equilibrium`",
+    )
+}
+
+mistakes! {
+/// Something suspicious about the normal modes of a model.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+Warning Warning {
+    /// Nobody asked for the equilibrium that was taken, and the motion runs away from it in every
+    /// direction.
+    #[error("the equilibrium is a maximum of the potential energy")]
+    "W0101" Maximum {
+        /// Where the coordinate is declared that runs away fastest.
+        span: Span,
+        /// That coordinate.
+        coordinate: String,
+    } => runs_from(*span, coordinate),
+
+    /// The same in some directions.
+    #[error("the equilibrium is a saddle of the potential energy")]
+    "W0102" Saddle {
+        /// Where the coordinate is declared that runs away fastest.
+        span: Span,
+        /// That coordinate.
+        coordinate: String,
+    } => runs_from(*span, coordinate),
+
+    /// The equilibrium was searched for, and that there is one where the search ended is not proved.
+    #[error("the existence of the equilibrium that was found is not proved")]
+    "W0103" NotProved {
+        /// Where the first coordinate is declared that was searched for.
+        span: Span,
+        /// That coordinate.
+        coordinate: String,
+    } => at(*span, format!("the error of `{coordinate}` is an estimate, and so are all digits below")).with_help(
+        "some motion has no restoring force there, at least to second order; if the equilibrium is known, give it with `equilibrium`",
+    ),
+
+    /// A frequency is the small difference of large terms, as near a bifurcation.
+    #[error(
+        "omega of mode {mode} is ill-conditioned: its square is {share} of the terms of which it is the difference"
+    )]
+    "W0104" IllConditioned {
+        /// Where the parameter is declared that matters most, or else the coordinate that moves most.
+        span: Span,
+        /// The number of the mode, from 1.
+        mode: usize,
+        /// The parameter, if one matters more than the others.
+        parameter: Option<String>,
+        /// ω² over the terms, with one digit.
+        share: String,
+        /// The relative change, of the parameter or of one of the terms, that changes ω by a
+        /// hundredth, with one digit.
+        change: String,
+    } => at(*span, match parameter {
+        Some(name) => format!("a relative change of {change} in `{name}` changes it by 1 %"),
+        None => format!("a relative change of {change} in one of the terms changes it by 1 %"),
+    })
+    .with_help(
+        "all printed digits are right for the numbers as given in the file; if these are measured, fewer digits are significant",
+    ),
+
+    /// A constraint that says nothing that others do not.
+    #[error("this constraint follows from the others and has no effect")]
+    "W0105" DependentConstraint {
+        /// The constraint.
+        span: Span,
+    } => at(*span, "ignored").with_help(
+        "the model is the same without it; if it was meant to restrict a further motion, it is wrong",
+    ),
+
+    /// A dissipation that is negative for some motion.
+    #[error("the dissipation supplies energy")]
+    "W0106" FeedsEnergy {
+        /// Where the dissipation stands.
+        span: Span,
+        /// The coordinate that moves most in such a motion.
+        coordinate: String,
+        /// Another one, if it is by moving in turns that the two take energy in: round a loop in the one sense or
+        /// the other.
+        other: Option<String>,
+    } => match other {
+        Some(other) => at(*span, format!("when `{coordinate}` and `{other}` go around a closed loop, in one sense or the other"))
+            .with_help("friction against a rotating medium drives what it drags along; if a motor is meant to supply the energy, nothing is wrong"),
+        None => at(*span, format!("negative when `{coordinate}` moves"))
+            .with_help("friction dissipates energy: F = 1/2*c*x'^2 with a positive c; if a motor is meant to supply energy, nothing is wrong"),
+    },
+}
+}
+
+/// What is suspicious about modes that were computed with vectors or without.
+///
+/// An equilibrium that the file gives with `equilibrium` was meant.
+#[must_use]
+pub fn warnings(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
+    let mut found = not_proved(linearized);
+    found.extend(dependent_constraints(linearized));
+    match linearized.structure() {
+        Structure::Conservative => {
+            found.extend(runs_away(linearized, modes));
+            found.extend(ill_conditioned(linearized, modes));
+        }
+        Structure::Circulatory | Structure::Damped => found.extend(feeds_energy(linearized, modes)),
+        _ => {}
+    }
+    found
+}
+
+fn dependent_constraints(linearized: &Linearized) -> Vec<Warning> {
+    let constraints = &linearized.model().constraints;
+    let dependent = linearized.dependent_constraints().iter();
+    dependent
+        .filter_map(|number| constraints.get(*number))
+        .map(|constraint| Warning::DependentConstraint { span: constraint.span })
+        .collect()
+}
+
+/// A motion that takes energy in from friction.
+fn feeds_energy(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
+    let span = linearized.model().dissipation?;
+    feeds_moving(linearized, span).or_else(|| {
+        // A medium that drags along and takes out more than it feeds in is friction like any other.
+        let swells = |mode: &super::NormalMode| mode.growth.is_positive() && mode.omega.is_positive();
+        let grows = modes.modes.iter().any(swells);
+        grows.then(|| feeds_round_loops(linearized, span)).flatten()
+    })
+}
+
+/// The forces -N q do the work -∮ qᵀNᵀdq round a loop: 0 for all loops only if N is symmetric, and in the plane of q_i and q_j
+/// the area times N_ij - N_ji, with a sign for each sense.
+fn feeds_round_loops(linearized: &Linearized, span: Span) -> Option<Warning> {
+    let matrix = linearized.circulatory()?;
+    let n = linearized.dimension();
+    // Under constraints the matrix is that of the coordinates that are left.
+    let axis = |i: usize| {
+        let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(i == j))).collect();
+        let (whole, _) = linearized.embed(&unit, 0.0);
+        whole.iter().position(|x| *x == 1.0)
+    };
+    let pairs = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j)));
+    let torque = |&(i, j): &(usize, usize)| matrix[i + n * j] - matrix[j + n * i];
+    let (i, j) = pairs.filter(|pair| !torque(pair).contains_zero()).reduce(|a, b| {
+        let size = |pair| torque(pair).mid_f64().abs();
+        if size(&b) > size(&a) * (1.0 + 1e-6) { b } else { a }
+    })?;
+    let coordinates = &linearized.model().coordinates;
+    let name = |i: usize| Some(coordinates.get(axis(i)?)?.name.clone());
+    Some(Warning::FeedsEnergy { span, coordinate: name(i)?, other: Some(name(j)?) })
+}
+
+/// A motion with q'ᵀ C q' < 0: an eigenvector of C in doubles is tried in enclosures.
+fn feeds_moving(linearized: &Linearized, span: Span) -> Option<Warning> {
+    let damping = linearized.damping()?;
+    let direction = super::exponents::falling_direction(&linearized.mass(), &damping)?;
+    let (whole, _) = linearized.embed(&direction, 0.0);
+    let sizes = whole.iter().map(|x| x.abs()).enumerate();
+    let (most, _) = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
+    Some(Warning::FeedsEnergy { span, coordinate: linearized.model().coordinates.get(most)?.name.clone(), other: None })
+}
+
+/// Terms that are so many times as large as ω² nearly cancel.
+const ILL_CONDITIONED: f64 = 1e6;
+
+/// So many modes are judged, those with the smallest |ω²|; large ones can't be small differences.
+const MOST_JUDGED: usize = 8;
+
+/// The worst of the soft modes, if that is bad.
+fn ill_conditioned(linearized: &Linearized, modes: &NormalModes) -> Option<Warning> {
+    let modes = super::in_units(linearized, modes);
+    let mut soft: Vec<(usize, Shape<'_>)> = modes
+        .modes
+        .iter()
+        .enumerate()
+        .filter(|(_, mode)| matches!(mode.kind, Kind::Oscillation | Kind::Unstable))
+        .filter(|(_, mode)| mode.vector.len() == linearized.dimension())
+        .filter(|(_, mode)| mode.imaginary.is_empty())
+        .filter_map(|(at, mode)| {
+            let shape =
+                Shape { vector: &mode.vector, error: mode.vector_error_bound, square: mode.omega_squared?.mid_f64() };
+            Some((at, shape))
+        })
+        .collect();
+    soft.sort_by(|(_, a), (_, b)| a.square.abs().total_cmp(&b.square.abs()));
+    soft.truncate(MOST_JUDGED);
+    if soft.is_empty() {
+        return None;
+    }
+    let (numbers, shapes): (Vec<usize>, Vec<Shape<'_>>) = soft.into_iter().unzip();
+    let ratios = linearized.cancellation(&shapes, ILL_CONDITIONED)?;
+    let judged = numbers.into_iter().zip(&shapes).zip(ratios);
+    let ((at, shape), ratio) =
+        judged.filter(|(_, ratio)| *ratio >= ILL_CONDITIONED).reduce(|a, b| if b.1 > a.1 { b } else { a })?;
+    let model = linearized.model();
+    // ω changes by half as much as ω².
+    let change = |rate: f64| format!("{:.0e}", 0.02 / rate);
+    let worst = linearized.most_sensitive(shape.vector);
+    let parameter = worst.filter(|(_, rate)| *rate >= ILL_CONDITIONED);
+    let (span, name, change) = match parameter {
+        Some((number, rate)) => {
+            let parameter = &model.parameters[number];
+            (parameter.span, Some(parameter.name.clone()), change(rate))
+        }
+        None => {
+            let sizes = shape.vector.iter().map(|x| x.abs()).enumerate();
+            let most = sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })?;
+            (model.coordinates.get(most.0)?.span, None, change(ratio))
+        }
+    };
+    Some(Warning::IllConditioned { span, mode: at + 1, parameter: name, share: format!("{:.0e}", 1.0 / ratio), change })
+}
+
+fn not_proved(linearized: &Linearized) -> Vec<Warning> {
+    let equilibrium = linearized.equilibrium();
+    if equilibrium.proved {
+        return Vec::new();
+    }
+    let coordinates = &linearized.model().coordinates;
+    let mut searched = coordinates.iter().zip(&equilibrium.origins);
+    searched
+        .find(|(_, origin)| **origin == Origin::Found)
+        .map(|(coordinate, _)| Warning::NotProved { span: coordinate.span, coordinate: coordinate.name.clone() })
+        .into_iter()
+        .collect()
+}
+
+fn runs_away(linearized: &Linearized, modes: &NormalModes) -> Vec<Warning> {
+    let origins = &linearized.equilibrium().origins;
+    let unstable = modes.modes.iter().filter(|mode| mode.kind == Kind::Unstable).count();
+    if unstable == 0 || origins.iter().all(|origin| *origin == Origin::Given) {
+        return Vec::new();
+    }
+    let coordinates = &linearized.model().coordinates;
+    let largest = modes.modes.first().and_then(|mode| {
+        let sizes = mode.vector.iter().map(|x| x.abs()).enumerate();
+        sizes.reduce(|a, b| if b.1 > a.1 * (1.0 + 1e-6) { b } else { a })
+    });
+    let Some(coordinate) = coordinates.get(largest.map_or(0, |(at, _)| at)) else {
+        return Vec::new();
+    };
+    let (span, name) = (coordinate.span, coordinate.name.clone());
+    vec![if unstable == linearized.dimension() {
+        Warning::Maximum { span, coordinate: name }
+    } else {
+        Warning::Saddle { span, coordinate: name }
+    }]
+}

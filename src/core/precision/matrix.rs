@@ -1,0 +1,174 @@
+//! Matrices of numbers, real or complex.
+
+use std::ops::{Index, IndexMut};
+
+use super::{Complex, Scalar};
+use crate::number::Number;
+
+/// What matrices are made of.
+pub trait Entry: Clone {
+    /// See [`Scalar::Precision`].
+    type Precision: Copy;
+    /// A whole number.
+    fn whole(value: i64, precision: Self::Precision) -> Self;
+    /// The sum.
+    fn add(&self, other: &Self) -> Self;
+    /// The difference.
+    fn sub(&self, other: &Self) -> Self;
+    /// The product.
+    fn mul(&self, other: &Self) -> Self;
+    /// The quotient.
+    fn div(&self, other: &Self) -> Self;
+    /// Whether it is exactly 0.
+    fn is_zero(&self) -> bool;
+}
+
+macro_rules! operations {
+    ($of:ident: $($name:ident)*) => {
+        $(fn $name(&self, other: &Self) -> Self {
+            $of::$name(self, other)
+        })*
+    };
+}
+
+impl<S: Scalar> Entry for S {
+    type Precision = S::Precision;
+
+    operations!(Scalar: add sub mul div);
+
+    fn whole(value: i64, precision: S::Precision) -> Self {
+        S::from_number(&Number::from(value), precision)
+    }
+
+    fn is_zero(&self) -> bool {
+        self.is_exact_zero()
+    }
+}
+
+impl<S: Scalar> Entry for Complex<S> {
+    type Precision = S::Precision;
+
+    operations!(Complex: add sub mul div);
+
+    fn whole(value: i64, precision: S::Precision) -> Self {
+        Self::new(S::whole(value, precision), S::whole(0, precision))
+    }
+
+    fn is_zero(&self) -> bool {
+        Complex::is_zero(self)
+    }
+}
+
+/// A matrix, row by row.
+#[derive(Clone, Debug)]
+pub struct Matrix<T> {
+    columns: usize,
+    entries: Vec<T>,
+}
+
+impl<T> Index<(usize, usize)> for Matrix<T> {
+    type Output = T;
+
+    fn index(&self, (row, column): (usize, usize)) -> &T {
+        &self.entries[self.columns * row + column]
+    }
+}
+
+impl<T> IndexMut<(usize, usize)> for Matrix<T> {
+    fn index_mut(&mut self, (row, column): (usize, usize)) -> &mut T {
+        &mut self.entries[self.columns * row + column]
+    }
+}
+
+impl<T> Matrix<T> {
+    /// From the entries, row by row.
+    pub fn new(columns: usize, entries: Vec<T>) -> Self {
+        Self { columns, entries }
+    }
+
+    /// From the entry of each row and column, both from 0.
+    pub fn from_fn(rows: usize, columns: usize, mut entry: impl FnMut(usize, usize) -> T) -> Self {
+        let entries = (0..rows * columns).map(|at| entry(at / columns, at % columns));
+        Self::new(columns, entries.collect())
+    }
+
+    /// All entries, row by row.
+    pub fn into_entries(self) -> Vec<T> {
+        self.entries
+    }
+
+    /// All entries, row by row.
+    pub fn entries(&self) -> &[T] {
+        &self.entries
+    }
+
+    /// The rows, of one entry at least.
+    pub fn rows(&self) -> std::slice::ChunksExact<'_, T> {
+        self.entries.chunks_exact(self.columns.max(1))
+    }
+
+    /// The matrix of the images of the entries.
+    pub fn map<U>(&self, image: impl FnMut(&T) -> U) -> Matrix<U> {
+        Matrix::new(self.columns, self.entries.iter().map(image).collect())
+    }
+}
+
+impl<T: Entry> Matrix<T> {
+    /// The unit matrix.
+    pub fn unit(order: usize, precision: T::Precision) -> Self {
+        Self::from_fn(order, order, |i, j| T::whole(i64::from(i == j), precision))
+    }
+
+    /// The transposed matrix.
+    pub fn transposed(&self) -> Self {
+        let rows = self.rows().len();
+        Self::from_fn(self.columns, rows, |i, j| self[(j, i)].clone())
+    }
+
+    /// The image of a vector.
+    pub fn image(&self, vector: &[T], precision: T::Precision) -> Vec<T> {
+        let sum = |row| sum_of_products(row, vector, precision);
+        self.rows().map(sum).collect()
+    }
+
+    /// The sum.
+    pub fn add(&self, other: &Self) -> Self {
+        let pairs = self.entries.iter().zip(&other.entries);
+        Self::new(self.columns, pairs.map(|(x, y)| x.add(y)).collect())
+    }
+
+    /// The product.
+    pub fn mul(&self, other: &Self, precision: T::Precision) -> Self {
+        let columns = other.transposed();
+        let sums = |row| columns.rows().map(move |column| sum_of_products(row, column, precision));
+        Self::new(other.columns, self.rows().flat_map(sums).collect())
+    }
+}
+
+fn sum_of_products<T: Entry>(x: &[T], y: &[T], precision: T::Precision) -> T {
+    let products = x.iter().zip(y);
+    let products = products.filter(|(x, y)| !(x.is_zero() || y.is_zero()));
+    products.fold(T::whole(0, precision), |sum, (x, y)| sum.add(&x.mul(y)))
+}
+
+/// A step of Gauss-Jordan elimination: a row is divided by its entry in a column, and so much of it taken off the others
+/// that they are 0 there.
+pub fn clear_column<T: Entry>(rows: &mut [Vec<T>], row: usize, column: usize, precision: T::Precision) {
+    let pivot = rows[row][column].clone();
+    for entry in &mut rows[row] {
+        *entry = entry.div(&pivot);
+    }
+    let own = rows[row].clone();
+    for (at, other) in rows.iter_mut().enumerate() {
+        let factor = other[column].clone();
+        if at == row || factor.is_zero() {
+            continue;
+        }
+        for (entry, own) in other.iter_mut().zip(&own) {
+            if !own.is_zero() {
+                *entry = entry.sub(&factor.mul(own));
+            }
+        }
+        other[column] = T::whole(0, precision);
+    }
+}

@@ -1,0 +1,44 @@
+//! Numbers with bounds: double-double arithmetic, rigorous enclosures and their decimal digits.
+//!
+//! The stage offers one number type after the other, from fast to careful: [`DoubleDouble`] (about
+//! 31 digits), [`Ball`] (a double-double with an absolute error bound that every operation
+//! carries along), [`Big`] (the same with any number of bits) and [`decimal`], which prints the
+//! digits that a ball decides and no others.
+//! Expressions are evaluated over any of them through [`Scalar`].
+//!
+//! It never sees an expression or a matrix, never guesses that something small is zero, and
+//! never returns a bound that does not hold: a result outside the domain or the range of its type
+//! is not finite, and that spreads.
+
+mod ball;
+mod big;
+mod complex;
+mod decimal;
+mod double;
+mod dual;
+mod elementary;
+mod enclosure;
+mod evaluate;
+mod lane;
+mod magnitude;
+mod matrix;
+mod root;
+mod scalar;
+mod sums;
+mod system;
+
+pub use ball::Ball;
+pub use ball::{U2, up};
+pub use big::Big;
+pub use complex::{Complex, hypot};
+pub use decimal::{Decimal, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text};
+pub use double::{DoubleDouble, fast_two_sum, two_prod, two_sum};
+pub use double::{exponent_of, power_of_two, product_error};
+pub use dual::Dual;
+pub use enclosure::Enclosure;
+pub use lane::{LANES, Lane};
+pub use magnitude::Magnitude;
+pub use matrix::{Entry, Matrix, clear_column};
+pub use root::Root;
+pub use scalar::{Function, Scalar};
+pub use system::System;

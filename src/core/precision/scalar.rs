@@ -1,0 +1,162 @@
+//! What a number type has to offer so that compiled expressions can be evaluated over it.
+
+use super::Big;
+use crate::number::Number;
+
+/// The elementary functions of one argument.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Function {
+    /// Sine.
+    Sin,
+    /// Cosine.
+    Cos,
+    /// Tangent.
+    Tan,
+    /// Arc sine.
+    Asin,
+    /// Arc cosine.
+    Acos,
+    /// Arc tangent.
+    Atan,
+    /// Hyperbolic sine.
+    Sinh,
+    /// Hyperbolic cosine.
+    Cosh,
+    /// Hyperbolic tangent.
+    Tanh,
+    /// Exponential function.
+    Exp,
+    /// Natural logarithm.
+    Ln,
+    /// Absolute value.
+    Abs,
+}
+
+/// A number type that expressions are evaluated over: `f64`, double-double balls, balls of any
+/// precision, and whatever comes later.
+///
+/// Nothing panics: outside its domain an operation returns a value for which
+/// [`Scalar::is_finite`] is false, and that value spreads.
+pub trait Scalar: Clone {
+    /// What has to be said to make a number from nothing: nothing for types of one precision, the
+    /// bits for those of any.
+    type Precision: Copy;
+    /// The nearest value (for enclosures: a value that contains it) of an exact number.
+    fn from_number(number: &Number, precision: Self::Precision) -> Self;
+    /// The number pi.
+    fn pi(precision: Self::Precision) -> Self;
+    /// Sum.
+    fn add(&self, other: &Self) -> Self;
+    /// Difference.
+    fn sub(&self, other: &Self) -> Self;
+    /// Product.
+    fn mul(&self, other: &Self) -> Self;
+    /// Quotient.
+    fn div(&self, other: &Self) -> Self;
+    /// Opposite.
+    fn neg(&self) -> Self;
+    /// Integer power, negative ones included.
+    fn powi(&self, exponent: i32) -> Self;
+    /// Square root.
+    fn sqrt(&self) -> Self;
+    /// General power of a positive base.
+    fn pow(&self, exponent: &Self) -> Self;
+    /// An elementary function.
+    fn apply(&self, function: Function) -> Self;
+    /// The angle of the point (x, y), in (-pi, pi]: `y.atan2(x)`.
+    fn atan2(&self, x: &Self) -> Self;
+    /// 1 or -1 where the sign is decided, else not a number.
+    fn signum(&self) -> Self {
+        self.apply(Function::Abs).div(self)
+    }
+    /// left_0 right_(n-1) + left_1 right_(n-2) + … + left_(n-1) right_0 for n numbers each, in an order that suits the
+    /// type; `None` for n = 0.
+    #[inline]
+    fn convolution(left: &[Self], right: &[Self]) -> Option<Self> {
+        one_by_one(left, right)
+    }
+    /// Whether the value is a number at all.
+    fn is_finite(&self) -> bool;
+    /// The same in numbers whose exponents have no end, for an enclosure that has one of its own range.
+    fn to_wide(&self, _bits: usize) -> Option<Big> {
+        None
+    }
+    /// What [`Scalar::to_wide`] came to, enclosed.
+    fn from_wide(_wide: &Big) -> Option<Self> {
+        None
+    }
+    /// All of several.
+    fn all_from_wide(wide: &[Big]) -> Vec<Self> {
+        wide.iter().filter_map(Self::from_wide).collect()
+    }
+    /// Whether the value is zero and known to be exactly that; `false` is always allowed and only
+    /// costs time.
+    fn is_exact_zero(&self) -> bool {
+        false
+    }
+}
+
+/// The operators of a type that is copied.
+macro_rules! operators {
+    () => {
+        #[inline]
+        fn add(&self, other: &Self) -> Self {
+            *self + *other
+        }
+
+        #[inline]
+        fn sub(&self, other: &Self) -> Self {
+            *self - *other
+        }
+
+        #[inline]
+        fn mul(&self, other: &Self) -> Self {
+            *self * *other
+        }
+
+        #[inline]
+        fn div(&self, other: &Self) -> Self {
+            *self / *other
+        }
+
+        #[inline]
+        fn neg(&self) -> Self {
+            -*self
+        }
+    };
+}
+
+/// The elementary functions, each by the method of its name.
+macro_rules! functions {
+    () => {
+        fn apply(&self, function: Function) -> Self {
+            match function {
+                Function::Sin => self.sin(),
+                Function::Cos => self.cos(),
+                Function::Tan => self.tan(),
+                Function::Asin => self.asin(),
+                Function::Acos => self.acos(),
+                Function::Atan => self.atan(),
+                Function::Sinh => self.sinh(),
+                Function::Cosh => self.cosh(),
+                Function::Tanh => self.tanh(),
+                Function::Exp => self.exp(),
+                Function::Ln => self.ln(),
+                Function::Abs => self.abs(),
+            }
+        }
+    };
+}
+
+pub(super) use {functions, operators};
+
+/// [`Scalar::convolution`], one product after the other.
+pub(super) fn one_by_one<S: Scalar>(left: &[S], right: &[S]) -> Option<S> {
+    let mut products = left.iter().zip(right.iter().rev());
+    let (first, second) = products.next()?;
+    let mut sum = first.mul(second);
+    for (x, y) in products {
+        sum = sum.add(&x.mul(y));
+    }
+    Some(sum)
+}

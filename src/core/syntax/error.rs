@@ -1,0 +1,627 @@
+//! The ways in which a text fails to be a model file.
+//!
+//! One entry a kind of mistake, each with its place.
+
+use crate::diagnostic::{Diagnostic, at, nowhere};
+use crate::mistakes;
+use crate::span::Span;
+
+const STATEMENTS: &str = "a statement starts with `model`, `param`, `coord`, `let`, `T`, `V`, `lagrangian`, \
+     `dissipation`, `constraint`, `guess`, `equilibrium`, `period` or `table`";
+
+fn partner(bracket: char) -> char {
+    if bracket == '(' { ')' } else { ']' }
+}
+
+mistakes! {
+/// A mistake in the text of a model file.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+Error SyntaxError {
+    /// The file is longer than the parser accepts.
+    #[error("the file is too large: at most {most} bytes are read")]
+    "E0001" FileTooLarge {
+        /// Its length, or so much of it as was read.
+        bytes: usize,
+        /// The greatest length read.
+        most: usize,
+    } => nowhere().with_help(
+        "write repeated terms as sum(i in 1..n, …), or keep the numbers in a table",
+    ),
+
+    /// A statement begins with a word that is none.
+    #[error("there is no statement `{word}`")]
+    "E0002" UnknownStatement {
+        /// The word.
+        word: String,
+        /// The statement word probably meant.
+        suggestion: Option<&'static str>,
+        /// The word's place.
+        span: Span,
+    } => match suggestion {
+        Some(word) => at(*span, "not a statement word").with_help(format!("write `{word}`")),
+        None => at(*span, "a statement begins here").with_help(STATEMENTS),
+    },
+
+    /// `m = 2` without `param` or another statement word before it.
+    #[error("a statement word is missing before `{name}`")]
+    "E0003" MissingStatementWord {
+        /// The name that stands in its place.
+        name: String,
+        /// The statement in full, where the one before it tells which word is meant.
+        fix: Option<String>,
+        /// The name's place.
+        span: Span,
+    } => at(*span, "a statement begins here").with_help(match fix {
+        Some(fix) => format!("write `{fix}`"),
+        None => format!(
+            "write `param {name} = …` for a constant, `let {name} = …` for anything else"
+        ),
+    }),
+
+    /// Something that can't begin a statement.
+    #[error("a statement can't begin with {found}")]
+    "E0004" NoStatement {
+        /// What stands there.
+        found: String,
+        /// The place.
+        span: Span,
+    } => at(*span, "a statement begins here").with_help(STATEMENTS),
+
+    /// A reserved word is declared.
+    #[error("`{name}` can't be used as a name")]
+    "E0005" ReservedName {
+        /// The word.
+        name: String,
+        /// What it is: `is the time`.
+        meaning: &'static str,
+        /// The place.
+        span: Span,
+    } => at(*span, *meaning).with_help(format!("take another name, such as `{name}_0`")),
+
+    /// A statement word inside an expression.
+    #[error("`{word}` can't be used in an expression")]
+    "E0006" WordInExpression {
+        /// The word.
+        word: String,
+        /// The place.
+        span: Span,
+    } => at(*span, "begins a statement").with_help(match word.as_str() {
+        "T" | "V" => {
+            "the energies are not names: give the common part a name with `let` and use that"
+        }
+        _ => "take another name",
+    }),
+
+    /// Two operands without a sign between them.
+    #[error("the multiplication sign is missing")]
+    "E0007" MissingMultiplication {
+        /// The text left of the gap.
+        left: String,
+        /// The text right of it.
+        right: String,
+        /// Both operands.
+        span: Span,
+    } => at(*span, "two factors without an operator between them").with_help(format!("write `{left}*{right}`")),
+
+    /// `3 4`
+    #[error("two numbers side by side")]
+    "E0008" TwoNumbers {
+        /// Both.
+        span: Span,
+    } => at(*span, "nothing between them").with_help("write an operator or a comma between them"),
+
+    /// `sin x`
+    #[error("the argument of `{function}` needs parentheses")]
+    "E0009" MissingParentheses {
+        /// The function.
+        function: String,
+        /// The argument, or its beginning.
+        argument: String,
+        /// Both.
+        span: Span,
+    } => at(*span, "a function without parentheses").with_help(format!("write `{function}({argument})`")),
+
+    /// `np.cos(x)`, `v.norm()`
+    #[error("a function has no prefix: `{function}`")]
+    "E0059" PrefixedFunction {
+        /// The function with what stands before it.
+        function: String,
+        /// The call as the language has it.
+        fix: String,
+        /// The function with what stands before it.
+        span: Span,
+    } => at(*span, "a name and a point before a function").with_help(format!("write `{fix}`")),
+
+    /// `sin^2(x)`
+    #[error("the power of `{function}` is written after its argument")]
+    "E0010" FunctionPower {
+        /// The function.
+        function: String,
+        /// The exponent.
+        exponent: String,
+        /// From the function to the exponent.
+        span: Span,
+    } => at(*span, "a power before the argument").with_help(format!("write `{function}(…)^{exponent}`")),
+
+    /// `1.` or `.5`.
+    #[error("a number needs digits on both sides of the point")]
+    "E0011" HalfNumber {
+        /// The number in full.
+        fix: String,
+        /// The place.
+        span: Span,
+    } => at(*span, "not a complete number").with_help(format!("write `{fix}`")),
+
+    /// `9,81`
+    #[error("the decimal sign is a point, not a comma")]
+    "E0012" DecimalComma {
+        /// The number with a point.
+        fix: String,
+        /// The place.
+        span: Span,
+    } => at(*span, "two numbers here").with_help(format!("write `{fix}`")),
+
+    /// `+x`
+    #[error("a plus sign needs something on its left")]
+    "E0013" UnaryPlus {
+        /// The sign.
+        span: Span,
+    } => at(*span, "positive numbers have no sign").with_help("remove the `+`"),
+
+    /// `**`
+    #[error("`**` is not an operator")]
+    "E0014" DoubleStar {
+        /// The sign.
+        span: Span,
+    } => at(*span, "no such operator").with_help("a power is written `x^2`"),
+
+    /// An operator without its right operand.
+    #[error("something is missing after `{sign}`")]
+    "E0015" MissingOperand {
+        /// The operator, comma or bracket.
+        sign: String,
+        /// Its place.
+        span: Span,
+        /// What stands there instead.
+        found: Option<(String, Span)>,
+    } => {
+        let shown = at(*span, "no operand after it");
+        match found {
+            Some((what, place)) => shown.with_secondary(*place, format!("{what} follows")),
+            None => shown,
+        }
+    },
+
+    /// An operator without its left operand.
+    #[error("something is missing before `{sign}`")]
+    "E0016" MissingLeftOperand {
+        /// The operator.
+        sign: String,
+        /// Its place.
+        span: Span,
+    } => at(*span, format!("`{sign}` needs an operand on each side")),
+
+    /// Nothing behind `=`.
+    #[error("the value after `=` is missing")]
+    "E0017" MissingValue {
+        /// The `=`.
+        span: Span,
+    } => at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
+
+    /// A statement that needs a right side has none.
+    #[error("`{statement}` needs a right side: `= …`")]
+    "E0018" MissingRightSide {
+        /// The statement word.
+        statement: &'static str,
+        /// The end of what is there.
+        span: Span,
+    } => at(*span, "`= …` is missing here").with_help(match *statement {
+        "constraint" => "a constraint is written `constraint EXPR = EXPR`",
+        "T" | "V" | "lagrangian" | "dissipation" => "write `=` and the expression",
+        "table" => "write `= \"file.csv\"`",
+        _ => "only a `param` may have no value",
+    }),
+
+    /// Nothing where a statement expects an expression.
+    #[error("an expression is missing after `{statement}`")]
+    "E0019" MissingExpression {
+        /// The statement word.
+        statement: &'static str,
+        /// Its place.
+        span: Span,
+    } => at(*span, "nothing follows").with_help(match *statement {
+        "period" => "write the period of the explicit time dependence: `period 2*pi/W`",
+        _ => "a constraint is written `constraint EXPR = EXPR`",
+    }),
+
+    /// No name behind a word that needs one.
+    #[error("a name is missing after `{statement}`")]
+    "E0020" MissingName {
+        /// The statement word.
+        statement: &'static str,
+        /// What stands there instead, or the end.
+        found: String,
+        /// The place.
+        span: Span,
+    } => at(*span, format!("{found} instead of a name")).with_help(match *statement {
+        "model" => {
+            "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes"
+        }
+        _ => "a name is a letter or `_`, then letters, digits and `_`",
+    }),
+
+    /// `param m = 1, k = 2`
+    #[error("`{statement}` gives one value")]
+    "E0021" SeveralValues {
+        /// The statement word.
+        statement: &'static str,
+        /// The comma.
+        span: Span,
+    } => at(*span, "a second value").with_help("write a statement for each name"),
+
+    /// `T : J = …`
+    #[error("`{statement}` takes no unit")]
+    "E0022" MisplacedUnit {
+        /// The statement word.
+        statement: &'static str,
+        /// The colon.
+        span: Span,
+    } => at(*span, "begins a unit").with_help(match *statement {
+        "T" | "V" | "lagrangian" => "remove it: this is an energy",
+        "dissipation" => "remove it: this is a power",
+        _ => "remove it",
+    }),
+
+    /// `x[i 1..n]`
+    #[error("`in` is missing")]
+    "E0023" IndexWithoutIn {
+        /// The index's name.
+        name: String,
+        /// From the name to what follows.
+        span: Span,
+    } => at(*span, "an index and its range without a word between them").with_help(format!("write `{name} in 1..n`")),
+
+    /// Two names where one belongs.
+    #[error("`{statement}` takes one name")]
+    "E0024" SeveralNames {
+        /// The statement word.
+        statement: &'static str,
+        /// The second name.
+        span: Span,
+    } => at(*span, "a second name").with_help(match *statement {
+        "model" => "a model's name is one word; join words with `_`",
+        _ => "write a statement for each name",
+    }),
+
+    /// `coord x y`
+    #[error("a comma is missing between the names")]
+    "E0025" MissingComma {
+        /// From the first to the second name.
+        span: Span,
+        /// The first name.
+        left: String,
+        /// The second name.
+        right: String,
+    } => at(*span, "two names without a comma").with_help(format!("write `{left}, {right}`")),
+
+    /// `=` inside a condition.
+    #[error("a comparison is written `==`")]
+    "E0026" EqualsForComparison {
+        /// The `=`.
+        span: Span,
+    } => at(*span, "gives a value").with_help("write `==`"),
+
+    /// `==` where a value is given.
+    #[error("a value is given with a single `=`")]
+    "E0027" ComparisonForEquals {
+        /// The `==`.
+        span: Span,
+    } => at(*span, "compares two values").with_help("write `=`"),
+
+    /// `:=`, or a colon without a unit.
+    #[error("a unit is missing after the colon")]
+    "E0028" MissingUnit {
+        /// The colon.
+        span: Span,
+        /// Whether `=` follows at once.
+        assignment: bool,
+    } => if *assignment {
+        at(*span, "begins a unit")
+            .with_help("write `=` alone, or a unit after the colon: `g : m/s^2 = …`")
+    } else {
+        at(*span, "no unit follows")
+            .with_help("write a unit, `: 1` for a pure number, or remove the colon")
+    },
+
+    /// A second `=`.
+    #[error("a second `=` in one statement")]
+    "E0029" SecondEquals {
+        /// The second one.
+        span: Span,
+    } => at(*span, "the statement has its `=` already").with_help("if a new statement begins here, its first word is missing"),
+
+    /// `coord x = 1`
+    #[error("a coordinate has no value of its own")]
+    "E0030" CoordinateValue {
+        /// The `=`.
+        span: Span,
+    } => at(*span, "gives a value").with_help("`equilibrium NAME = …` gives its equilibrium, `guess NAME = …` the start of the search for it"),
+
+    /// `param f(x) = …`
+    #[error("functions can't be defined")]
+    "E0031" FunctionDefinition {
+        /// The bracket behind the name.
+        span: Span,
+    } => at(*span, "no argument is allowed here").with_help("a family has square brackets: `let f[i in 1..n] = …`; other names are used directly in the expression"),
+
+    /// `period = …`, `model = …`
+    #[error("`{statement}` is written without `=`")]
+    "E0032" NeedlessEquals {
+        /// The statement word.
+        statement: &'static str,
+        /// The `=`.
+        span: Span,
+    } => at(*span, "not needed").with_help(match *statement {
+        "period" => "write `period EXPR`",
+        "model" => "write `model NAME`",
+        _ => "remove the `=`",
+    }),
+
+    /// A bracket without its partner.
+    #[error("the bracket `{bracket}` is never closed")]
+    "E0033" UnclosedBracket {
+        /// The bracket.
+        bracket: char,
+        /// Its place.
+        open: Span,
+        /// The end of the statement, where the partner is missing at the latest.
+        end: Span,
+    } => at(*end, format!("`{}` is missing, at the latest here", partner(*bracket)))
+        .with_secondary(*open, "opened here"),
+
+    /// A closing bracket without an opening one.
+    #[error("there is no bracket that `{bracket}` closes")]
+    "E0034" StrayBracket {
+        /// The bracket.
+        bracket: char,
+        /// Its place.
+        span: Span,
+    } => at(*span, "no bracket is open here").with_help("remove it, or open a bracket before it"),
+
+    /// `(…]`
+    #[error("`{close}` closes `{bracket}`")]
+    "E0035" MismatchedBracket {
+        /// The opening bracket.
+        bracket: char,
+        /// Its place.
+        open: Span,
+        /// The closing bracket.
+        close: char,
+        /// Its place.
+        span: Span,
+    } => at(*span, format!("`{}` expected", partner(*bracket))).with_secondary(*open, "opened here"),
+
+    /// Brackets, signs or powers within each other beyond the limit.
+    #[error("this is nested too deeply: more than {most} levels")]
+    "E0036" NestingTooDeep {
+        /// The deepest level read.
+        most: usize,
+        /// Where it is exceeded.
+        span: Span,
+    } => at(*span, "one level too many").with_help("name a part of the expression with `let`"),
+
+    /// A character the language has no use for.
+    #[error("`{character}` has no meaning here")]
+    "E0037" IllegalCharacter {
+        /// The character or a run of them.
+        character: String,
+        /// What to write instead.
+        hint: Option<&'static str>,
+        /// A rewriting that depends on the character, such as `^2`.
+        fix: Option<String>,
+        /// The place.
+        span: Span,
+    } => at(*span, "not a character of the language").or_help(match fix {
+        Some(fix) => Some(format!("write `{fix}`")),
+        None => hint.map(str::to_owned),
+    }),
+
+    /// A quote without its partner.
+    #[error("the closing quote is missing")]
+    "E0038" OpenText {
+        /// From the quote to the end of the line.
+        span: Span,
+    } => at(*span, "opened here, not closed on this line").with_help("end the text with `\"`"),
+
+    /// Quoted text where none belongs.
+    #[error("text in quotes is allowed only after `table NAME =`")]
+    "E0039" MisplacedText {
+        /// The number within the quotes, if it is one.
+        number: Option<String>,
+        /// The text.
+        span: Span,
+    } => at(*span, "not a value").with_help(match number {
+        Some(number) => format!("numbers are written without quotes: `{number}`"),
+        None => "names and numbers are written without quotes".to_owned(),
+    }),
+
+    /// `;` within brackets.
+    #[error("a semicolon is not allowed inside brackets")]
+    "E0040" SemicolonInBrackets {
+        /// The semicolon.
+        span: Span,
+        /// The bracket around it.
+        open: Span,
+    } => at(*span, "ends a statement")
+        .with_secondary(*open, "inside this bracket")
+        .with_help("the rows of a matrix are vectors: `[[1, 2], [3, 4]]`"),
+
+    /// `±` where no parameter gets its value.
+    #[error("an uncertainty is not allowed here")]
+    "E0041" MisplacedUncertainty {
+        /// The sign.
+        span: Span,
+    } => at(*span, "not after the value of a parameter").with_help("only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"),
+
+    /// A comparison outside of a filter.
+    #[error("a condition is allowed only after `where`")]
+    "E0042" ConditionOutsideFilter {
+        /// The operator.
+        span: Span,
+    } => at(*span, "a condition has no value").with_help("select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
+
+    /// `1 < i < n`
+    #[error("comparisons can't be chained")]
+    "E0043" ChainedComparison {
+        /// The first comparison.
+        first: Span,
+        /// The second operator.
+        span: Span,
+    } => at(*span, "a second comparison")
+        .with_secondary(*first, "compared already")
+        .with_help("join two comparisons with `and`: `1 < i and i < n`"),
+
+    /// `i in 1..3, where …`
+    #[error("no comma belongs before `where`")]
+    "E0044" CommaBeforeWhere {
+        /// The comma.
+        span: Span,
+    } => at(*span, "another index would follow").with_help("the condition follows the last index directly: `i in 1..n where i != 2`"),
+
+    /// `not` where no condition begins.
+    #[error("`not` can only begin a condition")]
+    "E0045" MisplacedNot {
+        /// The word.
+        span: Span,
+    } => at(*span, "no condition begins here").with_help("put the condition in parentheses: `not (…)`"),
+
+    /// `..` outside of indices.
+    #[error("a range is not allowed here")]
+    "E0046" MisplacedRange {
+        /// The `..`.
+        span: Span,
+    } => at(*span, "ranges are allowed only in indices").with_help("add up the members with `sum(i in 1..n, …)`"),
+
+    /// An index with `in` but neither a range nor a table behind it.
+    #[error("a range needs two ends")]
+    "E0047" HalfRange {
+        /// What stands behind `in`.
+        span: Span,
+    } => at(*span, "only one end").with_help("write `i in 1..n`, or `b in TABLE` for the rows of a table"),
+
+    /// `sum(x)`, `sum(1..3, x)`, `sum(i=1..3, x)`
+    #[error("`sum` needs an index: `sum(i in 1..n, …)`")]
+    "E0048" SumWithoutIndex {
+        /// What stands there.
+        span: Span,
+    } => at(*span, "no index with `in`").with_help("write `sum(i in 1..n, …)`, or `sum(b in TABLE, …)` for the rows of a table"),
+
+    /// `sum(i in 1..n)`
+    #[error("nothing is summed here")]
+    "E0049" SumWithoutBody {
+        /// The closing bracket.
+        span: Span,
+    } => at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
+
+    /// `2'` or `2[1]`
+    #[error("a number can't be followed by `{sign}`")]
+    "E0050" PostfixOnNumber {
+        /// The sign.
+        sign: String,
+        /// Its place.
+        span: Span,
+    } => at(*span, "not after a number").with_help(match sign.as_str() {
+        "'" => "the derivative of a number is 0",
+        _ => "only names, function values, vectors and parentheses have members",
+    }),
+
+    /// `param x' = 1`
+    #[error("a prime is not allowed here")]
+    "E0051" MisplacedRate {
+        /// The statement word.
+        statement: &'static str,
+        /// The prime.
+        span: Span,
+    } => match *statement {
+        "equilibrium" | "guess" => at(*span, "not here").with_help(format!(
+            "a rate has one prime, after the brackets if there are any: `{statement} x[1]' = …`"
+        )),
+        _ => at(*span, "not for this statement").with_help(
+            "remove the `'`; only `equilibrium` may give a rate, and `guess` a velocity",
+        ),
+    },
+
+    /// `param g = 9.81 : m/s^2`, `param l = 30 cm`
+    #[error("the unit belongs after the name")]
+    "E0052" UnitBehindValue {
+        /// The statement with the unit where it belongs, if it is short.
+        fix: Option<String>,
+        /// The colon, or the unit.
+        span: Span,
+    } => at(*span, "after the value").with_help(format!(
+        "write `{}`",
+        fix.as_deref().unwrap_or("NAME : UNIT = VALUE")
+    )),
+
+    /// Something in a unit that is no part of one.
+    #[error("this is not a unit")]
+    "E0053" BadUnit {
+        /// The place.
+        span: Span,
+    } => at(*span, "not part of a unit").with_help("a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number"),
+
+    /// An exponent of a unit that is not a fraction of small integers.
+    #[error("the exponent of a unit is an integer or a fraction in parentheses")]
+    "E0054" UnitExponent {
+        /// The exponent.
+        span: Span,
+    } => at(*span, "not such an exponent").with_help("write `m^2`, `s^-1` or `m^(1/2)`"),
+
+    /// A name with a hyphen: `model double-pendulum`
+    #[error("a name has no hyphens, points or blanks")]
+    "E0055" BrokenName {
+        /// The name with underscores.
+        fix: String,
+        /// The place.
+        span: Span,
+    } => at(*span, "not one name").with_help(format!("write `{fix}`")),
+
+    /// A point without a column behind it.
+    #[error("the name of a column is missing after the point")]
+    "E0056" MissingColumn {
+        /// The point.
+        span: Span,
+    } => at(*span, "nothing follows").with_help("write a column of the table: `b.k`; a range has two points: `1..n`"),
+
+    /// `table NAME` without a path in quotes.
+    #[error("`table` needs the path of a CSV file in quotes")]
+    "E0057" MissingPath {
+        /// What stands there instead.
+        span: Span,
+    } => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
+
+    /// Anything else.
+    #[error("{found} is not allowed here")]
+    "E0058" Unexpected {
+        /// What stands there.
+        found: String,
+        /// What could stand there, in plain words.
+        expected: Vec<&'static str>,
+        /// The place.
+        span: Span,
+    } => at(*span, match expected.as_slice() {
+        [] => String::new(),
+        [one] => format!("expected {one}"),
+        [first @ .., last] => format!("expected {} or {last}", first.join(", ")),
+    }),
+}
+}
+
+impl SyntaxError {
+    /// The place of the mistake; empty at 0 where the whole file is at fault.
+    #[must_use]
+    pub fn span(&self) -> Span {
+        let place = Diagnostic::from(self).primary;
+        place.map_or(Span::default(), |label| label.span)
+    }
+}

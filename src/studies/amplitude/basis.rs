@@ -1,0 +1,187 @@
+//! Normal coordinates with bounds: components of forces, and what they displace.
+//!
+//! Modes that the bounds do not separate are taken together, for only the space of their shapes is known. With shapes U in that space
+//! and their Gram matrix G = UᵀMU = 1 + E, the part of a force f in the space is M U c with c = G⁻¹Uᵀf, and
+//! ‖G⁻¹ - 1‖ <= e/(1 - e) for e = ‖E‖ < 1 in the norm of row sums (Neumann's series; for the symmetric E this norm bounds the spectral
+//! one, so that no eigenvalue of G is below 1 - e).
+
+use librate_core::linearize::Linearized;
+use librate_core::modes::Kind;
+use librate_core::oscillation::NormalModes;
+use librate_core::precision::{Ball, Scalar, up};
+
+/// Modes that are not separated.
+#[derive(Clone, Debug)]
+pub(super) struct Group {
+    pub(super) members: Vec<usize>,
+    /// ω² of all of them.
+    pub(super) square: Ball,
+    /// A bound of ‖G⁻¹ - 1‖; infinite where there is none.
+    slack: f64,
+}
+
+/// The shapes of all modes, enclosed.
+#[derive(Clone, Debug)]
+pub(super) struct Basis {
+    /// Shapes x with xᵀMx = 1, as far as groups of more than one tell.
+    pub(super) shapes: Vec<Vec<Ball>>,
+    pub(super) groups: Vec<Group>,
+    /// The group of each mode.
+    pub(super) group_of: Vec<usize>,
+}
+
+/// What a force displaces, in the coefficients of the shapes.
+pub(super) enum Response {
+    Displaced(Vec<Ball>),
+    /// This mode would have to be displaced without end.
+    Resonant(usize),
+}
+
+impl Basis {
+    /// `None` where modes or shapes are missing.
+    pub(super) fn new(linearized: &Linearized, modes: &NormalModes) -> Option<Self> {
+        let n = linearized.dimension();
+        let modes = &modes.modes;
+        if modes.len() != n || modes.iter().any(|mode| mode.vector.len() != n) {
+            return None;
+        }
+        let shapes: Vec<Vec<Ball>> = modes
+            .iter()
+            .map(|mode| {
+                let own = mode.vector.iter();
+                own.map(|x| Ball::exact(*x).with_added_radius(mode.vector_error_bound)).collect()
+            })
+            .collect();
+        let mut groups: Vec<Group> = Vec::new();
+        let mut group_of = Vec::with_capacity(n);
+        for (at, mode) in modes.iter().enumerate() {
+            let square = match mode.kind {
+                Kind::Zero => Ball::ZERO,
+                _ => mode.omega_squared?,
+            };
+            let same = |group: &Group| {
+                let first = group.members.first().and_then(|first| modes.get(*first));
+                first.is_some_and(|first| {
+                    first.cluster == mode.cluster && (first.kind == Kind::Zero) == (mode.kind == Kind::Zero)
+                })
+            };
+            let place = match groups.iter().position(same) {
+                Some(place) => {
+                    groups[place].members.push(at);
+                    groups[place].square = groups[place].square.hull(&square);
+                    place
+                }
+                None => {
+                    groups.push(Group { members: vec![at], square, slack: 0.0 });
+                    groups.len() - 1
+                }
+            };
+            group_of.push(place);
+        }
+        if groups.len() < n {
+            let mass = linearized.mass();
+            for group in groups.iter_mut().filter(|group| group.members.len() > 1) {
+                group.slack = slack(&mass, &shapes, &group.members);
+            }
+        }
+        Some(Self { shapes, groups, group_of })
+    }
+
+    /// The coefficients c of a force M X c.
+    pub(super) fn components(&self, force: &[Ball]) -> Vec<Ball> {
+        let own: Vec<(usize, Ball)> =
+            force.iter().enumerate().filter(|(_, f)| !f.is_zero()).map(|(i, f)| (i, *f)).collect();
+        let mut all: Vec<Ball> =
+            self.shapes.iter().map(|shape| own.iter().fold(Ball::ZERO, |sum, (i, f)| sum + shape[*i] * *f)).collect();
+        for group in self.groups.iter().filter(|group| group.slack > 0.0) {
+            // |((G⁻¹ - 1) z)_k| <= ‖G⁻¹ - 1‖ max |z|
+            let most = group.members.iter().map(|k| all[*k].abs_upper());
+            let doubt = up(group.slack * most.fold(0.0, f64::max));
+            for k in &group.members {
+                all[*k] = all[*k].with_added_radius(doubt);
+            }
+        }
+        all
+    }
+
+    /// c_k/(ω_k² - square) for each mode: what a force with these components, at a frequency of that square, displaces. A mode whose
+    /// ω² is not told from the square is left where it is, if its component is not told from 0.
+    ///
+    /// Members of a group may differ in ω². With 1/(ω_k² - square) = r ± d for all of them, so that it is a symmetric D with
+    /// |D - r| <= d in an orthonormal basis U G^(-1/2) of the space, the coefficients are
+    /// G^(-1/2) D G^(-1/2) Uᵀf = r c + G^(-1/2)(D - r) G^(1/2) c, and the second part is at most
+    /// d sqrt((1 + e)/(1 - e)) |c| <= d |c|/(1 - e) = d |c| (1 + e/(1 - e)).
+    pub(super) fn response(&self, components: &[Ball], square: &Ball) -> Response {
+        let mut all = vec![Ball::ZERO; components.len()];
+        for group in &self.groups {
+            let distance = group.square - *square;
+            if distance.contains_zero() {
+                let forced = |k: &&usize| !components[**k].contains_zero();
+                if let Some(mode) = group.members.iter().find(forced) {
+                    return Response::Resonant(*mode);
+                }
+                continue;
+            }
+            let inverse = Ball::ONE / distance;
+            let doubt = if group.members.len() > 1 {
+                let sum = group.members.iter().map(|k| components[*k].abs_upper());
+                let sum = sum.fold(0.0, |sum, part| up(sum + part));
+                up(inverse.radius * sum * (1.0 + group.slack))
+            } else {
+                0.0
+            };
+            for k in &group.members {
+                all[*k] = (inverse * components[*k]).with_added_radius(doubt);
+            }
+        }
+        Response::Displaced(all)
+    }
+
+    /// Σ c_k x_k in the coordinates.
+    pub(super) fn displacement(&self, coefficients: &[Ball]) -> Vec<Ball> {
+        let n = self.shapes.len();
+        let mut sum = vec![Ball::ZERO; n];
+        for (c, shape) in coefficients.iter().zip(&self.shapes) {
+            if c.is_zero() {
+                continue;
+            }
+            for (place, x) in sum.iter_mut().zip(shape) {
+                *place = *place + *c * *x;
+            }
+        }
+        sum
+    }
+}
+
+/// e/(1 - e) for the largest row sum e of |UᵀMU - 1|.
+fn slack(mass: &[Ball], shapes: &[Vec<Ball>], members: &[usize]) -> f64 {
+    let n = shapes.len();
+    let images: Vec<Vec<Ball>> = members
+        .iter()
+        .map(|k| {
+            let mut image = vec![Ball::ZERO; n];
+            for (j, x) in shapes[*k].iter().enumerate() {
+                for (i, place) in image.iter_mut().enumerate() {
+                    let entry = &mass[i + n * j];
+                    if !entry.is_zero() {
+                        *place = *place + *entry * *x;
+                    }
+                }
+            }
+            image
+        })
+        .collect();
+    let mut most = 0.0_f64;
+    for (a, k) in members.iter().enumerate() {
+        let mut sum = 0.0;
+        for (b, image) in images.iter().enumerate() {
+            let products = shapes[*k].iter().zip(image);
+            let entry = products.fold(Ball::ZERO, |sum, (x, y)| sum + *x * *y);
+            let unit = if a == b { Ball::ONE } else { Ball::ZERO };
+            sum = up(sum + Scalar::sub(&entry, &unit).abs_upper());
+        }
+        most = most.max(sum);
+    }
+    // `up` makes more of the difference's rounding than it is; below 1/2 the subtraction is harmless.
+    if most < 0.5 { up(most / (1.0 - most)) } else { f64::INFINITY }
+}

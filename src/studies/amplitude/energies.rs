@@ -1,0 +1,172 @@
+//! L = T2 - U of a model, compiled to gradients: what is linear in the velocities is proved to move nothing.
+
+use std::collections::HashMap;
+
+use super::error::AmplitudeError;
+use crate::mechanics::Mechanics;
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::linearize::{instance, known_values, missing_value, signed_terms};
+use librate_core::model::{Model, SymbolKind};
+use librate_core::number::Number;
+use librate_core::span::Span;
+
+/// Terms beyond this are not written out.
+const MOST_TERMS: usize = 200_000;
+
+/// Refuses what has no periodic motions near an equilibrium, or is not covered.
+pub(super) fn check(model: &Model) -> Result<(), AmplitudeError> {
+    if let Some((feature, span)) = model.features().next() {
+        return Err(AmplitudeError::Unsupported { feature, span });
+    }
+    let terms = Mechanics::terms(model);
+    if terms > MOST_TERMS {
+        let most = MOST_TERMS;
+        return Err(AmplitudeError::TooLarge { terms, most });
+    }
+    Ok(())
+}
+
+/// Gradients of U = V - T0 and of T2, with the values of the parameters.
+#[derive(Clone, Debug)]
+pub(super) struct Energies {
+    /// ∂U/∂q as functions of q.
+    pub(super) potential: Tape,
+    /// ∂T2/∂q, then ∂T2/∂q', as functions of q and q'; `None` where the masses are the same everywhere.
+    pub(super) kinetic: Option<Tape>,
+}
+
+impl Energies {
+    pub(super) fn new(model: &Model) -> Result<Self, AmplitudeError> {
+        let mut pool = model.pool.clone();
+        let mut parts = Parts::of(model, &mut pool)?;
+        let small = pool.with_small_exponentials(&[parts.kinetic, parts.potential]);
+        if let [kinetic, potential] = small.as_slice() {
+            (parts.kinetic, parts.potential) = (*kinetic, *potential);
+        }
+        if let Some(span) = parts.linear_span
+            && acts(model, &mut pool, parts.linear)
+        {
+            return Err(AmplitudeError::Gyroscopic { span });
+        }
+        let coordinates: Vec<Symbol> = model.coordinates.iter().map(|c| c.symbol).collect();
+        let velocities: Vec<Symbol> = model.coordinates.iter().map(|c| c.velocity).collect();
+        let compile = |pool: &Pool, roots: &[ExprId], inputs: &[Symbol]| {
+            Tape::compile(pool, roots, inputs).map_err(|missing| {
+                // All that is no input is a parameter.
+                let number = match model.symbols.get(&missing.symbol) {
+                    Some(SymbolKind::Parameter(at)) => *at,
+                    _ => usize::MAX,
+                };
+                AmplitudeError::Linearize(missing_value(model, number))
+            })
+        };
+        let forces = pool.gradient(parts.potential, &coordinates);
+        let potential = compile(&pool, &forces, &coordinates)?;
+        let moves = |symbol| matches!(model.symbols.get(&symbol), Some(SymbolKind::Coordinate(_)));
+        let kinetic = if pool.depends_on(parts.kinetic, &moves) {
+            let mut roots = pool.gradient(parts.kinetic, &coordinates);
+            roots.extend(pool.gradient(parts.kinetic, &velocities));
+            let inputs = [coordinates, velocities].concat();
+            Some(compile(&pool, &roots, &inputs)?)
+        } else {
+            None
+        };
+        Ok(Self { potential, kinetic })
+    }
+}
+
+/// L = T2 + T1 - U by powers of the velocities.
+struct Parts {
+    kinetic: ExprId,
+    linear: ExprId,
+    /// The first term that is not 0 in T1.
+    linear_span: Option<Span>,
+    potential: ExprId,
+}
+
+impl Parts {
+    /// The parts of each body are those of its power series in a factor of all velocities, which has to end with the
+    /// square.
+    fn of(model: &Model, pool: &mut Pool) -> Result<Self, AmplitudeError> {
+        let known = known_values(model);
+        let factor = pool.fresh_symbol("factor");
+        let scale = pool.symbol_expr(factor);
+        let zero = pool.zero();
+        let at_rest: Substitution = [(factor, zero)].into_iter().collect();
+        let mut sums: [Vec<ExprId>; 3] = Default::default();
+        let mut linear_span = None;
+        for (negative, family) in signed_terms(model) {
+            let velocities = family.locals.iter().map(|local| local.velocity);
+            let velocities: Vec<Symbol> = velocities.collect();
+            let is_velocity = |symbol| velocities.contains(&symbol);
+            let bodies = if pool.depends_on(family.body, &is_velocity) {
+                let mut scaled = Substitution::default();
+                for velocity in &velocities {
+                    let own = pool.symbol_expr(*velocity);
+                    scaled.insert(*velocity, pool.mul(scale, own));
+                }
+                let whole = pool.substitute_one(family.body, &scaled);
+                let once = pool.diff(whole, factor);
+                let twice = pool.diff(once, factor);
+                let third = pool.diff(twice, factor);
+                if pool.is_zero(third) != ZeroVerdict::Zero {
+                    let span = family.span;
+                    return Err(AmplitudeError::NotQuadratic { span });
+                }
+                let half = Number::ratio(1, 2).unwrap_or_default();
+                let twice = pool.scale(twice, &half);
+                let mut parts = pool.substitute(&[whole, once, twice], &at_rest);
+                if let Some(once) = parts.get_mut(1) {
+                    if pool.is_zero(*once) == ZeroVerdict::Zero {
+                        *once = zero;
+                    } else {
+                        linear_span.get_or_insert(family.span);
+                    }
+                }
+                parts
+            } else {
+                vec![family.body, zero, zero]
+            };
+            for at in 0..family.count {
+                let map = instance(model, pool, family, at, None);
+                let terms = pool.substitute(&bodies, &map);
+                for (sum, term) in sums.iter_mut().zip(terms) {
+                    if !pool.as_number(term).is_some_and(Number::is_zero) {
+                        sum.push(if negative { pool.neg(term) } else { term });
+                    }
+                }
+            }
+        }
+        let [rest, once, twice] = sums.map(|terms| {
+            let sum = pool.sum(&terms);
+            pool.substitute_one(sum, &known)
+        });
+        Ok(Self { kinetic: twice, linear: once, linear_span, potential: pool.neg(rest) })
+    }
+}
+
+/// Whether b(q)·q' has a curl somewhere, or may have one: where it has none it is the derivative of a function of q by the time
+/// and moves nothing.
+fn acts(model: &Model, pool: &mut Pool, linear: ExprId) -> bool {
+    let number = |symbol: Symbol| match model.symbols.get(&symbol) {
+        Some(SymbolKind::Coordinate(at) | SymbolKind::Velocity(at)) => *at,
+        _ => usize::MAX,
+    };
+    let kind = |symbol: Symbol| model.symbols.get(&symbol);
+    let factors = pool.slopes(linear, |s| matches!(kind(s), Some(SymbolKind::Velocity(_))));
+    let mut slopes: HashMap<(usize, usize), ExprId> = HashMap::new();
+    for (velocity, factor) in factors {
+        let row = number(velocity);
+        let own = pool.slopes(factor, |s| matches!(kind(s), Some(SymbolKind::Coordinate(_))));
+        slopes.extend(own.into_iter().map(|(q, slope)| ((row, number(q)), slope)));
+    }
+    let zero = pool.zero();
+    let mut entries: Vec<((usize, usize), ExprId)> = slopes.iter().map(|(k, v)| (*k, *v)).collect();
+    entries.sort_unstable();
+    entries.into_iter().any(|((i, j), slope)| {
+        let other = slopes.get(&(j, i)).copied().unwrap_or(zero);
+        let other = pool.neg(other);
+        let curl = pool.sum(&[slope, other]);
+        i != j && pool.is_zero(curl) != ZeroVerdict::Zero
+    })
+}

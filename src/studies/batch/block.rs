@@ -1,0 +1,313 @@
+//! One block of parameter sets from their values to their results.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::bound::{Bounder, Entry};
+use super::compile::Program;
+use super::search::Search;
+use super::solutions::{Outcome, Solutions};
+use super::solve::Solver;
+use super::tape::{Registers, run};
+use super::{Bounds, Options};
+use librate_core::precision::{LANES, Lane};
+
+/// What a study compiles: one program for the equilibrium, M, K and the forces.
+#[derive(Clone, Debug)]
+pub(super) struct Compiled {
+    pub(super) dimension: usize,
+    /// Values a set.
+    pub(super) width: usize,
+    /// Of the parameters, then of the coordinates that are searched for.
+    pub(super) program: Program,
+    /// The registers of the equilibrium, one a coordinate.
+    pub(super) equilibrium: Vec<usize>,
+    pub(super) mass: Vec<Entry>,
+    pub(super) stiffness: Vec<Entry>,
+    /// The registers of the gradient of the potential, one a coordinate; empty where it is proved
+    /// to vanish.
+    pub(super) gradient: Vec<usize>,
+    /// What the search needs, where there is one.
+    pub(super) search: Option<Start>,
+}
+
+/// Where a search starts and what it moves.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    /// The coordinates that are searched for.
+    pub(super) free: Vec<usize>,
+    /// Whether the point 0 is taken where no force acts there.
+    pub(super) zero_first: bool,
+    /// Of the parameters: the starting values of all coordinates.
+    pub(super) guess: Program,
+    /// Start here instead.
+    pub(super) nominal: Option<Vec<f64>>,
+}
+
+/// Memory for one block; made once a request.
+#[derive(Clone, Debug)]
+pub(super) struct Workspace {
+    arch: Arch,
+    pub(super) registers: Registers,
+    pub(super) solver: Solver,
+    pub(super) bounder: Bounder,
+    /// Memory for the search.
+    pub(super) search: Option<Search>,
+    order: Vec<usize>,
+}
+
+/// A program run with the vector instructions that the machine has.
+struct Run<'a, const BOUNDS: bool> {
+    program: &'a Program,
+    registers: &'a mut Registers,
+}
+
+impl<const BOUNDS: bool> WithSimd for Run<'_, BOUNDS> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        run::<BOUNDS>(self.program, self.registers);
+    }
+}
+
+/// An eigenvalue problem likewise.
+struct Solve<'a>(&'a mut Solver);
+
+impl WithSimd for Solve<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.0.solve();
+    }
+}
+
+/// The bounds likewise.
+struct Bound<'a> {
+    bounder: &'a mut Bounder,
+    solver: &'a Solver,
+    compiled: &'a Compiled,
+    registers: &'a Registers,
+}
+
+impl WithSimd for Bound<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.bounder.bound(
+            self.solver,
+            (&self.compiled.mass, &self.compiled.stiffness),
+            (&self.registers.value, &self.registers.error),
+        );
+    }
+}
+
+impl Workspace {
+    pub(super) fn new(compiled: &Compiled) -> Self {
+        let n = compiled.dimension;
+        let diagonal = compiled.mass.iter().all(|entry| entry.row == entry.column);
+        Self {
+            arch: Arch::new(),
+            registers: Registers::new(&compiled.program),
+            solver: Solver::new(n, diagonal),
+            bounder: Bounder::new(n),
+            search: compiled.search.as_ref().map(|start| Search::new(start, n, diagonal)),
+            order: Vec::with_capacity(n),
+        }
+    }
+
+    pub(super) fn run<const BOUNDS: bool>(&mut self, program: &Program) {
+        self.arch.dispatch(Run::<BOUNDS> { program, registers: &mut self.registers });
+    }
+
+    pub(super) fn run_guess(&self, program: &Program, registers: &mut Registers) {
+        self.arch.dispatch(Run::<false> { program, registers });
+    }
+
+    pub(super) fn solve(&self, solver: &mut Solver) {
+        self.arch.dispatch(Solve(solver));
+    }
+
+    /// Solves `sets` (at most [`LANES`] of them, one after the other) and writes the results from
+    /// set `first` on.
+    pub(super) fn block(
+        &mut self,
+        compiled: &Compiled,
+        options: &Options,
+        sets: &[f64],
+        first: usize,
+        into: &mut Solutions,
+    ) {
+        let width = compiled.width;
+        let count = sets.len() / width;
+        let base = compiled.program.constants.len();
+        // Lanes without a set repeat the last one.
+        for lane in 0..LANES {
+            let at = lane.min(count - 1) * width;
+            for (k, value) in sets[at..at + width].iter().enumerate() {
+                self.registers.value[base + k].0[lane] = *value;
+            }
+        }
+        let mut given = Lane::ONE;
+        for k in 0..width {
+            given = given * finite(self.registers.value[base + k]);
+        }
+        let rigorous = options.bounds == Bounds::Rigorous;
+        let found = if compiled.search.is_some() {
+            self.search(compiled)
+        } else if !compiled.gradient.is_empty() {
+            self.run::<true>(&compiled.program);
+            self.at_rest(compiled)
+        } else {
+            if rigorous {
+                self.run::<true>(&compiled.program);
+            } else {
+                self.run::<false>(&compiled.program);
+            }
+            Lane::ONE
+        };
+        // Where the expression of a given equilibrium has no value, there is none, even if M and K
+        // have lost it in simplification.
+        let found = compiled.equilibrium.iter().fold(found, |found, at| found * finite(self.registers.value[*at]));
+        let numbers = self.fill(compiled);
+        self.arch.dispatch(Solve(&mut self.solver));
+        if rigorous {
+            self.arch.dispatch(Bound {
+                bounder: &mut self.bounder,
+                solver: &self.solver,
+                compiled,
+                registers: &self.registers,
+            });
+        }
+        let proved = if compiled.search.is_some() {
+            if rigorous { self.equilibrium_proved(compiled) } else { Lane::ZERO }
+        } else {
+            Lane::ONE
+        };
+        for lane in 0..count {
+            let outcome = if given.0[lane] == 0.0 {
+                Outcome::NotFinite
+            } else if found.0[lane] == 0.0 {
+                Outcome::NoEquilibrium
+            } else if numbers.0[lane] == 0.0 {
+                Outcome::NotFinite
+            } else if self.solver.positive.0[lane] == 0.0 || (rigorous && self.bounder.positive.0[lane] == 0.0) {
+                Outcome::MassNotPositive
+            } else if self.solver.converged.0[lane] == 0.0 {
+                Outcome::NotConverged
+            } else if proved.0[lane] == 0.0 {
+                Outcome::Estimated
+            } else {
+                Outcome::Solved
+            };
+            self.write(compiled, options, outcome, (lane, first + lane), into);
+        }
+    }
+
+    /// 1 where no force acts, as far as the bounds can tell.
+    pub(super) fn at_rest(&self, compiled: &Compiled) -> Lane {
+        let mut rest = Lane::ONE;
+        for register in &compiled.gradient {
+            let (force, error) = (self.registers.value[*register], self.registers.error[*register]);
+            // Where the bound is infinite nothing is known.
+            let known = finite(error);
+            rest = rest * known * (Lane::ONE - force.abs().above(error)) * finite(force);
+        }
+        rest
+    }
+
+    /// Puts M and K where the solver reads them; gives 1 where all entries are numbers.
+    fn fill(&mut self, compiled: &Compiled) -> Lane {
+        let n = compiled.dimension;
+        let mut numbers = Lane::ONE;
+        let parts = [(&compiled.mass, &mut self.solver.mass), (&compiled.stiffness, &mut self.solver.stiffness)];
+        for (entries, matrix) in parts {
+            for entry in entries {
+                let value = self.registers.value[entry.register];
+                numbers = numbers * finite(value);
+                matrix[entry.row * n + entry.column] = value;
+                matrix[entry.column * n + entry.row] = value;
+            }
+        }
+        numbers
+    }
+
+    /// Writes the results of one lane.
+    fn write(
+        &mut self,
+        compiled: &Compiled,
+        options: &Options,
+        outcome: Outcome,
+        (lane, set): (usize, usize),
+        into: &mut Solutions,
+    ) {
+        let n = compiled.dimension;
+        let rigorous = options.bounds == Bounds::Rigorous;
+        into.outcomes[set] = outcome;
+        let row = set * n..(set + 1) * n;
+        for (to, register) in into.equilibria[row.clone()].iter_mut().zip(&compiled.equilibrium) {
+            *to = self.registers.value[*register].0[lane] + 0.0;
+        }
+        let square = set * n * n..(set + 1) * n * n;
+        if options.matrices {
+            let parts = [(&self.solver.mass, &mut into.mass), (&self.solver.stiffness, &mut into.stiffness)];
+            for (from, to) in parts {
+                for (to, from) in to[square.clone()].iter_mut().zip(from) {
+                    *to = from.0[lane] + 0.0;
+                }
+            }
+        }
+        let omega_squared = &mut into.omega_squared[row.clone()];
+        let bounds = &mut into.bounds[row];
+        if !outcome.is_solved() {
+            omega_squared.fill(f64::NAN);
+            bounds.fill(f64::NAN);
+            if options.vectors {
+                into.vectors[square].fill(f64::NAN);
+            }
+            return;
+        }
+        let values = if rigorous { &self.bounder.values } else { &self.solver.values };
+        let order = &mut self.order;
+        order.clear();
+        order.extend(0..n);
+        order.sort_unstable_by(|i, j| {
+            let (a, b) = (values[*i].0[lane], values[*j].0[lane]);
+            a.total_cmp(&b).then(i.cmp(j))
+        });
+        for (to, from) in omega_squared.iter_mut().zip(&*order) {
+            *to = values[*from].0[lane] + 0.0;
+        }
+        bounds.fill(f64::INFINITY);
+        if rigorous {
+            for (to, from) in bounds.iter_mut().zip(&*order) {
+                let radius = self.bounder.radii[*from].0[lane];
+                *to = if radius.is_nan() { f64::INFINITY } else { radius };
+            }
+        }
+        if options.vectors && n > 0 {
+            let vectors = into.vectors[square].chunks_exact_mut(n);
+            for (to, from) in vectors.zip(&*order) {
+                let row = &self.solver.vectors[from * n..(from + 1) * n];
+                for (to, from) in to.iter_mut().zip(row) {
+                    *to = from.0[lane];
+                }
+                orient(to);
+            }
+        }
+    }
+}
+
+/// The sign of a vector: the first component within 1e-6 of the largest is positive. No zero is
+/// negative.
+fn orient(vector: &mut [f64]) {
+    let largest = vector.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let first = vector.iter().find(|x| x.abs() >= largest * (1.0 - 1e-6));
+    let sign = if first.is_some_and(|x| *x < 0.0) { -1.0 } else { 1.0 };
+    for x in vector {
+        *x = *x * sign + 0.0;
+    }
+}
+
+/// 1 where the number is finite, else 0.
+pub(super) fn finite(x: Lane) -> Lane {
+    x.map(|x| if x.is_finite() { 1.0 } else { 0.0 })
+}

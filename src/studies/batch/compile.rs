@@ -1,0 +1,350 @@
+//! From expressions to a program of operations on lanes.
+//!
+//! Equal operations are made once; what all terms of a sum have in common is taken out of it,
+//! and sums are added from their last term, so that sums which end alike (the masses hanging below
+//! each link of a pendulum) share what they have in common.
+
+use std::collections::HashMap;
+
+use librate_core::expr::{ExprId, Node, Pool, Symbol, Tape, UnboundSymbol};
+use librate_core::number::Number;
+use librate_core::precision::{Ball, Function, Scalar};
+
+/// One operation on registers; its result goes to the next register.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Operation {
+    Add(u32, u32),
+    Subtract(u32, u32),
+    Multiply(u32, u32),
+    Divide(u32, u32),
+    Negate(u32),
+    Root(u32),
+    Power(u32, u32),
+    Angle { y: u32, x: u32 },
+    Apply(Function, u32),
+    Undefined,
+}
+
+impl Operation {
+    fn operands(self) -> [Option<u32>; 2] {
+        match self {
+            Self::Add(a, b) | Self::Subtract(a, b) | Self::Multiply(a, b) | Self::Divide(a, b) => [Some(a), Some(b)],
+            Self::Power(a, b) | Self::Angle { y: a, x: b } => [Some(a), Some(b)],
+            Self::Negate(a) | Self::Root(a) | Self::Apply(_, a) => [Some(a), None],
+            Self::Undefined => [None, None],
+        }
+    }
+
+    fn renumbered(self, new: impl Fn(u32) -> u32) -> Self {
+        match self {
+            Self::Add(a, b) => Self::Add(new(a), new(b)),
+            Self::Subtract(a, b) => Self::Subtract(new(a), new(b)),
+            Self::Multiply(a, b) => Self::Multiply(new(a), new(b)),
+            Self::Divide(a, b) => Self::Divide(new(a), new(b)),
+            Self::Negate(a) => Self::Negate(new(a)),
+            Self::Root(a) => Self::Root(new(a)),
+            Self::Power(a, b) => Self::Power(new(a), new(b)),
+            Self::Angle { y, x } => Self::Angle { y: new(y), x: new(x) },
+            Self::Apply(function, a) => Self::Apply(function, new(a)),
+            Self::Undefined => Self::Undefined,
+        }
+    }
+}
+
+/// Operations on registers: first the constants, then the inputs, then one result an operation.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Program {
+    /// Constants, each with a bound of what the double is off by.
+    pub(super) constants: Vec<(f64, f64)>,
+    pub(super) inputs: usize,
+    pub(super) operations: Vec<Operation>,
+    /// The registers of the roots.
+    pub(super) outputs: Vec<u32>,
+}
+
+impl Program {
+    pub(super) fn registers(&self) -> usize {
+        self.constants.len() + self.inputs + self.operations.len()
+    }
+
+    /// Compiles the roots as functions of the inputs.
+    pub(super) fn compile(pool: &Pool, roots: &[ExprId], inputs: &[Symbol]) -> Result<Self, UnboundSymbol> {
+        let mut compiler = Compiler {
+            pool,
+            inputs,
+            values: Vec::new(),
+            known: HashMap::new(),
+            constants: HashMap::new(),
+            of: HashMap::new(),
+        };
+        for id in pool.reachable(roots) {
+            let register = compiler.expression(id)?;
+            compiler.of.insert(id, register);
+        }
+        let outputs: Vec<u32> = roots.iter().map(|root| compiler.register(*root)).collect();
+        Ok(compiler.finish(&outputs))
+    }
+}
+
+/// What a register holds, before the registers are put in order.
+#[derive(Clone, Copy, Debug)]
+enum Value {
+    Constant { value: f64, error: f64 },
+    Input(usize),
+    Result(Operation),
+}
+
+struct Compiler<'a> {
+    pool: &'a Pool,
+    inputs: &'a [Symbol],
+    values: Vec<Value>,
+    known: HashMap<Operation, u32>,
+    /// By the bits of value and error.
+    constants: HashMap<(u64, u64), u32>,
+    of: HashMap<ExprId, u32>,
+}
+
+impl Compiler<'_> {
+    fn push(&mut self, value: Value) -> u32 {
+        let at = u32::try_from(self.values.len()).unwrap_or(u32::MAX);
+        self.values.push(value);
+        at
+    }
+
+    fn constant(&mut self, ball: &Ball) -> u32 {
+        let (value, error) = (ball.mid_f64(), ball.mid_f64_error());
+        let key = (value.to_bits(), error.to_bits());
+        if let Some(at) = self.constants.get(&key) {
+            return *at;
+        }
+        let at = self.push(Value::Constant { value, error });
+        self.constants.insert(key, at);
+        at
+    }
+
+    fn number(&mut self, number: &Number) -> u32 {
+        self.constant(&Ball::from_number(number, ()))
+    }
+
+    fn register(&self, id: ExprId) -> u32 {
+        self.of.get(&id).copied().unwrap_or(0)
+    }
+
+    /// The register of an operation, which is made if it is new.
+    fn operation(&mut self, operation: Operation) -> u32 {
+        let operation = match operation {
+            Operation::Add(a, b) => Operation::Add(a.min(b), a.max(b)),
+            Operation::Multiply(a, b) => Operation::Multiply(a.min(b), a.max(b)),
+            other => other,
+        };
+        if let Some(at) = self.known.get(&operation) {
+            return *at;
+        }
+        let at = self.push(Value::Result(operation));
+        self.known.insert(operation, at);
+        at
+    }
+
+    fn expression(&mut self, id: ExprId) -> Result<u32, UnboundSymbol> {
+        if self.pool.is_constant(id) {
+            let ball = match self.pool.as_number(id) {
+                Some(number) => Ball::from_number(number, ()),
+                None => Tape::compile(self.pool, &[id], &[])?
+                    .evaluate::<Ball>(&[], &mut Vec::new())
+                    .first()
+                    .copied()
+                    .unwrap_or(Ball::NOT_FINITE),
+            };
+            return Ok(self.constant(&ball));
+        }
+        Ok(match self.pool.node(id) {
+            Node::Symbol(symbol) => {
+                let place = self.inputs.iter().position(|input| input == symbol);
+                let place = place.ok_or(UnboundSymbol { symbol: *symbol })?;
+                self.push(Value::Input(place))
+            }
+            Node::Sum { constant, terms } => self.sum(constant, terms),
+            Node::Product(factors) => self.product(factors),
+            Node::Power { base, exponent } => {
+                let (base, exponent) = (self.register(*base), self.register(*exponent));
+                self.operation(Operation::Power(base, exponent))
+            }
+            Node::Function(function, x) => {
+                let x = self.register(*x);
+                self.operation(Operation::Apply(*function, x))
+            }
+            Node::Atan2 { y, x } => {
+                let (y, x) = (self.register(*y), self.register(*x));
+                self.operation(Operation::Angle { y, x })
+            }
+            Node::Number(_) | Node::Pi | Node::Undefined => self.operation(Operation::Undefined),
+        })
+    }
+
+    fn sum(&mut self, constant: &Number, terms: &[(ExprId, Number)]) -> u32 {
+        let mut parts: Vec<(Vec<(ExprId, Number)>, Number)> =
+            terms.iter().map(|(term, coefficient)| (self.pool.factors(*term), coefficient.clone())).collect();
+        let mut common: Vec<(ExprId, Number)> = Vec::new();
+        let mut scale = Number::ONE;
+        if constant.is_zero() {
+            if let [first, others @ ..] = parts.as_slice() {
+                common.clone_from(&first.0);
+                common.retain(|factor| others.iter().all(|(other, _)| other.contains(factor)));
+            }
+            for (factors, _) in &mut parts {
+                factors.retain(|factor| !common.contains(factor));
+            }
+            // The coefficient of the last term, where all have it up to the sign.
+            if let Some((_, last)) = parts.last() {
+                let magnitude = last.abs();
+                if parts.iter().all(|(_, own)| own.abs() == magnitude) {
+                    scale = last.clone();
+                }
+            }
+        }
+        let mut total: Option<u32> = None;
+        for (factors, coefficient) in parts.iter().rev() {
+            // Divided by `scale` the coefficient is exactly 1 or -1, or left as it is.
+            let coefficient = coefficient.div(&scale).unwrap_or(Number::ONE);
+            let bare = self.product(factors);
+            let negative = coefficient.is_negative();
+            let magnitude = coefficient.abs();
+            let term = if magnitude.is_one() {
+                bare
+            } else {
+                let weight = self.number(&magnitude);
+                self.operation(Operation::Multiply(weight, bare))
+            };
+            total = Some(match (total, negative) {
+                (None, false) => term,
+                (None, true) => self.operation(Operation::Negate(term)),
+                (Some(total), false) => self.operation(Operation::Add(total, term)),
+                (Some(total), true) => self.operation(Operation::Subtract(total, term)),
+            });
+        }
+        let mut total = match total {
+            Some(total) => total,
+            None => self.number(&Number::ZERO),
+        };
+        if !constant.is_zero() {
+            let constant = self.number(constant);
+            total = self.operation(Operation::Add(total, constant));
+        }
+        let scaled = self.scaled(total, &scale);
+        self.times(scaled, &common)
+    }
+
+    fn scaled(&mut self, register: u32, scale: &Number) -> u32 {
+        if scale.is_one() {
+            return register;
+        }
+        if scale.abs().is_one() {
+            return self.operation(Operation::Negate(register));
+        }
+        let scale = self.number(scale);
+        self.operation(Operation::Multiply(scale, register))
+    }
+
+    fn product(&mut self, factors: &[(ExprId, Number)]) -> u32 {
+        let one = self.number(&Number::ONE);
+        self.times(one, factors)
+    }
+
+    /// A register times the factors; numerator and denominator apart, so that there is one
+    /// division at most.
+    fn times(&mut self, register: u32, factors: &[(ExprId, Number)]) -> u32 {
+        let one = self.number(&Number::ONE);
+        let (mut above, mut below) = (None, None);
+        for (base, exponent) in factors {
+            let power = self.power(*base, &exponent.abs());
+            let part = if exponent.is_negative() { &mut below } else { &mut above };
+            let product = match *part {
+                None => power,
+                Some(product) => self.operation(Operation::Multiply(product, power)),
+            };
+            *if exponent.is_negative() { &mut below } else { &mut above } = Some(product);
+        }
+        let mut result = match above {
+            Some(above) if register == one => above,
+            Some(above) => self.operation(Operation::Multiply(above, register)),
+            None => register,
+        };
+        if let Some(below) = below {
+            result = self.operation(Operation::Divide(result, below));
+        }
+        result
+    }
+
+    /// A base to a positive exponent.
+    fn power(&mut self, base: ExprId, exponent: &Number) -> u32 {
+        let base = self.register(base);
+        match exponent.small_parts().map(|(n, d)| (n.unsigned_abs(), d)) {
+            Some((n, 1)) if n <= 64 => self.whole_power(base, n),
+            Some((n, 2)) if n <= 128 => {
+                let root = self.operation(Operation::Root(base));
+                self.whole_power(root, n)
+            }
+            Some(_) | None => {
+                let exponent = self.number(exponent);
+                self.operation(Operation::Power(base, exponent))
+            }
+        }
+    }
+
+    fn whole_power(&mut self, base: u32, exponent: u64) -> u32 {
+        let mut result = None;
+        let (mut square, mut left) = (base, exponent);
+        while left > 0 {
+            if left % 2 == 1 {
+                result = Some(match result {
+                    None => square,
+                    Some(result) => self.operation(Operation::Multiply(result, square)),
+                });
+            }
+            left /= 2;
+            if left > 0 {
+                square = self.operation(Operation::Multiply(square, square));
+            }
+        }
+        result.unwrap_or(base)
+    }
+
+    /// Leaves out what no output needs, and puts constants and inputs first.
+    fn finish(self, outputs: &[u32]) -> Program {
+        let mut needed = vec![false; self.values.len()];
+        for output in outputs {
+            needed[*output as usize] = true;
+        }
+        // Operands stand before their results.
+        for at in (0..self.values.len()).rev() {
+            if let (true, Value::Result(operation)) = (needed[at], self.values[at]) {
+                for operand in operation.operands().into_iter().flatten() {
+                    needed[operand as usize] = true;
+                }
+            }
+        }
+        let index = |at: usize| u32::try_from(at).unwrap_or(u32::MAX);
+        let mut program = Program { inputs: self.inputs.len(), ..Program::default() };
+        let mut place = vec![0; self.values.len()];
+        for (at, value) in self.values.iter().enumerate() {
+            if let (true, Value::Constant { value, error }) = (needed[at], value) {
+                place[at] = index(program.constants.len());
+                program.constants.push((*value, *error));
+            }
+        }
+        let first = program.constants.len();
+        for (at, value) in self.values.iter().enumerate() {
+            match value {
+                Value::Input(input) => place[at] = index(first + input),
+                Value::Result(operation) if needed[at] => {
+                    let new = operation.renumbered(|old| place[old as usize]);
+                    place[at] = index(first + program.inputs + program.operations.len());
+                    program.operations.push(new);
+                }
+                Value::Result(_) | Value::Constant { .. } => {}
+            }
+        }
+        program.outputs = outputs.iter().map(|at| place[*at as usize]).collect();
+        program
+    }
+}

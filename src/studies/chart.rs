@@ -1,0 +1,424 @@
+//! Stability charts: whether a driven model is stable, over a grid of two parameters.
+//!
+//! The equations are derived once, with both parameters open, and followed over a period in plain doubles
+//! ([`crate::flow::Plain`]), at eight places at once: nothing is parsed or differentiated again. Multipliers have no bounds
+//! here; where that counts, [`crate::floquet::floquet`] is asked. Borders between stable and unstable neighbours are found
+//! by bisection.
+//!
+//! It starts no thread and writes nothing: rows are independent of each other, a [`Chart`] is `Sync`, and a [`Worker`]
+//! belongs to one thread.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::error::Error;
+use crate::floquet::motion::Driven;
+use crate::floquet::{self, FloquetError, trial};
+use crate::flow::{Doubles, Equations, Plain};
+use librate_core::expr::{Prepared, Tape};
+use librate_core::linearize;
+use librate_core::model::Range;
+use librate_core::model::{self, Model, ModelError, Settings, TableTexts};
+use librate_core::precision::{LANES, Lane};
+use librate_core::syntax::File;
+
+/// More places than this are not charted.
+pub const MOST_PLACES: usize = 10_000_000;
+/// Multipliers this far outside the unit circle count as growth where several are near each other: a double one moves
+/// by the root of what is rounded.
+const COARSE: f64 = 1e-7;
+/// The same where trace and determinant decide: what is rounded on the way over a period. Where multipliers meet at -1
+/// without growing, as they do without a drive, they would else be taken apart by it.
+const FINE: f64 = 2e-14;
+/// A trip that takes so many times the steps of the one before is none of a motion near that.
+const ASTRAY: usize = 4;
+/// Steps in time that a search at one place may take.
+const SEARCH: usize = 20_000;
+/// Steps of Newton's method to a periodic motion.
+const NEWTON: usize = 40;
+/// Halvings of an interval: 2^-44 is below 1e-13.
+const HALVINGS: usize = 44;
+
+/// A parameter over its range, in SI.
+#[derive(Clone, Debug)]
+struct Axis {
+    range: Range,
+    from: f64,
+    to: f64,
+}
+
+impl Axis {
+    fn value(&self, place: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss)] // counts are at most a million
+        let last = self.range.len().saturating_sub(1).max(1) as f64;
+        self.from + (self.to - self.from) * (place / last)
+    }
+}
+
+/// What a driven model does at one place of a chart.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Place {
+    /// Whether no multiplier is outside the unit circle; `None` where there is no periodic motion.
+    pub stable: Option<bool>,
+    /// ln max |multiplier| / period, in 1/s; 0 where all are on the unit circle but for rounding.
+    pub growth_rate: f64,
+}
+
+/// A place of a border: where along one axis stable and unstable meet.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Border {
+    /// The values of both parameters, in the units that they are declared with.
+    pub at: [f64; 2],
+}
+
+/// A model over a grid of two parameters.
+#[derive(Clone, Debug)]
+pub struct Chart {
+    axes: [Axis; 2],
+    equations: Equations,
+    /// The period, then the place where a search begins.
+    start: Prepared<f64>,
+    damped: bool,
+}
+
+/// The work space of one thread.
+#[derive(Clone, Debug)]
+pub struct Worker<'a> {
+    chart: &'a Chart,
+    single: Plain,
+    several: Plain<Lane>,
+    scratch: Vec<f64>,
+}
+
+fn model_with(file: &File, tables: &TableTexts, settings: &Settings, values: [&str; 2]) -> Result<Model, Error> {
+    let mut settings = settings.clone();
+    for value in values {
+        settings.add(value)?;
+    }
+    Ok(model::elaborate(file, tables, &settings)?)
+}
+
+impl Chart {
+    /// Derives the equations with two parameters open.
+    ///
+    /// # Errors
+    /// As [`floquet::floquet`], and where a parameter does not exist, sets a range of an index, is defined from others or is
+    /// named twice, or there are too many places.
+    pub fn new(file: &File, tables: &TableTexts, settings: &Settings, ranges: [Range; 2]) -> Result<Self, Error> {
+        let bad = |range: &Range, reason: &str| {
+            Error::from(ModelError::BadSetting { text: range.name().to_owned(), reason: reason.to_owned() })
+        };
+        if ranges[0].name() == ranges[1].name() {
+            return Err(bad(&ranges[1], "a chart has two different parameters"));
+        }
+        if ranges[0].len().saturating_mul(ranges[1].len()) > MOST_PLACES {
+            return Err(bad(&ranges[0], "a chart has at most 10000000 places"));
+        }
+        let ends = |place: &dyn Fn(&Range) -> String| {
+            let [first, second] = [place(&ranges[0]), place(&ranges[1])];
+            model_with(file, tables, settings, [&first, &second])
+        };
+        let model = ends(&Range::first)?;
+        let other = ends(&Range::last)?;
+        let mut numbers = Vec::new();
+        let mut axes = Vec::new();
+        for range in &ranges {
+            let of = |model: &Model| {
+                let number = model.parameters.iter().position(|p| p.name == range.name())?;
+                let value = linearize::constant(&model.pool, model.parameters[number].value?)?;
+                Some((number, value.mid_f64()))
+            };
+            let (Some((number, from)), Some((_, to))) = (of(&model), of(&other)) else {
+                return Err(bad(range, "a chart needs a parameter with a value"));
+            };
+            let parameter = &model.parameters[number];
+            let own = model.pool.symbols_of(&[parameter.symbolic]);
+            if !own.contains(&parameter.symbol) {
+                let reason = "it sets a range or is defined from others, and a chart can't vary it";
+                return Err(bad(range, reason));
+            }
+            numbers.push(number);
+            axes.push(Axis { range: range.clone(), from, to });
+        }
+        let [first, second] = [axes.remove(0), axes.remove(0)];
+        let mut driven = Driven::new(&model, &numbers)?;
+        let n = driven.dimension();
+        let roots = driven.expressions();
+        let (time, period) = (driven.time, driven.period.0);
+        if trial::repeats(&mut driven.pool, time, period, &roots).is_none() {
+            floquet::try_period(&model)?;
+            floquet::try_period(&other)?;
+        }
+        let begin = floquet::begin(&model, &mut driven);
+        let not_defined = FloquetError::NotDefined { span: driven.driven_at };
+        let equations = if floquet::rests(&model, &mut driven, &begin)? {
+            let slopes = driven.linear(&begin[..n])?;
+            Equations::linear(&driven.pool, driven.time, 2 * n, &driven.open, &slopes)
+                .map_err(|_| not_defined.clone())?
+        } else {
+            driven.equations()?
+        };
+        let mut roots = vec![driven.period.0];
+        roots.extend(&begin);
+        let start = Tape::compile(&driven.pool, &roots, &driven.open).map_err(|_| not_defined)?;
+        Ok(Self { axes: [first, second], equations, start: start.prepare(()), damped: driven.damped })
+    }
+
+    /// The names of the parameters.
+    #[must_use]
+    pub fn names(&self) -> [&str; 2] {
+        [self.axes[0].range.name(), self.axes[1].range.name()]
+    }
+
+    /// The number of places along each parameter.
+    #[must_use]
+    pub fn len(&self) -> [usize; 2] {
+        [self.axes[0].range.len(), self.axes[1].range.len()]
+    }
+
+    /// Never: each range has at least one place.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len().contains(&0)
+    }
+
+    /// The values along a parameter (0 or 1), in the unit that it is declared with.
+    #[must_use]
+    pub fn values(&self, axis: usize) -> Vec<f64> {
+        let Some(own) = self.axes.get(axis) else {
+            return Vec::new();
+        };
+        let (Some(from), Some(to)) = (own.range.value(0), own.range.value(own.range.len() - 1)) else {
+            return Vec::new();
+        };
+        (0..own.range.len()).map(|at| self.declared(axis, from, to, at as f64)).collect()
+    }
+
+    fn declared(&self, axis: usize, from: f64, to: f64, place: f64) -> f64 {
+        #[allow(clippy::cast_precision_loss)] // counts are at most a million
+        let last = self.axes[axis].range.len().saturating_sub(1).max(1) as f64;
+        from + (to - from) * (place / last)
+    }
+
+    /// A work space for one thread.
+    #[must_use]
+    pub fn worker(&self) -> Worker<'_> {
+        Worker {
+            chart: self,
+            single: Plain::new(&self.equations),
+            several: Plain::new(&self.equations),
+            scratch: Vec::new(),
+        }
+    }
+}
+
+impl Worker<'_> {
+    /// One row of a chart: the second parameter runs, the first one stays.
+    pub fn row(&mut self, first: usize) -> Vec<Place> {
+        let places = 0..self.chart.axes[1].range.len();
+        let places: Vec<[f64; 2]> = places.map(|second| [first as f64, second as f64]).collect();
+        self.places(&places)
+    }
+
+    /// The borders between neighbours of a row, and between it and the next one, each to 1e-13 of the distance of
+    /// neighbours, rounding of the multipliers aside; `rows` are that row and, if there is one, the next.
+    pub fn borders(&mut self, first: usize, rows: [Option<&[Place]>; 2]) -> Vec<Border> {
+        let Some(own) = rows[0] else {
+            return Vec::new();
+        };
+        let mut found = Vec::new();
+        for second in 0..own.len() {
+            let here = own[second].stable;
+            let mut meet = |there: Option<&Place>, step: [f64; 2]| {
+                let there = there.and_then(|there| there.stable);
+                if let (Some(here), Some(there)) = (here, there)
+                    && here != there
+                {
+                    found.push(Search { from: [first as f64, second as f64], step, here, low: 0.0, high: 1.0 });
+                }
+            };
+            meet(own.get(second + 1), [0.0, 1.0]);
+            meet(rows[1].and_then(|next| next.get(second)), [1.0, 0.0]);
+        }
+        for _ in 0..HALVINGS {
+            let middles: Vec<[f64; 2]> = found.iter().map(Search::middle).collect();
+            for (search, place) in found.iter_mut().zip(self.places(&middles)) {
+                let middle = 0.5 * (search.low + search.high);
+                if place.stable == Some(search.here) {
+                    search.low = middle;
+                } else {
+                    search.high = middle;
+                }
+            }
+        }
+        let borders = found.iter().map(|search| self.chart.border(search.middle()));
+        borders.collect()
+    }
+
+    /// What the model does at places between the first and the last of both ranges.
+    fn places(&mut self, places: &[[f64; 2]]) -> Vec<Place> {
+        let mut found = Vec::with_capacity(places.len());
+        for group in places.chunks(LANES) {
+            let together = match group {
+                [_] => None,
+                _ => self.together(group),
+            };
+            match together {
+                Some(together) => found.extend(together),
+                None => found.extend(group.iter().map(|place| self.alone(*place))),
+            }
+        }
+        found
+    }
+
+    /// `None` where there is no period.
+    fn start(&mut self, place: [f64; 2]) -> Option<Start> {
+        let axes = &self.chart.axes;
+        let values = [axes[0].value(place[0]), axes[1].value(place[1])];
+        let mut state = self.chart.start.evaluate(&values, &mut self.scratch);
+        if state.is_empty() {
+            return None;
+        }
+        let period = state.remove(0);
+        (period > 0.0 && period.is_finite()).then_some(Start { values, period, state })
+    }
+
+    fn alone(&mut self, place: [f64; 2]) -> Place {
+        let found = self.start(place).and_then(|Start { values, period, state }| {
+            self.single.set_parameters(&values);
+            let slopes = if self.chart.equations.is_moving() {
+                let start = floquet::repeating(&mut self.single, period, &state, SEARCH)?;
+                self.single.travel(0.0, period, &start, |_, _, _| {})?.1
+            } else {
+                monodromy(&mut self.single, period, None)?
+            };
+            self.chart.judged(&slopes, period)
+        });
+        found.unwrap_or(Place { stable: None, growth_rate: f64::NAN })
+    }
+
+    /// As many places as there are lanes; `None` where one of them has no periodic motion or is not found beside the
+    /// others.
+    fn together(&mut self, places: &[[f64; 2]]) -> Option<Vec<Place>> {
+        let last = places.len().checked_sub(1)?;
+        let starts: Option<Vec<_>> = places.iter().map(|place| self.start(*place)).collect();
+        let starts = starts?;
+        // Lanes without a place do what the last one does.
+        let lanes = |of: &dyn Fn(usize) -> f64| Lane::each(|lane| of(lane.min(last)));
+        let values = [0, 1].map(|axis| lanes(&|at| starts[at].values[axis]));
+        self.several.set_parameters(&values);
+        let period = lanes(&|at| starts[at].period);
+        let start = self.chart.equations.is_moving().then(|| {
+            let components = 0..starts[0].state.len();
+            components.map(|i| lanes(&|at| starts[at].state[i])).collect::<Vec<Lane>>()
+        });
+        let slopes = monodromy(&mut self.several, period, start)?;
+        let found = (0..places.len()).map(|at| {
+            let own: Vec<f64> = slopes.iter().map(|slope| slope.one(at)).collect();
+            self.chart.judged(&own, starts[at].period)
+        });
+        found.collect()
+    }
+}
+
+/// What a place begins with.
+struct Start {
+    /// The parameters.
+    values: [f64; 2],
+    period: f64,
+    /// Where a search for the motion begins.
+    state: Vec<f64>,
+}
+
+/// A border between two neighbours that is being looked for.
+struct Search {
+    from: [f64; 2],
+    step: [f64; 2],
+    /// Whether it is stable at the first one.
+    here: bool,
+    /// Shares of the step.
+    low: f64,
+    high: f64,
+}
+
+impl Search {
+    fn middle(&self) -> [f64; 2] {
+        let share = 0.5 * (self.low + self.high);
+        [0, 1].map(|axis| self.from[axis] + share * self.step[axis])
+    }
+}
+
+/// The derivative of the state after a period by the initial one: about a state that rests, or about the periodic motion near
+/// one.
+fn monodromy<N: Doubles>(plain: &mut Plain<N>, period: N, start: Option<Vec<N>>) -> Option<Vec<N>> {
+    let zero = N::each(|_| 0.0);
+    let Some(mut x) = start else {
+        return Some(plain.travel(zero, period, &[], |_, _, _| {})?.1);
+    };
+    let n = x.len();
+    plain.set_most_steps(usize::MAX);
+    for _ in 0..NEWTON {
+        let mut steps = 0;
+        let (end, slopes) = plain.travel(zero, period, &x, |_, _, _| steps += 1)?;
+        // One that takes that much longer has gone astray.
+        plain.set_most_steps(ASTRAY * (steps + 10));
+        let mut settled = true;
+        let mut steps = Vec::with_capacity(N::COUNT);
+        for at in 0..N::COUNT {
+            let own = DVector::from_iterator(n, x.iter().map(|x| x.one(at)));
+            let away = DVector::from_iterator(n, end.iter().map(|x| x.one(at))) - &own;
+            let slopes = slopes.iter().map(|slope| slope.one(at));
+            let matrix = DMatrix::from_row_iterator(n, n, slopes) - DMatrix::identity(n, n);
+            let step = matrix.lu().solve(&away)?;
+            settled &= step.norm() <= 1e-12 * (own - &step).norm().max(1e-6);
+            steps.push(step);
+        }
+        for (i, x) in x.iter_mut().enumerate() {
+            *x = x.sub(&N::each(|at| steps[at][i]));
+        }
+        if settled {
+            return Some(plain.travel(zero, period, &x, |_, _, _| {})?.1);
+        }
+    }
+    None
+}
+
+impl Chart {
+    /// What the derivative of the state after a period tells; `None` where it is no number.
+    fn judged(&self, slopes: &[f64], period: f64) -> Option<Place> {
+        let (size, grows) = self.largest(slopes)?;
+        Some(Place { stable: Some(!grows), growth_rate: if grows || self.damped { size.ln() / period } else { 0.0 } })
+    }
+
+    fn border(&self, place: [f64; 2]) -> Border {
+        let value = |axis: usize| {
+            let range = &self.axes[axis].range;
+            let ends = (range.value(0), range.value(range.len() - 1));
+            match ends {
+                (Some(from), Some(to)) => self.declared(axis, from, to, place[axis]),
+                _ => f64::NAN,
+            }
+        };
+        Border { at: [value(0), value(1)] }
+    }
+
+    /// The modulus of the largest multiplier, and whether it is outside the unit circle.
+    fn largest(&self, slopes: &[f64]) -> Option<(f64, bool)> {
+        if let [a, b, c, d] = slopes {
+            let half = 0.5 * (a + d);
+            let product = if self.damped { a * d - b * c } else { 1.0 };
+            let square = half * half - product;
+            let size = if square > 0.0 { half.abs() + square.sqrt() } else { product.max(0.0).sqrt() };
+            // |z| > 1 for a real z exactly where the characteristic polynomial changes its sign at 1 or -1.
+            let grows = if self.damped { size > 1.0 + FINE } else { half.abs() > 1.0 + FINE };
+            return size.is_finite().then_some((size, grows));
+        }
+        let n = self.equations.dimension();
+        let matrix = DMatrix::from_row_slice(n, n, slopes);
+        let schur = nalgebra::Schur::try_new(matrix, f64::EPSILON, 10_000)?;
+        let values = schur.complex_eigenvalues();
+        let size = values.iter().map(|z| z.norm()).fold(0.0, f64::max);
+        size.is_finite().then_some((size, size > 1.0 + COARSE))
+    }
+}

@@ -1,0 +1,505 @@
+//! A derivation held against what a person wrote down, part by part and up to algebraic equality: for
+//! users' own tests.
+//!
+//! An expected part is text in the model language, as it stands in a book or in one's notes; the
+//! derivation may write it differently. Where the two are not the same, [`Mismatches`] shows both. Names
+//! are those of the model's parameters and coordinates; `x'` is a velocity, `x''` an acceleration, `p_x` a
+//! momentum and, where the equilibrium is not 0, `delta_x` a displacement.
+//!
+//! ```
+//! use librate::derive::{Parts, derive};
+//! use librate::{assert_derives, model, syntax};
+//!
+//! let text = "param g  param l  param m  coord phi
+//!     T = 1/2*m*l^2*phi'^2
+//!     V = m*g*l*(1 - cos(phi))";
+//! let file = syntax::parse(text)?;
+//! let model = model::elaborate(&file, &Default::default(), &Default::default())?;
+//! let derivation = derive(&model, &Parts::all())?;
+//! assert_derives!(
+//!     &derivation,
+//!     mass = "[[m*l^2]]",
+//!     stiffness = "[[m*g*l]]",
+//!     equations = ["phi'' = -(g/l)*sin(phi)"],
+//!     hamiltonian = "p_phi^2/(2*m*l^2) + 2*m*g*l*sin(phi/2)^2",
+//!     frequencies = ["g/l"],
+//! );
+//! # Ok::<(), librate::Error>(())
+//! ```
+//!
+//! *Compares and nothing else: what is expected changes nothing in the derivation.*
+
+mod equal;
+mod mismatch;
+mod read;
+
+use std::collections::BTreeMap;
+
+use librate_core::derive::{Derivation, Energy, Linear, Motion, MotionSum, SecondOrder};
+use librate_core::expr::{ExprId, Pool, Substitution};
+
+pub use equal::are_equal;
+use equal::same_equation;
+pub use mismatch::{Mismatch, Mismatches};
+use read::{Reader, Written};
+
+/// The parts of a derivation that can be expected.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Part {
+    /// The equilibrium, one value a coordinate.
+    Equilibrium,
+    /// The mass matrix M.
+    Mass,
+    /// The stiffness matrix K.
+    Stiffness,
+    /// Lagrange's equations.
+    Equations,
+    /// The linearized equations.
+    Linearized,
+    /// T to second order.
+    Kinetic,
+    /// V (or V - T0) to second order.
+    Potential,
+    /// The generalized momenta.
+    Momenta,
+    /// The energy function h in coordinates and velocities.
+    EnergyFunction,
+    /// The Hamiltonian in coordinates and momenta.
+    Hamiltonian,
+    /// The closed forms of omega^2.
+    Frequencies,
+}
+
+impl Part {
+    /// What the part is called in [`assert_derives!`](crate::assert_derives) and in messages.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Equilibrium => "equilibrium",
+            Self::Mass => "mass",
+            Self::Stiffness => "stiffness",
+            Self::Equations => "equations",
+            Self::Linearized => "linearized",
+            Self::Kinetic => "kinetic",
+            Self::Potential => "potential",
+            Self::Momenta => "momenta",
+            Self::EnergyFunction => "energy_function",
+            Self::Hamiltonian => "hamiltonian",
+            Self::Frequencies => "frequencies",
+        }
+    }
+}
+
+/// What a derivation is expected to say; what is not given is not compared.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Expected {
+    parts: Vec<(Part, Vec<String>)>,
+}
+
+impl Expected {
+    /// Nothing is expected.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    fn with(mut self, part: Part, texts: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        let texts = texts.into_iter().map(|text| text.as_ref().to_owned());
+        self.parts.push((part, texts.collect()));
+        self
+    }
+
+    /// The equilibrium, one value a coordinate.
+    #[must_use]
+    pub fn equilibrium(self, values: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Equilibrium, values)
+    }
+
+    /// M, `[[a, b], [b, c]]`.
+    #[must_use]
+    pub fn mass(self, rows: impl AsRef<str>) -> Self {
+        self.with(Part::Mass, [rows])
+    }
+
+    /// K, `[[a, b], [b, c]]`.
+    #[must_use]
+    pub fn stiffness(self, rows: impl AsRef<str>) -> Self {
+        self.with(Part::Stiffness, [rows])
+    }
+
+    /// Lagrange's equations, one a coordinate, `left = right`; each may be divided by anything.
+    #[must_use]
+    pub fn equations(self, equations: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Equations, equations)
+    }
+
+    /// The linearized equations alike.
+    #[must_use]
+    pub fn linearized(self, equations: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Linearized, equations)
+    }
+
+    /// T to second order.
+    #[must_use]
+    pub fn kinetic(self, energy: impl AsRef<str>) -> Self {
+        self.with(Part::Kinetic, [energy])
+    }
+
+    /// V to second order (V - T0, where T has a part without velocities), without its constant.
+    #[must_use]
+    pub fn potential(self, energy: impl AsRef<str>) -> Self {
+        self.with(Part::Potential, [energy])
+    }
+
+    /// The momenta, one a coordinate.
+    #[must_use]
+    pub fn momenta(self, momenta: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Momenta, momenta)
+    }
+
+    /// The energy function.
+    #[must_use]
+    pub fn energy_function(self, function: impl AsRef<str>) -> Self {
+        self.with(Part::EnergyFunction, [function])
+    }
+
+    /// The Hamiltonian.
+    #[must_use]
+    pub fn hamiltonian(self, function: impl AsRef<str>) -> Self {
+        self.with(Part::Hamiltonian, [function])
+    }
+
+    /// All closed forms of omega^2 in any order, each as often as it occurs. Where the derivation has more of them
+    /// with parameters taken to be equal, these are meant.
+    #[must_use]
+    pub fn frequencies(self, squares: impl IntoIterator<Item = impl AsRef<str>>) -> Self {
+        self.with(Part::Frequencies, squares)
+    }
+
+    /// Compares.
+    ///
+    /// # Errors
+    /// Everything that is not as expected. Functions beyond rational ones are compared at random points with 100
+    /// digits where no identity decides.
+    pub fn compare(&self, derivation: &Derivation) -> Result<(), Mismatches> {
+        let mut comparison = Comparison::new(derivation);
+        for (part, texts) in &self.parts {
+            comparison.part(*part, texts);
+        }
+        if comparison.mismatches.is_empty() { Ok(()) } else { Err(Mismatches(comparison.mismatches)) }
+    }
+}
+
+/// Stops a test where a [`Derivation`] is not what is expected, and shows the expected and the found parts.
+///
+/// The parts are the methods of [`Expected`](crate::expect::Expected): `mass`, `stiffness`, `equilibrium`, `equations`,
+/// `linearized`, `kinetic`, `potential`, `momenta`, `energy_function`, `hamiltonian`, `frequencies`.
+///
+/// # Panics
+/// Where anything differs.
+#[macro_export]
+macro_rules! assert_derives {
+    ($derivation:expr, $($part:ident = $expected:expr),+ $(,)?) => {
+        if let ::std::result::Result::Err(mismatches) =
+            $crate::expect::Expected::new()$(.$part($expected))+.compare($derivation)
+        {
+            ::std::panic!("{mismatches}");
+        }
+    };
+}
+
+/// What is found for an expected text: its place, and the value.
+struct Found {
+    place: String,
+    value: ExprId,
+    text: String,
+}
+
+struct Comparison<'a> {
+    derivation: &'a Derivation,
+    pool: Pool,
+    reader: Reader,
+    mismatches: Vec<Mismatch>,
+}
+
+impl<'a> Comparison<'a> {
+    fn new(derivation: &'a Derivation) -> Self {
+        let mut pool = derivation.reduced().pool.clone();
+        let mut names: BTreeMap<String, ExprId> = derivation.symbols.clone();
+        for i in 0..derivation.names.coordinates.len() {
+            for motion in [Motion::Acceleration(i), Motion::Velocity(i), Motion::Momentum(i), Motion::Displacement(i)] {
+                for name in [derivation.names.of(motion), derivation.names.displaced(motion)] {
+                    // Displacements from 0 are the coordinates themselves.
+                    names.entry(name).or_insert_with_key(|name| {
+                        let symbol = pool.fresh_symbol(name);
+                        pool.symbol_expr(symbol)
+                    });
+                }
+            }
+        }
+        Self { derivation, pool, reader: Reader { names }, mismatches: Vec::new() }
+    }
+
+    fn part(&mut self, part: Part, texts: &[String]) {
+        match self.found(part) {
+            Err(reason) => self.mismatches.push(Mismatch::NotThere { part: part.name(), reason }),
+            Ok(found) => match part {
+                Part::Mass | Part::Stiffness => self.matrix(part, texts, &found),
+                Part::Frequencies => self.frequencies(texts, &found),
+                Part::Equations | Part::Linearized => self.one_by_one(part, texts, &found, true),
+                Part::Equilibrium
+                | Part::Kinetic
+                | Part::Potential
+                | Part::Momenta
+                | Part::EnergyFunction
+                | Part::Hamiltonian => self.one_by_one(part, texts, &found, false),
+            },
+        }
+    }
+
+    /// What the derivation has of a part, or why it has nothing.
+    fn found(&mut self, part: Part) -> Result<Vec<Found>, String> {
+        let derivation = self.derivation;
+        let not_asked = || "it was not asked for".to_owned();
+        match part {
+            Part::Equilibrium => {
+                let values = linear(derivation)?.equilibrium.iter();
+                let names = derivation.names.coordinates.iter();
+                Ok(names
+                    .zip(values)
+                    .map(|(name, value)| self.plain(format!("equilibrium of {name}"), *value))
+                    .collect())
+            }
+            Part::Mass => Ok(self.entries(part, &linear(derivation)?.mass)),
+            Part::Stiffness => Ok(self.entries(part, &linear(derivation)?.stiffness)),
+            Part::Equations => {
+                let equations = derivation.equations.as_ref().ok_or_else(not_asked)?;
+                Ok(self.sums("equation of", equations, false))
+            }
+            Part::Linearized => {
+                let equations = &second_order(derivation)?.equations;
+                Ok(self.sums("linearized equation of", equations, true))
+            }
+            Part::Kinetic => {
+                let sum = &second_order(derivation)?.kinetic;
+                Ok(vec![self.sum("kinetic".to_owned(), sum, true)])
+            }
+            Part::Potential => {
+                let sum = &second_order(derivation)?.potential;
+                Ok(vec![self.sum("potential".to_owned(), sum, true)])
+            }
+            Part::Momenta => {
+                let momenta = &energy(derivation)?.momenta;
+                Ok(self.sums("momentum of", momenta, false))
+            }
+            Part::EnergyFunction => {
+                let sum = &energy(derivation)?.function;
+                Ok(vec![self.sum("energy_function".to_owned(), sum, false)])
+            }
+            Part::Hamiltonian => {
+                let sum = energy(derivation)?.hamiltonian.as_ref();
+                let sum = sum.ok_or("the inertia is neither diagonal nor two by two")?;
+                Ok(vec![self.sum("hamiltonian".to_owned(), sum, false)])
+            }
+            Part::Frequencies => {
+                let frequencies = linear(derivation.reduced())?.frequencies.as_ref();
+                let case = frequencies.ok_or_else(not_asked)?.best();
+                if case.frequencies.is_empty() {
+                    return Err("there are no closed forms".to_owned());
+                }
+                let all = case.frequencies.iter();
+                let all = all.flat_map(|f| std::iter::repeat_n(f.omega_squared, f.multiplicity));
+                Ok(all.map(|value| self.plain("frequencies".to_owned(), value)).collect())
+            }
+        }
+    }
+
+    fn plain(&self, place: String, value: ExprId) -> Found {
+        Found { place, value, text: self.derivation.reduced().pool.display(value) }
+    }
+
+    fn entries(&self, part: Part, rows: &[Vec<ExprId>]) -> Vec<Found> {
+        let mut all = Vec::new();
+        for (i, row) in rows.iter().enumerate() {
+            for (j, value) in row.iter().enumerate() {
+                let place = format!("{}[{}, {}]", part.name(), i + 1, j + 1);
+                all.push(self.plain(place, *value));
+            }
+        }
+        all
+    }
+
+    fn sum(&mut self, place: String, sum: &MotionSum, displaced: bool) -> Found {
+        let names = &self.derivation.names;
+        let name = |motion| {
+            if displaced { names.displaced(motion) } else { names.of(motion) }
+        };
+        let reader = &self.reader;
+        let value = sum.expression(&mut self.pool, |pool, motion| {
+            let known = reader.names.get(&name(motion)).copied();
+            known.unwrap_or_else(|| pool.undefined())
+        });
+        Found { place, value, text: sum.text(&self.derivation.reduced().pool, name) }
+    }
+
+    fn sums(&mut self, place: &str, sums: &[MotionSum], displaced: bool) -> Vec<Found> {
+        let names = self.derivation.names.coordinates.iter();
+        names.zip(sums).map(|(name, sum)| self.sum(format!("{place} {name}"), sum, displaced)).collect()
+    }
+
+    fn unreadable(&mut self, place: &str, text: &str, message: String) {
+        self.mismatches.push(Mismatch::Unreadable { part: place.to_owned(), text: text.to_owned(), message });
+    }
+
+    fn differs(&mut self, place: &str, expected: &str, found: &str) {
+        self.mismatches.push(Mismatch::Differs {
+            part: place.to_owned(),
+            expected: expected.to_owned(),
+            found: found.to_owned(),
+        });
+    }
+
+    fn count(&mut self, place: String, expected: usize, found: usize) {
+        self.mismatches.push(Mismatch::Count { part: place, expected: expected.to_string(), found: found.to_string() });
+    }
+
+    fn matrix(&mut self, part: Part, texts: &[String], found: &[Found]) {
+        for text in texts {
+            let rows = match self.reader.rows(&mut self.pool, text) {
+                Ok(rows) => rows,
+                Err(message) => {
+                    self.unreadable(part.name(), text, message);
+                    continue;
+                }
+            };
+            let side = self.derivation.names.coordinates.len();
+            if rows.len() != side || rows.iter().any(|row| row.len() != side) {
+                let wide = rows.iter().map(Vec::len).max().unwrap_or(0);
+                self.mismatches.push(Mismatch::Count {
+                    part: part.name().to_owned(),
+                    expected: format!("{} by {wide}", rows.len()),
+                    found: format!("{side} by {side}"),
+                });
+                continue;
+            }
+            for (Written { value, text }, found) in rows.into_iter().flatten().zip(found) {
+                if !are_equal(&mut self.pool, value, found.value) {
+                    self.differs(&found.place, &text, &found.text);
+                }
+            }
+        }
+    }
+
+    fn one_by_one(&mut self, part: Part, texts: &[String], found: &[Found], is_equation: bool) {
+        if texts.len() != found.len() {
+            self.count(part.name().to_owned(), texts.len(), found.len());
+            return;
+        }
+        for (text, found) in texts.iter().zip(found) {
+            let read = if is_equation {
+                self.reader.equation(&mut self.pool, text)
+            } else {
+                self.reader.expression(&mut self.pool, text)
+            };
+            let is_same = match read {
+                Err(message) => {
+                    self.unreadable(&found.place, text, message);
+                    continue;
+                }
+                Ok(value) if is_equation => {
+                    let accelerations = self.accelerations();
+                    same_equation(&mut self.pool, &accelerations, value, found.value)
+                }
+                Ok(value) => are_equal(&mut self.pool, value, found.value),
+            };
+            if !is_same {
+                let end = if is_equation { " = 0" } else { "" };
+                self.differs(&found.place, text, &format!("{}{end}", found.text));
+            }
+        }
+    }
+
+    /// The symbols of accelerations, of displacements too.
+    fn accelerations(&self) -> Vec<ExprId> {
+        let names = &self.derivation.names;
+        let count = names.coordinates.len();
+        let all = (0..count).flat_map(|i| {
+            let motion = Motion::Acceleration(i);
+            [names.of(motion), names.displaced(motion)]
+        });
+        all.filter_map(|name| self.reader.names.get(&name).copied()).collect()
+    }
+
+    /// Each expected one is to be found, and each found one expected.
+    fn frequencies(&mut self, texts: &[String], found: &[Found]) {
+        let place = "frequencies";
+        let ties = self.ties();
+        let mut left: Vec<&Found> = found.iter().collect();
+        let mut missing: Vec<&str> = Vec::new();
+        for text in texts {
+            let value = match self.reader.expression(&mut self.pool, text) {
+                Ok(value) => self.pool.substitute_one(value, &ties),
+                Err(message) => {
+                    self.unreadable(place, text, message);
+                    continue;
+                }
+            };
+            let at = left.iter().position(|found| are_equal(&mut self.pool, value, found.value));
+            match at {
+                Some(at) => {
+                    left.remove(at);
+                }
+                None => missing.push(text),
+            }
+        }
+        if !missing.is_empty() || !left.is_empty() {
+            let or_none = |texts: Vec<&str>| match texts.as_slice() {
+                [] => "no more".to_owned(),
+                _ => texts.join("\n            "),
+            };
+            let left = left.iter().map(|found| found.text.as_str()).collect();
+            self.differs(place, &or_none(missing), &or_none(left));
+        }
+    }
+
+    /// Parameters that are taken to be equal, by the first of each set.
+    fn ties(&mut self) -> Substitution {
+        let mut map = Substitution::new();
+        let linear = self.derivation.reduced().linear.as_ref().ok();
+        let Some(frequencies) = linear.and_then(|linear| linear.frequencies.as_ref()) else {
+            return map;
+        };
+        for set in &frequencies.best().ties {
+            let mut members = set.iter().map(|name| {
+                let plain = name.strip_prefix('-');
+                let value = self.reader.names.get(plain.unwrap_or(name));
+                (plain.is_some(), value.copied())
+            });
+            let Some((_, Some(leader))) = members.next() else {
+                continue;
+            };
+            for (negative, value) in members {
+                if let Some(symbol) = value.and_then(|value| self.pool.as_symbol(value)) {
+                    let image = if negative { self.pool.neg(leader) } else { leader };
+                    map.insert(symbol, image);
+                }
+            }
+        }
+        map
+    }
+}
+
+fn linear(derivation: &Derivation) -> Result<&Linear, String> {
+    derivation.linear.as_ref().map_err(|error| format!("there are no mass and stiffness matrices: {error}"))
+}
+
+fn second_order(derivation: &Derivation) -> Result<&SecondOrder, String> {
+    let part = linear(derivation)?.second_order.as_ref();
+    part.ok_or_else(|| "it was not asked for".to_owned())
+}
+
+fn energy(derivation: &Derivation) -> Result<&Energy, String> {
+    let part = derivation.energy.as_ref();
+    part.ok_or_else(|| "it was not asked for".to_owned())
+}

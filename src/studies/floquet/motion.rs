@@ -1,0 +1,287 @@
+//! The equations of motion of a driven model (see [`crate::mechanics`]), linearized about rest and solved for the accelerations.
+//!
+//! Parameters have their exact values, but for those that are left open. Nothing is evaluated here.
+
+use super::error::FloquetError;
+use crate::flow::{Equations, solved};
+use crate::mechanics::Mechanics;
+use librate_core::expr::{ExprId, Node, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::linearize::{known_values, missing_value, signed_terms};
+use librate_core::model::{Model, SymbolKind};
+use librate_core::number::Number;
+use librate_core::precision::Function;
+use librate_core::span::Span;
+
+/// Terms beyond this are not written out.
+const MOST_TERMS: usize = 10_000;
+/// More coordinates than this have expressions that are too large.
+pub(super) const MOST_COORDINATES: usize = 40;
+
+/// A driven model as differential equations.
+pub(crate) struct Driven {
+    pub(crate) pool: Pool,
+    pub(crate) time: Symbol,
+    /// Where the time occurs.
+    pub(crate) driven_at: Span,
+    coordinates: Vec<Symbol>,
+    velocities: Vec<Symbol>,
+    /// M, row by row.
+    mass: Vec<Vec<ExprId>>,
+    /// dp_i/dq_j, row by row.
+    slopes: Vec<Vec<ExprId>>,
+    /// h.
+    load: Vec<ExprId>,
+    /// Whether there is friction.
+    pub(crate) damped: bool,
+    /// The parameters that stay symbols.
+    pub(crate) open: Vec<Symbol>,
+    /// The values of the others.
+    known: Substitution,
+    /// The period, and where it is given.
+    pub(crate) period: (ExprId, Span),
+}
+
+impl Driven {
+    /// Writes the equations out; the parameters with the numbers in `open` stay symbols.
+    ///
+    /// # Errors
+    /// Where the model is not a driven one, or not one that can be written out.
+    pub(crate) fn new(model: &Model, open: &[usize]) -> Result<Self, FloquetError> {
+        let driven_at = check(model)?;
+        let Some(given) = model.period else {
+            return Err(FloquetError::NoPeriod { suggestion: suggested_period(model), span: driven_at });
+        };
+        let mut pool = model.pool.clone();
+        let known = values(model, &mut pool, open);
+        if model.time().is_none() {
+            return Err(FloquetError::NoTime { span: None });
+        }
+        let mut mechanics = Mechanics::new(model, pool, &known);
+        let equations = mechanics.equations();
+        let Mechanics { mut pool, coordinates, velocities, time, .. } = mechanics;
+        let zero = pool.zero();
+        let whole = |entries: &[(usize, ExprId)]| {
+            let mut row = vec![zero; coordinates.len()];
+            entries.iter().for_each(|(j, entry)| row[*j] = *entry);
+            row
+        };
+        let mass = equations.iter().map(|own| whole(&own.mass)).collect();
+        let slopes = equations.iter().map(|own| whole(&own.slopes)).collect();
+        let load = equations.iter().map(|own| own.load).collect();
+        let damped = equations.iter().any(|own| pool.is_zero(own.drag) != ZeroVerdict::Zero);
+        let period = pool.substitute_one(given.symbolic, &known);
+        let driven = Self {
+            pool,
+            time,
+            driven_at,
+            coordinates,
+            velocities,
+            mass,
+            slopes,
+            load,
+            damped,
+            open: open.iter().map(|at| model.parameters[*at].symbol).collect(),
+            known,
+            period: (period, given.span),
+        };
+        driven.check_values(model, open)?;
+        Ok(driven)
+    }
+
+    /// That all parameters have values, but for those left open.
+    fn check_values(&self, model: &Model, open: &[usize]) -> Result<(), FloquetError> {
+        let mut roots = self.load.clone();
+        roots.extend(self.mass.iter().flatten());
+        roots.push(self.period.0);
+        for symbol in self.pool.symbols_of(&roots) {
+            if let Some(SymbolKind::Parameter(number)) = model.symbols.get(&symbol)
+                && !open.contains(number)
+            {
+                let missing = missing_value(model, *number);
+                return Err(FloquetError::Linearize(missing));
+            }
+        }
+        Ok(())
+    }
+
+    /// An expression in parameters with their values, but for those left open.
+    pub(crate) fn with_values(&mut self, e: ExprId) -> ExprId {
+        self.pool.substitute_one(e, &self.known)
+    }
+
+    /// The number of coordinates.
+    pub(crate) fn dimension(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// h and M, then, in the order of [`Driven::symbols`].
+    pub(crate) fn expressions(&self) -> Vec<ExprId> {
+        let mass = self.mass.iter().flatten();
+        self.load.iter().chain(mass).copied().collect()
+    }
+
+    /// dp_i/dq_j, then dp_i/dq_j' = M_ij, row by row: what makes displacements of the state ones of q and p.
+    pub(super) fn canonical(&self) -> Vec<ExprId> {
+        let slopes = self.slopes.iter().flatten();
+        slopes.chain(self.mass.iter().flatten()).copied().collect()
+    }
+
+    /// The time, the coordinates, their velocities.
+    pub(crate) fn symbols(&self) -> Vec<Symbol> {
+        let time = std::iter::once(&self.time);
+        time.chain(&self.coordinates).chain(&self.velocities).copied().collect()
+    }
+
+    /// The coordinates on which a force acts at rest at a point, at some time; `None` for those of which that is
+    /// not known.
+    pub(crate) fn moved(&mut self, point: &[ExprId]) -> Vec<Option<bool>> {
+        let map = self.at(point);
+        let forces = self.pool.substitute(&self.load, &map);
+        forces
+            .into_iter()
+            .map(|force| match self.pool.is_zero(force) {
+                ZeroVerdict::Zero => Some(false),
+                ZeroVerdict::NonZero => Some(true),
+                ZeroVerdict::Unknown => None,
+            })
+            .collect()
+    }
+
+    /// The force on a coordinate that rests at a point, as text.
+    pub(crate) fn force_text(&mut self, coordinate: usize, point: &[ExprId]) -> Option<String> {
+        let map = self.at(point);
+        let load = self.load.get(coordinate)?;
+        let force = self.pool.substitute_one(*load, &map);
+        let force = self.pool.neg(force);
+        let text = self.pool.display(force);
+        (text.chars().count() <= 80).then_some(text)
+    }
+
+    /// Rest at a point.
+    fn at(&self, point: &[ExprId]) -> Substitution {
+        let zero = self.pool.zero();
+        let places = self.coordinates.iter().copied().zip(point.iter().copied());
+        let rest = self.velocities.iter().map(|velocity| (*velocity, zero));
+        places.chain(rest).collect()
+    }
+
+    /// The linear equations about rest at a point where no force acts: J of (q, q')' = J(t) (q, q'), row by row.
+    ///
+    /// Accelerations vanish there, so that M q'' + (dh/dq') q' + (dh/dq) q = 0.
+    pub(crate) fn linear(&mut self, point: &[ExprId]) -> Result<Vec<ExprId>, FloquetError> {
+        let n = self.dimension();
+        let map = self.at(point);
+        let symbols: Vec<Symbol> = self.symbols()[1..].to_vec();
+        let mut right = Vec::new();
+        for load in self.load.clone() {
+            let row = self.pool.gradient(load, &symbols);
+            right.push(self.pool.substitute(&row, &map));
+        }
+        let mass: Vec<Vec<ExprId>> = self.mass.iter().map(|row| self.pool.substitute(row, &map)).collect::<Vec<_>>();
+        let solved = self.solved(mass, right)?;
+        let mut rows = vec![self.pool.zero(); 2 * n * n];
+        for i in 0..n {
+            rows[2 * n * i + n + i] = self.pool.one();
+        }
+        rows.extend(solved.into_iter().flatten());
+        Ok(rows)
+    }
+
+    /// The state's own equations, compiled: (q, q')' = (q', -M⁻¹h).
+    pub(crate) fn equations(&mut self) -> Result<Equations, FloquetError> {
+        let right = self.load.iter().map(|load| vec![*load]).collect();
+        let accelerations = self.solved(self.mass.clone(), right)?;
+        let mut rates: Vec<ExprId> = Vec::new();
+        for velocity in self.velocities.clone() {
+            rates.push(self.pool.symbol_expr(velocity));
+        }
+        rates.extend(accelerations.into_iter().flatten());
+        let state: Vec<Symbol> = self.symbols()[1..].to_vec();
+        Equations::compile(&mut self.pool, self.time, &state, &self.open, &rates)
+            .map_err(|_| FloquetError::NotDefined { span: self.driven_at })
+    }
+
+    /// -M⁻¹ times the right sides.
+    fn solved(&mut self, mass: Vec<Vec<ExprId>>, right: Vec<Vec<ExprId>>) -> Result<Vec<Vec<ExprId>>, FloquetError> {
+        let span = self.driven_at;
+        let rows = solved(&mut self.pool, mass, right);
+        let mut rows = rows.ok_or(FloquetError::NotDefined { span })?;
+        for value in rows.iter_mut().flatten() {
+            *value = self.pool.neg(*value);
+        }
+        Ok(rows)
+    }
+}
+
+/// Refuses what has no Floquet multipliers here; tells where the time occurs.
+fn check(model: &Model) -> Result<Span, FloquetError> {
+    let Some(span) = model.time_dependent else {
+        let span = model.period.map(|given| given.span);
+        return Err(FloquetError::NoTime { span });
+    };
+    let rate = model.rates.iter().flatten().map(|given| given.span).next();
+    let constraint = model.constraints.first().map(|own| own.span);
+    for (span, what) in [(constraint, "constraints"), (rate, "a steady motion")] {
+        if let Some(span) = span {
+            return Err(FloquetError::Unsupported { what, span });
+        }
+    }
+    let terms = Mechanics::terms(model);
+    if terms > MOST_TERMS || model.coordinates.len() > MOST_COORDINATES {
+        return Err(FloquetError::TooLarge { coordinates: model.coordinates.len(), terms });
+    }
+    Ok(span)
+}
+
+/// The values of all parameters but some; one that is defined from those stays an expression in them.
+fn values(model: &Model, pool: &mut Pool, open: &[usize]) -> Substitution {
+    if open.is_empty() {
+        return known_values(model);
+    }
+    let mut known = Substitution::default();
+    for (number, parameter) in model.parameters.iter().enumerate() {
+        if open.contains(&number) {
+            continue;
+        }
+        let own = pool.symbols_of(&[parameter.symbolic]);
+        if own.contains(&parameter.symbol) {
+            if let Some(value) = parameter.value {
+                known.insert(parameter.symbol, value);
+            }
+        } else {
+            // Those it is defined from stand before it.
+            let value = pool.substitute_one(parameter.symbolic, &known);
+            known.insert(parameter.symbol, value);
+        }
+    }
+    known
+}
+
+/// `2*pi/W`, where the time occurs in sines and cosines of W t alone.
+fn suggested_period(model: &Model) -> Option<String> {
+    let mut pool = model.pool.clone();
+    let time = model.time()?;
+    let bodies: Vec<ExprId> = signed_terms(model).map(|(_, family)| family.body).collect();
+    let mut rate = None;
+    for id in pool.reachable(&bodies) {
+        let Node::Function(Function::Sin | Function::Cos, x) = *pool.node(id) else {
+            continue;
+        };
+        let own = pool.diff(x, time);
+        if pool.as_number(own).is_some_and(Number::is_zero) {
+            continue;
+        }
+        let constant = pool
+            .symbols_of(&[own])
+            .iter()
+            .all(|symbol| matches!(model.symbols.get(symbol), Some(SymbolKind::Parameter(_))));
+        if !constant || rate.is_some_and(|other| other != own) {
+            return None;
+        }
+        rate = Some(own);
+    }
+    let turn = pool.pi();
+    let turn = pool.scale(turn, &Number::from(2));
+    let period = pool.div(turn, rate?);
+    Some(pool.display(period))
+}

@@ -1,0 +1,108 @@
+//! Which resonance with the drive a growing motion belongs to. Nothing here has bounds: it is a name.
+
+use nalgebra::DMatrix;
+
+use super::multipliers::{Multiplier, Place};
+use crate::flow::{Equations, Plain};
+use librate_core::precision::Ball;
+
+/// Times at which the equations are averaged.
+const SAMPLES: u32 = 96;
+/// Squares of frequencies below this, beside what is averaged, are not told from 0.
+const LEFT: f64 = 1e-12;
+
+/// A parametric resonance: the sum or difference of two frequencies is about a multiple of that of the drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Resonance {
+    /// The two frequencies, by their place in the list; the same twice for the resonance of one.
+    pub of: (usize, usize),
+    /// Whether they are added.
+    pub sum: bool,
+    /// The multiple: with one frequency w, the drive has 2 w/order.
+    pub order: u32,
+}
+
+/// The frequencies of the equations averaged over a period, rising.
+pub(super) fn frequencies(equations: &Equations, period: f64, state: &[Ball]) -> Vec<f64> {
+    let n = equations.dimension() / 2;
+    let mut plain = Plain::new(equations);
+    let mut state: Vec<f64> =
+        if equations.is_moving() { state.iter().map(Ball::mid_f64).collect() } else { Vec::new() };
+    let mut stiffness = DMatrix::<f64>::zeros(n, n);
+    let mut size = 0.0_f64;
+    for sample in 0..SAMPLES {
+        let [begin, end] = [sample, sample + 1].map(|k| period * f64::from(k) / f64::from(SAMPLES));
+        let mut first = true;
+        let there = plain.travel(begin, end, &state, |_, _, jacobian| {
+            if first {
+                for i in 0..n {
+                    for j in 0..n {
+                        let share = jacobian[2 * n * (n + i) + j] / f64::from(SAMPLES);
+                        stiffness[(i, j)] -= share;
+                        size += share.abs();
+                    }
+                }
+            }
+            first = false;
+        });
+        let Some((next, _)) = there else {
+            return Vec::new();
+        };
+        state = next;
+    }
+    let mut frequencies: Vec<f64> = stiffness
+        .complex_eigenvalues()
+        .iter()
+        // What the average leaves of terms that cancel is rounding.
+        .filter(|square| square.re > LEFT * size && square.im.abs() <= 1e-6 * square.re)
+        .map(|square| square.re.sqrt())
+        .collect();
+    frequencies.sort_by(f64::total_cmp);
+    frequencies
+}
+
+/// The resonance that is nearest among those of the kind of the largest multiplier: a real one belongs to a single
+/// frequency, w P about a multiple of pi, even for a positive and odd for a negative one; any other to two. Of a drive that
+/// repeats more often than the period that is given, the multiplier is a power of its own, which keeps the sign where the
+/// number of cycles is odd.
+pub(super) fn resonance(
+    multipliers: &[Multiplier],
+    frequencies: &[f64],
+    period: f64,
+    cycles: u32,
+) -> Option<Resonance> {
+    let largest = multipliers.iter().find(|own| own.place == Place::Outside)?;
+    let drive = std::f64::consts::TAU * f64::from(cycles) / period;
+    let mut best: Option<(f64, Resonance)> = None;
+    let mut offer = |of: (usize, usize), sum: bool, order: f64, total: f64| {
+        let order = order.max(1.0);
+        let off = (total / drive - order).abs();
+        if order < 1e6 && best.is_none_or(|(least, _)| off < least) {
+            let order = order as u32;
+            best = Some((off, Resonance { of, sum, order }));
+        }
+    };
+    let real = largest.im.is_zero();
+    for (i, first) in frequencies.iter().enumerate() {
+        if real {
+            let total = 2.0 * first;
+            let order = total / drive;
+            let order = if cycles.is_multiple_of(2) {
+                order.round()
+            } else if largest.re.is_positive() {
+                (2.0 * (0.5 * order).round()).max(2.0)
+            } else {
+                2.0 * (0.5 * (order - 1.0)).round() + 1.0
+            };
+            offer((i, i), true, order, total);
+            continue;
+        }
+        for (j, second) in frequencies.iter().enumerate().skip(i + 1) {
+            for (sum, total) in [(true, first + second), (false, second - first)] {
+                offer((i, j), sum, (total / drive).round(), total);
+            }
+        }
+    }
+    best.map(|(_, resonance)| resonance)
+}

@@ -1,0 +1,341 @@
+//! Multipliers in double-double, and with more bits where that does not decide.
+
+use super::error::FloquetError;
+use super::monodromy::{FAR, Stop, Trip, short, trip};
+use super::motion::Driven;
+use super::multipliers::{self, Multiplier, Place, is_lacking, missing_bits};
+use super::orbit::{Guess, Lost, SEARCH, orbit, search};
+use crate::flow::{Equations, Plain};
+use librate_core::expr::{ExprId, Tape};
+use librate_core::precision::Enclosure;
+use librate_core::precision::{Ball, Big, Magnitude};
+
+/// The order of the steps in double-double: about the best for 32 digits.
+const ORDER: usize = 34;
+/// Bits of the first rung beyond double-double, where digits do not ask for more; the second one has twice as many.
+const FIRST_BITS: usize = 192;
+/// Rungs beyond double-double. What the first one leaves open, most often, no bits decide: 1 twice with one vector, as a
+/// coordinate that is free has it. So the second one has to be cheap.
+const RUNGS: usize = 2;
+/// Bits for eigenvalues of what leaves the range of doubles.
+const RANGE_BITS: usize = 128;
+/// Products of balls on a trip: some ten seconds.
+const WORK: f64 = 1e9;
+/// What a product of numbers of 128 bits takes beside one of balls, about.
+const WIDE: f64 = 5.0;
+/// Trips that it about takes to find and prove a periodic motion.
+const TRIPS: usize = 4;
+/// As many steps are always made.
+const FEWEST_STEPS: usize = 2000;
+/// As many steps are the most.
+const MOST_STEPS: usize = 1_000_000;
+
+/// What is to be followed over a period.
+pub(super) struct Task<'a> {
+    pub(super) driven: &'a Driven,
+    pub(super) equations: &'a Equations,
+    pub(super) period: &'a Ball,
+    /// The coordinates of what rests.
+    pub(super) point: &'a [ExprId],
+    pub(super) digits: usize,
+}
+
+/// Multipliers, and what they come from.
+pub(super) struct Found {
+    /// The state at t = 0 of a periodic motion.
+    pub(super) start: Vec<Ball>,
+    pub(super) monodromy: Vec<Ball>,
+    pub(super) multipliers: Vec<Multiplier>,
+    /// The least and the largest value of each component of a periodic motion, about.
+    pub(super) range: Vec<(f64, f64)>,
+    /// How many steps a period takes.
+    steps: usize,
+}
+
+impl Task<'_> {
+    /// About what rests at all times.
+    pub(super) fn about_rest(&self) -> Result<Found, FloquetError> {
+        let steps = (ORDER, self.most_steps());
+        let there = trip::<Ball>(self.equations, self.period, &[], &[], steps, ());
+        let there = there.map_err(|stop| self.stopped(&stop))?;
+        let found = self.found(Vec::new(), &there, ());
+        let wide = |bits: usize, steps: (usize, usize), _: &Found| {
+            let period = self.precise_period(bits)?;
+            let there = trip::<Big>(self.equations, &period, &[], &[], steps, bits).ok()?;
+            Some(self.found(Vec::new(), &there, bits))
+        };
+        Ok(self.climb(found, 1, wide))
+    }
+
+    /// About the periodic motion near a state.
+    pub(super) fn about_motion(&self, start: &[f64]) -> Result<Found, FloquetError> {
+        let steps = (ORDER, self.most_steps());
+        let mut plain = Plain::new(self.equations);
+        let guess = search(&mut plain, self.period.mid_f64(), start, (steps.1, SEARCH));
+        let guess = guess.map_err(|lost| self.lost(&lost))?;
+        let wide = |bits: usize, steps: (usize, usize), nearer: Option<&[Ball]>| {
+            let period = self.precise_period(bits)?;
+            let own = orbit::<Big>(self.equations, &period, &guess, nearer, steps, bits).ok()?;
+            Some(self.found(own.start, &own.trip, bits))
+        };
+        let found = match self.in_balls(&guess, steps) {
+            Ok(found) => found,
+            Err(lost) => {
+                let failed = self.lost(&lost);
+                if matches!(lost, Lost::Way(Stop::TooLong { .. })) {
+                    return Err(failed);
+                }
+                // A motion that magnifies what is rounded more than double-double has digits.
+                let bits = (0..RUNGS).map(|rung| FIRST_BITS << rung);
+                let own = bits.map(|bits| wide(bits, self.wide_steps(bits), None));
+                let own = own.flatten().next();
+                own.ok_or(failed)?
+            }
+        };
+        let found = self.climb(found, TRIPS, |bits, steps, found| wide(bits, steps, Some(&found.start)));
+        Ok(Found { range: guess.range, ..found })
+    }
+
+    fn in_balls(&self, guess: &Guess, steps: (usize, usize)) -> Result<Found, Lost> {
+        let own = orbit::<Ball>(self.equations, self.period, guess, None, steps, ())?;
+        Ok(self.found(own.start, &own.trip, ()))
+    }
+
+    /// With more bits, as long as something is not decided and a rung is not too much work.
+    fn climb(
+        &self,
+        mut found: Found,
+        trips: usize,
+        wide: impl Fn(usize, (usize, usize), &Found) -> Option<Found>,
+    ) -> Found {
+        let mut bits = FIRST_BITS;
+        if is_lacking(&found.multipliers, self.digits) {
+            let missing = missing_bits(&found.multipliers, self.digits);
+            bits = bits.max((128 + missing).next_multiple_of(64));
+        }
+        for rung in 0..RUNGS {
+            let steps = self.wide_steps(bits);
+            let most = (steps.1 >> (4 * rung)) / trips;
+            if !is_lacking(&found.multipliers, self.digits) || found.steps > most {
+                break;
+            }
+            let finer = wide(bits, steps, &found);
+            let open = |found: &Found| undecided(&found.multipliers);
+            let Some(finer) = finer.filter(|finer| open(finer) <= open(&found)) else {
+                break;
+            };
+            let steps = found.steps;
+            found = Found { steps, ..finer };
+            bits *= 2;
+        }
+        found
+    }
+
+    fn found<S: Enclosure>(&self, start: Vec<S>, there: &Trip<S>, precision: S::Precision) -> Found {
+        let n = self.equations.dimension();
+        let symplectic = !self.driven.damped;
+        let sizes = there.monodromy.entries().iter().map(Enclosure::size);
+        let size = sizes.fold(Magnitude::ZERO, Magnitude::max);
+        let wide = || -> Vec<Big> {
+            let entries = there.monodromy.entries().iter();
+            entries.map(|x| x.unrounded(RANGE_BITS).scale(there.exponent)).collect()
+        };
+        let blocks = Blocks { n, symplectic, digits: self.digits };
+        let multipliers = if there.exponent != 0 || size.scale(-FAR) > Magnitude::ONE {
+            let wide = wide();
+            let bits = wide.first().map_or(RANGE_BITS, Big::bits);
+            blocks.multipliers(&wide, bits, &|| None)
+        } else {
+            blocks.multipliers(there.monodromy.entries(), precision, &|| self.form(&start, precision))
+        };
+        let monodromy = match there.exponent {
+            0 => there.monodromy.entries().iter().map(Enclosure::to_ball).collect(),
+            _ => wide().iter().map(Big::to_ball).collect(),
+        };
+        Found {
+            start: start.iter().map(Enclosure::to_ball).collect(),
+            monodromy,
+            multipliers,
+            range: Vec::new(),
+            steps: there.steps,
+        }
+    }
+
+    /// The form Σ δq_i ∧ δp_i that no motion without friction changes, in displacements of q and q' at the beginning, row by row: with
+    /// δp = A δq + M δq' its entries are A - Aᵀ, M and -M.
+    fn form<S: Enclosure>(&self, start: &[S], precision: S::Precision) -> Option<Vec<S>> {
+        let (pool, half) = (&self.driven.pool, self.driven.dimension());
+        let zero = S::exact(0.0, precision);
+        let mut inputs = vec![zero.clone()];
+        if start.is_empty() {
+            let tape = Tape::compile(pool, self.point, &[]).ok()?;
+            inputs.extend(tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new()));
+            inputs.resize(2 * half + 1, zero.clone());
+        } else {
+            inputs.extend(start.iter().cloned());
+        }
+        let tape = Tape::compile(pool, &self.driven.canonical(), &self.driven.symbols()).ok()?;
+        let values = tape.prepare::<S>(precision).evaluate(&inputs, &mut Vec::new());
+        let entry = |at: usize| {
+            let ((i, upper), (j, left)) = [at / (2 * half), at % (2 * half)].map(|k| (k % half, k < half)).into();
+            let mass = || values.get(half * half + half * i + j);
+            match (upper, left) {
+                (true, true) => Some(values.get(half * i + j)?.sub(values.get(half * j + i)?)),
+                (true, false) => mass().cloned(),
+                (false, true) => Some(mass()?.neg()),
+                (false, false) => Some(zero.clone()),
+            }
+        };
+        (0..4 * half * half).map(entry).collect()
+    }
+
+    /// The period with more bits.
+    fn precise_period(&self, bits: usize) -> Option<Big> {
+        let tape = Tape::compile(&self.driven.pool, &[self.driven.period.0], &[]).ok()?;
+        let values = tape.prepare::<Big>(bits).evaluate(&[], &mut Vec::new());
+        values.into_iter().next().filter(Big::is_positive)
+    }
+
+    /// Products of a step of an order, about.
+    fn work(&self, order: usize) -> f64 {
+        #[allow(clippy::cast_precision_loss)] // far below 2^53
+        let [rows, n, order] = [self.equations.couplings(), self.equations.dimension(), order].map(|x| x as f64);
+        rows * n * order.powi(2)
+    }
+
+    fn most_steps(&self) -> usize {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // it is neither large nor negative
+        let steps = (WORK / self.work(ORDER)).min(MOST_STEPS as f64) as usize;
+        steps.max(FEWEST_STEPS)
+    }
+
+    /// The order of the steps that suits a number of bits, and how many are made.
+    fn wide_steps(&self, bits: usize) -> (usize, usize) {
+        let order = bits / 3;
+        #[allow(clippy::cast_precision_loss)] // far below 2^53
+        let most = WORK / (self.work(order) * WIDE * (bits as f64 / 128.0));
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        // it is neither large nor negative
+        (order, most.min(MOST_STEPS as f64) as usize)
+    }
+
+    fn stopped(&self, stop: &Stop) -> FloquetError {
+        let energy = self.driven.driven_at;
+        match stop {
+            Stop::Singular { time } => FloquetError::Singular { time: short(*time), span: energy },
+            Stop::TooLong { steps } => FloquetError::TooLong {
+                period: short(self.period.mid_f64()),
+                steps: *steps,
+                span: self.driven.period.1,
+                energy,
+            },
+        }
+    }
+
+    fn lost(&self, lost: &Lost) -> FloquetError {
+        match lost {
+            Lost::Search(reason) => {
+                FloquetError::NoPeriodicMotion { reason: (*reason).to_owned(), span: self.driven.driven_at }
+            }
+            Lost::Way(stop) => self.stopped(stop),
+        }
+    }
+}
+
+/// A monodromy matrix, of each set of coordinates by itself that nothing couples to the others: what coincides in two
+/// of them has vectors of its own in each. A set holds the velocities of its coordinates, so that its part of a
+/// symplectic matrix is symplectic.
+struct Blocks {
+    /// The size of the matrix.
+    n: usize,
+    symplectic: bool,
+    digits: usize,
+}
+
+impl Blocks {
+    fn multipliers<S: Enclosure>(
+        &self,
+        monodromy: &[S],
+        precision: S::Precision,
+        form: &dyn Fn() -> Option<Vec<S>>,
+    ) -> Vec<Multiplier> {
+        let half = self.n / 2;
+        let coupled = |i: usize, j: usize| {
+            [i, i + half]
+                .iter()
+                .any(|row| [j, j + half].iter().any(|column| !monodromy[self.n * row + column].is_zero()))
+        };
+        let mut all = Vec::new();
+        let mut done = vec![false; half];
+        for first in 0..half {
+            if done[first] {
+                continue;
+            }
+            done[first] = true;
+            let mut members = vec![first];
+            let mut next = 0;
+            while let Some(own) = members.get(next).copied() {
+                next += 1;
+                for (other, done) in done.iter_mut().enumerate() {
+                    if !*done && (coupled(own, other) || coupled(other, own)) {
+                        *done = true;
+                        members.push(other);
+                    }
+                }
+            }
+            members.sort_unstable();
+            let velocities = members.iter().map(|i| i + half);
+            let rows: Vec<usize> = members.iter().copied().chain(velocities).collect();
+            let part = |of: &[S]| -> Vec<S> {
+                rows.iter()
+                    .flat_map(|row| rows.iter().map(move |column| self.n * row + column))
+                    .map(|at| of[at].clone())
+                    .collect()
+            };
+            let form = || form().map(|form| part(&form));
+            all.extend(self.of_block(&part(monodromy), rows.len(), precision, &form));
+        }
+        all
+    }
+
+    /// Of what is coupled: by eigenvectors in doubles, where these do not do by better ones.
+    fn of_block<S: Enclosure>(
+        &self,
+        block: &[S],
+        n: usize,
+        precision: S::Precision,
+        form: &dyn Fn() -> Option<Vec<S>>,
+    ) -> Vec<Multiplier> {
+        if n == 2 {
+            return multipliers::of_two(block, self.symplectic, precision);
+        }
+        let form = self.symplectic.then_some(form);
+        let many = |careful| multipliers::of_many(block, n, form, careful, precision);
+        let quick = many(false);
+        if !is_lacking(&quick, self.digits) {
+            return quick;
+        }
+        let careful = many(true);
+        match (careful.is_empty(), quick.is_empty()) {
+            (false, false) if undecided(&careful) <= undecided(&quick) => careful,
+            (false, true) => careful,
+            (_, false) => quick,
+            (true, true) => unknown(block, n, precision),
+        }
+    }
+}
+
+/// How many multipliers bounds do not place.
+fn undecided(multipliers: &[Multiplier]) -> usize {
+    let undecided = multipliers.iter();
+    undecided.filter(|own| own.place == Place::Undecided).count()
+}
+
+/// Discs for multipliers of which nothing is known: all lie within the largest row sum of the matrix.
+fn unknown<S: Enclosure>(monodromy: &[S], n: usize, precision: S::Precision) -> Vec<Multiplier> {
+    let row = |row: &[S]| row.iter().fold(Magnitude::ZERO, |sum, x| sum + x.size());
+    let rows = monodromy.chunks_exact(n).map(row);
+    let reach = rows.fold(Magnitude::ZERO, Magnitude::max);
+    (0..n).map(|_| Multiplier::anywhere::<S>(reach, precision)).collect()
+}

@@ -1,0 +1,48 @@
+//! Bounds that steps of enclosures share.
+
+use librate_core::precision::{Ball, DoubleDouble, Enclosure, up};
+
+/// x + [0, length] for an upper bound of the length.
+pub(super) fn onwards<S: Enclosure>(x: &S, length: f64, precision: S::Precision) -> S {
+    let half = (0.5 * length).next_up();
+    x.add(&S::exact(half, precision)).widened(half)
+}
+
+/// An upper bound of e^x - 1 for x >= 0.
+pub(super) fn growth(x: f64) -> f64 {
+    if !(0.0..700.0).contains(&x) {
+        return f64::INFINITY;
+    }
+    let exponential = Ball::from(DoubleDouble::exact(x)).exp();
+    up((exponential - Ball::ONE).upper().max(0.0))
+}
+
+/// max_i Σ_j |a_ij| w_j/w_i of a square matrix, row by row, from above.
+pub(super) fn norm<S: Enclosure>(matrix: &[S], weights: &[f64]) -> f64 {
+    let n = weights.len();
+    let row = |i: usize| {
+        let parts = matrix[n * i..n * (i + 1)].iter().zip(weights);
+        // Weights are powers of two; each partial sum is rounded up.
+        parts.fold(0.0_f64, |sum, (x, w)| if x.is_zero() { sum } else { up(sum + x.abs_upper() * (w / weights[i])) })
+    };
+    (0..n).map(row).fold(0.0, f64::max)
+}
+
+/// Where T may differ from 1: where a path of entries of J that are not 0 leads from i to j.
+///
+/// Let R be all that is reached from i. Rows of J in R have entries in R alone, so that the j-th column of T obeys
+/// equations of its own there: for j outside of R it begins with 0 and stays 0, in R and, since dT_ij/dt is made of it, in
+/// row i too, where T_ij stays what it is at first.
+pub(super) fn reached<S: Enclosure>(n: usize, jacobian: &[S]) -> Vec<bool> {
+    let mut reached: Vec<bool> = jacobian.iter().map(|entry| !entry.is_zero()).collect();
+    for k in 0..n {
+        for i in 0..n {
+            if reached[n * i + k] {
+                for j in 0..n {
+                    reached[n * i + j] |= reached[n * k + j];
+                }
+            }
+        }
+    }
+    reached
+}

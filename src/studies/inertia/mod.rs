@@ -1,0 +1,261 @@
+//! Mass, centre of mass, and principal moments and axes of inertia.
+//!
+//! Beside the trip: the tensors that a model names ([`of_model`]), a body made of points ([`of_points`]), and a solid
+//! between triangles ([`Mesh`]). All three come as exact constants, expressions or fractions, and go the same way:
+//! the certified eigenvalues of [`librate_core::modes`] with M = 1. No number of a file is rounded before that.
+//!
+//! ```
+//! use librate::inertia;
+//! // A dumbbell along z, and a light point beside it.
+//! let body = inertia::of_points("m,x,y,z\n1,0,0,1\n1,0,0,-1\n0.1,0.5,0,0\n", 10)?;
+//! assert_eq!(body.mass.decimal(10).text, "2.100000000");
+//! let largest = &body.principal.moments[2];
+//! assert_eq!(largest.axis, [0.0, 1.0, 0.0]);
+//! # Ok::<(), inertia::InertiaError>(())
+//! ```
+//!
+//! It reads no file and knows no mechanics beyond this; whether the body can move freely, or how, is not its matter.
+
+mod body;
+mod error;
+mod mesh;
+mod points;
+mod principal;
+mod stl;
+mod warning;
+
+pub use body::{Amount, Body, Made};
+pub use error::InertiaError;
+pub use mesh::{Edge, Mesh};
+pub use principal::{Equal, Impossible, Moment, Principal};
+pub use warning::{Warning, warnings};
+
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, ZeroVerdict};
+use librate_core::model::{self, Model, ModelError, Settings, SymbolKind, TableTexts, Tensor};
+use librate_core::precision::{Ball, Big};
+use librate_core::span::Span;
+use principal::{Exact, Failure, balls, bigs};
+
+/// The SI unit of a moment of inertia, as the language writes it.
+const UNIT: &str = "kg*m^2";
+
+/// A tensor that a model names, and its principal moments.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct NamedTensor {
+    /// `I`, `I[2]`.
+    pub name: String,
+    /// Where it stands.
+    pub span: Span,
+    /// The SI unit of its entries, where the file has units and they tell.
+    pub unit: Option<String>,
+    /// Where it is used as omega . I . omega with an angular velocity, if anywhere.
+    pub rotational: Option<Span>,
+    /// Its entries, by row.
+    pub entries: [[Big; 3]; 3],
+    /// Its principal moments and axes.
+    pub principal: Principal,
+}
+
+impl NamedTensor {
+    /// That no body has such a tensor, if so.
+    #[must_use]
+    pub fn warning(&self) -> Option<Warning> {
+        Warning::of(self)
+    }
+}
+
+/// A constant: an exact expression without names.
+#[derive(Clone, Debug)]
+pub struct Constant {
+    pool: Pool,
+    value: ExprId,
+}
+
+impl Constant {
+    /// Reads an expression like `7850`, `3/2` or `pi/4`.
+    ///
+    /// # Errors
+    /// [`ModelError::BadSetting`] where it is none.
+    pub fn parse(text: &str) -> Result<Self, ModelError> {
+        let bad = || ModelError::BadSetting { text: text.to_owned(), reason: "it is not a constant".to_owned() };
+        let mut settings = Settings::new();
+        settings.add(&format!("x = {text}"))?;
+        let file = librate_core::syntax::parse("param x").map_err(|_| bad())?;
+        let model = model::elaborate_tensors(&file, &TableTexts::new(), &settings);
+        let model = model.map_err(|_| bad())?;
+        match model.parameters.as_slice() {
+            [only] => Ok(Self { value: only.value.ok_or_else(bad)?, pool: model.pool }),
+            _ => Err(bad()),
+        }
+    }
+
+    /// An enclosure of its value.
+    #[must_use]
+    pub fn value(&self) -> Ball {
+        let values = balls(&self.pool, &[self.value]).unwrap_or_default();
+        values.first().copied().unwrap_or(Ball::NOT_FINITE)
+    }
+}
+
+impl Amount {
+    /// A mass per volume, from an exact constant expression.
+    ///
+    /// # Errors
+    /// [`InertiaError::BadAmount`] where it is none, or not positive.
+    pub fn density(text: &str) -> Result<Self, InertiaError> {
+        positive(text, "density").map(Self::Density)
+    }
+
+    /// A mass, likewise.
+    ///
+    /// # Errors
+    /// [`InertiaError::BadAmount`] where it is none, or not positive.
+    pub fn mass(text: &str) -> Result<Self, InertiaError> {
+        positive(text, "mass").map(Self::Mass)
+    }
+}
+
+fn positive(text: &str, what: &'static str) -> Result<Constant, InertiaError> {
+    let constant = Constant::parse(text).ok();
+    let fits = |constant: &Constant| {
+        let value = constant.value();
+        value.is_finite() && value.is_positive()
+    };
+    constant.filter(fits).ok_or_else(|| InertiaError::BadAmount { what, text: text.to_owned() })
+}
+
+/// The body of a table of points: CSV text with a header that has the columns `m` (or `mass`), `x`, `y` and `z`, among
+/// others. Principal moments have so many correctly rounded digits.
+///
+/// # Errors
+/// [`InertiaError`] where the table can't be read, a column is missing, a field is no number, or a mass is negative.
+pub fn of_points(text: &str, digits: usize) -> Result<Body, InertiaError> {
+    points::read(text)?.body(digits)
+}
+
+/// The constant symmetric matrices of 3 x 3 among the named expressions of a model, with so many correctly rounded
+/// digits of their principal moments; members of families where the model comes from [`model::elaborate_tensors`].
+///
+/// # Errors
+/// All of them: [`InertiaError::NoTensor`], [`InertiaError::MissingValue`], [`InertiaError::NotANumberEntry`].
+///
+/// ```
+/// use librate::{inertia, model, syntax};
+/// let text = "param m = 12  let I = rot_z(pi/6)*inertia_box(m, 1, 2, 3)*transpose(rot_z(pi/6))";
+/// let file = syntax::parse(text)?;
+/// let model = model::elaborate_tensors(&file, &Default::default(), &Default::default())?;
+/// let tensors = inertia::of_model(&model, 10).unwrap();
+/// let moments = tensors[0].principal.moments.iter();
+/// let moments: Vec<f64> = moments.map(|moment| moment.value.mid_f64()).collect();
+/// assert_eq!(moments, [5.0, 10.0, 13.0]);
+/// # Ok::<(), librate::Error>(())
+/// ```
+pub fn of_model(model: &Model, digits: usize) -> Result<Vec<NamedTensor>, Vec<InertiaError>> {
+    let mut values = Substitution::default();
+    for parameter in &model.parameters {
+        if let Some(value) = parameter.value {
+            values.insert(parameter.symbol, value);
+        }
+    }
+    let mut pool = model.pool.clone();
+    let mut found = Vec::new();
+    let mut errors = Vec::new();
+    let mut nearest = None;
+    for tensor in &model.tensors {
+        match of_tensor(model, &mut pool, &values, tensor, digits) {
+            Ok(named) => found.push(named),
+            Err(Refused::Error(error)) => errors.push(error),
+            Err(Refused::NoTensor(why)) => {
+                nearest.get_or_insert((tensor.name.clone(), tensor.span, why));
+            }
+        }
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    if found.is_empty() {
+        return Err(vec![InertiaError::NoTensor { nearest }]);
+    }
+    Ok(found)
+}
+
+/// Why a matrix has no principal moments.
+enum Refused {
+    /// It is no constant tensor.
+    NoTensor(String),
+    Error(InertiaError),
+}
+
+fn of_tensor(
+    model: &Model,
+    pool: &mut Pool,
+    values: &Substitution,
+    tensor: &Tensor,
+    digits: usize,
+) -> Result<NamedTensor, Refused> {
+    if let Some(on) = &tensor.varies_with {
+        return Err(Refused::NoTensor(format!("depends on `{on}`")));
+    }
+    let symbolic = tensor.entries;
+    let closed = pool.substitute(symbolic.as_flattened(), values);
+    let closed = [0, 1, 2].map(|i| [0, 1, 2].map(|j| closed[3 * i + j]));
+    let symmetric = |pool: &mut Pool, (i, j): (usize, usize)| {
+        [symbolic, closed].iter().any(|entries| {
+            let difference = pool.sub(entries[i][j], entries[j][i]);
+            pool.is_zero(difference) == ZeroVerdict::Zero
+        })
+    };
+    let pairs = [(0, 1), (0, 2), (1, 2)];
+    if let Some((i, j)) = pairs.into_iter().find(|pair| !symmetric(pool, *pair)) {
+        return Err(Refused::NoTensor(format!(
+            "not symmetric: entries ({}, {}) and ({}, {}) differ",
+            i + 1,
+            j + 1,
+            j + 1,
+            i + 1
+        )));
+    }
+    let valueless = pool.symbols_of(closed.as_flattened());
+    if let Some(parameter) = valueless.iter().find_map(|symbol| parameter(model, *symbol)) {
+        return Err(Refused::Error(InertiaError::MissingValue {
+            tensor: tensor.name.clone(),
+            span: tensor.span,
+            parameter: parameter.name.clone(),
+            declared: parameter.span,
+        }));
+    }
+    let bits = body::bits_for(digits);
+    let entries = bigs(pool, closed.as_flattened(), bits).unwrap_or_default();
+    let mut exact = Exact { pool, symbolic, closed };
+    let principal = exact.principal(digits).map_err(|failure| {
+        Refused::Error(match failure {
+            Failure::NotFinite(row, column) => InertiaError::NotANumberEntry {
+                tensor: tensor.name.clone(),
+                span: tensor.span,
+                row: row + 1,
+                column: column + 1,
+            },
+            Failure::Modes(error) => InertiaError::NoMoments { reason: error.to_string() },
+        })
+    })?;
+    let entry = |at: usize| {
+        let found = entries.get(at).cloned();
+        found.unwrap_or_else(|| Big::not_finite(bits))
+    };
+    Ok(NamedTensor {
+        name: tensor.name.clone(),
+        span: tensor.span,
+        unit: tensor.unit.clone(),
+        rotational: tensor.rotational,
+        entries: [0, 1, 2].map(|i| [0, 1, 2].map(|j| entry(3 * i + j))),
+        principal,
+    })
+}
+
+fn parameter(model: &Model, symbol: Symbol) -> Option<&model::Parameter> {
+    match model.symbols.get(&symbol)? {
+        SymbolKind::Parameter(number) => model.parameters.get(*number),
+        _ => None,
+    }
+}

@@ -1,0 +1,94 @@
+//! Bodies made of points: a table of masses and places.
+
+use super::InertiaError;
+use librate_core::expr::Pool;
+use librate_core::model::{Cell, ModelError, Table, TableTexts};
+use librate_core::number::Number;
+use librate_core::span::Span;
+
+use super::body::{Integrals, Made};
+
+/// What the column of masses may be called.
+const MASS: [&str; 2] = ["m", "mass"];
+/// The columns of the place.
+const PLACE: [&str; 3] = ["x", "y", "z"];
+
+/// The columns of a table by the names looked for.
+fn column(table: &Table, names: &[&'static str]) -> Result<usize, InertiaError> {
+    let mut fitting =
+        (0..table.columns.len()).filter(|at| names.iter().any(|name| table.columns[*at].eq_ignore_ascii_case(name)));
+    match (fitting.next(), fitting.next()) {
+        (Some(one), None) => Ok(one),
+        (Some(one), Some(other)) => {
+            Err(InertiaError::ColumnTwice { first: table.columns[one].clone(), second: table.columns[other].clone() })
+        }
+        (None, _) => Err(InertiaError::MissingColumn { wanted: names.to_vec(), found: table.some_columns() }),
+    }
+}
+
+/// Σ m, Σ m r and Σ m r rᵀ, from the exact decimals of a CSV text.
+pub(super) fn read(text: &str) -> Result<Integrals, InertiaError> {
+    const PATH: &str = "points";
+    let texts = TableTexts::new().with(PATH, text);
+    let table = Table::read(PATH, PATH, Span::default(), Span::default(), &texts);
+    let table = table.map_err(|error| match error {
+        ModelError::BadTable { line, reason, .. } => InertiaError::BadTable { line, reason },
+        other => InertiaError::BadTable { line: 1, reason: other.to_string() },
+    })?;
+    let mass = column(&table, &MASS)?;
+    let place = [column(&table, &PLACE[..1])?, column(&table, &PLACE[1..2])?, column(&table, &PLACE[2..])?];
+    let mut sums = Sums::default();
+    for row in 1..=table.rows() {
+        let number = |column: usize| match table.field(row as i64, column) {
+            Some(Cell::Number(number)) => Ok(number),
+            Some(Cell::Text(text)) => Err(InertiaError::NotANumber {
+                text: text.clone(),
+                column: table.columns[column].clone(),
+                line: table.line(row),
+            }),
+            None => Err(InertiaError::NoMass { rows: table.rows() }),
+        };
+        let m = number(mass)?;
+        if m.is_negative() {
+            return Err(InertiaError::NegativeMass { line: table.line(row), mass: m.to_decimal(6) });
+        }
+        let r = [number(place[0])?, number(place[1])?, number(place[2])?];
+        sums.add(m, r);
+    }
+    if sums.mass.is_zero() {
+        return Err(InertiaError::NoMass { rows: table.rows() });
+    }
+    let pool = Pool::new();
+    let density = pool.one();
+    Ok(Integrals {
+        size: sums.mass,
+        first: sums.first,
+        second: sums.second,
+        pool,
+        density,
+        made: Made::Points { count: table.rows() },
+    })
+}
+
+#[derive(Default)]
+struct Sums {
+    mass: Number,
+    first: [Number; 3],
+    second: [[Number; 3]; 3],
+}
+
+impl Sums {
+    fn add(&mut self, m: &Number, r: [&Number; 3]) {
+        self.mass = self.mass.add(m);
+        for i in 0..3 {
+            let moment = m.mul(r[i]);
+            self.first[i] = self.first[i].add(&moment);
+            for (j, r) in r.iter().enumerate().take(i + 1) {
+                self.second[i][j] = self.second[i][j].add(&moment.mul(r));
+                if i != j {
+                    self.second[j][i] = self.second[i][j].clone();
+                }
+            }
+        }
+    }
+}

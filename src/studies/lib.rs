@@ -1,0 +1,32 @@
+//! What `librate` does beside small oscillations: motion in time, periods at finite amplitude, parametric resonance, bodies and
+//! their inertia, parameter sets and sweeps. Like `librate_core` it is for librate's own crates and may change.
+//!
+//! The modules stand in reading order: a study uses only what stands above it.
+
+pub mod flow;
+
+mod mechanics;
+
+pub mod sensitivity;
+
+pub mod inertia;
+
+pub mod batch;
+
+pub mod expect;
+
+pub mod floquet;
+
+pub mod motion;
+
+pub mod period;
+
+pub mod amplitude;
+
+mod error;
+
+pub use error::Error;
+
+pub mod sweep;
+
+pub mod chart;

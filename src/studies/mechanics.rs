@@ -1,0 +1,104 @@
+//! Lagrange's equations in symbols, written out over all coordinates: M(q, t) q'' + h(q, q', t) = 0.
+//!
+//! With p_i = dL/dq_i' they are M_ij = dp_i/dq_j' and h_i = Σ_j dp_i/dq_j q_j' + dp_i/dt - dL/dq_i + dF/dq_i' (Landau and
+//! Lifshitz, Mechanics, §5). What is put in for parameters is up to the caller. Nothing is evaluated or approximated here, and
+//! nothing is said about constraints.
+
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol};
+use librate_core::linearize::{signed_terms, written_out};
+use librate_core::model::{Model, SymbolKind};
+
+/// The Lagrangian and the dissipation function of a model, and its symbols.
+pub(crate) struct Mechanics<'a> {
+    model: &'a Model,
+    pub(crate) pool: Pool,
+    pub(crate) coordinates: Vec<Symbol>,
+    pub(crate) velocities: Vec<Symbol>,
+    /// The time; a symbol of its own where the model does not contain it.
+    pub(crate) time: Symbol,
+    /// L = T - V.
+    pub(crate) lagrangian: ExprId,
+    /// F.
+    friction: ExprId,
+}
+
+/// The equation of one coordinate.
+pub(crate) struct Equation {
+    /// p_i.
+    pub(crate) momentum: ExprId,
+    /// M_ij and dp_i/dq_j by j, those that are not 0.
+    pub(crate) mass: Vec<(usize, ExprId)>,
+    pub(crate) slopes: Vec<(usize, ExprId)>,
+    /// dF/dq_i'.
+    pub(crate) drag: ExprId,
+    /// h_i.
+    pub(crate) load: ExprId,
+}
+
+impl<'a> Mechanics<'a> {
+    /// Writes the energies out, with what is known of the parameters; `pool` builds on the model's and has these values.
+    pub(crate) fn new(model: &'a Model, mut pool: Pool, known: &Substitution) -> Self {
+        let lagrangian = written_out(model, &mut pool, signed_terms(model), known);
+        let friction = model.friction.iter().map(|family| (false, family));
+        let friction = written_out(model, &mut pool, friction, known);
+        Self {
+            model,
+            coordinates: model.coordinates.iter().map(|own| own.symbol).collect(),
+            velocities: model.coordinates.iter().map(|own| own.velocity).collect(),
+            time: model.time().unwrap_or_else(|| pool.fresh_symbol("t")),
+            pool,
+            lagrangian,
+            friction,
+        }
+    }
+
+    /// How many terms the energies have.
+    pub(crate) fn terms(model: &Model) -> usize {
+        let families = signed_terms(model).map(|(_, family)| family);
+        families.chain(&model.friction).map(|family| family.count).sum()
+    }
+
+    /// The derivatives by the coordinates, by their numbers, those that are not 0.
+    pub(crate) fn slopes(&mut self, e: ExprId) -> Vec<(usize, ExprId)> {
+        self.numbered(e, |kind| match kind {
+            SymbolKind::Coordinate(at) => Some(at),
+            _ => None,
+        })
+    }
+
+    fn numbered(&mut self, e: ExprId, wanted: impl Fn(SymbolKind) -> Option<usize>) -> Vec<(usize, ExprId)> {
+        let number = |symbol: Symbol| self.model.symbols.get(&symbol).copied().and_then(&wanted);
+        let slopes = self.pool.slopes(e, |symbol| number(symbol).is_some());
+        slopes.into_iter().filter_map(|(symbol, slope)| Some((number(symbol)?, slope))).collect()
+    }
+
+    /// Σ_j of slopes times velocities, and the derivative by the time: that of an expression in q and t, or in q' too where
+    /// accelerations are 0.
+    pub(crate) fn rate(&mut self, e: ExprId, slopes: &[(usize, ExprId)]) -> ExprId {
+        let mut parts = vec![self.pool.diff(e, self.time)];
+        for (j, slope) in slopes {
+            let velocity = self.pool.symbol_expr(self.velocities[*j]);
+            parts.push(self.pool.mul(*slope, velocity));
+        }
+        self.pool.sum(&parts)
+    }
+
+    /// The equations, one a coordinate.
+    pub(crate) fn equations(&mut self) -> Vec<Equation> {
+        let forces = self.pool.gradient(self.lagrangian, &self.coordinates);
+        let momenta = self.pool.gradient(self.lagrangian, &self.velocities);
+        let drags = self.pool.gradient(self.friction, &self.velocities);
+        let rows = momenta.into_iter().zip(drags).zip(forces).map(|((momentum, drag), force)| {
+            let mass = self.numbered(momentum, |kind| match kind {
+                SymbolKind::Velocity(at) => Some(at),
+                _ => None,
+            });
+            let slopes = self.slopes(momentum);
+            let rate = self.rate(momentum, &slopes);
+            let force = self.pool.neg(force);
+            let load = self.pool.sum(&[drag, rate, force]);
+            Equation { momentum, mass, slopes, drag, load }
+        });
+        rows.collect()
+    }
+}

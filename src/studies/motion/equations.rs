@@ -1,0 +1,265 @@
+//! The equations of motion of a model, compiled: M(q, t) q'' + h(q, q', t) = 0, with forces along the gradients of
+//! constraints.
+//!
+//! M and h are those of [`crate::mechanics`]. A constraint c = 0 that holds at all times has c'' = J q'' + gamma = 0 with J = dc/dq; together
+//! with M q'' + h = Jᵀ mu that determines q'' (E. Hairer, G. Wanner, Solving Ordinary Differential Equations 2, section 7.1).
+
+use super::error::MotionError;
+use crate::flow::solved;
+use crate::mechanics::Mechanics;
+use librate_core::derive::Simplifier;
+use librate_core::expr::{ExprId, Pool, Substitution, Symbol, Tape, UnboundSymbol};
+use librate_core::linearize::{derive_with_multipliers, known_values, missing_value};
+use librate_core::model::{Model, SymbolKind};
+
+/// Terms beyond this are not written out.
+const MOST_TERMS: usize = 200_000;
+/// Equations of more parts than this are left as they are ...
+const MOST_SHORTENED: usize = 400;
+/// ... but for proofs, where each part that occurs twice costs bounds, too.
+const MOST_SHORTENED_FOR_PROOFS: usize = 20_000;
+
+/// The equations as tapes over the time, the coordinates and the velocities.
+#[derive(Clone, Debug)]
+pub(super) struct Equations {
+    pub(super) coordinates: usize,
+    pub(super) constraints: usize,
+    /// Where the first outputs belong: the entries of M on and above its diagonal that are not 0.
+    pub(super) mass: Vec<(usize, usize)>,
+    /// Behind M and h, the entries of J that are not 0: constraint and coordinate. Then gamma follows.
+    pub(super) gradients: Vec<(usize, usize)>,
+    /// Whether M and J are the same everywhere.
+    pub(super) constant: bool,
+    /// M, h, J, gamma, and what absolute values are taken of; in these |x| is s x, and the signs s are inputs behind the velocities.
+    pub(super) tape: Tape,
+    /// What absolute values are taken of, at any place.
+    pub(super) kinks: Tape,
+    /// c, and c' in the velocities.
+    pub(super) surface: Tape,
+    /// The energy function, where it is conserved.
+    pub(super) energy: Option<Tape>,
+}
+
+/// The equations in symbols, brought to their shortest form where they are small.
+pub(super) struct Written<'a> {
+    model: &'a Model,
+    pool: Pool,
+    time: Symbol,
+    coordinates: Vec<Symbol>,
+    velocities: Vec<Symbol>,
+    mass: Vec<(usize, usize)>,
+    gradients: Vec<(usize, usize)>,
+    constraints: usize,
+    constant: bool,
+    /// M, h, J, gamma.
+    outputs: Vec<ExprId>,
+    surface: Vec<ExprId>,
+    energy: Option<ExprId>,
+}
+
+impl<'a> Written<'a> {
+    /// Writes the equations out, with the values of the parameters.
+    ///
+    /// # Errors
+    /// Models with too many terms.
+    pub(super) fn new(model: &'a Model, for_proofs: bool) -> Result<Self, MotionError> {
+        let terms = Mechanics::terms(model);
+        if terms > MOST_TERMS {
+            return Err(MotionError::TooLarge { terms, most: MOST_TERMS });
+        }
+        let known = known_values(model);
+        let mut mechanics = Mechanics::new(model, model.pool.clone(), &known);
+        let mut mass = Vec::new();
+        let mut inertia = Vec::new();
+        let mut loads = Vec::new();
+        let mut momenta = Vec::new();
+        for (i, equation) in mechanics.equations().into_iter().enumerate() {
+            for (j, value) in equation.mass.into_iter().filter(|(j, _)| i <= *j) {
+                mass.push((i, j));
+                inertia.push(value);
+            }
+            loads.push(equation.load);
+            momenta.push(equation.momentum);
+        }
+        let constraints = constraints(model, &mut mechanics.pool, &known);
+        let mut gradients = Vec::new();
+        let mut slopes = Vec::new();
+        let mut bends = Vec::new();
+        let mut surface = constraints.clone();
+        for (a, constraint) in constraints.iter().enumerate() {
+            let own = mechanics.slopes(*constraint);
+            let rate = mechanics.rate(*constraint, &own);
+            surface.push(rate);
+            gradients.extend(own.iter().map(|(i, _)| (a, *i)));
+            slopes.extend(own.iter().map(|(_, slope)| *slope));
+            let own = mechanics.slopes(rate);
+            bends.push(mechanics.rate(rate, &own));
+        }
+        let Mechanics { mut pool, coordinates, velocities, time, lagrangian, .. } = mechanics;
+        let kind = |symbol: Symbol| model.symbols.get(&symbol).copied();
+        let constant = [&inertia, &slopes].iter().all(|values| {
+            let mut values = values.iter();
+            values.all(|e| !pool.depends_on(*e, &|symbol| symbol == time || kind(symbol).is_some_and(moves)))
+        });
+        let mut outputs: Vec<ExprId> = [inertia, loads, slopes, bends].concat();
+        let most = if for_proofs { MOST_SHORTENED_FOR_PROOFS } else { MOST_SHORTENED };
+        shorten(&mut pool, &mut outputs, most);
+        let conserved = model.friction.is_empty() && model.time_dependent.is_none();
+        let energy = conserved.then(|| {
+            let velocities: Vec<ExprId> = velocities.iter().map(|v| pool.symbol_expr(*v)).collect();
+            let products = momenta.iter().zip(&velocities);
+            let mut parts: Vec<ExprId> = products.map(|(p, v)| pool.mul(*p, *v)).collect();
+            parts.push(pool.neg(lagrangian));
+            pool.sum(&parts)
+        });
+        Ok(Self {
+            model,
+            pool,
+            time,
+            coordinates,
+            velocities,
+            mass,
+            gradients,
+            constraints: constraints.len(),
+            constant,
+            outputs,
+            surface,
+            energy,
+        })
+    }
+
+    /// The time, the coordinates and the velocities.
+    fn inputs(&self) -> Vec<Symbol> {
+        let state = self.coordinates.iter().chain(&self.velocities);
+        std::iter::once(&self.time).chain(state).copied().collect()
+    }
+
+    /// For what is no input: all such symbols are parameters.
+    fn missing(&self, missing: UnboundSymbol) -> MotionError {
+        let number = match self.model.symbols.get(&missing.symbol) {
+            Some(SymbolKind::Parameter(number)) => *number,
+            _ => usize::MAX,
+        };
+        MotionError::Linearize(missing_value(self.model, number))
+    }
+
+    fn compile(&self, roots: &[ExprId], inputs: &[Symbol]) -> Result<Tape, MotionError> {
+        Tape::compile(&self.pool, roots, inputs).map_err(|missing| self.missing(missing))
+    }
+
+    /// (q, q')' = (q', q''), with M q'' = -h, or M q'' - Jᵀ mu = -h and J q'' = -gamma.
+    ///
+    /// The matrix is eliminated without exchanges: M is positive, and so is the complement J M⁻¹ Jᵀ that is left of the rest.
+    ///
+    /// # Errors
+    /// Parameters without a value, and an M that has no inverse anywhere.
+    pub(super) fn explicit(mut self) -> Result<crate::flow::Equations, MotionError> {
+        let (n, c) = (self.coordinates.len(), self.constraints);
+        let zero = self.pool.zero();
+        let mut matrix = vec![vec![zero; n + c]; n + c];
+        let outputs = std::mem::take(&mut self.outputs);
+        let (mass, rest) = outputs.split_at(self.mass.len());
+        for ((i, j), entry) in self.mass.iter().zip(mass) {
+            matrix[*i][*j] = *entry;
+            matrix[*j][*i] = *entry;
+        }
+        let (loads, rest) = rest.split_at(n);
+        let (slopes, bends) = rest.split_at(self.gradients.len());
+        for ((a, i), slope) in self.gradients.iter().zip(slopes) {
+            matrix[n + a][*i] = *slope;
+            matrix[*i][n + a] = self.pool.neg(*slope);
+        }
+        let right = loads.iter().chain(bends);
+        let right = right.map(|e| vec![self.pool.neg(*e)]).collect();
+        let solution = solved(&mut self.pool, matrix, right)
+            .ok_or(MotionError::NotProved { reached: "0".to_owned(), reason: NO_INVERSE })?;
+        let state: Vec<Symbol> = self.inputs().split_off(1);
+        let mut rates: Vec<ExprId> = Vec::with_capacity(2 * n);
+        for velocity in &self.velocities {
+            rates.push(self.pool.symbol_expr(*velocity));
+        }
+        rates.extend(solution.into_iter().take(n).flatten());
+        let time = self.time;
+        crate::flow::Equations::compile(&mut self.pool, time, &state, &[], &rates)
+            .map_err(|missing| self.missing(missing))
+    }
+}
+
+/// Said of a mass matrix.
+pub(super) const NO_INVERSE: &str = "the mass matrix, with the constraints, has no inverse there";
+
+impl Equations {
+    /// Compiles the equations of a model.
+    ///
+    /// # Errors
+    /// Parameters without a value, and models with too many terms.
+    pub(super) fn new(model: &Model) -> Result<Self, MotionError> {
+        let mut written = Written::new(model, false)?;
+        let inputs = written.inputs();
+        let moving = inputs.clone();
+        let (mut smooth, signs) = written.pool.with_signs(&written.outputs, |symbol| moving.contains(&symbol));
+        let kinks: Vec<ExprId> = signs.iter().map(|(x, _)| *x).collect();
+        smooth.extend_from_slice(&kinks);
+        let mut with_signs = inputs.clone();
+        with_signs.extend(signs.iter().map(|(_, sign)| *sign));
+        let kinks = absolute_again(&mut written.pool, &kinks, &signs);
+        let energy = written.energy.as_slice();
+        Ok(Self {
+            coordinates: written.coordinates.len(),
+            constraints: written.constraints,
+            tape: written.compile(&smooth, &with_signs)?,
+            kinks: written.compile(&kinks, &inputs)?,
+            surface: written.compile(&written.surface, &inputs)?,
+            energy: match energy {
+                [] => None,
+                energy => Some(written.compile(energy, &inputs)?),
+            },
+            mass: written.mass,
+            gradients: written.gradients,
+            constant: written.constant,
+        })
+    }
+}
+
+/// What signs stand for, in expressions that [`Pool::with_signs`] gave: |x|/x for each, in order, as x may hold signs that
+/// stand before its own.
+fn absolute_again(pool: &mut Pool, kinks: &[ExprId], signs: &[(ExprId, Symbol)]) -> Vec<ExprId> {
+    let mut known = Substitution::default();
+    let mut values = Vec::with_capacity(kinks.len());
+    for (x, (_, sign)) in kinks.iter().zip(signs) {
+        let x = pool.substitute_one(*x, &known);
+        let size = pool.abs(x);
+        let own = pool.div(size, x);
+        known.insert(*sign, own);
+        values.push(x);
+    }
+    values
+}
+
+/// Brings small equations to their shortest form: what is left of cos a cos b + sin a sin b is computed in every order
+/// of every step. Many coordinates have short equations as they stand, or none that could be found in time.
+fn shorten(pool: &mut Pool, equations: &mut Vec<ExprId>, most: usize) {
+    let before = pool.reachable(equations).len();
+    if before > most {
+        return;
+    }
+    let mut short = Simplifier::default();
+    let shorter: Vec<ExprId> = equations.iter().map(|e| short.simplify(pool, *e)).collect();
+    if pool.reachable(&shorter).len() < before {
+        *equations = shorter;
+    }
+}
+
+fn moves(kind: SymbolKind) -> bool {
+    matches!(kind, SymbolKind::Coordinate(_) | SymbolKind::Velocity(_))
+}
+
+/// The independent constraints, with the values of the parameters.
+fn constraints(model: &Model, pool: &mut Pool, known: &Substitution) -> Vec<ExprId> {
+    if model.constraints.is_empty() {
+        return Vec::new();
+    }
+    let (tied, _) = derive_with_multipliers(model);
+    let kept = tied.map_or_else(Vec::new, |tied| tied.expressions());
+    pool.substitute(&kept, known)
+}

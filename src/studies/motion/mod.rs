@@ -1,0 +1,453 @@
+//! Time evolution: the equations of motion in full, from where a motion starts.
+//!
+//! The equations are those that the energies give, with nothing linearized (`equations`); they are integrated by Taylor
+//! series of high order (`step`), because compiled expressions give them cheaply, a step is its own dense output, and the
+//! same code runs in double-double. [`System::motion`] runs in double-double and beside it in doubles: what the two differ by tells
+//! how much the motion magnifies errors, and with that which digits of the better one stand. Where doubles have lost the
+//! motion, a second run in double-double of another order takes their place. That is an estimate, no proof. [`System::quick`]
+//! runs in doubles alone, to a tolerance, and says nothing about digits.
+//!
+//! It never proves a bound, never smooths over a singularity, and never prints.
+
+mod equations;
+mod error;
+mod length;
+mod limits;
+mod linear;
+mod long;
+mod matrix;
+mod projection;
+mod proved;
+mod start;
+mod step;
+
+pub use error::MotionError;
+pub use linear::superposition;
+pub use proved::Enclosed;
+pub use start::{Moved, Start};
+
+use equations::Equations;
+use step::{Real, Stepper, Trouble};
+
+use librate_core::budget::Budget;
+use librate_core::expr::Tape;
+use librate_core::linearize::LinearizeError;
+use librate_core::model::{Constant, Model};
+use librate_core::precision::Enclosure;
+use librate_core::precision::{Ball, DoubleDouble, Scalar};
+
+/// Order and tolerance of steps in double-double.
+const FINE: (usize, f64) = (36, 1e-33);
+/// The same for the run that checks it.
+const CHECK: (usize, f64) = (30, 1e-30);
+/// The same in doubles.
+const PLAIN: (usize, f64) = (22, 1e-17);
+/// Errors of rounding may cancel, as on a top that is an equilibrium: the run that checks starts off by so much.
+const DISPLACED: f64 = 1e-31;
+/// Beyond this doubles have nothing to do with the motion any more.
+const LOST: f64 = 1e-4;
+/// A motion takes at most so many steps.
+const MOST_STEPS: usize = 300_000;
+/// After so many steps it is looked at how many it will take.
+const FIRST_STEPS: usize = 400;
+/// Forces are looked at so many times in a run at least; what is much shorter than their distance may be missed.
+const LOOKS_A_RUN: f64 = 256.0;
+/// Runs are compared at so many times at least.
+const LOOKS: usize = 200;
+/// A table has at most so many numbers.
+const MOST_NUMBERS: usize = 50_000_000;
+
+/// When a motion is looked at: rows at equal steps from t = 0.
+#[derive(Clone, Debug)]
+pub struct Times {
+    until: Ball,
+    exact: Tape,
+    samples: usize,
+}
+
+impl Times {
+    /// `samples` rows from t = 0 to `until`.
+    ///
+    /// # Errors
+    /// [`MotionError::BadTimes`] for a time that is no positive number, and for no row at all.
+    pub fn new(until: &Constant, samples: usize) -> Result<Self, MotionError> {
+        let bad =
+            |reason: &str| MotionError::BadTimes { until: until.text().to_owned(), samples, reason: reason.to_owned() };
+        let value = librate_core::linearize::constant(until.pool(), until.value());
+        let value = value.filter(|value| value.is_positive() && value.is_finite());
+        let Some(value) = value else {
+            return Err(bad("the time that a motion ends at is a positive number"));
+        };
+        if samples == 0 {
+            return Err(bad("a table has at least one row"));
+        }
+        let exact = Tape::compile(until.pool(), &[until.value()], &[]);
+        let exact = exact.map_err(|_| bad("it is not a constant"))?;
+        Ok(Self { until: Ball::new(value.mid, 0.0), exact, samples })
+    }
+
+    /// The time of a row.
+    #[must_use]
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
+    pub fn at(&self, row: usize) -> Ball {
+        if self.samples < 2 {
+            return Ball::ZERO;
+        }
+        let (row, rows) = (row as f64, (self.samples - 1) as f64);
+        let time = self.until.mul(&Ball::exact(row)).div(&Ball::exact(rows));
+        Ball::new(time.mid, 0.0)
+    }
+
+    /// The time of a row, with bounds of that: rows are shares of an exact number.
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 rows
+    fn enclosed<S: Enclosure>(&self, row: usize, precision: S::Precision) -> S {
+        let zero = S::exact(0.0, precision);
+        if self.samples < 2 {
+            return zero;
+        }
+        let (row, rows) = (row as f64, (self.samples - 1) as f64);
+        let until = start::evaluated::<S>(&self.exact, precision);
+        let until = until.unwrap_or_else(|| S::from_ball(&Ball::NOT_FINITE, precision));
+        let row = until.mul(&S::exact(row, precision));
+        row.div(&S::exact(rows, precision))
+    }
+
+    /// How many rows there are.
+    #[must_use]
+    pub fn len(&self) -> usize {
+        self.samples
+    }
+
+    /// Whether there is no row; never so.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.samples == 0
+    }
+}
+
+/// A motion, row by row.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trajectory {
+    /// The times, in SI.
+    pub times: Vec<Ball>,
+    /// Per row: the coordinates, then their velocities, in SI. The radius bounds what the value is off by, or estimates it; 0
+    /// for a quick run.
+    pub rows: Vec<Vec<Ball>>,
+    /// How far the energy strays from where it started, beside the largest kinetic energy, 0 where that is rounding; `None`
+    /// where it is not conserved.
+    pub energy_drift: Option<f64>,
+    /// How many steps were made.
+    pub steps: usize,
+    /// Whether the radii tell the error: an estimate, or proved bounds.
+    pub estimated: bool,
+    /// The bits of the numbers that the radii were proved with.
+    pub proved: Option<usize>,
+}
+
+/// A model as equations of motion.
+#[derive(Clone, Debug)]
+pub struct System {
+    budget: Budget,
+    equations: Equations,
+    names: Vec<String>,
+}
+
+/// A time in a message.
+fn moment(time: f64) -> String {
+    if time == 0.0 || (1e-3..1e9).contains(&time) { format!("{time:.6}") } else { format!("{time:.6e}") }
+}
+
+/// Order and tolerance of steps in doubles that leave out so much.
+fn quick_order(tolerance: f64) -> (usize, f64) {
+    let tolerance = tolerance.clamp(1e-17, 0.1);
+    // About the best order for a tolerance (Jorba and Zou 2005, section 3.2).
+    let order = (-0.5 * tolerance.ln()).ceil() + 2.0;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)] // between 4 and 22
+    let order = order.clamp(4.0, 22.0) as usize;
+    (order, tolerance)
+}
+
+/// States at the rows, and how many steps they took.
+struct Run<S> {
+    rows: Vec<Vec<S>>,
+    steps: usize,
+}
+
+impl<S: Real> Run<S> {
+    fn balls(self) -> Run<Ball> {
+        let rows = self.rows.into_iter();
+        let rows = rows.map(|row| row.into_iter().map(Real::to_ball).collect());
+        Run { rows: rows.collect(), steps: self.steps }
+    }
+}
+
+impl System {
+    /// Writes the equations of motion out.
+    ///
+    /// # Errors
+    /// Parameters without a value, and models of too many terms.
+    pub fn new(model: &Model) -> Result<Self, MotionError> {
+        let names = model.coordinates.iter().map(|own| own.name.clone());
+        let budget = model.pool.budget();
+        budget.at("the equations of motion", None);
+        let equations = Equations::new(model);
+        budget.check().map_err(LinearizeError::from)?;
+        budget.at("the motion", None);
+        Ok(Self { budget: budget.clone(), equations: equations?, names: names.collect() })
+    }
+
+    /// The motion with its digits: each value with an estimate of its error. Time goes in proportion to the number of steps and to the
+    /// size of the equations.
+    ///
+    /// # Errors
+    /// [`MotionError::Singular`] where the motion ends or M has no inverse, [`MotionError::Stuck`] where it can't be followed.
+    pub fn motion(&self, start: &Start, times: &Times) -> Result<Trajectory, MotionError> {
+        self.check_size(times)?;
+        // Runs may differ and agree again, as where a pendulum went round once or did not.
+        let stride = LOOKS.div_ceil(times.samples.saturating_sub(1).max(1));
+        let asked = times;
+        let times = &Times { samples: times.samples.saturating_sub(1) * stride + 1, ..times.clone() };
+        let fine = self.table::<DoubleDouble>(start, times, FINE, 0.0)?;
+        let plain = self.table::<f64>(start, times, PLAIN, 0.0).ok();
+        let fine = fine.balls();
+        let sizes = self.sizes(&fine.rows);
+        let relative = |row: usize, other: &dyn Fn(usize) -> Ball| {
+            let own = fine.rows[row].iter().zip(&sizes).enumerate();
+            own.fold(0.0_f64, |most, (at, (value, size))| {
+                let off = value.sub(&other(at)).mid_f64().abs();
+                most.max(if off > 0.0 { off / size } else { 0.0 })
+            })
+        };
+        let own = start.positions.iter().chain(&start.velocities);
+        let unknown = own
+            .zip(&sizes)
+            .fold(0.0_f64, |most, (x, size)| most.max(if x.radius > 0.0 { x.radius / size } else { 0.0 }));
+        let mut check: Option<Run<Ball>> = None;
+        let mut magnified = 1.0_f64;
+        let mut seen = 0.0_f64;
+        // By how much what is unknown of the start grows, by which doubles tell even where they are lost.
+        let mut spread = 1.0_f64;
+        let mut errors = Vec::with_capacity(fine.rows.len());
+        for row in 0..fine.rows.len() {
+            let off = plain
+                .as_ref()
+                .map(|plain| relative(row, &|at| Ball::exact(plain.rows[row][at])))
+                .filter(|off| off.is_finite());
+            spread = spread.max(off.map_or(f64::INFINITY, |off| off / f64::ROUNDING));
+            match off {
+                Some(off) if off < LOST && check.is_none() => {
+                    magnified = magnified.max(off / f64::ROUNDING);
+                }
+                _ => {
+                    if check.is_none() {
+                        let other = self.table::<DoubleDouble>(start, times, CHECK, DISPLACED)?;
+                        check = Some(other.balls());
+                    }
+                    if let Some(check) = &check {
+                        // The check leaves out more than what it checks.
+                        seen = seen.max(relative(row, &|at| check.rows[row][at]));
+                    }
+                }
+            }
+            let mut error = (magnified * DoubleDouble::ROUNDING).max(seen);
+            if unknown > 0.0 {
+                error = error.max(spread * unknown);
+            }
+            errors.push(error);
+        }
+        let lost = self.lost(start, times, &fine.rows, fine.steps);
+        let rows = fine.rows.iter().zip(&errors).enumerate().step_by(stride);
+        let rows = rows.map(|(row, (values, error))| {
+            if row == 0 {
+                return start.row();
+            }
+            let values = values.iter().zip(&sizes).zip(&lost[row]);
+            values.map(|((value, size), lost)| Ball::new(value.mid, error * size + magnified * lost)).collect()
+        });
+        let rows: Vec<Vec<Ball>> = rows.collect();
+        Ok(Trajectory {
+            energy_drift: self.drift(asked, &rows, DoubleDouble::ROUNDING),
+            times: (0..rows.len()).map(|row| asked.at(row)).collect(),
+            rows,
+            steps: fine.steps,
+            estimated: true,
+            proved: None,
+        })
+    }
+
+    /// The motion in doubles, steps of which leave out so much beside the size of each coordinate.
+    ///
+    /// # Errors
+    /// As [`System::motion`].
+    pub fn quick(&self, start: &Start, times: &Times, tolerance: f64) -> Result<Trajectory, MotionError> {
+        self.check_size(times)?;
+        let run = self.table::<f64>(start, times, quick_order(tolerance), 0.0)?;
+        let Run { rows, steps } = run.balls();
+        Ok(Trajectory {
+            energy_drift: self.drift(times, &rows, f64::ROUNDING),
+            times: (0..rows.len()).map(|row| times.at(row)).collect(),
+            rows,
+            steps,
+            estimated: false,
+            proved: None,
+        })
+    }
+
+    fn check_size(&self, times: &Times) -> Result<(), MotionError> {
+        let numbers = times.samples.saturating_mul(2 * self.names.len() + 1);
+        if numbers <= MOST_NUMBERS {
+            return Ok(());
+        }
+        Err(MotionError::TooManyNumbers { numbers, most: MOST_NUMBERS })
+    }
+
+    /// All rows of a motion from a start whose values are displaced by so much beside their sizes.
+    fn table<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        order: (usize, f64),
+        displaced: f64,
+    ) -> Result<Run<S>, MotionError> {
+        let mut rows = Vec::with_capacity(times.samples);
+        let steps = self.run(start, times, order, displaced, &mut |_, row| {
+            rows.push(row);
+            true
+        })?;
+        Ok(Run { rows, steps })
+    }
+
+    /// Follows the motion and hands each row to `each` with its number, as long as that says to go on; tells how many steps it took.
+    fn run<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        order: (usize, f64),
+        displaced: f64,
+        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
+    ) -> Result<usize, MotionError> {
+        self.budget.at("the motion", None);
+        let steps = self.steps(start, times, order, displaced, each);
+        self.budget.check().map_err(LinearizeError::from)?;
+        steps
+    }
+
+    #[allow(clippy::cast_precision_loss)] // there are fewer than 2^53 steps
+    fn steps<S: Real>(
+        &self,
+        start: &Start,
+        times: &Times,
+        (order, tolerance): (usize, f64),
+        displaced: f64,
+        each: &mut dyn FnMut(usize, Vec<S>) -> bool,
+    ) -> Result<usize, MotionError> {
+        let mut stepper = Stepper::<S>::new(&self.equations, order, tolerance);
+        let moved = |(at, value): (usize, &Ball)| {
+            let by = if at % 2 == 0 { displaced } else { -displaced };
+            let value = S::from_ball(value);
+            value.add(&value.mul(&S::exact(by)))
+        };
+        let mut q: Vec<S> = start.positions.iter().enumerate().map(moved).collect();
+        let mut v: Vec<S> = start.velocities.iter().enumerate().map(moved).collect();
+        let mut t = S::exact(0.0);
+        let end = S::from_ball(&times.at(times.samples - 1));
+        let (mut done, mut steps) = (0, 0);
+        let mut resting = 0;
+        loop {
+            let left = end.sub(&t);
+            let mut length = stepper
+                .expand(&t, &mut q, &mut v, left.middle().max(f64::MIN_POSITIVE))
+                .map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
+            let mut longest = length.min(left.middle().max(0.0));
+            let fitting = stepper.fitting(&t, longest, end.middle() / LOOKS_A_RUN);
+            if fitting < longest {
+                (length, longest) = (fitting, fitting);
+            }
+            let kink = stepper.kink(longest).map_err(|own| self.ended(&stepper, own, &t, (&q, &v), 0.0))?;
+            if let Some(kink) = &kink {
+                length = kink.middle();
+            }
+            while done < times.samples {
+                let after = S::from_ball(&times.at(done)).sub(&t);
+                if after.middle() > length {
+                    break;
+                }
+                let (mut row, speed) = stepper.at(&after);
+                row.extend(speed);
+                if !row.iter().all(S::is_finite) {
+                    return Err(self.ended(&stepper, Trouble::NotFinite, &t, (&q, &v), length));
+                }
+                done += 1;
+                if !each(done - 1, row) {
+                    return Ok(steps);
+                }
+            }
+            if done == times.samples {
+                return Ok(steps);
+            }
+            let h = kink.unwrap_or_else(|| S::exact(longest));
+            let next = t.add(&h);
+            // Steps that get longer later on may save a motion that begins with short ones, but not by much more than this.
+            let share = next.middle() / end.middle();
+            let expected = FIRST_STEPS as f64 / share;
+            if steps >= MOST_STEPS || steps == FIRST_STEPS && expected > 10.0 * MOST_STEPS as f64 {
+                return Err(MotionError::TooLong { reached: moment(next.middle()), steps });
+            }
+            // Steps that do not move the time end in a singularity, unless several kinks meet.
+            resting = if next.sub(&t).middle() <= 1e-15 * t.middle() { resting + 1 } else { 0 };
+            if resting > self.equations.kinks.outputs() {
+                return Err(self.ended(&stepper, Trouble::NoStep, &t, (&q, &v), length));
+            }
+            (q, v) = stepper.at(&next.sub(&t));
+            t = next;
+            steps += 1;
+        }
+    }
+
+    /// The largest size of each coordinate and velocity.
+    fn sizes(&self, rows: &[Vec<Ball>]) -> Vec<f64> {
+        let mut sizes = vec![0.0_f64; 2 * self.names.len()];
+        for row in rows {
+            for (size, value) in sizes.iter_mut().zip(row) {
+                *size = size.max(value.mid_f64().abs());
+            }
+        }
+        for size in &mut sizes {
+            if *size == 0.0 {
+                *size = f64::MIN_POSITIVE;
+            }
+        }
+        sizes
+    }
+
+    fn drift(&self, times: &Times, rows: &[Vec<Ball>], unit: f64) -> Option<f64> {
+        let tape = self.equations.energy.as_ref()?.prepare::<Ball>(());
+        let mut scratch = Vec::new();
+        let (mut least, mut most, mut motion) = (f64::INFINITY, f64::NEG_INFINITY, 0.0_f64);
+        let mut first: Option<Ball> = None;
+        let n = self.names.len();
+        for (at, row) in rows.iter().enumerate() {
+            let mut inputs = vec![times.at(at)];
+            inputs.extend(row.iter().map(|x| Ball::new(x.mid, 0.0)));
+            let energy = tape.evaluate(&inputs, &mut scratch).into_iter().next()?;
+            for speed in &mut inputs[n + 1..] {
+                *speed = Ball::ZERO;
+            }
+            let rest = tape.evaluate(&inputs, &mut scratch).into_iter().next()?;
+            motion = motion.max(energy.sub(&rest).mid_f64().abs());
+            let first = first.get_or_insert(energy);
+            let off = energy.sub(first).mid_f64();
+            (least, most) = (least.min(off), most.max(off));
+        }
+        let stray = most.max(-least);
+        // An energy below the range of numbers tells nothing.
+        if first.is_some_and(|first| first.contains_zero() && !first.is_zero()) && stray == 0.0 {
+            return None;
+        }
+        if first.is_some_and(|first| stray <= 16.0 * unit * first.mid_f64().abs()) {
+            return Some(0.0);
+        }
+        (motion > 0.0 && stray.is_finite()).then(|| stray / motion)
+    }
+}

@@ -1,0 +1,380 @@
+//! Where a motion starts: values that are given, the rest at the equilibrium; or a mode with an amplitude.
+
+use super::System;
+use super::error::MotionError;
+use librate_core::diagnostic::nearest;
+use librate_core::expr::{ExprId, Pool, Tape};
+use librate_core::linearize::{self, Linearized, Origin, evaluate_closed};
+use librate_core::model::{Constant, Model, ModelError};
+use librate_core::oscillation::NormalModes;
+use librate_core::precision::Enclosure;
+use librate_core::precision::{Ball, Scalar, up};
+
+/// Coordinates and velocities at t = 0, in SI.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Start {
+    /// The coordinates. The radius is what a shape is estimated to be off by; 0 for what is given or rests.
+    pub positions: Vec<Ball>,
+    /// Their velocities.
+    pub velocities: Vec<Ball>,
+    /// What was moved onto the constraints, within the digits that it is given in.
+    pub moved: Vec<Moved>,
+    /// What is proved of the coordinates, then of the velocities.
+    pub(super) known: Vec<Known>,
+}
+
+/// A value that was moved onto the constraints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Moved {
+    /// The number of the coordinate.
+    pub coordinate: usize,
+    /// Whether it is its velocity.
+    pub velocity: bool,
+    /// By how much, in SI.
+    pub by: f64,
+}
+
+/// What is proved of a value.
+#[derive(Clone, Debug)]
+pub(super) enum Known {
+    /// It is a constant, in a unit that is worth another.
+    Constant(Tape, Option<Tape>),
+    /// It lies within bounds.
+    Within(Ball),
+    /// Nothing.
+    Open,
+}
+
+impl Known {
+    /// A constant that may be evaluated to any number of digits.
+    fn constant(pool: &Pool, value: ExprId) -> Self {
+        match Tape::compile(pool, &[value], &[]) {
+            Ok(tape) => Self::Constant(tape, None),
+            Err(_) => Self::Open,
+        }
+    }
+
+    pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Option<S> {
+        match self {
+            Self::Constant(value, factor) => {
+                let value = evaluated::<S>(value, precision)?;
+                let factor = factor.as_ref().map(|own| evaluated::<S>(own, precision));
+                Some(match factor {
+                    Some(factor) => value.mul(&factor?),
+                    None => value,
+                })
+            }
+            Self::Within(ball) => Some(S::from_ball(ball, precision)),
+            Self::Open => None,
+        }
+        .filter(S::is_finite)
+    }
+
+    fn moved(&self, by: &Ball) -> Self {
+        match self.enclosed::<Ball>(()) {
+            Some(own) if by.is_finite() => Self::Within(own + *by),
+            _ => Self::Open,
+        }
+    }
+}
+
+/// What a tape of one closed expression comes to.
+pub(super) fn evaluated<S: Enclosure>(tape: &Tape, precision: S::Precision) -> Option<S> {
+    let values = tape.prepare::<S>(precision).evaluate(&[], &mut Vec::new());
+    values.into_iter().next()
+}
+
+/// One value that is given: which coordinate, whether it is the velocity, and what.
+pub(super) struct Given {
+    pub(super) coordinate: usize,
+    pub(super) moves: bool,
+    value: Ball,
+    known: Known,
+    /// Half a unit of the last digit of a decimal fraction, in SI; 0 for anything else, which is exact.
+    pub(super) half_unit: f64,
+}
+
+impl Start {
+    /// Reads `phi[1]=0.1, phi[1]'=0`: numbers are in the coordinate's unit, that of a velocity per second. What is left out rests at
+    /// the equilibrium, or turns with a steady motion; under constraints coordinates that are left out are moved there from the
+    /// equilibrium so that these hold, and where that does not do, decimal fractions by up to half a unit of their last digit. A model without an equilibrium starts from 0, and one that is driven from its `equilibrium` or
+    /// `guess`.
+    ///
+    /// # Errors
+    /// What can't be read, is no coordinate, or does not obey the constraints.
+    pub fn parse(
+        text: &str,
+        model: &Model,
+        linearized: Option<&Linearized>,
+        system: &System,
+    ) -> Result<Self, MotionError> {
+        let mut start = Self::at_rest(model, linearized);
+        let mut given: Vec<Given> = Vec::new();
+        for entry in entries(text) {
+            let value = read(entry, model)?;
+            let same = |own: &Given| (own.coordinate, own.moves) == (value.coordinate, value.moves);
+            if given.iter().any(same) {
+                return Err(MotionError::BadStart {
+                    text: entry.trim().to_owned(),
+                    reason: "it is given twice".to_owned(),
+                });
+            }
+            given.push(value);
+        }
+        let n = model.coordinates.len();
+        for own in &given {
+            let at = own.coordinate;
+            if own.moves {
+                start.velocities[at] = own.value;
+                start.known[n + at] = own.known.clone();
+            } else {
+                start.positions[at] = own.value;
+                start.known[at] = own.known.clone();
+            }
+        }
+        start.onto_constraints(system, &given)?;
+        Ok(start)
+    }
+
+    /// A mode by its number from 1, displaced so that its largest component is the amplitude (in the unit of that coordinate), at rest
+    /// but for what the mode itself moves.
+    ///
+    /// # Errors
+    /// A mode or an amplitude that is none.
+    pub fn mode(
+        number: usize,
+        amplitude: &Constant,
+        linearized: &Linearized,
+        modes: &NormalModes,
+        system: &System,
+    ) -> Result<Self, MotionError> {
+        let model = linearized.model();
+        let mut start = Self::at_rest(model, Some(linearized));
+        let count = modes.modes.len();
+        let none = MotionError::NoSuchMode { mode: number, count };
+        let mode = number.checked_sub(1).and_then(|at| modes.modes.get(at));
+        let mode = mode.filter(|mode| !mode.vector.is_empty()).ok_or(none)?;
+        let value = linearize::constant(amplitude.pool(), amplitude.value());
+        let value = value.filter(Ball::is_finite);
+        let value = value.ok_or_else(|| MotionError::BadAmplitude { text: amplitude.text().to_owned() })?;
+        let zeros = vec![0.0; mode.vector.len()];
+        let imaginary = match mode.imaginary.as_slice() {
+            [] => &zeros,
+            own => own,
+        };
+        let size = |at: &usize| mode.vector[*at].hypot(imaginary[*at]);
+        let largest = (0..mode.vector.len()).max_by(|a, b| size(a).total_cmp(&size(b)));
+        let largest = largest.unwrap_or(0);
+        let value = scaled(model, largest, &value);
+        // Turned so that the largest component is real: it is displaced by the amplitude.
+        let (re, im) = (mode.vector[largest], imaginary[largest]);
+        let square = re.hypot(im).powi(2);
+        // Components are off by d, d' with |d|, |d'| <= b, where b is the bound of both parts: (a + d)/(z + d') differs from
+        // a/z by at most (|d| + |a/z| |d'|)/(|z| - |d'|), and |a| <= |z|. The quotient in doubles adds some roundings.
+        let bound = 1.5 * mode.vector_error_bound;
+        let off = up(2.0 * bound / (square.sqrt() * (1.0 - 4.0 * f64::EPSILON) - bound)) + 16.0 * f64::EPSILON;
+        // Vectors of several modes of one frequency are known only together.
+        let alone = modes.modes.iter().filter(|own| own.cluster == mode.cluster).count() == 1;
+        // What the bound does not tell from 0 or from the largest component is taken to be that, as symmetry makes it
+        // mostly.
+        let known = |x: f64| {
+            let near = [0.0, 1.0, -1.0].into_iter();
+            let mut near = near.filter(|whole| (x - whole).abs() <= 2.0 * off);
+            near.next().map_or((x, off), |near| (near, 0.0))
+        };
+        let n = mode.vector.len();
+        // A mode in phase starts where it turns.
+        let in_phase = mode.imaginary.is_empty() && mode.omega.mid_f64() != 0.0;
+        for (at, (a, b)) in mode.vector.iter().zip(imaginary).enumerate() {
+            let ((real, real_off), (rest, rest_off)) = if at == largest {
+                ((1.0, 0.0), (0.0, 0.0))
+            } else {
+                (known((a * re + b * im) / square), known((b * re - a * im) / square))
+            };
+            let part = |x: f64, off: f64| Ball::exact(x).with_added_radius(off);
+            // Of the values as they are used, with what is estimated of them; and as they are proved.
+            let proved = |x: f64| part(x, if at == largest { 0.0 } else { 4.0 * off });
+            let moved = value.mul(&part(real, real_off));
+            let x = &mut start.positions[at];
+            *x = Ball::new(x.add(&moved).mid, moved.radius * f64::from(u8::from(real_off > 0.0)));
+            // The rate of Re(z exp((growth + i omega) t)).
+            let rate = |real: Ball, rest: Ball| mode.growth * real - mode.omega * rest;
+            if !in_phase {
+                let own = value.mul(&rate(part(real, real_off), part(rest, rest_off)));
+                let v = &mut start.velocities[at];
+                let estimated = real_off > 0.0 || rest_off > 0.0;
+                *v = Ball::new(v.add(&own).mid, own.radius * f64::from(u8::from(estimated)));
+            }
+            if alone {
+                start.known[at] = start.known[at].moved(&value.mul(&proved(real)));
+                if !in_phase {
+                    let rate = value.mul(&rate(proved(real), proved(rest)));
+                    start.known[n + at] = start.known[n + at].moved(&rate);
+                }
+            } else {
+                start.known[at] = Known::Open;
+            }
+        }
+        start.onto_constraints(system, &[])?;
+        Ok(start)
+    }
+
+    fn at_rest(model: &Model, linearized: Option<&Linearized>) -> Self {
+        let centre = |value: &Ball| Ball::new(value.mid, 0.0);
+        let n = model.coordinates.len();
+        if let Some(linearized) = linearized {
+            let equilibrium = linearized.equilibrium();
+            let rates = linearized.rates();
+            let place = |at: usize| match equilibrium.origins.get(at) {
+                Some(Origin::Given) => {
+                    let given = model.equilibria.get(at).copied().flatten();
+                    let value = given.and_then(|given| given.value);
+                    value.map_or(Known::Open, |value| Known::constant(&model.pool, value))
+                }
+                Some(Origin::Zero) => Known::Within(Ball::ZERO),
+                Some(Origin::Found) if equilibrium.proved => Known::Within(equilibrium.values[at]),
+                Some(Origin::Found) | None => Known::Open,
+            };
+            let moving = rates.iter().map(|rate| Known::Within(*rate));
+            return Self {
+                positions: equilibrium.values.iter().map(centre).collect(),
+                velocities: rates.iter().map(centre).collect(),
+                moved: Vec::new(),
+                known: (0..n).map(place).chain(moving).collect(),
+            };
+        }
+        let given = model.equilibria.iter().zip(&model.guesses);
+        let given = given.map(|(equilibrium, guess)| equilibrium.or(*guess).and_then(|given| given.value));
+        let given: Vec<Option<ExprId>> = given.collect();
+        let positions = given.iter().map(|value| {
+            let value = value.and_then(|value| linearize::constant(&model.pool, value));
+            value.as_ref().map_or(Ball::ZERO, centre)
+        });
+        let known = given.iter().map(|value| match value {
+            Some(value) => Known::constant(&model.pool, *value),
+            None => Known::Within(Ball::ZERO),
+        });
+        let resting = (0..n).map(|_| Known::Within(Ball::ZERO));
+        Self {
+            positions: positions.collect(),
+            velocities: vec![Ball::ZERO; n],
+            moved: Vec::new(),
+            known: known.chain(resting).collect(),
+        }
+    }
+
+    /// Enclosures of the coordinates, then of the velocities.
+    ///
+    /// # Errors
+    /// [`MotionError::OpenStart`] where nothing is proved of one.
+    pub(super) fn enclosed<S: Enclosure>(&self, precision: S::Precision) -> Result<Vec<S>, MotionError> {
+        let values = self.known.iter().map(|own| own.enclosed::<S>(precision));
+        let values: Option<Vec<S>> = values.collect();
+        values.ok_or(MotionError::OpenStart {})
+    }
+
+    /// Whether all values may be had to any number of digits.
+    pub(super) fn is_exact(&self) -> bool {
+        self.known.iter().all(|own| match own {
+            Known::Constant(..) => true,
+            Known::Within(ball) => ball.is_exact(),
+            Known::Open => false,
+        })
+    }
+}
+
+/// The parts between commas outside brackets.
+fn entries(text: &str) -> Vec<&str> {
+    let mut parts = Vec::new();
+    let (mut depth, mut first) = (0_i32, 0);
+    for (at, c) in text.char_indices() {
+        match c {
+            '(' | '[' => depth += 1,
+            ')' | ']' => depth -= 1,
+            ',' if depth == 0 => {
+                parts.push(&text[first..at]);
+                first = at + 1;
+            }
+            _ => {}
+        }
+    }
+    parts.push(&text[first..]);
+    if let [only] = parts.as_slice()
+        && only.trim().is_empty()
+    {
+        parts.clear();
+    }
+    parts
+}
+
+/// `phi[1]'=0.1`
+fn read(entry: &str, model: &Model) -> Result<Given, MotionError> {
+    let bad = |reason: &str| MotionError::BadStart { text: entry.trim().to_owned(), reason: reason.to_owned() };
+    let (name, value) = entry.split_once('=').ok_or_else(|| bad("there is no `=`"))?;
+    let name: String = name.split_whitespace().collect();
+    let (plain, moves) = match name.strip_suffix('\'') {
+        Some(plain) => (plain, true),
+        None => (name.as_str(), false),
+    };
+    if plain.ends_with('\'') {
+        return Err(bad("accelerations follow from the equations of motion"));
+    }
+    // Indices as names of coordinates have them.
+    let wanted = plain.replace(' ', "");
+    let mut names = model.coordinates.iter();
+    let at = names.position(|own| own.name.replace(' ', "") == wanted);
+    let Some(at) = at else {
+        let known: Vec<&str> = model.coordinates.iter().map(|own| own.name.as_str()).collect();
+        return Err(MotionError::NotACoordinate {
+            nearest: nearest(plain, known).map(str::to_owned),
+            name: name.clone(),
+        });
+    };
+    let value = Constant::parse(value.trim()).map_err(|error| match error {
+        ModelError::BadSetting { reason, .. } => bad(&reason),
+        other => bad(&other.to_string()),
+    })?;
+    let number = linearize::constant(value.pool(), value.value()).filter(Ball::is_finite);
+    let number = number.ok_or_else(|| bad("it is not a number, or larger than 1e298"))?;
+    let factor = model.coordinates.get(at).and_then(|own| own.factor);
+    let factor = factor.map(|factor| Known::constant(&model.pool, factor));
+    let known = match (Known::constant(value.pool(), value.value()), factor) {
+        (Known::Constant(value, _), Some(Known::Constant(factor, _))) => Known::Constant(value, Some(factor)),
+        (known, None) => known,
+        (_, Some(_)) => Known::Open,
+    };
+    let number = scaled(model, at, &number);
+    let half_unit = half_unit(value.text()).unwrap_or(0.0);
+    Ok(Given {
+        coordinate: at,
+        moves,
+        value: Ball::new(number.mid, 0.0),
+        known,
+        half_unit: scaled(model, at, &Ball::exact(half_unit)).mid_f64().abs(),
+    })
+}
+
+/// Half a unit of the last digit of a decimal fraction, `-0.866` or `8.66e-1`; `None` for anything else.
+fn half_unit(text: &str) -> Option<f64> {
+    let text = text.trim().trim_start_matches('-').trim_start();
+    let (digits, exponent) = match text.split_once(['e', 'E']) {
+        Some((digits, exponent)) => (digits, exponent.parse::<i32>().ok()?),
+        None => (text, 0),
+    };
+    let (whole, fraction) = digits.split_once('.')?;
+    let is_digit = |c: char| c.is_ascii_digit();
+    if !whole.chars().all(is_digit) || !fraction.chars().all(is_digit) {
+        return None;
+    }
+    let places = exponent.checked_sub(i32::try_from(fraction.len()).ok()?)?;
+    Some(0.5 * 10.0_f64.powi(places))
+}
+
+/// From the coordinate's unit to SI.
+fn scaled(model: &Model, coordinate: usize, value: &Ball) -> Ball {
+    let factor = model.coordinates.get(coordinate).and_then(|own| own.factor);
+    let factor = factor.and_then(|factor| evaluate_closed::<Ball>(&model.pool, factor, ()));
+    factor.map_or(*value, |factor| value.mul(&factor))
+}

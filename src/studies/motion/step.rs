@@ -1,0 +1,493 @@
+//! A step of the Taylor method for M q'' + h = Jᵀ mu with c(q) = 0.
+//!
+//! Coefficients of q and q' follow each other order by order: those of M, h, J and gamma up to the k-th give q''_k from one
+//! linear system, whose matrix is that of order 0 in every order (A. Griewank and A. Walther, Evaluating Derivatives, 2nd ed.
+//! (2008), chapter 13). How long a step may be, `length` tells. The polynomials are their own dense output. Time is counted in a power of two near the length of the step, so that
+//! coefficients of molecules and planets alike are of moderate size.
+
+use super::equations::Equations;
+use super::length::{Room, allowed};
+use super::matrix::Factored;
+use crate::flow::{count, nearest_power_of_two};
+use librate_core::expr::{Prepared, Series};
+use librate_core::precision::{Ball, DoubleDouble, Matrix, Scalar};
+
+/// Numbers that motions are computed in. Nothing is proved of them.
+pub(super) trait Real: Scalar<Precision = ()> + Copy {
+    /// A double, exactly.
+    fn exact(value: f64) -> Self;
+    /// The middle of an enclosure.
+    fn from_ball(value: &Ball) -> Self;
+    /// The nearest double.
+    fn middle(&self) -> f64;
+    /// As an enclosure that knows of no error.
+    fn to_ball(self) -> Ball;
+    /// About the relative error of one operation.
+    const ROUNDING: f64;
+}
+
+impl Real for f64 {
+    fn exact(value: f64) -> Self {
+        value
+    }
+
+    fn from_ball(value: &Ball) -> Self {
+        value.mid_f64()
+    }
+
+    fn middle(&self) -> f64 {
+        *self
+    }
+
+    fn to_ball(self) -> Ball {
+        Ball::exact(self)
+    }
+
+    const ROUNDING: f64 = 1.2e-16;
+}
+
+impl Real for DoubleDouble {
+    fn exact(value: f64) -> Self {
+        DoubleDouble::exact(value)
+    }
+
+    fn from_ball(value: &Ball) -> Self {
+        value.mid
+    }
+
+    fn middle(&self) -> f64 {
+        self.hi
+    }
+
+    fn to_ball(self) -> Ball {
+        Ball::from(self)
+    }
+
+    const ROUNDING: f64 = 1e-31;
+}
+
+/// Steps of some order, with what is left out of each beside the size of each coordinate.
+pub(super) struct Stepper<'a, S: Real> {
+    pub(super) equations: &'a Equations,
+    pub(super) order: usize,
+    pub(super) tolerance: f64,
+    pub(super) allowed: Vec<f64>,
+    pub(super) room: Room<S>,
+    series: Series<S>,
+    pub(super) values: Prepared<S>,
+    surface: Prepared<S>,
+    pub(super) scratch: Vec<S>,
+    /// The coefficients of each coordinate, velocity, acceleration, multiplier and entry of M and J, in rows.
+    pub(super) positions: Vec<Vec<S>>,
+    pub(super) velocities: Vec<Vec<S>>,
+    pub(super) accelerations: Vec<Vec<S>>,
+    pub(super) multipliers: Vec<Vec<S>>,
+    mass: Vec<Vec<S>>,
+    gradients: Vec<Vec<S>>,
+    /// What absolute values are taken of, in rows, and the signs that these have in the step; none before the first one.
+    kinks: Vec<Vec<S>>,
+    pub(super) signs: Vec<f64>,
+    /// The one whose kink the last step ended at.
+    fresh: Option<usize>,
+    inputs: Vec<S>,
+    right: Vec<S>,
+    matrix: Option<Factored<S>>,
+    /// The unit of time of the coefficients, and that of the next step; 0 before the first one.
+    pub(super) unit: f64,
+    next_unit: f64,
+}
+
+/// Why there is no step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Trouble {
+    /// M, with the constraints, has no inverse.
+    Singular,
+    /// Something is no number.
+    NotFinite,
+    /// The solution ends, or the constraints can't be kept.
+    NoStep,
+    /// An absolute value has its kink, and forces from both sides lead to it.
+    Kink,
+}
+
+/// How often a point is brought back to the constraints at most.
+const MOST_CORRECTIONS: usize = 8;
+
+impl<'a, S: Real> Stepper<'a, S> {
+    pub(super) fn new(equations: &'a Equations, order: usize, tolerance: f64) -> Self {
+        let zero = S::exact(0.0);
+        let (n, c) = (equations.coordinates, equations.constraints);
+        let rows = |count: usize| vec![vec![zero; order + 1]; count];
+        let values = equations.tape.prepare::<S>(());
+        Self {
+            equations,
+            order,
+            tolerance,
+            allowed: allowed(order, tolerance),
+            room: Room::default(),
+            series: values.series(),
+            values,
+            surface: equations.surface.prepare::<S>(()),
+            scratch: Vec::new(),
+            positions: rows(n),
+            velocities: rows(n),
+            accelerations: rows(n),
+            multipliers: rows(c),
+            mass: rows(equations.mass.len()),
+            gradients: rows(equations.gradients.len()),
+            kinks: rows(equations.kinks.outputs()),
+            signs: Vec::new(),
+            fresh: None,
+            inputs: vec![zero; 1 + 2 * n + equations.kinks.outputs()],
+            right: vec![zero; n + c],
+            matrix: None,
+            unit: 1.0,
+            next_unit: 0.0,
+        }
+    }
+
+    /// The coefficients about a state, which is brought back to the constraints first, and a length for the step, of
+    /// which `longest` is needed at most.
+    pub(super) fn expand(&mut self, t: &S, q: &mut [S], v: &mut [S], longest: f64) -> Result<f64, Trouble> {
+        if self.signs.is_empty() {
+            self.settle_signs(t, q, v)?;
+        }
+        self.correct(t, q, v)?;
+        self.begin(q, v);
+        if self.next_unit == 0.0 {
+            self.unit = 1.0;
+            self.coefficients(t, FIRST.min(self.order))?;
+            self.next_unit = nearest_power_of_two(1.0 / self.rate());
+        }
+        let mut left = MOST_UNITS;
+        loop {
+            self.unit = self.next_unit;
+            left -= 1;
+            let length = match self.coefficients(t, self.order) {
+                Ok(()) => self.length()?,
+                Err(Trouble::NotFinite) if left > 0 => {
+                    self.next_unit = self.unit / FAR_OFF;
+                    continue;
+                }
+                Err(trouble) => return Err(trouble),
+            };
+            let reach = length * self.unit;
+            self.next_unit = nearest_power_of_two(reach.min(longest));
+            // Within this no coefficient that matters has got lost below the smallest double.
+            let off = self.next_unit / self.unit;
+            if left == 0 || (1.0 / FAR_OFF..=FAR_OFF).contains(&off) {
+                return Ok(reach);
+            }
+        }
+    }
+
+    /// The signs at the start. Where something begins with 0, its sign is the one that it gets when it moves with that
+    /// sign; a place that draws everything back to it has none.
+    fn settle_signs(&mut self, t: &S, q: &[S], v: &[S]) -> Result<(), Trouble> {
+        let count = self.kinks.len();
+        if count == 0 {
+            return Ok(());
+        }
+        let inputs = [t].into_iter().chain(q).chain(v).cloned().collect::<Vec<S>>();
+        let kinks = self.equations.kinks.prepare::<S>(());
+        let values = kinks.evaluate(&inputs, &mut self.scratch);
+        self.signs = values.iter().map(|x| sign(x.middle())).collect();
+        let open: Vec<usize> = (0..count).filter(|at| values[*at].middle() == 0.0).collect();
+        if open.len() > MOST_OPEN_SIGNS {
+            return Err(Trouble::Kink);
+        }
+        for choice in 0..1_usize << open.len() {
+            for (place, at) in open.iter().enumerate() {
+                self.signs[*at] = if choice >> place & 1 == 0 { 1.0 } else { -1.0 };
+            }
+            self.begin(q, v);
+            self.unit = 1.0;
+            self.coefficients(t, FIRST.min(self.order))?;
+            let own = |at: &usize| {
+                let row = self.kinks[*at].iter().take(FIRST);
+                let first = row.map(Real::middle).find(|x| *x != 0.0);
+                first.is_none_or(|x| x * self.signs[*at] > 0.0)
+            };
+            if open.iter().all(own) {
+                return Ok(());
+            }
+        }
+        Err(Trouble::Kink)
+    }
+
+    /// Where within a length the first absolute value has its kink, if one has: the time from the expansion, behind which its
+    /// sign is the other one.
+    ///
+    /// It is looked for at places of the step, so that two kinks of one value between two of these are missed.
+    pub(super) fn kink(&mut self, length: f64) -> Result<Option<S>, Trouble> {
+        if self.kinks.is_empty() {
+            return Ok(None);
+        }
+        let fresh = self.fresh.take();
+        let mut first: Option<(f64, f64, usize)> = None;
+        for (at, row) in self.kinks.iter().enumerate() {
+            let value = |after: f64| self.signs[at] * horner(row, &S::exact(after / self.unit)).middle();
+            let mut before = 0.0;
+            for place in 1..=LOOKS {
+                let after = length * count(place) / count(LOOKS);
+                if first.is_some_and(|known| known.0 <= before) {
+                    break;
+                }
+                if value(after) < 0.0 {
+                    if first.is_none_or(|known| after <= known.1) {
+                        first = Some((before, after, at));
+                    }
+                    break;
+                }
+                before = after;
+            }
+        }
+        let Some((low, high, at)) = first else {
+            return Ok(None);
+        };
+        // It turns back at once: forces on both sides lead to the kink.
+        let turns_back = self.signs[at] * self.kinks[at][1].middle() < 0.0;
+        if low == 0.0 && turns_back && fresh == Some(at) {
+            return Err(Trouble::Kink);
+        }
+        let unit = S::exact(self.unit);
+        let (mut low, mut high) = (S::exact(low), S::exact(high));
+        let sign = self.signs[at];
+        for _ in 0..BISECTIONS {
+            let middle = low.add(&high).mul(&S::exact(0.5));
+            if sign * horner(&self.kinks[at], &middle.div(&unit)).middle() < 0.0 {
+                high = middle;
+            } else {
+                low = middle;
+            }
+        }
+        self.signs[at] = -sign;
+        self.fresh = Some(at);
+        Ok(Some(high))
+    }
+
+    /// Writes the state to order 0.
+    fn begin(&mut self, q: &[S], v: &[S]) {
+        for (rows, values) in [(&mut self.positions, q), (&mut self.velocities, v)] {
+            for (row, value) in rows.iter_mut().zip(values) {
+                row[0] = *value;
+            }
+        }
+    }
+
+    /// All coefficients up to an order.
+    fn coefficients(&mut self, t: &S, order: usize) -> Result<(), Trouble> {
+        self.series.clear();
+        let unit = S::exact(self.unit);
+        for k in 0..order {
+            self.advance(k, t)?;
+            let share = unit.div(&S::exact(count(k + 1)));
+            for (row, a) in self.velocities.iter_mut().zip(&self.accelerations) {
+                row[k + 1] = a[k].mul(&share);
+            }
+            for (row, v) in self.positions.iter_mut().zip(&self.velocities) {
+                row[k + 1] = v[k].mul(&share);
+            }
+        }
+        Ok(())
+    }
+
+    /// About how fast the state changes, from the first coefficients in units of 1; 1 where nothing does.
+    fn rate(&self) -> f64 {
+        let mut rate = 0.0_f64;
+        for rows in [&self.positions, &self.velocities] {
+            for row in rows {
+                for later in 1..=FIRST.min(self.order) {
+                    for earlier in 0..later {
+                        let ratio = row[later].middle().abs() / row[earlier].middle().abs();
+                        let root = ratio.powf(1.0 / count(later - earlier));
+                        if root.is_finite() {
+                            rate = rate.max(root);
+                        }
+                    }
+                }
+            }
+        }
+        if rate > 0.0 { rate } else { 1.0 }
+    }
+
+    /// q''_k and mu_k.
+    fn advance(&mut self, k: usize, t: &S) -> Result<(), Trouble> {
+        let n = self.equations.coordinates;
+        self.inputs[0] = match k {
+            0 => *t,
+            1 => S::exact(self.unit),
+            _ => S::exact(0.0),
+        };
+        let rows = self.positions.iter().chain(&self.velocities);
+        for (input, row) in self.inputs[1..].iter_mut().zip(rows) {
+            *input = row[k];
+        }
+        let first = 1 + 2 * n;
+        for (input, sign) in self.inputs[first..].iter_mut().zip(&self.signs) {
+            *input = S::exact(if k == 0 { *sign } else { 0.0 });
+        }
+        let out = self.series.next(&self.inputs);
+        let (mass, rest) = out.split_at(self.equations.mass.len());
+        let (load, rest) = rest.split_at(n);
+        let (gradients, bend) = rest.split_at(self.equations.gradients.len());
+        let (bend, kinks) = bend.split_at(self.equations.constraints);
+        for (rows, values) in [(&mut self.mass, mass), (&mut self.gradients, gradients), (&mut self.kinks, kinks)] {
+            for (row, value) in rows.iter_mut().zip(values) {
+                row[k] = *value;
+            }
+        }
+        for (right, left) in self.right.iter_mut().zip(load.iter().chain(bend)) {
+            *right = left.neg();
+        }
+        if k == 0 && (self.matrix.is_none() || !self.equations.constant) {
+            self.matrix = Some(self.factored()?);
+        }
+        if !self.equations.constant {
+            self.move_lower_orders(k);
+        }
+        let Some(matrix) = &self.matrix else {
+            return Err(Trouble::Singular);
+        };
+        matrix.solve(&mut self.right, &mut self.scratch);
+        let rows = self.accelerations.iter_mut().chain(&mut self.multipliers);
+        for (row, value) in rows.zip(&self.right) {
+            row[k] = *value;
+        }
+        if self.right.iter().all(S::is_finite) { Ok(()) } else { Err(Trouble::NotFinite) }
+    }
+
+    /// Takes what is known of the k-th coefficients of M q'' and Jᵀ mu, J q'' to the right: that is all of them but M_0 q''_k
+    /// and its like.
+    fn move_lower_orders(&mut self, k: usize) {
+        let n = self.equations.coordinates;
+        let Self { equations, series, right, accelerations, multipliers, .. } = self;
+        // Σ_(j=1..k) e_j x_(k-j), for an entry that is constant beyond its order 0 in `live`.
+        let known = |entry: &[S], live: usize, x: &[S]| {
+            let end = live.min(k + 1);
+            let entry = entry.get(1..end)?;
+            S::convolution(entry, x.get(k + 1 - end..k)?)
+        };
+        let mass = equations.mass.iter().zip(&self.mass).enumerate();
+        for (at, ((row, column), entry)) in mass {
+            let live = series.live(at);
+            if let Some(part) = known(entry, live, &accelerations[*column]) {
+                right[*row] = right[*row].sub(&part);
+            }
+            if row != column
+                && let Some(part) = known(entry, live, &accelerations[*row])
+            {
+                right[*column] = right[*column].sub(&part);
+            }
+        }
+        let first = equations.mass.len() + n;
+        let gradients = equations.gradients.iter().zip(&self.gradients).enumerate();
+        for (at, ((row, i), entry)) in gradients {
+            let live = series.live(first + at);
+            if let Some(part) = known(entry, live, &accelerations[*i]) {
+                right[n + row] = right[n + row].sub(&part);
+            }
+            // The force is Jᵀ mu, on the right side.
+            if let Some(part) = known(entry, live, &multipliers[*row]) {
+                right[*i] = right[*i].add(&part);
+            }
+        }
+    }
+
+    /// M with -Jᵀ and J beside it, at order 0.
+    fn factored(&self) -> Result<Factored<S>, Trouble> {
+        let (n, c) = (self.equations.coordinates, self.equations.constraints);
+        let diagonal = c == 0 && self.equations.mass.iter().all(|(i, j)| i == j);
+        if diagonal {
+            let mut entries = vec![S::exact(0.0); n];
+            for ((i, _), row) in self.equations.mass.iter().zip(&self.mass) {
+                entries[*i] = row[0];
+            }
+            let fine = entries.iter().all(|x| x.middle() != 0.0 && x.is_finite());
+            return if fine { Ok(Factored::Diagonal(entries)) } else { Err(Trouble::Singular) };
+        }
+        let order = n + c;
+        let mut matrix = Matrix::from_fn(order, order, |_, _| S::exact(0.0));
+        for ((i, j), row) in self.equations.mass.iter().zip(&self.mass) {
+            matrix[(*i, *j)] = row[0];
+            matrix[(*j, *i)] = row[0];
+        }
+        for ((a, i), row) in self.equations.gradients.iter().zip(&self.gradients) {
+            matrix[(*i, n + a)] = row[0].neg();
+            matrix[(n + a, *i)] = row[0];
+        }
+        Factored::new(matrix)
+    }
+
+    /// Brings a state back to c = 0 and c' = 0, along the directions of constraint forces.
+    fn correct(&mut self, t: &S, q: &mut [S], v: &mut [S]) -> Result<(), Trouble> {
+        let (n, c) = (self.equations.coordinates, self.equations.constraints);
+        if c == 0 {
+            return Ok(());
+        }
+        let mut before = f64::INFINITY;
+        for _ in 0..MOST_CORRECTIONS {
+            self.begin(q, v);
+            self.series.clear();
+            // Order 0 leaves the factors of the matrix here.
+            self.advance(0, t)?;
+            let Some(matrix) = &self.matrix else {
+                return Err(Trouble::Singular);
+            };
+            let gaps = self.surface.evaluate(&self.inputs, &mut self.scratch);
+            let mut moved = 0.0_f64;
+            for (state, gaps) in [(&mut *q, &gaps[..c]), (&mut *v, &gaps[c..])] {
+                let mut step = vec![S::exact(0.0); n + c];
+                for (a, gap) in gaps.iter().enumerate() {
+                    step[n + a] = gap.neg();
+                }
+                matrix.solve(&mut step, &mut self.scratch);
+                let largest = state.iter().map(|x| x.middle().abs()).fold(1e-300, f64::max);
+                for (x, step) in state.iter_mut().zip(&step) {
+                    *x = x.add(step);
+                    moved = moved.max(step.middle().abs() / largest);
+                }
+            }
+            if !moved.is_finite() {
+                return Err(Trouble::NotFinite);
+            }
+            // Rounding is reached where it gets no smaller.
+            if moved <= self.tolerance || (moved >= 0.5 * before && moved < 1e-12) {
+                return Ok(());
+            }
+            before = moved;
+        }
+        Err(Trouble::NoStep)
+    }
+
+    /// Coordinates and velocities at a time after that of the expansion.
+    pub(super) fn at(&self, after: &S) -> (Vec<S>, Vec<S>) {
+        let after = after.div(&S::exact(self.unit));
+        let values = |rows: &[Vec<S>]| rows.iter().map(|row| horner(row, &after)).collect();
+        (values(&self.positions), values(&self.velocities))
+    }
+}
+
+/// A polynomial at a place.
+pub(super) fn horner<S: Real>(row: &[S], place: &S) -> S {
+    let terms = row.iter().rev().copied();
+    let sum = terms.reduce(|value, lower| value.mul(place).add(&lower));
+    sum.unwrap_or_else(|| S::exact(0.0))
+}
+
+fn sign(x: f64) -> f64 {
+    if x < 0.0 { -1.0 } else { 1.0 }
+}
+
+/// So many places of a step are looked at for kinks.
+const LOOKS: usize = 64;
+/// Halvings of an interval that holds a kink: more than numbers have bits.
+const BISECTIONS: usize = 128;
+/// Absolute values that begin with 0 at the same time.
+const MOST_OPEN_SIGNS: usize = 6;
+/// So many coefficients tell the unit of time to begin with.
+const FIRST: usize = 4;
+/// Attempts at a unit of time.
+const MOST_UNITS: usize = 8;
+/// Steps that are so many units long, or a unit so many steps, have another unit.
+const FAR_OFF: f64 = 1_048_576.0;

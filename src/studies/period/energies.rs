@@ -1,0 +1,223 @@
+//! U and M of a model of one coordinate, as expressions with all parameters put in, and what symmetry they have.
+
+use super::{PeriodError, panel};
+use crate::mechanics::Mechanics;
+use librate_core::expr::{ExprId, Function, Node, Pool, Substitution, Symbol, Tape, ZeroVerdict};
+use librate_core::linearize::{evaluate_closed, known_values};
+use librate_core::model::Model;
+use librate_core::number::Number;
+use librate_core::precision::Scalar;
+
+/// Smaller parts of a period are not looked for.
+const PRIMES: [i64; 5] = [2, 3, 5, 7, 11];
+
+/// L = 1/2 M(q) q'^2 + b(q) q' - U(q). The term in b is the derivative of a function of q by the time and moves nothing.
+#[derive(Clone, Debug)]
+pub(super) struct Energies {
+    pub(super) pool: Pool,
+    pub(super) coordinate: Symbol,
+    /// U = V - T0.
+    pub(super) potential: ExprId,
+    pub(super) mass: ExprId,
+}
+
+/// Where what an absolute value is taken of changes its sign.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Kink {
+    pub(super) place: ExprId,
+    /// The derivative of that by the coordinate, a constant.
+    pub(super) slope: ExprId,
+    /// Whether it is known to be the equilibrium.
+    pub(super) central: bool,
+}
+
+impl Kink {
+    /// The same in numbers.
+    pub(super) fn evaluated<S: Scalar>(&self, pool: &Pool, precision: S::Precision) -> Option<panel::Kink<S>> {
+        Some(panel::Kink {
+            place: evaluate_closed(pool, self.place, precision)?,
+            slope: evaluate_closed(pool, self.slope, precision)?,
+            central: self.central,
+        })
+    }
+}
+
+/// U and M, ready for evaluation.
+pub(super) struct Kinked {
+    /// U and M from the coordinate and the signs; `None` where a parameter is left.
+    pub(super) tape: Option<Tape>,
+    pub(super) kinks: Vec<Kink>,
+}
+
+/// Refuses what has no period by energy conservation in one coordinate.
+pub(super) fn check(model: &Model) -> Result<(), PeriodError> {
+    if model.coordinates.len() != 1 {
+        return Err(PeriodError::NotOneCoordinate {
+            count: model.coordinates.len(),
+            span: model.coordinates.get(1).map(|second| second.span),
+        });
+    }
+    if let Some((feature, span)) = model.features().next() {
+        return Err(PeriodError::Unsupported { feature, span });
+    }
+    Ok(())
+}
+
+impl Energies {
+    pub(super) fn new(model: &Model) -> Result<Self, PeriodError> {
+        let Some(own) = model.coordinates.first() else {
+            return Err(PeriodError::NotOneCoordinate { count: 0, span: None });
+        };
+        let Mechanics { mut pool, lagrangian, .. } = Mechanics::new(model, model.pool.clone(), &known_values(model));
+        let velocity = own.velocity;
+        let once = pool.diff(lagrangian, velocity);
+        let mass = pool.diff(once, velocity);
+        let third = pool.diff(mass, velocity);
+        if pool.is_zero(third) != ZeroVerdict::Zero {
+            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
+        }
+        let zero = pool.zero();
+        let rest: Substitution = [(velocity, zero)].into_iter().collect();
+        let parts = pool.substitute(&[mass, lagrangian], &rest);
+        let [mass, lagrangian] = parts.as_slice() else {
+            return Err(PeriodError::NotQuadratic { coordinate: own.name.clone(), span: own.span });
+        };
+        if pool.is_zero(*mass) == ZeroVerdict::Zero {
+            return Err(PeriodError::NoInertia { coordinate: own.name.clone(), span: own.span });
+        }
+        let potential = pool.neg(*lagrangian);
+        Ok(Self { mass: *mass, potential, coordinate: own.symbol, pool })
+    }
+
+    /// U and M as functions of the coordinate and of the signs of what absolute values are taken of, with the kinks of these.
+    /// Where one is taken of what is not linear in the coordinate, all stay as they are. `center`: the equilibrium, where it is
+    /// known exactly.
+    pub(super) fn kinked(&mut self, center: Option<ExprId>) -> Kinked {
+        let roots = [self.potential, self.mass];
+        let q = self.coordinate;
+        let (smooth, signs) = self.pool.with_signs(&roots, |symbol| symbol == q);
+        let pool = &mut self.pool;
+        let origin: Substitution = [(q, pool.zero())].into_iter().collect();
+        let kinks = signs.iter().map(|(x, _)| {
+            let slope = pool.diff(*x, q);
+            let there = pool.substitute_one(*x, &origin);
+            let place = pool.div(there, slope);
+            let place = pool.neg(place);
+            let central = center.is_some_and(|center| {
+                let way = pool.sub(place, center);
+                pool.is_zero(way) == ZeroVerdict::Zero
+            });
+            let linear = pool.is_constant(slope) && pool.is_constant(place);
+            linear.then_some(Kink { place, slope, central })
+        });
+        let mut inputs = vec![q];
+        let kinks = kinks.collect::<Option<Vec<Kink>>>().unwrap_or_default();
+        let tape = if kinks.is_empty() {
+            Tape::compile(pool, &roots, &inputs)
+        } else {
+            inputs.extend(signs.iter().map(|(_, sign)| *sign));
+            Tape::compile(pool, &smooth, &inputs)
+        };
+        Kinked { tape: tape.ok(), kinks }
+    }
+
+    /// Whether U and M are the same with q0 + x and q0 - x.
+    pub(super) fn is_even_about(&mut self, centre: ExprId) -> bool {
+        let pool = &mut self.pool;
+        let q = pool.symbol_expr(self.coordinate);
+        let mirrored = pool.linear(&[(centre, Number::from(2)), (q, Number::from(-1))]);
+        self.is_unchanged(mirrored)
+    }
+
+    /// Whether U and M stay the same where the coordinate is replaced.
+    fn is_unchanged(&mut self, replacement: ExprId) -> bool {
+        let map: Substitution = [(self.coordinate, replacement)].into_iter().collect();
+        let before = [self.potential, self.mass];
+        let after = self.pool.substitute(&before, &map);
+        before.iter().zip(after).all(|(before, after)| {
+            let difference = self.pool.sub(*before, after);
+            self.pool.is_zero(difference) == ZeroVerdict::Zero
+        })
+    }
+
+    /// The shortest period of U and M in the coordinate that is found, a positive constant: where the coordinate occurs
+    /// in sines, cosines and tangents of arguments a q + b with rational ratios of the a alone.
+    pub(super) fn advance(&mut self) -> Option<ExprId> {
+        let q = self.coordinate;
+        let roots = [self.potential, self.mass];
+        let mut inside: std::collections::HashMap<ExprId, ()> = std::collections::HashMap::new();
+        let mut arguments = Vec::new();
+        for id in self.pool.reachable(&roots) {
+            if let Node::Function(Function::Sin | Function::Cos | Function::Tan, x) = self.pool.node(id) {
+                arguments.push((id, *x));
+            }
+        }
+        let mut rates = Vec::new();
+        for (function, argument) in arguments {
+            if !self.pool.depends_on(argument, &|symbol| symbol == q) {
+                continue;
+            }
+            let rate = self.pool.diff(argument, q);
+            if self.pool.is_constant(rate) {
+                inside.insert(function, ());
+                rates.push(rate);
+            }
+        }
+        let first = *rates.first()?;
+        // Everything that depends on the coordinate does so through these functions.
+        let mut varies: std::collections::HashMap<ExprId, bool> = std::collections::HashMap::new();
+        for id in self.pool.reachable(&roots) {
+            let mut own = self.pool.as_symbol(id) == Some(q);
+            if !inside.contains_key(&id) {
+                let pool = &self.pool;
+                pool.node(id).for_each_child(|child| {
+                    own |= varies.get(&child).copied().unwrap_or(false);
+                });
+            }
+            varies.insert(id, own);
+        }
+        if roots.iter().any(|root| varies.get(root).copied().unwrap_or(false)) {
+            return None;
+        }
+        // All rates are whole multiples of the first one divided by the common denominator, and by no larger part.
+        let mut numerators = 0_u64;
+        let mut denominators = 1_u64;
+        for rate in rates {
+            let ratio = self.pool.div(rate, first);
+            let (n, d) = self.pool.as_number(ratio)?.small_parts()?;
+            let n = n.unsigned_abs().checked_mul(denominators)?;
+            let common = denominators.checked_mul(d)?;
+            numerators = gcd(numerators.checked_mul(d)?, n);
+            denominators = common;
+        }
+        let size = Number::ratio(i64::try_from(denominators).ok()?, i64::try_from(numerators).ok()?)?;
+        let pool = &mut self.pool;
+        let pi = pool.pi();
+        let turn = pool.div(pi, first);
+        let turn = pool.scale(turn, &size);
+        let turn = pool.scale(turn, &Number::from(2));
+        let mut advance = pool.abs(turn);
+        // A square of a cosine has half the period.
+        for prime in PRIMES {
+            for _ in 0..8 {
+                let part = Number::ratio(1, prime)?;
+                let shorter = self.pool.scale(advance, &part);
+                let q = self.pool.symbol_expr(self.coordinate);
+                let shifted = self.pool.add(q, shorter);
+                if !self.is_unchanged(shifted) {
+                    break;
+                }
+                advance = shorter;
+            }
+        }
+        Some(advance)
+    }
+}
+
+fn gcd(a: u64, b: u64) -> u64 {
+    let (mut a, mut b) = (a, b);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    a
+}

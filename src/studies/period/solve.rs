@@ -1,0 +1,304 @@
+//! From a request to a period, with as many bits as it takes, and what is to be said where bits do not help.
+
+use super::barrier::Height;
+use super::center::Center;
+use super::panel::Field;
+use super::small::small;
+use super::task::{Course, Found, Stop, Task};
+use super::{Motion, Options, Oscillator, Period, PeriodError, Request, decides};
+use librate_core::linearize::short;
+use librate_core::precision::Enclosure;
+use librate_core::precision::{Ball, Big, Magnitude, Rounding, Scalar};
+
+/// The rest that is asked for at least: the period is then known better than doubles tell.
+const LEAST_BITS: u32 = 62;
+
+/// Doubled doubles do for so many bits, with room for what cancels.
+const BITS_OF_BALLS: u32 = 86;
+
+/// With so many bits what is too rough for expansions is not smooth.
+const ROUGH_BITS: usize = 800;
+
+/// Numbers of more bits than these are not tried.
+const MOST_BITS: usize = 4096;
+
+/// Results are given as doubles too: numbers smaller or larger than these are not followed.
+const LEAST_SIZE: f64 = 1e-280;
+const MOST_SIZE: f64 = 1e280;
+
+const OUT_OF_RANGE: &str =
+    "a motion with such numbers is beyond the range of double precision; other units bring it back";
+
+/// What a barrier is looked at with.
+const BITS_OF_BARRIERS: usize = 1024;
+
+/// An energy nearer to the height of a barrier than this, relative to the height of the motion, counts as at the
+/// barrier where the integral fails.
+const AT_BARRIER: f64 = 1e-30;
+
+/// What more bits or a look at a barrier make of a failure.
+enum Verdict {
+    Final(PeriodError),
+    /// There is a barrier: E - U is negative at this place.
+    Fence(Big),
+    Unknown,
+}
+
+/// An inertia that is smaller than this on the top of a barrier, relative to that at the equilibrium, counts as none where
+/// the integral fails there.
+const VANISHING: f64 = 1e-12;
+
+/// The motion that is asked for.
+pub(super) fn period(oscillator: &Oscillator, request: &Request, options: &Options) -> Result<Period, PeriodError> {
+    check_request(oscillator, request)?;
+    let wanted = (options.digits as f64 * std::f64::consts::LOG2_10).ceil() as u32 + 14;
+    let mut bits = wanted.max(LEAST_BITS);
+    let place = oscillator.center.position();
+    let mut fence = None;
+    // Numbers far from usual ones leave the range of balls on their way.
+    if bits <= BITS_OF_BALLS && oscillator.center.units().is_none() {
+        let mut task = Task::<Ball>::new(oscillator, request, (), place, bits, None);
+        match task.run(request) {
+            Ok(found) if decides(&found.period, options.digits) => {
+                let mut field = task.field;
+                let (small, bend) = small_about(&oscillator.center, &mut field, &place);
+                check_range(request, &found)?;
+                return Ok(finished(oscillator, &place, found, None, small, None, bend));
+            }
+            Ok(_) => {}
+            // More bits take more terms a panel and as many panels.
+            Err(Stop::Final(error @ PeriodError::TooLong { .. })) => return Err(error),
+            // Their range is that of doubles: what they find nothing for, more bits may.
+            Err(Stop::Final(_) | Stop::AtRest) => {}
+            Err(stop @ (Stop::Precision(_) | Stop::Rough(_))) => {
+                fence = judge(oscillator, request, &place, stop).unwrap_or_default();
+            }
+        }
+    }
+    let mut precision = (bits as usize + 64).next_multiple_of(64);
+    let mut attempts = 0;
+    loop {
+        attempts += 1;
+        oscillator.model().pool.budget().check()?;
+        let centre = oscillator.position(precision);
+        let centre = centre.unwrap_or_else(|| Big::from_ball(&place, precision));
+        let mut task = Task::<Big>::new(oscillator, request, precision, centre.clone(), bits, fence.as_ref());
+        match task.run(request) {
+            Ok(found) => {
+                let complete = found.period.decimal(options.digits).rounding == Rounding::Correct;
+                if complete || attempts > 6 {
+                    let mut field = task.field;
+                    let (small_precise, bend) = small_about(&oscillator.center, &mut field, &centre);
+                    check_range(request, &found)?;
+                    let period = found.period.clone();
+                    let small = small_precise.as_ref().map(Big::to_ball);
+                    let bend = bend.map(|bend| bend.to_ball());
+                    let place = centre.to_ball();
+                    return Ok(finished(oscillator, &place, found, Some(period), small, small_precise, bend));
+                }
+                bits += 40;
+                precision += 64;
+            }
+            Err(Stop::Final(error)) => return Err(error),
+            Err(Stop::AtRest) if precision * 2 > MOST_BITS => {
+                return Err(task.below_equilibrium());
+            }
+            Err(Stop::AtRest) => precision *= 2,
+            Err(stop) => {
+                let at = match &stop {
+                    Stop::Precision(at) | Stop::Rough(at) => at.clone(),
+                    Stop::Final(_) | Stop::AtRest => centre.clone(),
+                };
+                let found = match judge(oscillator, request, &place, stop) {
+                    // What is lost where terms cancel looks rough as well.
+                    Err(PeriodError::NotSmooth { .. }) if precision < ROUGH_BITS => None,
+                    other => other?,
+                };
+                // A barrier that was not known is a way on; else it takes more bits.
+                if found.is_none() || fence.is_some() {
+                    precision *= 2;
+                }
+                fence = fence.or(found);
+                if attempts > 12 || precision > MOST_BITS {
+                    return Err(PeriodError::Undecided {
+                        coordinate: oscillator.coordinate().name.clone(),
+                        place: oscillator.place(at.mid_f64()),
+                    });
+                }
+            }
+        }
+    }
+}
+
+/// Small oscillations and the change of their frequency, where the equilibrium is known.
+fn small_about<S: Enclosure>(center: &Center, field: &mut Field<S>, at: &S) -> (Option<S>, Option<S>) {
+    if !center.is_proved() || center.is_corner() {
+        return (None, None);
+    }
+    let (small, bend) = small(field, at);
+    // Where a derivative jumps the change is no even function of the amplitude.
+    (small, bend.filter(|_| field.is_smooth_at(at)))
+}
+
+/// What is asked for, and how it was put in.
+fn asked(request: &Request) -> (&'static str, &str) {
+    match request {
+        Request::Amplitude(constant) => ("the amplitude", constant.text()),
+        Request::Energy(constant) => ("the energy", constant.text()),
+    }
+}
+
+/// Refuses energies that doubles do not hold.
+fn check_range<S: Enclosure>(request: &Request, found: &Found<S>) -> Result<(), PeriodError> {
+    let (least, most) = (found.energy.least(), found.energy.size());
+    let too_small = !least.is_zero() && most < Magnitude::from_f64(LEAST_SIZE);
+    if !(too_small || most > Magnitude::from_f64(MOST_SIZE)) {
+        return Ok(());
+    }
+    let (what, text) = asked(request);
+    Err(PeriodError::BadRequest { what, value: text.to_owned(), reason: OUT_OF_RANGE })
+}
+
+fn check_request(oscillator: &Oscillator, request: &Request) -> Result<(), PeriodError> {
+    let value = oscillator.value::<Big>(request, BITS_OF_BARRIERS);
+    let (what, text) = asked(request);
+    let size = value.mid_f64().abs();
+    let within = (LEAST_SIZE..MOST_SIZE).contains(&size);
+    let bad = |reason| {
+        Err(PeriodError::BadRequest {
+            what,
+            value: if (within || value.is_zero()) && oscillator.center.units().is_none() {
+                short(value.mid_f64())
+            } else {
+                text.to_owned()
+            },
+            reason,
+        })
+    };
+    if !value.is_finite() {
+        return bad("it is not a finite number");
+    }
+    if !(within || value.is_zero()) {
+        return bad(OUT_OF_RANGE);
+    }
+    let amplitude = matches!(request, Request::Amplitude(_));
+    if amplitude && (value.is_zero() || value.is_negative()) {
+        return bad("an amplitude is the distance to the upper turning point, which is positive");
+    }
+    Ok(())
+}
+
+fn finished<S: Enclosure>(
+    oscillator: &Oscillator,
+    place: &Ball,
+    found: Found<S>,
+    precise: Option<Big>,
+    small: Option<Ball>,
+    small_precise: Option<Big>,
+    bend: Option<Ball>,
+) -> Period {
+    let motion = match found.course {
+        Course::Libration([lower, upper]) => Motion::Libration { turning: [lower.to_ball(), upper.to_ball()] },
+        Course::Rotation(advance) => Motion::Rotation { advance: advance.to_ball() },
+    };
+    Period {
+        period: found.period.to_ball(),
+        precise,
+        motion,
+        energy_precise: oscillator.center.units().map(|_| found.energy.to_big(BITS_OF_BARRIERS)),
+        energy: found.energy.to_ball(),
+        equilibrium: *place,
+        proved: oscillator.center.is_proved(),
+        corner: oscillator.center.is_corner(),
+        small,
+        small_precise,
+        bend,
+    }
+}
+
+/// What is to be said about a place where an integral failed: nothing yet, that there is a barrier, or an error.
+fn judge<S: Enclosure>(
+    oscillator: &Oscillator,
+    request: &Request,
+    place: &Ball,
+    stop: Stop<S>,
+) -> Result<Option<Big>, PeriodError> {
+    let (at, rough) = match &stop {
+        Stop::Precision(at) => (at, false),
+        Stop::Rough(at) => (at, true),
+        Stop::Final(_) | Stop::AtRest => return Ok(None),
+    };
+    match look(oscillator, request, place, &at.to_big(BITS_OF_BARRIERS), rough) {
+        Verdict::Final(error) => Err(error),
+        Verdict::Fence(fence) => Ok(Some(fence)),
+        Verdict::Unknown if rough => Err(PeriodError::NotSmooth {
+            coordinate: oscillator.coordinate().name.clone(),
+            place: oscillator.place(at.middle()),
+        }),
+        Verdict::Unknown => Ok(None),
+    }
+}
+
+/// Looks for a barrier beside a place where an integral failed; where it failed because of panels that get too
+/// small, a barrier that is nearly touched is the reason.
+fn look(oscillator: &Oscillator, request: &Request, place: &Ball, at: &Big, rough: bool) -> Verdict {
+    let bits = BITS_OF_BARRIERS;
+    let centre = oscillator.position(bits);
+    let centre = centre.unwrap_or_else(|| Big::from_ball(place, bits));
+    let mut task = Task::<Big>::new(oscillator, request, bits, centre, 256, None);
+    let reach = at.sub(&task.centre).mid_f64().abs();
+    let Some((summit, height)) = task.field.summit(at, reach) else {
+        return unless_between(&mut task, rough);
+    };
+    let one = task.field.number(1.0);
+    let (potential, mass) = task.field.expand(&summit, &one, 3);
+    if !potential.get(2).is_some_and(Enclosure::is_negative) {
+        return unless_between(&mut task, rough);
+    }
+    let centre = task.centre.clone();
+    let (_, own) = task.field.expand(&centre, &one, 1);
+    if let (Some(there), Some(here)) = (mass.first(), own.first())
+        && there.size() < here.size() * Magnitude::from_f64(VANISHING)
+    {
+        // As at the cusps of a cycloid: no time is spent on the top, and no expansion passes it.
+        return Verdict::Final(PeriodError::NotSmooth {
+            coordinate: oscillator.coordinate().name.clone(),
+            place: oscillator.place(summit.mid_f64()),
+        });
+    }
+    let excess = task.energy.sub(&height);
+    let depth = height.sub(&task.field.potential(&task.centre)).size();
+    let small = depth * Magnitude::from_f64(AT_BARRIER);
+    let undecided = !(excess.is_positive() || excess.is_negative());
+    if undecided || rough && excess.size() <= small {
+        return Verdict::Final(PeriodError::AtBarrier {
+            coordinate: oscillator.coordinate().name.clone(),
+            barrier: oscillator.place(summit.mid_f64()),
+            margin: oscillator.margin(excess.size()),
+            height: oscillator.height(height.mid_f64()),
+        });
+    }
+    if excess.is_negative() {
+        let Some((upper, _)) = task.turning.clone() else {
+            return Verdict::Fence(summit);
+        };
+        if summit.sub(&upper).is_positive() {
+            // The barrier that the motion turns before.
+            return Verdict::Unknown;
+        }
+        return if summit.sub(&task.centre).is_negative() {
+            Verdict::Fence(summit)
+        } else {
+            Verdict::Final(task.beyond_barrier(&summit, &Height::Top(height)))
+        };
+    }
+    Verdict::Unknown
+}
+
+/// Where no top is near, a barrier may still be in the way of a turning point that is asked for.
+fn unless_between(task: &mut Task<Big>, rough: bool) -> Verdict {
+    match task.barrier_between() {
+        Some(error) if rough => Verdict::Final(error),
+        Some(_) | None => Verdict::Unknown,
+    }
+}

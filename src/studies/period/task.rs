@@ -1,0 +1,393 @@
+//! One motion in numbers of one precision: its turning points and the integral between them.
+
+use super::barrier::Height;
+use super::panel::{Field, Obstacle, Path, Refusal, order_for};
+use super::turning::Outward;
+use super::{Oscillator, PeriodError, Request};
+use librate_core::precision::Big;
+use librate_core::precision::Enclosure;
+
+/// A barrier this near to the equilibrium, beside the amplitude, is the equilibrium.
+const AT_CENTRE: f64 = 1e-6;
+
+/// Turning points that turn out not to be the first ones.
+const MOST_RETRIES: usize = 40;
+
+/// A motion, in numbers of some precision.
+pub(super) struct Found<S> {
+    pub(super) period: S,
+    pub(super) course: Course<S>,
+    pub(super) energy: S,
+}
+
+pub(super) enum Course<S> {
+    Libration([S; 2]),
+    Rotation(S),
+}
+
+/// Why there is none.
+pub(super) enum Stop<S> {
+    Final(PeriodError),
+    /// Numbers of this precision do not do, at this place.
+    Precision(S),
+    /// The integral fails at this place.
+    Rough(S),
+    /// The energy can't be told from that of the equilibrium.
+    AtRest,
+}
+
+/// A motion to be found with numbers of one precision.
+pub(super) struct Task<'a, S: Enclosure> {
+    oscillator: &'a Oscillator,
+    pub(super) field: Field<S>,
+    /// The equilibrium.
+    pub(super) centre: S,
+    /// E.
+    pub(super) energy: S,
+    /// The upper turning point and its distance, where these are given.
+    pub(super) turning: Option<(S, S)>,
+    /// How far the coordinate goes in a full turn.
+    advance: Option<S>,
+    bits: u32,
+    /// A place where E - U is known to be negative.
+    fence: Option<S>,
+}
+
+impl<'a, S: Enclosure> Task<'a, S> {
+    pub(super) fn new(
+        oscillator: &'a Oscillator,
+        request: &Request,
+        precision: S::Precision,
+        centre: S,
+        bits: u32,
+        fence: Option<&Big>,
+    ) -> Self {
+        let mut field = oscillator.field::<S>(precision);
+        let value = oscillator.value::<S>(request, precision);
+        let (energy, turning) = match request {
+            Request::Amplitude(_) => {
+                let turning = centre.add(&value);
+                (field.potential(&turning), Some((turning, value)))
+            }
+            Request::Energy(_) => (value, None),
+        };
+        Self {
+            oscillator,
+            field,
+            centre,
+            energy,
+            turning,
+            advance: oscillator.advance::<S>(precision),
+            bits,
+            fence: fence.map(|fence| S::from_big(fence, precision)),
+        }
+    }
+
+    fn name(&self) -> String {
+        self.oscillator.coordinate().name.clone()
+    }
+
+    pub(super) fn run(&mut self, request: &Request) -> Result<Found<S>, Stop<S>> {
+        let energy = self.energy.clone();
+        if !energy.is_finite() {
+            let at = self.turning.as_ref().map_or(&self.centre, |(at, _)| at);
+            return Err(Stop::Rough(at.clone()));
+        }
+        let centre = self.centre.clone();
+        let excess = self.field.excess_at(&energy, &centre);
+        if !excess.is_finite() {
+            return Err(Stop::Rough(centre));
+        }
+        let amplitude = matches!(request, Request::Amplitude(_));
+        if excess.is_negative() || excess.is_exact_zero() {
+            return Err(Stop::Final(if !amplitude {
+                self.below_equilibrium()
+            } else if self.is_maximum() {
+                self.maximum()
+            } else {
+                self.blocked()
+            }));
+        }
+        if !excess.is_positive() {
+            return Err(if amplitude {
+                // As high as the equilibrium, it may be, and a barrier between: bits do not tell.
+                match self.barrier_between() {
+                    Some(error) => Stop::Final(error),
+                    None => Stop::Precision(centre),
+                }
+            } else {
+                Stop::AtRest
+            });
+        }
+        let course = match self.turning.clone() {
+            Some((turning, distance)) => self.by_amplitude(turning, &distance)?,
+            None => self.by_energy(&excess)?,
+        };
+        let (period, course) = course;
+        Ok(Found { period, course, energy })
+    }
+
+    fn by_amplitude(&mut self, upper: S, distance: &S) -> Result<(S, Course<S>), Stop<S>> {
+        let right = match self.time(upper.clone(), distance.neg(), true) {
+            Ok(time) => time,
+            Err(Obstacle { refusal: Refusal::Forbidden, .. }) => return Err(Stop::Final(self.blocked())),
+            Err(obstacle) => return Err(self.stopped(obstacle)),
+        };
+        if self.oscillator.even {
+            let lower = self.centre.sub(distance);
+            return Ok((right.add(&right), Course::Libration([lower, upper])));
+        }
+        let step = -distance.middle() / 8.0;
+        let (left, lower) = match self.side(step, None)? {
+            Some(side) => side,
+            None => return Err(Stop::Final(self.open(false, None))),
+        };
+        Ok((right.add(&left), Course::Libration([lower, upper])))
+    }
+
+    fn by_energy(&mut self, excess: &S) -> Result<(S, Course<S>), Stop<S>> {
+        let step = self.step(excess);
+        let reach = self.advance.as_ref().map(|advance| advance.middle().abs());
+        if self.advance.is_some() {
+            // Where steps meet no turning point within a turn, there is none, or the integral will tell.
+            let mut advance = self.advance.clone().unwrap_or_else(|| self.centre.clone());
+            let outward = match &self.fence {
+                Some(_) => None,
+                None => Some(self.outward(step, reach)),
+            };
+            if let Some(Outward::Touch(summit)) = outward {
+                return Err(Stop::Precision(summit));
+            }
+            if let Some(Outward::Open) = outward {
+                match self.time(self.centre.clone(), advance.clone(), false) {
+                    Ok(time) => {
+                        if advance.is_negative() {
+                            advance = advance.neg();
+                        }
+                        let half = self.field.number(0.5);
+                        return Ok((time.mul(&half), Course::Rotation(advance)));
+                    }
+                    Err(Obstacle { refusal: Refusal::Forbidden, at }) => self.fence = Some(at),
+                    Err(obstacle) => return Err(self.stopped(obstacle)),
+                }
+            }
+        }
+        let (right, upper) = match self.side(step, reach)? {
+            Some(side) => side,
+            None => return Err(Stop::Final(self.open(true, None))),
+        };
+        if self.oscillator.even {
+            let distance = upper.sub(&self.centre);
+            let lower = self.centre.sub(&distance);
+            return Ok((right.add(&right), Course::Libration([lower, upper])));
+        }
+        let (left, lower) = match self.side(-step, reach)? {
+            Some(side) => side,
+            None => return Err(Stop::Final(self.open(false, None))),
+        };
+        Ok((right.add(&left), Course::Libration([lower, upper])))
+    }
+
+    fn outward(&mut self, step: f64, reach: Option<f64>) -> Outward<S> {
+        let (energy, centre) = (self.energy.clone(), self.centre.clone());
+        self.field.outward(&energy, &centre, step, reach)
+    }
+
+    /// The time from the first turning point on one side to the equilibrium, and that point; `None` where steps meet none.
+    fn side(&mut self, step: f64, reach: Option<f64>) -> Result<Option<(S, S)>, Stop<S>> {
+        let centre = self.centre.clone();
+        let mut bracket = match self.outward(step, reach) {
+            Outward::Bracket(inside, outside) => (inside, outside),
+            Outward::End(end) if self.fence_on(step).is_none() => {
+                return Err(Stop::Final(self.open(step > 0.0, Some(end))));
+            }
+            Outward::Touch(summit) if self.fence_on(step).is_none() => {
+                return Err(Stop::Precision(summit));
+            }
+            Outward::Open | Outward::End(_) | Outward::Touch(_) => match self.fence_on(step) {
+                Some(fence) => (centre.clone(), fence),
+                None => return Ok(None),
+            },
+        };
+        // A barrier that is known is nearer than what steps over it have met.
+        if let Some(fence) = self.fence_on(step) {
+            let nearer = bracket.1.sub(&fence).middle() * step > 0.0;
+            if nearer {
+                bracket = (centre.clone(), fence);
+            }
+        }
+        let energy = self.energy.clone();
+        for _ in 0..MOST_RETRIES {
+            let found = self.field.turning_point(&energy, &bracket.0, &bracket.1);
+            let Some(turning) = found else {
+                return Err(Stop::Precision(bracket.1));
+            };
+            match self.time(turning.clone(), centre.sub(&turning), true) {
+                Ok(time) => return Ok(Some((time, turning))),
+                Err(Obstacle { refusal: Refusal::Forbidden, at }) => bracket = (centre.clone(), at),
+                Err(obstacle) => return Err(self.stopped(obstacle)),
+            }
+        }
+        Err(Stop::Precision(bracket.1))
+    }
+
+    /// The known barrier, where it lies on the side that a step goes to.
+    fn fence_on(&self, step: f64) -> Option<S> {
+        let fence = self.fence.clone()?;
+        let way = fence.sub(&self.centre).middle();
+        (way * step > 0.0).then_some(fence)
+    }
+
+    /// The time along a path, from kink to kink.
+    fn time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
+        let mut total: Option<S> = None;
+        for (at, (start, span)) in self.field.pieces(start, span)?.into_iter().enumerate() {
+            self.field.hold(&start, &span);
+            let time = self.smooth_time(start, span, turning && at == 0);
+            self.field.release();
+            let time = time?;
+            total = Some(match total {
+                Some(total) => total.add(&time),
+                None => time,
+            });
+        }
+        Ok(total.unwrap_or_else(|| self.field.number(0.0)))
+    }
+
+    /// The time along a path without kinks; where it passes a barrier closely, in three parts.
+    fn smooth_time(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
+        let (energy, order) = (self.energy.clone(), order_for(self.bits));
+        let pass = self.field.pass(&energy, &start, &span, order, self.bits);
+        let Some(pass) = pass else {
+            return self.time_between(start, span, turning);
+        };
+        let half = span.mul(&self.field.number(pass.half));
+        let before = pass.place.sub(&half);
+        let after = pass.place.add(&half);
+        let rest = start.add(&span).sub(&after);
+        let way = before.sub(&start);
+        let before = self.time_between(start, way, turning)?;
+        let after = self.time_between(after, rest, false)?;
+        Ok(before.add(&pass.time).add(&after))
+    }
+
+    fn time_between(&mut self, start: S, span: S, turning: bool) -> Result<S, Obstacle<S>> {
+        Path {
+            field: &mut self.field,
+            energy: &self.energy,
+            start,
+            span,
+            turning,
+            order: order_for(self.bits),
+            bits: self.bits,
+        }
+        .time()
+    }
+
+    /// A step outward that is small beside the amplitude.
+    fn step(&mut self, excess: &S) -> f64 {
+        let centre = self.centre.clone();
+        let one = self.field.number(1.0);
+        let (potential, _) = self.field.expand(&centre, &one, 3);
+        if let Some(half) = potential.get(2).filter(|half| half.is_positive()) {
+            // E - U = u2 A²
+            let amplitude = excess.div(half).sqrt().middle();
+            if amplitude.is_finite() && amplitude > 0.0 {
+                return amplitude / 8.0;
+            }
+        }
+        let mut step = 1e-30;
+        while step < 1e30 {
+            let at = self.centre.add(&self.field.number(step));
+            let energy = self.energy.clone();
+            if !self.field.excess_at(&energy, &at).is_positive() {
+                return step / 16.0;
+            }
+            step *= 2.0;
+        }
+        1.0
+    }
+
+    fn stopped(&self, obstacle: Obstacle<S>) -> Stop<S> {
+        match obstacle.refusal {
+            Refusal::NegativeMass => {
+                let coordinate = self.oscillator.coordinate();
+                Stop::Final(PeriodError::NegativeMass {
+                    coordinate: coordinate.name.clone(),
+                    place: self.oscillator.place(obstacle.at.middle()),
+                    span: coordinate.span,
+                })
+            }
+            Refusal::Rough => Stop::Rough(obstacle.at),
+            Refusal::Long => Stop::Final(PeriodError::TooLong {
+                coordinate: self.name(),
+                place: self.oscillator.place(obstacle.at.middle()),
+            }),
+            Refusal::Precision | Refusal::Forbidden => Stop::Precision(obstacle.at),
+        }
+    }
+
+    fn is_maximum(&mut self) -> bool {
+        let one = self.field.number(1.0);
+        let centre = self.centre.clone();
+        let (potential, _) = self.field.expand(&centre, &one, 3);
+        potential.get(2).is_some_and(Enclosure::is_negative)
+    }
+
+    pub(super) fn below_equilibrium(&mut self) -> PeriodError {
+        let centre = self.centre.clone();
+        PeriodError::BelowEquilibrium {
+            energy: self.oscillator.height(self.energy.middle()),
+            potential: self.oscillator.height(self.field.potential(&centre).middle()),
+            maximum: self.is_maximum(),
+        }
+    }
+
+    fn open(&self, upward: bool, end: Option<f64>) -> PeriodError {
+        PeriodError::NotPeriodic { coordinate: self.name(), upward, end: end.map(|end| self.oscillator.place(end)) }
+    }
+
+    /// The error of an amplitude behind a barrier, which is looked for.
+    fn blocked(&mut self) -> PeriodError {
+        let centre = self.centre.clone();
+        match self.barrier_between() {
+            Some(error) => error,
+            // Nothing rises above the place where it starts.
+            None if self.energy.sub(&self.field.potential(&centre)).is_exact_zero() => self.open(false, None),
+            None => PeriodError::Undecided { coordinate: self.name(), place: self.oscillator.place(centre.middle()) },
+        }
+    }
+
+    /// The error of an amplitude behind a barrier that is certainly higher, where there is one.
+    pub(super) fn barrier_between(&mut self) -> Option<PeriodError> {
+        let centre = self.centre.clone();
+        let (upper, distance) = self.turning.clone()?;
+        let (summit, height) = self.field.highest(&centre, &upper)?;
+        if !height.at().sub(&self.energy).is_positive() {
+            return None;
+        }
+        let way = summit.sub(&centre).middle().abs();
+        if way <= AT_CENTRE * distance.middle().abs() {
+            return Some(self.maximum());
+        }
+        Some(self.beyond_barrier(&summit, &height))
+    }
+
+    /// The error of an equilibrium that is a maximum.
+    fn maximum(&self) -> PeriodError {
+        PeriodError::Maximum { coordinate: self.name(), equilibrium: self.oscillator.place(self.centre.middle()) }
+    }
+
+    pub(super) fn beyond_barrier(&mut self, summit: &S, height: &Height<S>) -> PeriodError {
+        let centre = self.centre.clone();
+        let bottom = self.field.potential(&centre);
+        let amplitude = self.turning.as_ref().map_or(f64::NAN, |(_, distance)| distance.middle());
+        PeriodError::BeyondBarrier {
+            amplitude: self.oscillator.place(amplitude),
+            coordinate: self.name(),
+            barrier: self.oscillator.place(summit.middle()),
+            height: height.words(&bottom, self.oscillator),
+            energy: self.oscillator.height(self.energy.sub(&bottom).middle()),
+        }
+    }
+}
