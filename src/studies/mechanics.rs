@@ -38,9 +38,9 @@ pub(crate) struct Equation {
 impl<'a> Mechanics<'a> {
     /// Writes the energies out, with what is known of the parameters; `pool` builds on the model's and has these values.
     pub(crate) fn new(model: &'a Model, mut pool: Pool, known: &Substitution) -> Self {
-        let lagrangian = written_out(model, &mut pool, signed_terms(model), known);
+        let lagrangian = written_out(model, &mut pool, signed_terms(model), None, known);
         let friction = model.friction.iter().map(|family| (false, family));
-        let friction = written_out(model, &mut pool, friction, known);
+        let friction = written_out(model, &mut pool, friction, None, known);
         Self {
             model,
             coordinates: model.coordinates.iter().map(|own| own.symbol).collect(),

@@ -23,7 +23,7 @@ fn full(file: &File, at: ExprRef) -> String {
         ExprKind::Product(factors) => {
             let mut out = String::new();
             for (position, factor) in factors.iter().enumerate() {
-                let sign = if factor.divided() { "/" } else { "*" };
+                let sign = if factor.inverted() { "/" } else { "*" };
                 out += if position == 0 { "" } else { sign };
                 out += &full(file, factor.value());
             }
@@ -32,7 +32,7 @@ fn full(file: &File, at: ExprRef) -> String {
         ExprKind::Sum(terms) => {
             let mut out = String::new();
             for (position, term) in terms.iter().enumerate() {
-                let sign = if term.subtracted() { " - " } else { " + " };
+                let sign = if term.inverted() { " - " } else { " + " };
                 out += if position == 0 { "" } else { sign };
                 out += &full(file, term.value());
             }

@@ -128,8 +128,8 @@ impl Copy<'_> {
 
     fn expr(&mut self, at: ExprRef) -> ExprRef {
         let list: Vec<ExprRef>;
-        let factors: Vec<Factor>;
-        let terms: Vec<Term>;
+        let factors: Vec<Member>;
+        let terms: Vec<Member>;
         let indices_of_sum: Indices;
         let one_name: Name;
         let from = self.from.expr(at);
@@ -151,11 +151,11 @@ impl Copy<'_> {
                 ExprKind::Power { base: self.expr(base), exponent: self.expr(exponent) }
             }
             ExprKind::Product(members) => {
-                factors = members.iter().map(|f| Factor::new(f.divided(), self.expr(f.value()))).collect();
+                factors = members.iter().map(|f| Member::new(f.inverted(), self.expr(f.value()))).collect();
                 ExprKind::Product(&factors)
             }
             ExprKind::Sum(members) => {
-                terms = members.iter().map(|t| Term::new(t.subtracted(), self.expr(t.value()))).collect();
+                terms = members.iter().map(|t| Member::new(t.inverted(), self.expr(t.value()))).collect();
                 ExprKind::Sum(&terms)
             }
             ExprKind::Call { function, arguments } => {

@@ -69,11 +69,7 @@ impl Derivation {
         };
         page.for_each(&mut |e| roots.push(*e));
         let mut weights = Simplifier::default();
-        let total = |pool: &Pool, weights: &mut Simplifier, roots: &[ExprId]| -> u64 {
-            let each = roots.iter().map(|root| weights.weight(pool, *root));
-            each.fold(0, u64::saturating_add)
-        };
-        let before = total(&self.pool, &mut weights, &roots);
+        let before = weights.weight_of(&self.pool, &roots);
         if candidates(&self.pool, &mut weights, &roots, &page.entries()).is_empty() {
             return None;
         }
@@ -109,7 +105,7 @@ impl Derivation {
             page.for_each(&mut |e| *e = images.of(*e));
         }
         let definitions: Vec<ExprId> = named.iter().map(|own| own.value).collect();
-        let after = total(&pool, &mut weights, &roots).saturating_add(total(&pool, &mut weights, &definitions));
+        let after = weights.weight_of(&pool, &roots).saturating_add(weights.weight_of(&pool, &definitions));
         // A tenth at least.
         if named.is_empty() || after.saturating_add(before / 10) > before {
             return None;
@@ -191,11 +187,8 @@ fn candidates(pool: &Pool, weights: &mut Simplifier, roots: &[ExprId], entries: 
     }
     let mut found: Vec<Candidate> = Vec::new();
     for id in ids {
-        let is_one = match pool.node(id) {
-            Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
-            Node::Function(..) | Node::Power { .. } | Node::Atan2 { .. } => true,
-            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Product(_) | Node::Undefined => false,
-        };
+        let is_one = pool.terms(id).len() > 1
+            || matches!(pool.node(id), Node::Function(..) | Node::Power { .. } | Node::Atan2 { .. });
         let count = times.get(&id).copied().unwrap_or(0);
         if !is_one || count < LEAST_TIMES || entries.contains(&id) {
             continue;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::pair::{Pair, Sparse, is_zero};
+use super::pair::{Pair, Sparse};
 use super::roots::of_polynomial;
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
@@ -260,7 +260,7 @@ impl Waves {
 }
 
 /// Whether nothing stiff is in a pair.
-pub(super) fn is_free(pool: &Pool, pair: &Pair) -> bool {
+pub(super) fn is_free(pair: &Pair) -> bool {
     let mut entries = pair.stiffness.iter().flat_map(BTreeMap::values);
-    entries.all(|value| is_zero(pool, *value))
+    entries.all(|value| value.is_zero())
 }

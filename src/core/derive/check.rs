@@ -5,6 +5,7 @@
 //! are evaluated at values drawn for them. A closed form stands if there are as many modes as its multiplicity says whose
 //! enclosures meet it, each mode counted once.
 
+use std::borrow::Cow;
 use std::cell::OnceCell;
 use std::collections::HashMap;
 
@@ -47,6 +48,7 @@ pub(super) struct Column {
 }
 
 /// A mode to compare with.
+#[derive(Clone)]
 struct Reference {
     omega_squared: Ball,
     symmetry: Option<String>,
@@ -265,11 +267,7 @@ impl<'a> Checker<'a> {
     /// K x = omega^2 M x with the numbers of the other path, one by one, and to be orthogonal.
     pub(super) fn are_modes(&self, pool: &Pool, pair: &Pair, columns: &[Column]) -> bool {
         let n = pair.len();
-        let own = match self.modes() {
-            Some(_) => None,
-            None => self.solved(pool, pair),
-        };
-        let Some(modes) = self.modes().or(own.as_ref()) else {
+        let Some(modes) = self.references(pool, pair) else {
             return false;
         };
         let Some((mass, stiffness)) = self.matrices(pool, pair) else {
@@ -283,21 +281,10 @@ impl<'a> Checker<'a> {
         let Some(values) = self.measured_columns(pool, &all, n) else {
             return false;
         };
-        let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
         let columns: Vec<&[Ball]> = values.chunks_exact(n + 2).collect();
         let product = |matrix: &[Ball], x: &[Ball]| -> Vec<Ball> {
-            let row = |i: usize| {
-                let terms = (0..n).map(|j| matrix[i + n * j].mul(&x[j]));
-                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
-            };
-            (0..n).map(row).collect()
+            (0..n).map(|i| sum((0..n).map(|j| matrix[i + n * j].mul(&x[j])))).collect()
         };
-        let dot = |x: &[Ball], y: &[Ball]| {
-            let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
-            terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
-        };
-        let is_zero =
-            |value: &Ball, size: f64| value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size;
         let largest = modes.iter().map(|mode| mode.omega_squared.abs_upper()).fold(0.0, f64::max);
         let mut squares: Vec<&Reference> = modes.iter().collect();
         squares.sort_by(|a, b| a.omega_squared.mid_f64().total_cmp(&b.omega_squared.mid_f64()));
@@ -357,18 +344,10 @@ impl<'a> Checker<'a> {
         };
         let product = |matrix: &[Ball], rows: &[std::collections::BTreeMap<usize, ExprId>], x: &[Ball]| {
             let row = |(i, row): (usize, &std::collections::BTreeMap<usize, ExprId>)| {
-                let terms = row.keys().map(|j| matrix[i + n * j].mul(&x[*j]));
-                terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+                sum(row.keys().map(|j| matrix[i + n * j].mul(&x[*j])))
             };
             rows.iter().enumerate().map(row).collect::<Vec<Ball>>()
         };
-        let size = |of: &[Ball]| of.iter().map(Ball::abs_upper).fold(0.0, f64::max);
-        let dot = |x: &[Ball], y: &[Ball]| {
-            let terms = x.iter().zip(y).map(|(x, y)| x.mul(y));
-            terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
-        };
-        let is_zero =
-            |value: &Ball, size: f64| value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size;
         let largest = size(&stiffness);
         let mut images: Vec<Vec<Ball>> = Vec::new();
         columns.iter().enumerate().all(|(at, column)| {
@@ -405,14 +384,7 @@ impl<'a> Checker<'a> {
             return;
         }
         let expressions: Vec<ExprId> = case.frequencies.iter().map(|f| f.omega_squared).collect();
-        let own = match self.modes() {
-            Some(_) => None,
-            None => self.solved(pool, pair),
-        };
-        let (Some(values), Some(modes)) = (
-            self.measured(pool, &expressions, &[2 * self.units().map_or(0, Units::rate)]),
-            self.modes().or(own.as_ref()),
-        ) else {
+        let (Some(values), Some(modes)) = (self.squares(pool, &expressions), self.references(pool, pair)) else {
             case.frequencies.clear();
             case.series.clear();
             case.solved.clear();
@@ -427,10 +399,7 @@ impl<'a> Checker<'a> {
             let same = later.sub(value).contains_zero() && equal(pool, form.omega_squared, kept.omega_squared);
             if same {
                 merged.extend([form.omega_squared, kept.omega_squared]);
-                kept.multiplicity += form.multiplicity;
-                if kept.symmetry != form.symmetry {
-                    kept.symmetry = None;
-                }
+                kept.join(form);
             }
             same
         });
@@ -512,14 +481,19 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The values in the units of the other path, where it has some: of 2^power, these powers over and over.
-    fn measured(&self, pool: &Pool, expressions: &[ExprId], powers: &[i64]) -> Option<Vec<Ball>> {
-        if self.units().is_none() {
+    /// Squares of frequencies in the units of the other path, where it has some.
+    fn squares(&self, pool: &Pool, expressions: &[ExprId]) -> Option<Vec<Ball>> {
+        let Some(units) = self.units() else {
             return self.evaluate(pool, expressions);
-        }
+        };
         let wide = self.wide(pool, expressions)?;
-        let both = wide.iter().zip(powers.iter().cycle());
-        Some(both.map(|(own, power)| own.scale(-power).to_ball()).collect())
+        Some(wide.iter().map(|own| own.scale(-2 * units.rate()).to_ball()).collect())
+    }
+
+    /// The modes to compare with: of the other path, or of M and K at the values at hand.
+    fn references(&self, pool: &Pool, pair: &Pair) -> Option<Cow<'_, [Reference]>> {
+        let known = self.modes().map(|modes| Cow::Borrowed(modes.as_slice()));
+        known.or_else(|| self.solved(pool, pair).map(Cow::Owned))
     }
 
     /// M and K at the values at hand, column by column.
@@ -601,6 +575,24 @@ fn waves<S: Scalar>(
         columns.push(column);
     }
     Some(columns)
+}
+
+fn sum(terms: impl Iterator<Item = Ball>) -> Ball {
+    terms.fold(Ball::ZERO, |sum, term| sum.add(&term))
+}
+
+fn dot(x: &[Ball], y: &[Ball]) -> Ball {
+    sum(x.iter().zip(y).map(|(x, y)| x.mul(y)))
+}
+
+/// An upper bound of the magnitudes.
+fn size(of: &[Ball]) -> f64 {
+    of.iter().map(Ball::abs_upper).fold(0.0, f64::max)
+}
+
+/// Whether a value of parts of that size is 0, as far as enclosures tell.
+fn is_zero(value: &Ball, size: f64) -> bool {
+    value.contains_zero() && value.is_finite() && value.radius <= WIDEST * size
 }
 
 fn equal(pool: &Pool, a: ExprId, b: ExprId) -> bool {

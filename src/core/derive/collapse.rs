@@ -1,44 +1,19 @@
 //! Addition theorems, used where two terms become one.
 
-use super::simplify::{Monomial, Monomials, add_to, split};
-use crate::expr::{ExprId, Node, Pool};
+use super::simplify::{self, Monomial, Monomials, add_to, split};
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 use crate::precision::Function;
 
 /// The argument of a sine or cosine.
 fn angle(pool: &Pool, e: ExprId, function: Function) -> Option<ExprId> {
-    match pool.node(e) {
-        Node::Function(own, x) if *own == function => Some(*x),
-        Node::Function(..)
-        | Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
-    }
+    pool.as_function(e).filter(|(own, _)| *own == function).map(|(_, x)| x)
 }
 
 /// A monomial with some powers changed; exponents that become 0 vanish.
 fn changed(monomial: &Monomial, by: &[(ExprId, i64)]) -> Monomial {
-    let mut new = monomial.clone();
-    for (base, change) in by {
-        let change = Number::from(*change);
-        match new.binary_search_by_key(base, |(base, _)| *base) {
-            Ok(at) => {
-                let exponent = new[at].1.add(&change);
-                if exponent.is_zero() {
-                    new.remove(at);
-                } else {
-                    new[at].1 = exponent;
-                }
-            }
-            Err(at) => new.insert(at, (*base, change)),
-        }
-    }
-    new
+    let by = by.iter().map(|(base, change)| (*base, Number::from(*change))).collect();
+    simplify::times(monomial, &by, &Number::ONE)
 }
 
 /// Uses the addition theorems wherever two terms become one.
@@ -209,15 +184,5 @@ fn halves(pool: &mut Pool, _: &Monomials, monomial: &Monomial, coefficient: &Num
 
 /// A monomial times one more factor; `None` where the pool makes more of it than a monomial.
 fn times(pool: &mut Pool, monomial: &Monomial, factor: ExprId) -> Option<Monomial> {
-    match pool.node(factor) {
-        Node::Function(..) => Some(changed(monomial, &[(factor, 1)])),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
-    }
+    pool.as_function(factor).map(|_| changed(monomial, &[(factor, 1)]))
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::lagrangian::{Lagrangian, Variables};
 use super::motion::{Motion, MotionSum, MotionTerm};
 use super::simplify::Simplifier;
-use crate::expr::{ExprId, ModularPoint, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
+use crate::expr::{ExprId, Pool, ZeroVerdict, nullspace_mod, rational_reconstruct};
 use crate::linearize::{Rotation, candidate_rotations, rotation_name, translation_name};
 use crate::model::Model;
 use crate::number::Number;
@@ -175,12 +175,7 @@ impl Search<'_> {
     fn sample(&self, slopes: &Slopes, columns: &[usize], rows: &mut Vec<Vec<u64>>) -> Option<()> {
         let roots: Vec<ExprId> = slopes.iter().map(|(_, slope)| *slope).collect();
         for point in 0..slopes.len() as u64 + 2 {
-            // A point where a denominator vanishes is replaced by another.
-            let values = (0..4).find_map(|attempt| {
-                let seed = 4 * point + attempt;
-                let value = |symbol| ModularPoint::random_value(seed, symbol);
-                self.pool.evaluate_mod(&roots, value, seed)
-            })?;
+            let values = self.pool.evaluate_at_random(&roots, point)?;
             let mut row = vec![0; columns.len()];
             for ((i, _), value) in slopes.iter().zip(values) {
                 if let Ok(at) = columns.binary_search(i) {
@@ -307,20 +302,12 @@ fn sum_of_momenta(
             parts.entry(term.motion.clone()).or_default().push(value);
         }
     }
-    let mut terms = Vec::new();
-    for (motion, parts) in parts {
-        let sum = pool.sum(&parts);
-        terms.push(MotionTerm::new(short.simplify(pool, sum), &motion));
-    }
     let mut named = MotionSum::new(pool, named);
     // In the order of the motion: x p_y - y p_x, axis by axis.
     let place = |term: &MotionTerm| {
         let own = |i: usize| generator.iter().position(|(other, _)| *other == i);
-        term.motion.first().and_then(|(motion, _)| match motion {
-            Motion::Momentum(i) => own(*i),
-            _ => None,
-        })
+        term.motion.first().and_then(|(motion, _)| if let Motion::Momentum(i) = motion { own(*i) } else { None })
     };
     named.terms.sort_by_key(place);
-    (named, MotionSum::new(pool, terms))
+    (named, MotionSum::of_parts(pool, short, parts))
 }

@@ -10,7 +10,6 @@ use super::simplify::Simplifier;
 use super::{Derivation, Linear, Parts};
 use crate::expr::{ExprId, Pool};
 use crate::linearize::{self, Eliminated, SymbolicConstraints, Tied};
-use crate::number::Number;
 
 /// Constraints, one entry each for those that don't follow from others.
 #[derive(Clone, Debug)]
@@ -27,11 +26,7 @@ pub struct Constraints {
 impl Constraints {
     pub(super) fn new(tied: &Tied) -> Option<Self> {
         let expressions = tied.expressions();
-        (!expressions.is_empty()).then(|| Self {
-            names: tied.names(),
-            expressions,
-            dependent: tied.dependent().to_vec(),
-        })
+        (!expressions.is_empty()).then(|| Self { names: tied.names(), expressions, dependent: tied.dependent.clone() })
     }
 }
 
@@ -100,7 +95,7 @@ pub(super) fn reduce(page: &mut Derivation, short: &mut Simplifier, checker: &Ch
             tangent: None,
         };
         reduced.finish(pool, short, checker, parts);
-        reduced.forget_zeros(pool);
+        reduced.forget_zeros();
         let derivation = Derivation {
             pool: pool.clone(),
             model: checker.model.name.clone(),
@@ -166,16 +161,15 @@ fn directions(
 /// ZᵀAZ.
 fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Vec<ExprId>> {
     let m = z.first().map_or(0, Vec::len);
-    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
     let mut parts: Vec<Vec<Vec<ExprId>>> = vec![vec![Vec::new(); m]; m];
     for (i, row) in rows.iter().enumerate() {
         for (j, entry) in row.iter().enumerate() {
-            if is_zero(pool, *entry) {
+            if entry.is_zero() {
                 continue;
             }
             for (a, left) in z[i].iter().enumerate() {
                 for (b, right) in z[j].iter().enumerate() {
-                    if !is_zero(pool, *left) && !is_zero(pool, *right) {
+                    if !left.is_zero() && !right.is_zero() {
                         parts[a][b].push(pool.product(&[*left, *entry, *right]));
                     }
                 }
@@ -187,12 +181,12 @@ fn congruent(pool: &mut Pool, rows: &[Vec<ExprId>], z: &[Vec<ExprId>]) -> Vec<Ve
 
 impl Linear {
     /// Without matrices of which nothing is left.
-    fn forget_zeros(&mut self, pool: &Pool) {
+    fn forget_zeros(&mut self) {
         let others = [&mut self.gyroscopic, &mut self.damping, &mut self.circulatory];
         for matrix in others {
             let vanishes = matrix.as_ref().is_some_and(|rows| {
                 let mut entries = rows.iter().flatten();
-                entries.all(|e| pool.as_number(*e).is_some_and(Number::is_zero))
+                entries.all(|e| e.is_zero())
             });
             if vanishes {
                 *matrix = None;

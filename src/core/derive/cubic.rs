@@ -149,8 +149,7 @@ pub(super) fn solve(
             .collect();
         let shown = formulas.iter().map(|formula| formula.omega_squared);
         let shown: Vec<ExprId> = shown.chain(names.given.iter().map(|(_, e)| *e)).collect();
-        let weights = shown.into_iter().map(|e| short.weight(pool, e));
-        let weight = weights.fold(0, u64::saturating_add);
+        let weight = short.weight_of(pool, &shown);
         if best.as_ref().is_none_or(|(least, _)| weight < *least) {
             let abbreviations = names.given.into_iter();
             let abbreviations =

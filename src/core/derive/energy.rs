@@ -130,13 +130,7 @@ pub(super) fn hamiltonian(
     }
     let rest = without_velocities(pool, short, variables, lagrangian);
     add(&[], rest);
-    let mut sum = Vec::new();
-    for (motion, parts) in terms {
-        let coefficient = pool.sum(&parts);
-        let coefficient = short.simplify(pool, coefficient);
-        sum.push(MotionTerm::new(coefficient, &motion));
-    }
-    Some(MotionSum::new(pool, sum))
+    Some(MotionSum::of_parts(pool, short, terms))
 }
 
 /// The inverse of A on and above the diagonal.
@@ -174,10 +168,6 @@ fn inverse(
     Some(result)
 }
 
-fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.as_number(e).is_some_and(Number::is_zero)
-}
-
 /// 1/2 sum m_ij x_i x_j written out.
 pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: impl Fn(usize) -> Motion) -> MotionSum {
     let mut terms = Vec::new();
@@ -191,7 +181,7 @@ pub(super) fn quadratic_form(pool: &mut Pool, matrix: &[Vec<ExprId>], motion: im
             });
         }
     }
-    let count = terms.iter().filter(|term| !is_zero(pool, term.coefficient)).count();
+    let count = terms.iter().filter(|term| !term.coefficient.is_zero()).count();
     if count == 1 {
         for term in &mut terms {
             term.coefficient = pool.scale(term.coefficient, &Number::half());

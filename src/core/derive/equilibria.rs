@@ -128,22 +128,13 @@ fn root(
         let left = pool.symbol_expr(symbol);
         return Some(quotient(pool, short, coordinate, left, rest, slope));
     }
-    let one = Number::ONE;
-    let (constant, terms) = match pool.node(factor) {
-        Node::Sum { constant, terms } => (constant.clone(), terms.to_vec()),
-        Node::Function(..) => (Number::ZERO, vec![(factor, one.clone())]),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Atan2 { .. }
-        | Node::Undefined => return None,
-    };
+    if !pool.is_sum(factor) && pool.as_function(factor).is_none() {
+        return None;
+    }
     let mut left: Option<ExprId> = None;
     let mut slope: Vec<(ExprId, Number)> = Vec::new();
-    let mut rest = vec![(pool.number(constant), one)];
-    for (term, coefficient) in terms {
+    let mut rest = Vec::new();
+    for (term, coefficient) in pool.terms(factor) {
         if !moves(pool, variables, coordinate, term) {
             rest.push((term, coefficient));
             continue;
@@ -204,7 +195,7 @@ fn add_conditions(pool: &mut Pool, checker: &Checker<'_>, roots: &mut [Root]) {
     let lone: Vec<Option<ExprId>> = roots
         .iter()
         .map(|root| {
-            let at_zero = pool.as_number(root.value).is_some_and(Number::is_zero);
+            let at_zero = root.value.is_zero();
             angle(pool, root.left).filter(|_| at_zero)
         })
         .collect();
@@ -309,25 +300,13 @@ fn single_sign(pool: &Pool, e: ExprId, known: &Signs) -> Option<bool> {
         }
         Some(negative)
     };
-    match pool.node(e) {
-        Node::Sum { constant, terms } => {
-            let mut signs = Vec::with_capacity(terms.len() + 1);
-            if !constant.is_zero() {
-                signs.push(constant.is_negative());
-            }
-            for (term, coefficient) in terms {
-                signs.push(of_term(*term)? != coefficient.is_negative());
-            }
-            let first = *signs.first()?;
-            signs.iter().all(|sign| *sign == first).then_some(first)
-        }
-        Node::Symbol(_) => of_symbol(e),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => None,
+    if !pool.is_sum(e) {
+        return of_symbol(e);
     }
+    let mut signs = Vec::new();
+    for (term, coefficient) in pool.terms(e) {
+        signs.push(of_term(term)? != coefficient.is_negative());
+    }
+    let first = *signs.first()?;
+    signs.iter().all(|sign| *sign == first).then_some(first)
 }

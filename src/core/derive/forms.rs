@@ -9,7 +9,7 @@ use super::lattice::{Angles, Lattice, lattice};
 use super::pair::{Pair, Sparse};
 use super::roots::{Request, roots};
 use super::shapes::{Shape, shapes};
-use super::simplify::Simplifier;
+use super::simplify::{Simplifier, split};
 use crate::expr::{ExprId, Node, Pool};
 use crate::model::Model;
 use crate::number::Number;
@@ -62,7 +62,7 @@ pub(super) fn closed_forms(
     let mut rest: Vec<usize> = Vec::new();
     for part in &parts {
         let own = pair.restricted(part);
-        if is_free(pool, &own) {
+        if is_free(&own) {
             let zero = pool.zero();
             found.add(zero, part.len(), None);
             found.shapes.extend(small_part(pool, short, &own, part, request));
@@ -196,40 +196,21 @@ fn solve_parts(
 fn opened(pool: &mut Pool, short: &mut Simplifier, e: ExprId) -> ExprId {
     let (size, core) = pool.split_content(e);
     // A lone term keeps its number as a sum.
-    let (size, core) = if let Node::Sum { constant, terms } = pool.node(core)
-        && constant.is_zero()
-        && let [(term, factor)] = &**terms
-    {
-        (size.mul(factor), *term)
-    } else {
-        (size, core)
-    };
+    let (factor, core) = split(pool, core);
+    let size = size.mul(&factor);
     let Node::Product(factors) = pool.node(core) else {
         return e;
     };
     let factors = factors.to_vec();
-    let sums = factors
-        .iter()
-        .enumerate()
-        .filter(|(_, (base, exponent))| exponent.is_one() && matches!(pool.node(*base), Node::Sum { .. }));
+    let sums = factors.iter().enumerate().filter(|(_, (base, exponent))| exponent.is_one() && pool.is_sum(*base));
     let sums: Vec<usize> = sums.map(|(at, _)| at).collect();
     let [at] = sums.as_slice() else {
         return e;
     };
-    let Node::Sum { constant, terms } = pool.node(factors[*at].0) else {
+    let parts = pool.terms(factors[*at].0);
+    let divides = |term: ExprId| pool.factors(term).iter().any(|(_, exponent)| exponent.is_negative());
+    if !parts.iter().any(|(term, _)| divides(*term)) {
         return e;
-    };
-    let divides = |term: &ExprId| {
-        let of_factors = |factors: &[(ExprId, Number)]| factors.iter().any(|(_, e)| e.is_negative());
-        matches!(pool.node(*term), Node::Product(factors) if of_factors(factors))
-    };
-    if !terms.iter().any(|(term, _)| divides(term)) {
-        return e;
-    }
-    let mut parts: Vec<(ExprId, Number)> = terms.to_vec();
-    let constant = constant.clone();
-    if !constant.is_zero() {
-        parts.push((pool.one(), constant));
     }
     let mut sum = Vec::new();
     for (term, coefficient) in parts {

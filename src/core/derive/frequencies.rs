@@ -178,7 +178,7 @@ pub(super) fn frequencies(
 ) -> Frequencies {
     let model = checker.model;
     let request = Request { most, model };
-    let pair = Pair::new(pool, &linear.mass, &linear.stiffness);
+    let pair = Pair::new(&linear.mass, &linear.stiffness);
     let mut signs = linear.signs.clone();
     let pair = pair.canonical(pool, short);
     let used = pool.symbols_of(&pair.values());
@@ -358,6 +358,14 @@ impl Angles {
 }
 
 impl Frequency {
+    /// Takes in another that is the same.
+    pub(super) fn join(&mut self, other: &Self) {
+        self.multiplicity += other.multiplicity;
+        if self.symmetry != other.symmetry {
+            self.symmetry = None;
+        }
+    }
+
     /// The multiplicity as a number.
     #[must_use]
     pub fn count(&self) -> Number {

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
-use crate::linearize::{Splitter, Variable, elements, instance, signed_terms};
+use crate::linearize::{Splitter, Variable, elements, instance, instances, signed_terms};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 
@@ -110,10 +110,6 @@ struct Body {
     forces: Vec<(usize, ExprId)>,
 }
 
-fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.as_number(e).is_some_and(Number::is_zero)
-}
-
 /// Sorts the terms of a model's Lagrangian by powers of the velocities.
 pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier) -> Lagrangian {
     let mut splitter = Splitter::default();
@@ -128,14 +124,10 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
     for (negative, family) in signed_terms(model) {
         let share = if negative { pool.neg(family.body) } else { family.body };
         let Some(body) = body(pool, &mut splitter, short, family, share) else {
-            for at in 0..family.count {
-                let map = instance(model, pool, family, at, None);
-                let term = pool.substitute_one(share, &map);
-                result.other.push(term);
-            }
+            result.other.extend(instances(model, pool, family, share, None));
             continue;
         };
-        result.has_rest_energy |= !negative && !model.lagrangian && !is_zero(pool, body.potential);
+        result.has_rest_energy |= !negative && !model.lagrangian && !body.potential.is_zero();
         let mut roots = vec![body.potential];
         roots.extend(body.inertia.values());
         roots.extend(body.linear.values());
@@ -146,7 +138,7 @@ pub(super) fn lagrangian(model: &Model, pool: &mut Pool, short: &mut Simplifier)
             let coordinates = family.coordinates_of(at);
             let number = |local: usize| coordinates.get(local).map_or(0, |i| *i as usize);
             if let Some(potential) = here.next()
-                && !is_zero(pool, potential)
+                && !potential.is_zero()
             {
                 result.potential.push(potential);
             }
@@ -180,7 +172,7 @@ fn added<Key: Ord>(
     for (key, parts) in parts {
         let sum = pool.sum(&parts);
         let sum = short.simplify(pool, sum);
-        if !is_zero(pool, sum) {
+        if !sum.is_zero() {
             sums.insert(key, sum);
         }
     }
@@ -197,7 +189,7 @@ fn body(
 ) -> Option<Body> {
     let zero = pool.zero();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
-    let at_rest: Substitution = velocities.iter().map(|v| (*v, zero)).collect();
+    let at_rest = family.at_rest(pool);
     let moving = splitter.facts.varies(pool, share, Variable::Velocity);
     let mut inertia: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
     let mut linear: BTreeMap<usize, Vec<ExprId>> = BTreeMap::new();
@@ -205,13 +197,13 @@ fn body(
         for element in elements(pool, splitter, share, &velocities, Variable::Velocity) {
             let mut moves = |e: ExprId| splitter.facts.varies(pool, e, Variable::Velocity);
             let stretched = !element.slope.is_empty() && moves(element.second)
-                || (element.slope.iter().any(|(_, slope)| moves(*slope)) && !is_zero(pool, element.second));
+                || (element.slope.iter().any(|(_, slope)| moves(*slope)) && !element.second.is_zero());
             let bent = !element.curvature.is_empty()
                 && (moves(element.first) || element.curvature.iter().any(|(_, _, entry)| moves(*entry)));
             if stretched || bent {
                 return None;
             }
-            if !is_zero(pool, element.second) {
+            if !element.second.is_zero() {
                 for (k, (a, left)) in element.slope.iter().enumerate() {
                     for (b, right) in element.slope.iter().skip(k) {
                         let value = pool.product(&[element.second, *left, *right]);
@@ -255,12 +247,5 @@ fn body(
 
 /// The terms of Rayleigh's function, written out.
 pub(super) fn dissipation(model: &Model, pool: &mut Pool) -> Vec<ExprId> {
-    let mut terms = Vec::new();
-    for family in &model.friction {
-        for at in 0..family.count {
-            let map = instance(model, pool, family, at, None);
-            terms.push(pool.substitute_one(family.body, &map));
-        }
-    }
-    terms
+    model.friction.iter().flat_map(|family| instances(model, pool, family, family.body, None)).collect()
 }

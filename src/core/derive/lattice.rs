@@ -14,7 +14,7 @@
 
 use std::collections::{BTreeMap, HashMap};
 
-use super::pair::{Pair, is_zero};
+use super::pair::Pair;
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::number::Number;
@@ -281,7 +281,7 @@ fn formula(pool: &mut Pool, short: &mut Simplifier, pair: &Pair, dimensions: Vec
     };
     let stiffness = eigenvalue(pair.stiffness.first()?)?;
     let mass = eigenvalue(pair.mass.first()?)?;
-    if is_zero(pool, mass) {
+    if mass.is_zero() {
         return None;
     }
     let quotient = pool.div(stiffness, mass);

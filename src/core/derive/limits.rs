@@ -87,12 +87,7 @@ fn transform_case(
         form.omega_squared = short.simplify(pool, value);
         let same = |other: &&mut Frequency| other.omega_squared == form.omega_squared;
         match frequencies.iter_mut().find(same) {
-            Some(other) => {
-                other.multiplicity += form.multiplicity;
-                if other.symmetry != form.symmetry {
-                    other.symmetry = None;
-                }
-            }
+            Some(other) => other.join(&form),
             None => frequencies.push(form),
         }
     }

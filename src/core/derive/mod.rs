@@ -330,7 +330,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
     {
         linear = Err(error);
     }
-    let names = names(model, &pool, &linear);
+    let names = names(model, &linear);
     let mut symbols = symbols(model, &mut pool);
     for name in tied.iter().flat_map(Tied::names) {
         let symbol = pool.symbol(&name);
@@ -367,7 +367,7 @@ fn derivation(model: &Model, parts: &Parts) -> Result<Derivation, LinearizeError
 impl Linear {
     /// Brings all to its shortest form and works out what follows.
     fn finish(&mut self, pool: &mut Pool, short: &mut Simplifier, checker: &Checker<'_>, parts: &Parts) {
-        let pair = Pair::new(pool, &self.mass, &self.stiffness);
+        let pair = Pair::new(&self.mass, &self.stiffness);
         let pair = pair.replaced(pool, short, &HashMap::new());
         let (pair, signs) = checker.signed(pool, short, &pair);
         let pair = pair.with_halved_angles(pool, short);
@@ -416,11 +416,11 @@ fn symbols(model: &Model, pool: &mut Pool) -> BTreeMap<String, ExprId> {
 }
 
 /// Displacements are named as the coordinates where they are the same.
-fn names(model: &Model, pool: &Pool, linear: &Result<Linear, LinearizeError>) -> Names {
+fn names(model: &Model, linear: &Result<Linear, LinearizeError>) -> Names {
     let coordinates: Vec<String> = model.coordinates.iter().map(|c| c.name.clone()).collect();
     let at_zero = linear.as_ref().is_ok_and(|linear| {
         let mut all = linear.equilibrium.iter();
-        all.all(|at| pool.as_number(*at).is_some_and(Number::is_zero))
+        all.all(|at| at.is_zero())
     });
     let displacements =
         if at_zero { coordinates.clone() } else { coordinates.iter().map(|name| format!("delta_{name}")).collect() };

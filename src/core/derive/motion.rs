@@ -4,7 +4,10 @@
 //! accelerations first, then velocities, then forces. So the order is kept here, and the pool keeps
 //! the coefficients.
 
-use crate::expr::{ExprId, Node, Pool};
+use std::collections::BTreeMap;
+
+use super::simplify::Simplifier;
+use crate::expr::{ExprId, Pool};
 use crate::number::Number;
 
 /// What moves, by the number of its coordinate.
@@ -75,27 +78,24 @@ impl Names {
     /// part of the language; they are called `p_x`.
     #[must_use]
     pub fn of(&self, motion: Motion) -> String {
-        let coordinate = |i: usize| self.coordinates.get(i).map_or("", String::as_str);
-        match motion {
-            Motion::Acceleration(i) => format!("{}''", coordinate(i)),
-            Motion::Velocity(i) => format!("{}'", coordinate(i)),
-            Motion::Momentum(i) => format!("p_{}", coordinate(i)),
-            Motion::Displacement(i) => self.displacements.get(i).cloned().unwrap_or_default(),
-            Motion::NormalVelocity(i) => format!("{}[{}]'", self.normal, i + 1),
-            Motion::Normal(i) => format!("{}[{}]", self.normal, i + 1),
-        }
+        self.moving(motion, &self.coordinates)
     }
 
-    /// The name of the velocity or acceleration of a displacement.
+    /// The same, for the velocity and acceleration of a displacement.
     #[must_use]
     pub fn displaced(&self, motion: Motion) -> String {
-        let displacement = |i: usize| self.displacements.get(i).map_or("", String::as_str);
+        self.moving(motion, &self.displacements)
+    }
+
+    fn moving(&self, motion: Motion, names: &[String]) -> String {
+        let name = |names: &[String], i: usize| names.get(i).cloned().unwrap_or_default();
         match motion {
-            Motion::Acceleration(i) => format!("{}''", displacement(i)),
-            Motion::Velocity(i) => format!("{}'", displacement(i)),
-            Motion::Momentum(_) | Motion::Displacement(_) | Motion::NormalVelocity(_) | Motion::Normal(_) => {
-                self.of(motion)
-            }
+            Motion::Acceleration(i) => name(names, i) + "''",
+            Motion::Velocity(i) => name(names, i) + "'",
+            Motion::Momentum(i) => format!("p_{}", name(&self.coordinates, i)),
+            Motion::Displacement(i) => name(&self.displacements, i),
+            Motion::NormalVelocity(i) => format!("{}[{}]'", self.normal, i + 1),
+            Motion::Normal(i) => format!("{}[{}]", self.normal, i + 1),
         }
     }
 }
@@ -103,8 +103,7 @@ impl Names {
 impl MotionSum {
     /// A sum with its terms in reading order, without those that are 0.
     pub(super) fn new(pool: &mut Pool, terms: impl IntoIterator<Item = MotionTerm>) -> Self {
-        let mut terms: Vec<MotionTerm> =
-            terms.into_iter().filter(|term| !pool.as_number(term.coefficient).is_some_and(Number::is_zero)).collect();
+        let mut terms: Vec<MotionTerm> = terms.into_iter().filter(|term| !term.coefficient.is_zero()).collect();
         terms.sort_by_cached_key(order);
         for term in &mut terms {
             if !term.motion.is_empty() && reads_negative(pool, term.coefficient) {
@@ -113,6 +112,20 @@ impl MotionSum {
             }
         }
         Self { terms, factor: Factor::One }
+    }
+
+    /// A sum by its motions, the parts of each coefficient added up.
+    pub(super) fn of_parts(
+        pool: &mut Pool,
+        short: &mut Simplifier,
+        parts: BTreeMap<Vec<(Motion, u32)>, Vec<ExprId>>,
+    ) -> Self {
+        let mut terms = Vec::new();
+        for (motion, parts) in parts {
+            let coefficient = pool.sum(&parts);
+            terms.push(MotionTerm::new(short.simplify(pool, coefficient), &motion));
+        }
+        Self::new(pool, terms)
     }
 
     /// Whether nothing is left of it.
@@ -214,22 +227,10 @@ impl MotionTerm {
 
 /// Whether the text of an expression begins with a minus sign.
 fn reads_negative(pool: &Pool, e: ExprId) -> bool {
-    match pool.node(e) {
-        Node::Number(value) => value.is_negative(),
-        Node::Sum { constant, terms } => {
-            let mut signs = terms.iter().map(|(_, c)| c.is_negative());
-            (constant.is_zero() || constant.is_negative())
-                && signs.all(|negative| negative)
-                && pool.display(e).starts_with('-')
-        }
-        Node::Pi
-        | Node::Symbol(_)
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => false,
+    if let Some(value) = pool.as_number(e) {
+        return value.is_negative();
     }
+    pool.terms(e).iter().all(|(_, coefficient)| coefficient.is_negative()) && pool.display(e).starts_with('-')
 }
 
 /// An expression as the first factor of a product; nothing for 1.
@@ -238,7 +239,8 @@ fn factor_text(pool: &Pool, e: ExprId) -> Option<String> {
         return None;
     }
     let text = pool.display(e);
-    Some(if is_open_sum(pool, e) { format!("({text})") } else { text })
+    // A sign between two terms.
+    Some(if pool.terms(e).len() > 1 { format!("({text})") } else { text })
 }
 
 /// What stands under the bar of a fraction whose numerator is 1, if that is no number.
@@ -257,19 +259,4 @@ fn lone_divisor(text: &str) -> Option<&str> {
         }
     }
     Some(divisor)
-}
-
-/// Whether the text of an expression has a sign between two terms.
-fn is_open_sum(pool: &Pool, e: ExprId) -> bool {
-    match pool.node(e) {
-        Node::Sum { constant, terms } => terms.len() + usize::from(!constant.is_zero()) > 1,
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => false,
-    }
 }

@@ -7,8 +7,8 @@
 use super::check::{Checker, Column};
 use super::frequencies::Case;
 use super::motion::{Factor, Motion, MotionSum, MotionTerm};
-use super::pair::{Pair, is_zero};
-use super::shapes::Shape;
+use super::pair::Pair;
+use super::shapes::{Shape, combined};
 use super::simplify::Simplifier;
 use crate::expr::{ExprId, Node, Pool, Substitution};
 use crate::model::Model;
@@ -279,15 +279,8 @@ impl Page {
         let mass = pool.substitute_one(shape.mass, &map);
         let norm = norm(pool, mass);
         let norm = self.abbreviate(pool, self.norm.clone(), r, norm);
-        let mut amplitudes = vec![Vec::new(); count];
-        for (vector, factor) in factors {
-            for (i, component) in vector {
-                if let Some(place) = amplitudes.get_mut(*i) {
-                    place.push((pool.mul(factor, norm), Number::from(*component)));
-                }
-            }
-        }
-        amplitudes.iter().map(|sum| pool.linear(sum)).collect()
+        let factors: Vec<_> = factors.into_iter().map(|(vector, factor)| (vector, pool.mul(factor, norm))).collect();
+        combined(pool, count, factors.into_iter())
     }
 
     /// The symbol of a mode for a value.
@@ -327,7 +320,7 @@ impl Page {
         for (r, shape) in shapes.iter().enumerate() {
             let one = pool.one();
             terms.push(MotionTerm::new(one, &[(Motion::NormalVelocity(r), 2)]));
-            if !is_zero(pool, shape.omega_squared) {
+            if !shape.omega_squared.is_zero() {
                 let omega = variable(pool, &self.omega, r);
                 let square = pool.square(omega);
                 let opposite = pool.neg(square);

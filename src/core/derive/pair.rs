@@ -21,21 +21,17 @@ pub(super) struct Pair {
     pub(super) stiffness: Vec<Row>,
 }
 
-pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.as_number(e).is_some_and(Number::is_zero)
-}
-
-fn sparse(pool: &Pool, rows: &[Vec<ExprId>]) -> Vec<Row> {
+fn sparse(rows: &[Vec<ExprId>]) -> Vec<Row> {
     let entries = |row: &Vec<ExprId>| {
         let entries = row.iter().copied().enumerate();
-        entries.filter(|(_, value)| !is_zero(pool, *value)).collect()
+        entries.filter(|(_, value)| !value.is_zero()).collect()
     };
     rows.iter().map(entries).collect()
 }
 
 impl Pair {
-    pub(super) fn new(pool: &Pool, mass: &[Vec<ExprId>], stiffness: &[Vec<ExprId>]) -> Self {
-        Self { mass: sparse(pool, mass), stiffness: sparse(pool, stiffness) }
+    pub(super) fn new(mass: &[Vec<ExprId>], stiffness: &[Vec<ExprId>]) -> Self {
+        Self { mass: sparse(mass), stiffness: sparse(stiffness) }
     }
 
     pub(super) fn len(&self) -> usize {
@@ -79,7 +75,7 @@ impl Pair {
             let replaced = |row: &Row| {
                 let entries = row.iter().filter_map(|(j, value)| {
                     let value = image.get(value).copied().unwrap_or(*value);
-                    (!is_zero(pool, value)).then_some((*j, value))
+                    (!value.is_zero()).then_some((*j, value))
                 });
                 entries.collect()
             };
@@ -207,7 +203,7 @@ impl Pair {
                     }
                     let sum = pool.linear(&parts);
                     let sum = short.simplify(pool, sum);
-                    if !is_zero(pool, sum) {
+                    if !sum.is_zero() {
                         out[a].insert(b, sum);
                         out[b].insert(a, sum);
                     }

@@ -8,9 +8,9 @@ use std::collections::BTreeMap;
 
 use super::collapse::collapse;
 use super::cubic::{Solved, solve};
-use super::pair::{Pair, is_zero};
+use super::pair::Pair;
 use super::shapes::on_one_bar;
-use super::simplify::{Monomial, Monomials, Opening, Simplifier, expand};
+use super::simplify::{Monomial, Monomials, Opening, Simplifier, add_to, expand, times};
 use crate::expr::{ExprId, Pool, ZeroVerdict};
 use crate::model::Model;
 use crate::number::Number;
@@ -68,9 +68,9 @@ pub(super) fn roots(
         return Roots::default();
     }
     let (coupling, _) = block.at(pool, 0, 1);
-    if block.len() == 2 && is_zero(pool, coupling) {
+    if block.len() == 2 && coupling.is_zero() {
         let zeros = pair_of_roots(pool, short, block);
-        if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+        if short.weight_of(pool, &zeros) <= MOST_FOR_TWO {
             return Roots::of(zeros);
         }
         let coefficients = characteristic(pool, short, block);
@@ -98,17 +98,12 @@ pub(super) fn roots(
         }
         _ => {
             let zeros = of_polynomial(pool, short, &coefficients).unwrap_or_default();
-            if weight_of(pool, short, &zeros) <= MOST_FOR_TWO {
+            if short.weight_of(pool, &zeros) <= MOST_FOR_TWO {
                 return Roots::of(zeros);
             }
             named(pool, short, request, before, &coefficients, zeros)
         }
     }
-}
-
-fn weight_of(pool: &Pool, short: &mut Simplifier, all: &[ExprId]) -> u64 {
-    let weights = all.iter().map(|e| short.weight(pool, *e));
-    weights.fold(0, u64::saturating_add)
 }
 
 /// Sums of products of 1, 2, … zeros: the coefficients with signs in turn.
@@ -133,7 +128,7 @@ fn named(
     zeros: Vec<ExprId>,
 ) -> Roots {
     let (_, rest) = without_zeros(pool, coefficients);
-    let written = weight_of(pool, short, &zeros);
+    let written = short.weight_of(pool, &zeros);
     let mut roots = Roots::of(zeros);
     let [others @ .., leading] = rest else {
         return roots;
@@ -147,7 +142,7 @@ fn named(
         && weight <= written - written / 3
     {
         let zeros = roots.zeros.iter().copied();
-        solved.frequencies = zeros.filter(|zero| !is_zero(pool, *zero)).collect();
+        solved.frequencies = zeros.filter(|zero| !zero.is_zero()).collect();
         roots.solved = Some(solved);
     }
     roots
@@ -212,7 +207,7 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
         for (set, polynomial) in &minors {
             for row in (0..n).filter(|row| set & (1 << row) == 0) {
                 let (m, k) = block.at(pool, row, column);
-                if is_zero(pool, m) && is_zero(pool, k) {
+                if m.is_zero() && k.is_zero() {
                     continue;
                 }
                 let later = (row + 1..n).filter(|other| set & (1 << other) != 0).count();
@@ -246,7 +241,7 @@ fn characteristic(pool: &mut Pool, short: &mut Simplifier, block: &Pair) -> Opti
     let all = minors.into_values().next()?;
     let mut coefficients: Vec<ExprId> = all.into_iter().flatten().collect();
     while let Some(last) = coefficients.last()
-        && is_zero(pool, *last)
+        && last.is_zero()
     {
         coefficients.pop();
     }
@@ -412,17 +407,6 @@ fn compare(a: &Monomial, b: &Monomial) -> Ordering {
     }
 }
 
-/// a times b^power.
-fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
-    let mut product: BTreeMap<ExprId, Number> = a.iter().cloned().collect();
-    for (base, exponent) in b {
-        let place = product.entry(*base).or_insert(Number::ZERO);
-        *place = place.add(&exponent.mul(power));
-    }
-    product.retain(|_, exponent| !exponent.is_zero());
-    product.into_iter().collect()
-}
-
 /// The term that is largest in an order that multiplication keeps.
 fn leading(terms: &Monomials) -> Option<(Monomial, Number)> {
     let largest = terms.iter().max_by(|(a, _), (b, _)| compare(a, b))?;
@@ -446,13 +430,7 @@ fn exact_root(square: &Monomials) -> Option<Vec<(Monomial, Number)>> {
     }
     let mut root = vec![(first.clone(), Number::ONE)];
     let mut rest = square.clone();
-    let subtract = |rest: &mut Monomials, monomial: Monomial, value: &Number| {
-        let entry = rest.entry(monomial.clone()).or_insert(Number::ZERO);
-        *entry = entry.sub(value);
-        if entry.is_zero() {
-            rest.remove(&monomial);
-        }
-    };
+    let subtract = |rest: &mut Monomials, monomial: Monomial, value: &Number| add_to(rest, monomial, &value.neg());
     let one = Number::ONE;
     subtract(&mut rest, times(&first, &first, &one), &one);
     let twice = Number::half();

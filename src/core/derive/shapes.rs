@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use super::pair::{Pair, Sparse, is_zero};
+use super::pair::{Pair, Sparse};
 use super::simplify::{Opening, Simplifier, expand, with_common_factor};
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
 use crate::number::Number;
@@ -41,16 +41,25 @@ impl Shape {
     }
 
     pub(super) fn along(&self, count: usize, pool: &mut Pool) -> Vec<ExprId> {
-        let mut vector = vec![Vec::new(); count];
-        for (basis, factor) in &self.parts {
-            for (i, component) in basis {
-                if let Some(place) = vector.get_mut(*i) {
-                    place.push((*factor, Number::from(*component)));
-                }
+        combined(pool, count, self.parts.iter().map(|(basis, factor)| (basis, *factor)))
+    }
+}
+
+/// The sum of vectors times factors.
+pub(super) fn combined<'a>(
+    pool: &mut Pool,
+    count: usize,
+    parts: impl Iterator<Item = (&'a Sparse, ExprId)>,
+) -> Vec<ExprId> {
+    let mut vector = vec![Vec::new(); count];
+    for (basis, factor) in parts {
+        for (i, component) in basis {
+            if let Some(place) = vector.get_mut(*i) {
+                place.push((factor, Number::from(*component)));
             }
         }
-        vector.iter().map(|terms| pool.linear(terms)).collect()
     }
+    vector.iter().map(|terms| pool.linear(terms)).collect()
 }
 
 /// The modes of a part of one or two coordinates with these omega^2; `basis` says which vectors of the model its
@@ -84,7 +93,7 @@ pub(super) fn shapes(
                 let Amplitude { ratio, mass, omega, factor } = block.mode(pool, short, square);
                 let parts = match ratio {
                     None => vec![(v.clone(), one)],
-                    Some(ratio) if is_zero(pool, ratio) => vec![(u.clone(), one)],
+                    Some(ratio) if ratio.is_zero() => vec![(u.clone(), one)],
                     Some(ratio) => vec![(u.clone(), one), (v.clone(), ratio)],
                 };
                 found.push(Shape {
@@ -143,8 +152,7 @@ fn column(
             let quotient = short.simplify(pool, quotient);
             ratios.push(on_one_bar(pool, short, quotient));
         }
-        let weights = ratios.iter().map(|e| short.weight(pool, *e));
-        let weight = weights.fold(0, u64::saturating_add);
+        let weight = short.weight_of(pool, &ratios);
         if best.as_ref().is_none_or(|(least, _)| weight < *least) {
             best = Some((weight, ratios));
         }
@@ -163,12 +171,8 @@ fn column(
     }
     let mass = pool.linear(&terms);
     let mass = short.simplify(pool, mass);
-    let vectors: Vec<(Sparse, ExprId)> = basis
-        .iter()
-        .cloned()
-        .zip(std::iter::once(one).chain(ratios))
-        .filter(|(_, factor)| !is_zero(pool, *factor))
-        .collect();
+    let vectors: Vec<(Sparse, ExprId)> =
+        basis.iter().cloned().zip(std::iter::once(one).chain(ratios)).filter(|(_, factor)| !factor.is_zero()).collect();
     // A factor that is 0 for all modes would leave its symbol without a meaning.
     if vectors.len() < n {
         return None;

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::collapse::collapse;
-use crate::expr::{ExprId, Node, Pool};
+use crate::expr::{ExprId, Node, Pool, collect_equal};
 use crate::number::Number;
 
 /// Products of sums are multiplied out to at most so many monomials.
@@ -38,12 +38,8 @@ impl Simplifier {
         // Arguments of functions and factors are shortened for themselves first.
         let mut closed: Vec<ExprId> = vec![root];
         for id in &ids {
-            match pool.node(*id) {
-                Node::Product(factors) => closed.extend(factors.iter().map(|(base, _)| *base)),
-                Node::Power { base, exponent } => closed.extend([*base, *exponent]),
-                Node::Function(_, x) => closed.push(*x),
-                Node::Atan2 { y, x } => closed.extend([*y, *x]),
-                Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Sum { .. } | Node::Undefined => {}
+            if !pool.is_sum(*id) {
+                pool.node(*id).for_each_child(|child| closed.push(child));
             }
         }
         closed.sort_unstable();
@@ -106,6 +102,11 @@ impl Simplifier {
         self.weights.get(e.index()).copied().unwrap_or(u64::MAX)
     }
 
+    /// The same of several.
+    pub(crate) fn weight_of(&mut self, pool: &Pool, all: &[ExprId]) -> u64 {
+        all.iter().fold(0, |sum, e| sum.saturating_add(self.weight(pool, *e)))
+    }
+
     fn own_weight(&self, node: &Node, pool: &Pool) -> u64 {
         let of = |id: &ExprId| self.weights.get(id.index()).copied().unwrap_or(0);
         let total = |parts: &mut dyn Iterator<Item = u64>| parts.fold(0u64, |sum, part| sum.saturating_add(part));
@@ -143,88 +144,32 @@ fn opens(exponent: &Number) -> bool {
 
 /// The node with its children replaced by their images.
 pub(super) fn rebuild(pool: &mut Pool, id: ExprId, images: &HashMap<ExprId, ExprId>) -> ExprId {
-    let image = |child: &ExprId| images.get(child).copied().unwrap_or(*child);
+    let image = |child: ExprId| images.get(&child).copied().unwrap_or(child);
     let mut changed = false;
-    pool.node(id).for_each_child(|child| changed |= image(&child) != child);
-    if !changed {
-        return id;
-    }
-    match pool.node(id) {
-        Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
-        Node::Sum { constant, terms } => {
-            let constant = constant.clone();
-            let mut parts: Vec<(ExprId, Number)> = terms.iter().map(|(term, c)| (image(term), c.clone())).collect();
-            parts.push((pool.number(constant), Number::ONE));
-            pool.linear(&parts)
-        }
-        Node::Product(factors) => {
-            let parts: Vec<(ExprId, Number)> = factors.iter().map(|(base, e)| (image(base), e.clone())).collect();
-            pool.product_of_powers(&parts)
-        }
-        Node::Power { base, exponent } => {
-            let (base, exponent) = (image(base), image(exponent));
-            pool.power(base, exponent)
-        }
-        Node::Function(function, x) => {
-            let (function, x) = (*function, image(x));
-            pool.apply(function, x)
-        }
-        Node::Atan2 { y, x } => {
-            let (y, x) = (image(y), image(x));
-            pool.atan2(y, x)
-        }
-    }
+    pool.node(id).for_each_child(|child| changed |= image(child) != child);
+    if changed { pool.with_children(id, image) } else { id }
 }
 
 /// Whether there is a sum of several terms to work on, outside of closed parts.
 fn has_sums(pool: &Pool, e: ExprId) -> bool {
-    match pool.node(e) {
-        Node::Sum { constant, terms } => {
-            terms.len() > 1
-                || (!constant.is_zero() && !terms.is_empty())
-                || terms.iter().any(|(term, _)| has_sum_factor(pool, *term))
-        }
-        Node::Product(_) => has_sum_factor(pool, e),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => false,
-    }
+    let terms = pool.terms(e);
+    terms.len() > 1 || terms.iter().any(|(term, _)| has_sum_factor(pool, *term))
 }
 
 /// Whether functions are among the factors of a single term.
 fn has_functions(pool: &Pool, e: ExprId) -> bool {
     let (_, core) = split(pool, e);
-    match pool.node(core) {
-        Node::Product(factors) => factors.iter().any(|(base, _)| matches!(pool.node(*base), Node::Function(..))),
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => false,
-    }
+    is_product_with(pool, core, |base, _| pool.as_function(base).is_some())
 }
 
 fn has_sum_factor(pool: &Pool, e: ExprId) -> bool {
-    match pool.node(e) {
-        Node::Product(factors) => {
-            factors.iter().any(|(base, exponent)| opens(exponent) && matches!(pool.node(*base), Node::Sum { .. }))
-        }
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Sum { .. }
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => false,
-    }
+    is_product_with(pool, e, |base, exponent| opens(exponent) && pool.is_sum(base))
+}
+
+/// Whether an expression is a product with such a factor.
+fn is_product_with(pool: &Pool, e: ExprId, such: impl Fn(ExprId, &Number) -> bool) -> bool {
+    let Node::Product(factors) = pool.node(e) else { return false };
+    factors.iter().any(|(base, exponent)| such(*base, exponent))
 }
 
 pub(super) fn add_to(monomials: &mut Monomials, monomial: Monomial, coefficient: &Number) {
@@ -273,34 +218,20 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
             Opening::Factors => exponent.is_one(),
             Opening::Powers => opens(exponent),
         };
-        let at = factors
-            .iter()
-            .position(|(base, exponent)| wanted(exponent) && matches!(pool.node(*base), Node::Sum { .. }));
+        let at = factors.iter().position(|(base, exponent)| wanted(exponent) && pool.is_sum(*base));
         let Some(at) = at else {
             outermost = false;
             let product = pool.product_of_powers(&factors);
             // Multiplying may have left a number in front.
             let (scale, core) = split(pool, product);
             let coefficient = coefficient.mul(&scale);
-            match pool.node(core) {
-                Node::Product(factors) => {
-                    add_to(&mut monomials, factors.to_vec(), &coefficient);
-                }
-                Node::Number(value) => {
-                    let coefficient = coefficient.mul(value);
-                    if !coefficient.is_zero() {
-                        add_to(&mut monomials, Monomial::new(), &coefficient);
-                    }
-                }
-                Node::Undefined => return None,
-                Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. } => {
-                    add_to(&mut monomials, vec![(core, Number::ONE)], &coefficient);
-                }
+            if pool.is_undefined(core) {
+                return None;
+            }
+            match pool.as_number(core) {
+                Some(value) if value.is_zero() => {}
+                Some(value) => add_to(&mut monomials, Monomial::new(), &coefficient.mul(value)),
+                None => add_to(&mut monomials, pool.factors(core), &coefficient),
             }
             continue;
         };
@@ -321,17 +252,7 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
         }
         for (term, factor) in terms {
             let mut product = rest.clone();
-            match pool.node(*term) {
-                Node::Product(factors) => product.extend(factors.iter().cloned()),
-                Node::Number(_)
-                | Node::Pi
-                | Node::Symbol(_)
-                | Node::Sum { .. }
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => product.push((*term, Number::ONE)),
-            }
+            product.extend(pool.factors(*term));
             open.push((coefficient.mul(factor), product));
         }
         if open.len() > MOST_MONOMIALS {
@@ -343,19 +264,9 @@ pub(super) fn expand(pool: &mut Pool, e: ExprId, opening: Opening) -> Option<Mon
 
 /// A sum of one term as its coefficient and the term; all else is its own term.
 pub(super) fn split(pool: &Pool, e: ExprId) -> (Number, ExprId) {
-    match pool.node(e) {
-        Node::Sum { constant, terms } => match (&**terms, constant.is_zero()) {
-            ([(term, coefficient)], true) => (coefficient.clone(), *term),
-            _ => (Number::ONE, e),
-        },
-        Node::Number(_)
-        | Node::Pi
-        | Node::Symbol(_)
-        | Node::Product(_)
-        | Node::Power { .. }
-        | Node::Function(..)
-        | Node::Atan2 { .. }
-        | Node::Undefined => (Number::ONE, e),
+    match pool.terms(e).as_slice() {
+        [(term, coefficient)] => (coefficient.clone(), *term),
+        _ => (Number::ONE, e),
     }
 }
 
@@ -377,7 +288,7 @@ fn factor(pool: &mut Pool, mut terms: Vec<(Monomial, Number)>, nested: u32) -> E
         let mut inner = terms;
         if !common.is_empty() {
             for (monomial, _) in &mut inner {
-                *monomial = divided(monomial, &common);
+                *monomial = times(monomial, &common, &Number::MINUS_ONE);
             }
         }
         let best = if nested < MOST_NESTED && inner.len() > 2 { most_frequent(&inner) } else { None };
@@ -446,18 +357,12 @@ fn common_factor(terms: &[(Monomial, Number)]) -> Monomial {
     common
 }
 
-fn divided(monomial: &Monomial, by: &Monomial) -> Monomial {
-    let mut rest = Monomial::with_capacity(monomial.len());
-    for (base, exponent) in monomial {
-        let exponent = match by.binary_search_by_key(base, |(base, _)| *base) {
-            Ok(at) => exponent.sub(&by[at].1),
-            Err(_) => exponent.clone(),
-        };
-        if !exponent.is_zero() {
-            rest.push((*base, exponent));
-        }
-    }
-    rest
+/// a times b^power.
+pub(super) fn times(a: &Monomial, b: &Monomial, power: &Number) -> Monomial {
+    let mut product = a.clone();
+    product.extend(b.iter().map(|(base, exponent)| (*base, exponent.mul(power))));
+    collect_equal(&mut product);
+    product
 }
 
 /// A base and the side of the fraction bar it stands on.

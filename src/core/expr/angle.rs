@@ -14,6 +14,13 @@ pub(super) struct KnownAngle {
     tangent: ExprId,
 }
 
+/// A right triangle with a hypotenuse of 1, by one leg, or by both legs.
+pub(super) enum Triangle {
+    Sine(ExprId),
+    Cosine(ExprId),
+    Legs { y: ExprId, x: ExprId },
+}
+
 fn ratio(numerator: i64, denominator: i64) -> Number {
     Number::ratio(numerator, denominator).unwrap_or_default()
 }
@@ -80,25 +87,16 @@ impl Pool {
     /// A function of an angle that is reduced: inverse functions are undone.
     fn of_reduced_angle(&mut self, function: Function, angle: ExprId) -> ExprId {
         // The angle's sine, cosine are s/r and c/r.
-        let (s, c) = match *self.node(angle) {
-            Node::Function(Function::Asin, u) => (u, self.leg(u)),
-            Node::Function(Function::Acos, u) => (self.leg(u), u),
-            Node::Function(Function::Atan, u) => (u, ONE),
-            Node::Atan2 { y, x } => (y, x),
-            Node::Function(..)
-            | Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Undefined => return self.intern(Node::Function(function, angle)),
+        let (s, c) = match self.triangle(angle) {
+            Some(Triangle::Sine(u)) => (u, self.leg(u)),
+            Some(Triangle::Cosine(u)) => (self.leg(u), u),
+            Some(Triangle::Legs { y, x }) => (y, x),
+            None => return self.intern(Node::Function(function, angle)),
         };
         if function == Function::Tan {
             return self.div(s, c);
         }
-        let is_scaled = |node: &Node| matches!(node, Node::Atan2 { .. } | Node::Function(Function::Atan, _));
-        let r = if is_scaled(self.node(angle)) {
+        let r = if let Some(Triangle::Legs { .. }) = self.triangle(angle) {
             let (s2, c2) = (self.square(s), self.square(c));
             let r2 = self.add(s2, c2);
             self.sqrt(r2)
@@ -107,6 +105,19 @@ impl Pool {
         };
         let numerator = if function == Function::Sin { s } else { c };
         self.div(numerator, r)
+    }
+
+    /// The right triangle with an angle that is the value of an arc function.
+    pub(super) fn triangle(&self, angle: ExprId) -> Option<Triangle> {
+        if let Node::Atan2 { y, x } = *self.node(angle) {
+            return Some(Triangle::Legs { y, x });
+        }
+        match self.as_function(angle)? {
+            (Function::Asin, u) => Some(Triangle::Sine(u)),
+            (Function::Acos, u) => Some(Triangle::Cosine(u)),
+            (Function::Atan, u) => Some(Triangle::Legs { y: u, x: ONE }),
+            _ => None,
+        }
     }
 
     /// `sqrt(1 - u^2)`.
@@ -161,16 +172,7 @@ impl Pool {
         let (table, eighth) = match function {
             Function::Sin => (SINES, Some(-1)),
             Function::Cos => (COSINES, Some(1)),
-            Function::Tan
-            | Function::Asin
-            | Function::Acos
-            | Function::Atan
-            | Function::Sinh
-            | Function::Cosh
-            | Function::Tanh
-            | Function::Exp
-            | Function::Ln
-            | Function::Abs => (TANGENTS, None),
+            _ => (TANGENTS, None),
         };
         let parts = turns.small_parts();
         if let Some((_, terms)) = table.iter().find(|(angle, _)| Some(*angle) == parts) {
@@ -227,29 +229,16 @@ impl Pool {
         if x == ZERO {
             return Some(Number::ZERO);
         }
-        if let Node::Function(of, angle) = *self.node(x) {
+        if let Some((of, angle)) = self.as_function(x) {
             // sin, cos and tan of constants are reduced to angles from 0 to pi/4.
             let (turns, rest) = self.split_angle(angle);
             if rest != ZERO {
                 return None;
             }
-            let of_tangent = function == Function::Atan;
-            return match of {
-                Function::Sin if !of_tangent => Some(turns),
-                Function::Cos if !of_tangent => Some(Number::half().sub(&turns)),
-                Function::Tan if of_tangent => Some(turns),
-                Function::Sin
-                | Function::Cos
-                | Function::Tan
-                | Function::Asin
-                | Function::Acos
-                | Function::Atan
-                | Function::Sinh
-                | Function::Cosh
-                | Function::Tanh
-                | Function::Exp
-                | Function::Ln
-                | Function::Abs => None,
+            return match (of, function == Function::Atan) {
+                (Function::Sin, false) | (Function::Tan, true) => Some(turns),
+                (Function::Cos, false) => Some(Number::half().sub(&turns)),
+                _ => None,
             };
         }
         if self.known_angles.is_empty() {

@@ -3,9 +3,10 @@
 //! The argument is written as a sum of monomials with rational coefficients; to each monomial's
 //! value belongs a random element, whose powers the coefficients are.
 
+use super::angle::Triangle;
 use super::modular::root_of_unity;
 use super::point::{Kind, Point, Tag, random, residue, signed_power};
-use super::{ExprId, Function, Node, PI, add_mod, inverse_mod, mul_mod, pow_mod, sub_mod};
+use super::{ExprId, Function, Node, ONE, PI, add_mod, inverse_mod, mul_mod, pow_mod, sub_mod};
 use crate::number::Number;
 
 /// Monomials up to which the product of sums in an angle is multiplied out.
@@ -18,27 +19,15 @@ impl Point<'_> {
         let mut product = 1;
         // Monomials by value, with their coefficients.
         let mut monomials: Vec<(u64, Number)> = Vec::new();
-        match pool.node(x) {
-            Node::Number(value) => monomials.push((1, value.clone())),
-            Node::Sum { constant, terms } => {
-                monomials.push((1, constant.clone()));
-                for (term, coefficient) in terms {
-                    match self.known_exponential(kind, *term, coefficient)? {
-                        Some(factor) => product = mul_mod(product, factor),
-                        None => self.expand(*term, coefficient, &mut monomials),
-                    }
+        for (term, coefficient) in pool.terms(x) {
+            if let Some(value) = pool.as_number(term) {
+                monomials.push((1, coefficient.mul(value)));
+            } else {
+                match self.known_exponential(kind, term, &coefficient)? {
+                    Some(factor) => product = mul_mod(product, factor),
+                    None => self.expand(term, &coefficient, &mut monomials),
                 }
             }
-            Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => match self.known_exponential(kind, x, &Number::ONE)? {
-                Some(factor) => product = mul_mod(product, factor),
-                None => self.expand(x, &Number::ONE, &mut monomials),
-            },
         }
         monomials.sort();
         let (tag, common) = match kind {
@@ -89,36 +78,28 @@ impl Point<'_> {
         let Some(whole) = whole else {
             return Some(None);
         };
+        if kind == Kind::Hyperbolic {
+            let logarithm = pool.as_function(term).filter(|(function, _)| *function == Function::Ln);
+            let power = logarithm.map(|(_, u)| signed_power(self.value(u), whole));
+            return if let Some(power) = power { power.map(Some) } else { Some(None) };
+        }
         // The angle's cosine and sine are c/r and s/r.
-        let (c, s, r) = match pool.node(term) {
-            Node::Function(Function::Ln, u) if kind == Kind::Hyperbolic => {
-                return Some(Some(signed_power(self.value(*u), whole)?));
+        let leg = |point: &mut Self, u: u64| point.root(sub_mod(1, mul_mod(u, u)), 2);
+        let (c, s, r) = match pool.triangle(term) {
+            Some(Triangle::Sine(u)) => {
+                let u = self.value(u);
+                (leg(self, u), u, 1)
             }
-            Node::Function(Function::Asin, u) if kind == Kind::Circular => {
-                let u = self.value(*u);
-                (self.root(sub_mod(1, mul_mod(u, u)), 2), u, 1)
+            Some(Triangle::Cosine(u)) => {
+                let u = self.value(u);
+                (u, leg(self, u), 1)
             }
-            Node::Function(Function::Acos, u) if kind == Kind::Circular => {
-                let u = self.value(*u);
-                (u, self.root(sub_mod(1, mul_mod(u, u)), 2), 1)
-            }
-            Node::Function(Function::Atan, u) if kind == Kind::Circular => {
-                let u = self.value(*u);
-                (1, u, self.root(add_mod(1, mul_mod(u, u)), 2))
-            }
-            Node::Atan2 { y, x } if kind == Kind::Circular => {
-                let (y, x) = (self.value(*y), self.value(*x));
+            Some(Triangle::Legs { y, x }) => {
+                // The leg of an arc tangent that is 1 need not be a part of what is evaluated.
+                let (y, x) = (self.value(y), if x == ONE { 1 } else { self.value(x) });
                 (x, y, self.root(add_mod(mul_mod(y, y), mul_mod(x, x)), 2))
             }
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => return Some(None),
+            None => return Some(None),
         };
         let z = add_mod(c, mul_mod(root_of_unity(4)?, s));
         Some(Some(signed_power(mul_mod(z, inverse_mod(r)?), whole)?))

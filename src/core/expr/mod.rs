@@ -63,6 +63,7 @@ pub use modular::{
 pub use point::{Certainty, ModularPoint};
 pub use print::{function_from_name, function_name};
 pub use series::Series;
+pub(crate) use sum::collect_equal;
 pub use tape::evaluate_closed;
 pub use tape::{Prepared, Tape, UnboundSymbol};
 pub use zero::ZeroVerdict;
@@ -85,6 +86,13 @@ impl ExprId {
 /// A variable of a [`Pool`].
 #[derive(Copy, Clone, Eq, PartialEq, Hash, Ord, PartialOrd, Debug)]
 pub struct Symbol(u32);
+
+impl ExprId {
+    /// Whether the expression is the number 0.
+    pub(crate) fn is_zero(self) -> bool {
+        self == ZERO
+    }
+}
 
 impl Symbol {
     /// How many symbols of the pool were created before this one.
@@ -316,6 +324,16 @@ impl Pool {
     #[must_use]
     pub fn as_number(&self, id: ExprId) -> Option<&Number> {
         if let Node::Number(value) = self.node(id) { Some(value) } else { None }
+    }
+
+    /// The function and its argument, of an expression that is a function's value.
+    pub(crate) fn as_function(&self, id: ExprId) -> Option<(Function, ExprId)> {
+        if let Node::Function(function, x) = self.node(id) { Some((*function, *x)) } else { None }
+    }
+
+    /// Whether the expression is a sum.
+    pub(crate) fn is_sum(&self, id: ExprId) -> bool {
+        matches!(self.node(id), Node::Sum { .. })
     }
 
     /// The symbol an expression consists of.

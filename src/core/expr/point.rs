@@ -122,6 +122,14 @@ impl Pool {
         self.modular_point(roots, values, seed).map(|point| point.values)
     }
 
+    /// The same at a random point, one of many by its number; where a denominator vanishes another is tried.
+    pub(crate) fn evaluate_at_random(&self, roots: &[ExprId], number: u64) -> Option<Vec<u64>> {
+        (0..4).find_map(|attempt| {
+            let seed = number.wrapping_mul(4).wrapping_add(attempt);
+            self.evaluate_mod(roots, |symbol| ModularPoint::random_value(seed, symbol), seed)
+        })
+    }
+
     /// As [`Pool::evaluate_mod`], with how far the values are those of the expressions.
     pub fn modular_point(&self, roots: &[ExprId], values: impl Fn(Symbol) -> u64, seed: u64) -> Option<ModularPoint> {
         Plan::new(self, roots).evaluate(self, &values, seed)
@@ -164,20 +172,8 @@ impl Plan {
                 },
                 None => plan.coarse = true,
             };
-            match pool.node(*x) {
-                Node::Number(value) => include(value),
-                Node::Sum { constant, terms } => {
-                    include(constant);
-                    terms.iter().filter(|(t, _)| *t != PI).for_each(|(_, c)| include(c));
-                }
-                Node::Pi
-                | Node::Symbol(_)
-                | Node::Product(_)
-                | Node::Power { .. }
-                | Node::Function(..)
-                | Node::Atan2 { .. }
-                | Node::Undefined => {}
-            }
+            pool.as_number(*x).into_iter().for_each(&mut include);
+            pool.terms(*x).iter().filter(|(term, _)| *term != PI).for_each(|(_, c)| include(c));
         }
         plan
     }

@@ -201,16 +201,11 @@ impl Pool {
 
     /// Numbers and pi, then symbols in order of creation, then the rest likewise.
     fn factor_order(&self, base: ExprId) -> (u8, usize) {
-        match self.node(base) {
-            Node::Number(_) | Node::Pi => (0, base.index()),
-            Node::Symbol(symbol) => (1, symbol.index()),
-            Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => (2, base.index()),
+        if let Some(symbol) = self.as_symbol(base) {
+            return (1, symbol.index());
         }
+        let is_number = matches!(self.node(base), Node::Number(_) | Node::Pi);
+        (if is_number { 0 } else { 2 }, base.index())
     }
 
     fn write_term(

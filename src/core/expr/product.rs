@@ -115,23 +115,13 @@ impl Pool {
         if base == ONE {
             return ONE;
         }
-        match *self.node(base) {
-            Node::Function(Function::Exp, x) => {
-                let x = self.mul(x, exponent);
-                return self.apply(Function::Exp, x);
-            }
-            Node::Power { base, exponent: inner } => {
-                let exponent = self.mul(inner, exponent);
-                return self.power_node(base, exponent);
-            }
-            Node::Number(_)
-            | Node::Pi
-            | Node::Symbol(_)
-            | Node::Sum { .. }
-            | Node::Product(_)
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => {}
+        if let Node::Function(Function::Exp, x) = *self.node(base) {
+            let x = self.mul(x, exponent);
+            return self.apply(Function::Exp, x);
+        }
+        if let Node::Power { base, exponent: inner } = *self.node(base) {
+            let exponent = self.mul(inner, exponent);
+            return self.power_node(base, exponent);
         }
         self.power_node(base, exponent)
     }

@@ -82,48 +82,50 @@ impl Pool {
         replaced: &mut impl FnMut(&mut Self, Function, ExprId) -> Option<ExprId>,
     ) -> Vec<ExprId> {
         let mut images: Vec<ExprId> = Vec::with_capacity(reachable.ids.len());
-        let mut parts = Vec::new();
         for (place, id) in reachable.ids.iter().enumerate() {
             if !dependent[place] {
                 images.push(*id);
                 continue;
             }
             let image = |child: ExprId| images[reachable.place(child)];
-            let new = match self.node(*id) {
-                Node::Number(_) | Node::Pi | Node::Undefined => *id,
-                Node::Symbol(symbol) => map.get(symbol).copied().unwrap_or(*id),
-                Node::Sum { constant, terms } => {
-                    parts.clear();
-                    parts.extend(terms.iter().map(|(term, c)| (image(*term), c.clone())));
-                    let constant = constant.clone();
-                    let constant = self.number(constant);
-                    parts.push((constant, Number::ONE));
-                    self.linear(&parts)
-                }
-                Node::Product(factors) => {
-                    parts.clear();
-                    parts.extend(factors.iter().map(|(base, e)| (image(*base), e.clone())));
-                    self.product_of_powers(&parts)
-                }
-                Node::Power { base, exponent } => {
-                    let (base, exponent) = (image(*base), image(*exponent));
-                    self.power(base, exponent)
-                }
-                Node::Function(function, x) => {
-                    let (function, x) = (*function, image(*x));
-                    match replaced(self, function, x) {
-                        Some(replaced) => replaced,
-                        None => self.apply(function, x),
-                    }
-                }
-                Node::Atan2 { y, x } => {
-                    let (y, x) = (image(*y), image(*x));
-                    self.atan2(y, x)
-                }
+            let symbol = self.as_symbol(*id).and_then(|symbol| map.get(&symbol).copied());
+            let new = match self.as_function(*id) {
+                Some((function, x)) => replaced(self, function, image(x)),
+                None => symbol,
             };
+            let new = new.unwrap_or_else(|| self.with_children(*id, image));
             images.push(new);
         }
         roots.iter().map(|root| images[reachable.place(*root)]).collect()
+    }
+
+    /// The expression built anew from the images of its children.
+    pub(crate) fn with_children(&mut self, id: ExprId, image: impl Fn(ExprId) -> ExprId) -> ExprId {
+        let images = |parts: &[(ExprId, Number)]| parts.iter().map(|(part, x)| (image(*part), x.clone())).collect();
+        match self.node(id) {
+            Node::Number(_) | Node::Pi | Node::Symbol(_) | Node::Undefined => id,
+            Node::Sum { constant, terms } => {
+                let (constant, mut parts): (_, Vec<_>) = (constant.clone(), images(terms));
+                parts.push((self.number(constant), Number::ONE));
+                self.linear(&parts)
+            }
+            Node::Product(factors) => {
+                let parts: Vec<_> = images(factors);
+                self.product_of_powers(&parts)
+            }
+            Node::Power { base, exponent } => {
+                let (base, exponent) = (image(*base), image(*exponent));
+                self.power(base, exponent)
+            }
+            Node::Function(function, x) => {
+                let (function, x) = (*function, image(*x));
+                self.apply(function, x)
+            }
+            Node::Atan2 { y, x } => {
+                let (y, x) = (image(*y), image(*x));
+                self.atan2(y, x)
+            }
+        }
     }
 
     /// One expression with its symbols replaced.

@@ -1,7 +1,7 @@
 //! Sums: flattening, collecting equal terms, numeric factors.
 
 use super::flags::content;
-use super::{ExprId, MINUS_ONE, Node, ONE, Pool, UNDEFINED, ZERO};
+use super::{ExprId, Node, ONE, Pool, UNDEFINED, ZERO};
 use crate::number::Number;
 
 /// Whether the coefficient that decides about a sum's sign is negative: the constant, or where
@@ -72,27 +72,7 @@ impl Pool {
         if factor.is_zero() {
             return ZERO;
         }
-        match self.nodes.get(e.index()).unwrap_or(&Node::Undefined) {
-            Node::Number(value) => {
-                let value = value.mul(factor);
-                self.number(value)
-            }
-            Node::Sum { constant, terms } => {
-                let constant = constant.mul(factor);
-                self.term_buffer.extend(terms.iter().map(|(t, c)| (*t, c.mul(factor))));
-                self.finish_sum(constant)
-            }
-            Node::Undefined => UNDEFINED,
-            Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. } => {
-                self.term_buffer.push((e, factor.clone()));
-                self.finish_sum(Number::ZERO)
-            }
-        }
+        self.linear_iter(std::iter::once((e, factor.clone())))
     }
 
     fn linear_iter(&mut self, parts: impl Iterator<Item = (ExprId, Number)>) -> ExprId {
@@ -164,24 +144,18 @@ impl Pool {
     /// An expression as `coefficient*core` with the core's coefficients whole and coprime and its
     /// leading one positive. Numbers are their own coefficient, with the core 1.
     pub fn split_content(&mut self, e: ExprId) -> (Number, ExprId) {
-        let factor = match self.node(e) {
-            Node::Number(value) => return (value.clone(), ONE),
-            Node::Sum { constant, terms } => {
-                let negative = leads_negative(constant, terms);
-                if self.flags(e).primitive && !negative {
-                    return (Number::ONE, e);
-                }
-                let content = content(constant, terms);
-                if negative { content.neg() } else { content }
-            }
-            Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => return (Number::ONE, e),
+        if let Some(value) = self.as_number(e) {
+            return (value.clone(), ONE);
+        }
+        let Node::Sum { constant, terms } = self.node(e) else {
+            return (Number::ONE, e);
         };
+        let negative = leads_negative(constant, terms);
+        if self.flags(e).primitive && !negative {
+            return (Number::ONE, e);
+        }
+        let content = content(constant, terms);
+        let factor = if negative { content.neg() } else { content };
         match factor.recip() {
             Some(inverse) => {
                 let core = self.scale(e, &inverse);
@@ -193,28 +167,15 @@ impl Pool {
 
     /// Whether the leading coefficient is negative (false of what has none).
     pub(super) fn leads_negative(&self, e: ExprId) -> bool {
-        match self.node(e) {
-            Node::Number(value) => value.is_negative(),
-            Node::Sum { constant, terms } => leads_negative(constant, terms),
-            Node::Pi
-            | Node::Symbol(_)
-            | Node::Product(_)
-            | Node::Power { .. }
-            | Node::Function(..)
-            | Node::Atan2 { .. }
-            | Node::Undefined => false,
+        if let Node::Sum { constant, terms } = self.node(e) {
+            return leads_negative(constant, terms);
         }
-    }
-
-    /// The number -1.
-    #[must_use]
-    pub fn minus_one(&self) -> ExprId {
-        MINUS_ONE
+        self.as_number(e).is_some_and(Number::is_negative)
     }
 }
 
 /// Sorts by id, adds up the coefficients (or exponents) of equal ids and drops those that are 0.
-pub(super) fn collect_equal(items: &mut Vec<(ExprId, Number)>) {
+pub(crate) fn collect_equal(items: &mut Vec<(ExprId, Number)>) {
     if !items.is_sorted_by(|a, b| a.0 < b.0) {
         items.sort_by_key(|(id, _)| *id);
         items.dedup_by(|later, kept| {

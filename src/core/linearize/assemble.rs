@@ -6,7 +6,9 @@
 use std::collections::HashMap;
 
 use super::elements::{Element, Splitter, elements};
+use super::error::LinearizeError;
 use super::facts::Variable;
+use super::missing_value;
 use super::velocity::{Origin, VelocityFamily};
 pub use crate::expr::evaluate_closed;
 use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
@@ -62,9 +64,6 @@ pub(crate) struct Values<S: Scalar> {
     /// Where the range of these numbers does not do: the same in others, which all is evaluated in ([`Scalar::to_wide`]).
     wide: Option<Box<Values<Big>>>,
 }
-
-/// The parameter that would have to have a value.
-pub(crate) struct NoValue(pub(crate) usize);
 
 /// What an evaluation is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -191,11 +190,7 @@ fn split(
 ) -> (ExprId, Parts, Vec<(usize, ExprId)>) {
     let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
-    let mut at_rest = Substitution::default();
-    let zero = pool.zero();
-    for velocity in &velocities {
-        at_rest.insert(*velocity, zero);
-    }
+    let (at_rest, zero) = (family.at_rest(pool), pool.zero());
     // L = T - V: the body's share of L, and of the effective potential V - T0.
     let share = if negative { pool.neg(family.body) } else { family.body };
     let moving = splitter.facts.varies(pool, share, Variable::Velocity);
@@ -219,14 +214,14 @@ fn split(
             let coefficient = pool.mul(element.first, *slope);
             coefficients[*place].push(coefficient);
         }
-        if !(is_zero(pool, element.second) || element.slope.is_empty()) || !element.curvature.is_empty() {
+        if !(element.second.is_zero() || element.slope.is_empty()) || !element.curvature.is_empty() {
             inertia.push(element);
         }
     }
     let mut linear = Vec::new();
     for (place, parts) in coefficients.iter().enumerate() {
         let coefficient = pool.sum(parts);
-        if !is_zero(pool, coefficient) {
+        if !coefficient.is_zero() {
             linear.push((place, coefficient));
         }
     }
@@ -254,10 +249,6 @@ pub fn known_values(model: &Model) -> Substitution {
     known
 }
 
-pub(super) fn is_zero(pool: &Pool, e: ExprId) -> bool {
-    pool.as_number(e).is_some_and(Number::is_zero)
-}
-
 /// The parameters in expressions, by number, ascending.
 pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
     let mut found: Vec<usize> = model
@@ -271,6 +262,12 @@ pub(crate) fn parameters_of(model: &Model, roots: &[ExprId]) -> Vec<usize> {
         .collect();
     found.sort_unstable();
     found
+}
+
+/// What a family's tape gets: the coordinates and values of an instance, then parameters.
+pub(super) fn inputs(model: &Model, terms: &TermFamily, parameters: &[usize]) -> Vec<Symbol> {
+    let own = terms.locals.iter().map(|local| local.coordinate).chain(terms.values.iter().copied());
+    own.chain(parameters.iter().map(|number| model.parameters[*number].symbol)).collect()
 }
 
 fn compile(
@@ -291,9 +288,7 @@ fn compile(
     let inertia_roots: Vec<ExprId> = inertia.iter().flat_map(Element::entries).collect();
     let all: Vec<ExprId> = stiffness_roots.iter().chain(&inertia_roots).chain(&logarithms).copied().collect();
     let parameters = parameters_of(model, &all);
-    let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
-    inputs.extend(&terms.values);
-    inputs.extend(parameters.iter().map(|parameter| model.parameters[*parameter].symbol));
+    let inputs = inputs(model, &terms, &parameters);
     // Every symbol of a body is one of these; explicit time is refused before.
     let tape = |roots: &[ExprId]| Tape::compile(&model.pool, roots, &inputs).ok();
     Some(ElementFamily {
@@ -341,7 +336,11 @@ impl<S: Scalar> Values<S> {
 
 impl Assembly {
     /// The values of parameters and constants.
-    pub(crate) fn values<S: Scalar>(&self, model: &Model, precision: S::Precision) -> Result<Values<S>, NoValue> {
+    pub(crate) fn values<S: Scalar>(
+        &self,
+        model: &Model,
+        precision: S::Precision,
+    ) -> Result<Values<S>, LinearizeError> {
         self.values_where(model, precision, |_, value| value)
     }
 
@@ -351,7 +350,7 @@ impl Assembly {
         model: &Model,
         precision: S::Precision,
         replaced: impl Fn(usize, S) -> S,
-    ) -> Result<Values<S>, NoValue> {
+    ) -> Result<Values<S>, LinearizeError> {
         let mut needed: Vec<usize> = self.constants_parameters.clone();
         needed.extend(self.families.iter().flat_map(|family| &family.parameters));
         needed.extend(self.velocity.iter().flat_map(|family| &family.parameters));
@@ -359,7 +358,7 @@ impl Assembly {
         needed.dedup();
         let mut parameters: Vec<Option<S>> = vec![None; model.parameters.len()];
         for number in needed {
-            let value = model.parameters[number].value.ok_or(NoValue(number))?;
+            let value = model.parameters[number].value.ok_or_else(|| missing_value(model, number))?;
             let own = evaluate_closed(&model.pool, value, precision);
             parameters[number] = own.map(|own| replaced(number, own));
         }
@@ -373,7 +372,7 @@ impl Assembly {
     }
 
     /// The values, for expressions whose parts may be anywhere beyond the range of balls.
-    pub(super) fn wide_values(&self, model: &Model) -> Result<Values<Ball>, NoValue> {
+    pub(super) fn wide_values(&self, model: &Model) -> Result<Values<Ball>, LinearizeError> {
         let mut values = self.values(model, ())?;
         values.wide = Some(Box::new(self.values(model, WIDE)?));
         Ok(values)

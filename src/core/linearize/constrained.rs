@@ -8,26 +8,44 @@
 //! those by lambda and q are -∂c/∂q, from which the directions are worked out that the constraints allow.
 
 use super::assemble::known_values;
-use std::collections::BTreeMap;
 
-use crate::expr::{ExprId, ModularPoint, Pool, Symbol, Tape, add_mod, inverse_mod, mul_mod, neg_mod};
+use super::elimination::Elimination;
+use crate::expr::{ExprId, Symbol, Tape};
 use crate::model::{Constraint, Coordinate, Local, Model, SymbolKind, TermFamily};
 use crate::precision::{Ball, Big, Enclosure, Scalar, clear_column};
 
-/// A model whose multipliers are coordinates.
-pub(crate) struct Multiplied {
+/// A model whose multipliers are coordinates behind its own.
+#[derive(Clone, Debug)]
+pub struct Tied {
     pub(crate) model: Model,
+    /// The number of coordinates proper.
+    pub(super) visible: usize,
     /// The constraints that have a multiplier, by number.
-    pub(crate) kept: Vec<usize>,
+    kept: Vec<usize>,
     /// Those that follow from others wherever these hold, or contradict them.
     pub(crate) dependent: Vec<usize>,
+}
+
+impl Tied {
+    /// What the multipliers are called.
+    pub(crate) fn names(&self) -> Vec<String> {
+        let multipliers = self.model.coordinates.iter().skip(self.visible);
+        multipliers.map(|own| own.name.clone()).collect()
+    }
+
+    /// What the constraints with a multiplier set to zero.
+    pub fn expressions(&self) -> Vec<ExprId> {
+        let constraints = self.kept.iter().filter_map(|at| self.model.constraints.get(*at));
+        constraints.map(|own| own.expression).collect()
+    }
 }
 
 /// The model with a multiplier for each constraint that is independent of those before it, and not left out.
 ///
 /// A multiplier is called `lambda`, or `lambda[2]` for the second of several constraints, where that is free.
-pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied {
+pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Tied {
     let family = model.unused_name(&["lambda", "Lambda", "multiplier"]);
+    let visible = model.coordinates.len();
     let mut model = model.clone();
     let (mut kept, mut dependent) = independent(&mut model);
     kept.retain(|number| !left_out.contains(number));
@@ -40,10 +58,9 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
             1 => family.clone(),
             _ => format!("{family}[{}]", kept[number] + 1),
         };
-        let symbol = model.pool.symbol(&name);
-        let velocity = model.pool.symbol(&format!("{name}'"));
         let at = model.coordinates.len();
-        let multiplier = model.pool.symbol_expr(symbol);
+        let own = model.add_coordinate(&name, name.clone(), constraint.span);
+        let multiplier = model.pool.symbol_expr(own.coordinate);
         let term = model.pool.mul(multiplier, constraint.expression);
         let body = model.pool.neg(term);
         let mut coordinates = Vec::new();
@@ -56,17 +73,10 @@ pub(crate) fn with_multipliers(model: &Model, left_out: &[usize]) -> Multiplied 
             }
         }
         coordinates.push(u32::try_from(at).unwrap_or(u32::MAX));
-        locals.push(Local::new(symbol, velocity));
-        model.symbols.insert(symbol, SymbolKind::Coordinate(at));
-        model.symbols.insert(velocity, SymbolKind::Velocity(at));
-        model.coordinates.push(Coordinate { name, span: constraint.span, symbol, velocity, unit: None, factor: None });
-        model.guesses.push(None);
-        model.guessed_velocities.push(None);
-        model.equilibria.push(None);
-        model.rates.push(None);
+        locals.push(own);
         model.potential.push(TermFamily::single(constraint.span, body, locals, coordinates));
     }
-    Multiplied { model, kept, dependent }
+    Tied { model, visible, kept, dependent }
 }
 
 /// Which constraints have gradients that are independent of those before them, at a random point.
@@ -86,47 +96,22 @@ fn independent(model: &mut Model) -> (Vec<usize>, Vec<usize>) {
     }
     let all: Vec<ExprId> = gradients.iter().flatten().map(|(_, slope)| *slope).collect();
     let all_kept = ((0..count).collect(), Vec::new());
-    let Some(values) = at_random(&model.pool, &all) else {
+    let Some(values) = model.pool.evaluate_at_random(&all, 1) else {
         return all_kept;
     };
     let mut values = values.into_iter();
     let (mut kept, mut dependent) = (Vec::new(), Vec::new());
-    let mut basis: Vec<(Symbol, Vec<(Symbol, u64)>)> = Vec::new();
+    let mut elimination = Elimination::default();
     for (number, gradient) in gradients.iter().enumerate() {
-        let mut row: BTreeMap<Symbol, u64> = BTreeMap::new();
-        for (symbol, _) in gradient {
-            let Some(value) = values.next() else {
-                return all_kept;
-            };
-            row.insert(*symbol, value);
+        // In order of creation, which slopes come in.
+        let row = gradient.iter().zip(&mut values).map(|((symbol, _), value)| (symbol.index() as u32, value));
+        match elimination.add(row.filter(|(_, value)| *value != 0).collect()) {
+            Some(true) => kept.push(number),
+            Some(false) => dependent.push(number),
+            None => return all_kept,
         }
-        for (pivot, other) in &basis {
-            let Some(factor) = row.get(pivot).copied().filter(|factor| *factor != 0) else {
-                continue;
-            };
-            for (symbol, value) in other {
-                let entry = row.entry(*symbol).or_insert(0);
-                *entry = add_mod(*entry, neg_mod(mul_mod(factor, *value)));
-            }
-        }
-        let found = row.iter().find(|(_, value)| **value != 0);
-        let Some((pivot, inverse)) = found.and_then(|(symbol, value)| Some((*symbol, inverse_mod(*value)?))) else {
-            dependent.push(number);
-            continue;
-        };
-        let scaled = row.into_iter().filter(|(_, value)| *value != 0);
-        let scaled = scaled.map(|(symbol, value)| (symbol, mul_mod(value, inverse)));
-        basis.push((pivot, scaled.collect()));
-        kept.push(number);
     }
     (kept, dependent)
-}
-
-fn at_random(pool: &Pool, roots: &[ExprId]) -> Option<Vec<u64>> {
-    (1..20_u64).find_map(|seed| {
-        let value = |symbol| ModularPoint::random_value(seed, symbol);
-        pool.evaluate_mod(roots, value, seed)
-    })
 }
 
 /// The directions that constraints allow: q' = Z y'.

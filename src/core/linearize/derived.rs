@@ -2,13 +2,13 @@
 //! equilibrium needs numbers.
 
 use super::assemble::{self, Assembly, Values, evaluate_closed};
-use super::constrained;
+use super::constrained::{Tied, with_multipliers};
 use super::equilibrium::{Equilibrium, short};
 use super::multipliers;
 use super::symbolic::{self, SymbolicMatrices};
 use super::{
-    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, missing_value, steady, surface,
-    unbalanced, units, velocity,
+    LinearizeError, SymbolicConstraints, at_equilibrium, gyroscopic, in_own_numbers, steady, surface, unbalanced,
+    units, velocity,
 };
 use crate::expr::{ExprId, Substitution, ZeroVerdict};
 use crate::model::Model;
@@ -46,67 +46,19 @@ pub(super) fn leaving_out_dependent<T>(
 /// # Errors
 /// As [`linearize`](super::linearize).
 pub fn derive(model: Model) -> Result<SymbolicMatrices, LinearizeError> {
-    if model.constraints.is_empty() {
-        return derive_tied(Tied::free(model));
-    }
     derive_with_multipliers(&model).1
-}
-
-/// A model with multipliers of its constraints for further coordinates.
-#[derive(Clone, Debug)]
-pub struct Tied {
-    pub(crate) model: Model,
-    /// The number of coordinates proper.
-    visible: usize,
-    kept: Vec<usize>,
-    dependent: Vec<usize>,
-}
-
-impl Tied {
-    /// A model without constraints.
-    fn free(model: Model) -> Self {
-        Self { visible: model.coordinates.len(), model, kept: Vec::new(), dependent: Vec::new() }
-    }
-
-    /// A model with some of its constraints left out.
-    fn new(model: &Model, left_out: &[usize]) -> Self {
-        let multiplied = constrained::with_multipliers(model, left_out);
-        Self {
-            visible: model.coordinates.len(),
-            model: multiplied.model,
-            kept: multiplied.kept,
-            dependent: multiplied.dependent,
-        }
-    }
-
-    /// What the multipliers are called.
-    pub(crate) fn names(&self) -> Vec<String> {
-        let multipliers = self.model.coordinates.iter().skip(self.visible);
-        multipliers.map(|own| own.name.clone()).collect()
-    }
-
-    /// What the constraints with a multiplier set to zero.
-    pub fn expressions(&self) -> Vec<ExprId> {
-        let constraints = self.kept.iter().filter_map(|at| self.model.constraints.get(*at));
-        constraints.map(|own| own.expression).collect()
-    }
-
-    /// The numbers of the constraints without one.
-    pub(crate) fn dependent(&self) -> &[usize] {
-        &self.dependent
-    }
 }
 
 /// [`derive`](fn@derive), and under constraints the model with its multipliers, on whose expressions the matrices build.
 pub fn derive_with_multipliers(model: &Model) -> (Option<Tied>, Result<SymbolicMatrices, LinearizeError>) {
     if model.constraints.is_empty() {
-        return (None, derive_tied(Tied::free(model.clone())));
+        return (None, derive_tied(with_multipliers(model, &[])));
     }
-    let whole = Tied::new(model, &[]);
+    let whole = with_multipliers(model, &[]);
     let found = leaving_out_dependent(model, |left_out| {
         let tied = match left_out {
             [] => whole.clone(),
-            [..] => Tied::new(model, left_out),
+            [..] => with_multipliers(model, left_out),
         };
         Ok((tied.clone(), derive_tied(tied)?))
     });
@@ -155,19 +107,15 @@ fn search(
     let Some(units) = units::choose(model, assembly, values, visible) else {
         return found(model, assembly, values);
     };
-    let wide = |assembly: &Assembly, model: &Model| {
-        let wide = assembly.wide_values(model);
-        wide.map_err(|missing| missing_value(model, missing.0))
-    };
     let mut own = model.clone();
     units.put_in(&mut own);
     let (measured, _) = assemble::assemble(&mut own);
-    match found(&own, &measured, &wide(&measured, &own)?) {
+    match found(&own, &measured, &measured.wide_values(&own)?) {
         Ok(mut equilibrium) => {
             equilibrium.values = units.positions(&equilibrium.values);
             Ok(equilibrium)
         }
-        Err(error) => Err(in_own_numbers(error, || found(model, assembly, &wide(assembly, model)?).map(|_| ()))),
+        Err(error) => Err(in_own_numbers(error, || found(model, assembly, &assembly.wide_values(model)?).map(|_| ()))),
     }
 }
 
@@ -200,7 +148,7 @@ fn derive_tied(tied: Tied) -> Result<SymbolicMatrices, LinearizeError> {
         let values = assembly.values::<Ball>(&model, ()).map_err(|missing| {
             let undefined = assembly.undefined_in_symbols(&model, &point);
             let doubtful = || symbolic::doubtful_force(&model, &assembly, &point);
-            undefined.or_else(doubtful).filter(|_| !guessed).unwrap_or_else(|| missing_value(&model, missing.0))
+            undefined.or_else(doubtful).filter(|_| !guessed).unwrap_or(missing)
         })?;
         let equilibrium = search(&model, &assembly, &values, visible, &dependent)?;
         let mut pool = std::mem::take(&mut model.pool);

@@ -7,10 +7,10 @@
 
 use nalgebra::DMatrix;
 
-use super::assemble::{Assembly, Values, evaluate_closed, parameters_of};
+use super::assemble::{Assembly, Values, evaluate_closed, inputs, parameters_of};
 use super::equilibrium::Search;
 use super::newton::Downhill;
-use crate::expr::{Symbol, Tape};
+use crate::expr::Tape;
 use crate::model::Model;
 use crate::precision::{Ball, Scalar};
 
@@ -35,14 +35,9 @@ impl<'a> Energy<'a> {
     pub(super) fn new(model: &Model, assembly: &'a Assembly, values: &'a Values<Ball>) -> Option<Self> {
         let term = |family: &super::ElementFamily| {
             let parameters = parameters_of(model, &[family.effective]);
-            let locals = family.terms.locals.iter().map(|local| local.coordinate);
-            let mut inputs: Vec<Symbol> = locals.chain(family.terms.values.clone()).collect();
-            let mut numbers = Vec::new();
-            for parameter in parameters {
-                let parameter = &model.parameters[parameter];
-                inputs.push(parameter.symbol);
-                numbers.push(evaluate_closed(&model.pool, parameter.value?, ())?);
-            }
+            let inputs = inputs(model, &family.terms, &parameters);
+            let value = |number: &usize| evaluate_closed(&model.pool, model.parameters[*number].value?, ());
+            let numbers = parameters.iter().map(value).collect::<Option<_>>()?;
             let tape = Tape::compile(&model.pool, &[family.effective], &inputs).ok()?;
             Some((tape, numbers))
         };

@@ -66,7 +66,7 @@ pub(crate) fn elements(
     let mut result = Vec::new();
     while let Some((node, parts)) = weights.pop_last() {
         let weight = pool.sum(&parts);
-        if pool.as_number(weight).is_some_and(Number::is_zero) {
+        if weight.is_zero() {
             continue;
         }
         match pool.node(node).clone() {
@@ -266,7 +266,7 @@ impl Splitter {
                 }
             };
             if let [(symbol, ..), ..] = group
-                && !pool.as_number(slope).is_some_and(Number::is_zero)
+                && !slope.is_zero()
             {
                 slopes.push((*symbol, slope));
             }
@@ -291,13 +291,13 @@ impl Element {
         for (at, entry) in open.into_iter().zip(pool.substitute(&moving, values)) {
             entries[at] = entry;
         }
-        self.with_entries(pool, &entries)
+        self.with_entries(&entries)
     }
 
     /// The same element with its expressions replaced, for instance at velocity zero.
     pub(crate) fn substituted(&self, pool: &mut Pool, values: &Substitution) -> Self {
         let new = pool.substitute(&self.entries(), values);
-        self.with_entries(pool, &new)
+        self.with_entries(&new)
     }
 
     /// Whether force or stiffness has no value at a point. That phi'' has none is no matter where ∇s is 0: where phi' has
@@ -320,16 +320,15 @@ impl Element {
     }
 
     /// The element with other expressions, without those that are zero.
-    fn with_entries(&self, pool: &Pool, new: &[ExprId]) -> Self {
-        let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
+    fn with_entries(&self, new: &[ExprId]) -> Self {
         let split = 2 + self.slope.len();
         let mut slope: Vec<(usize, ExprId)> =
             self.slope.iter().zip(&new[2..split]).map(|((i, _), entry)| (*i, *entry)).collect();
         let mut curvature: Vec<(usize, usize, ExprId)> =
             self.curvature.iter().zip(&new[split..]).map(|((i, j, _), entry)| (*i, *j, *entry)).collect();
-        slope.retain(|(_, entry)| !is_zero(pool, *entry));
-        curvature.retain(|(_, _, entry)| !is_zero(pool, *entry));
-        if is_zero(pool, new[0]) {
+        slope.retain(|(_, entry)| !entry.is_zero());
+        curvature.retain(|(_, _, entry)| !entry.is_zero());
+        if new[0].is_zero() {
             curvature.clear();
         }
         Self { first: new[0], second: new[1], slope, curvature }

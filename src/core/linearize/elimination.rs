@@ -77,8 +77,8 @@ struct Eliminated {
 }
 
 impl Elimination {
-    /// Adds a row; `None` where all together are too much work.
-    pub(super) fn add(&mut self, mut row: Row) -> Option<()> {
+    /// Adds a row: whether it is independent of those before it; `None` where all together are too much work.
+    pub(super) fn add(&mut self, mut row: Row) -> Option<bool> {
         let source = self.added;
         self.added += 1;
         let mut steps = Row::new();
@@ -90,7 +90,7 @@ impl Elimination {
                 self.order.push(column);
                 let own = Eliminated { rest, source, steps, inverse };
                 self.rows.insert(column, own);
-                return Some(());
+                return Some(true);
             };
             self.work += pivot.rest.len() + rest.len();
             if self.work > MOST_WORK {
@@ -99,7 +99,7 @@ impl Elimination {
             steps.push((column, value));
             row = combined(rest, neg_mod(value), &pivot.rest);
         }
-        Some(())
+        Some(false)
     }
 
     fn free(&self, columns: usize) -> Vec<u32> {

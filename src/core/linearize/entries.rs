@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::Linearized;
-use super::assemble::{Part, evaluate_closed};
+use super::assemble::Part;
 use super::equilibrium::Origin;
+use super::{Linearized, precise};
 use crate::precision::{Big, Scalar};
 
 /// The lower triangles of M and K by row and column.
@@ -23,18 +23,10 @@ impl Linearized {
     #[must_use]
     pub fn entries(&self, bits: usize) -> Option<Entries> {
         let values = self.assembly.values::<Big>(&self.model, bits).ok()?;
-        let found = &self.equilibrium;
-        let mut at = Vec::with_capacity(found.values.len());
-        for (i, origin) in found.origins.iter().enumerate() {
-            at.push(match origin {
-                Origin::Given => {
-                    let given = self.model.equilibria[i].and_then(|given| given.value)?;
-                    evaluate_closed(&self.model.pool, given, bits)?
-                }
-                Origin::Zero => Big::zero(bits),
-                Origin::Found => return None,
-            });
+        if self.equilibrium.origins.contains(&Origin::Found) {
+            return None;
         }
+        let at = precise::equilibrium(&self.model, &self.assembly, &self.equilibrium, &values)?;
         let added = |part: Part| {
             let mut entries: BTreeMap<(usize, usize), Big> = BTreeMap::new();
             self.assembly.entries(part, &at, &values, |i, j, share| {

@@ -67,6 +67,11 @@ pub struct Equilibrium {
 }
 
 impl Equilibrium {
+    /// A point where all forces are known to vanish.
+    pub(super) fn exactly(values: Vec<Ball>, origins: Vec<Origin>) -> Self {
+        Self { values, origins, steps: 0, proved: true, proof: None, multipliers_given: false, at_guess: false }
+    }
+
     /// What a coordinate is exactly, without parameters, where the model says it.
     pub(super) fn expression(&self, model: &Model, coordinate: usize) -> Option<ExprId> {
         let stated = match self.origins[coordinate] {
@@ -160,15 +165,7 @@ pub(crate) fn find(
             origins[*i] = Origin::Found;
         }
     }
-    let mut start = Equilibrium {
-        values: point,
-        origins,
-        steps: 0,
-        proved: true,
-        proof: None,
-        multipliers_given: false,
-        at_guess: guessed,
-    };
+    let mut start = Equilibrium { at_guess: guessed, ..Equilibrium::exactly(point, origins) };
     if search.is_equilibrium(&start) {
         if !guessed {
             search.free.clear();

@@ -28,11 +28,9 @@ mistakes! {
 Error LinearizeError {
     /// A parameter without a value where numbers are asked for.
     #[error("the parameter `{name}` has no value")]
-    "E0301" MissingValue {
+    "E0301" MissingValue(span) {
         /// The parameter.
         name: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "declared without a value").with_help(format!(
         "give it a value in the file, or on the command line: --set {name}=VALUE"
     )),
@@ -41,52 +39,44 @@ Error LinearizeError {
     #[error(
         "whether this is an equilibrium depends on the values of parameters: the force on `{coordinate}` is {force}"
     )]
-    "E0321" ForceOfParameters {
+    "E0321" ForceOfParameters(span) {
         /// The coordinate.
         coordinate: String,
         /// The generalised force, as an expression.
         force: String,
-        /// Where the equilibrium is given.
-        span: Span,
     } => at(*span, "given here").with_help(
         "the sign of a root depends on the sign of a parameter, which is known from its value: give the parameters values in the file, or on the command line with --set",
     ),
 
     /// A point given as equilibrium where a force acts.
     #[error("this is not an equilibrium: a force {force} acts on `{coordinate}`")]
-    "E0302" NotAnEquilibrium {
+    "E0302" NotAnEquilibrium(span) {
         /// The coordinate.
         coordinate: String,
         /// The generalised force, as an expression, as a number or both.
         force: String,
-        /// Where the equilibrium is given.
-        span: Span,
     } => at(*span, "given here").with_help(
         "at an equilibrium every generalised force vanishes; if this is only near the equilibrium, give it with `guess`, and the search starts there",
     ),
 
     /// A force that vanishes nowhere.
     #[error("there is no equilibrium: {}", describe_forces(.forces))]
-    "E0303" NoEquilibrium {
+    "E0303" NoEquilibrium(span) {
         /// The coordinate (or the combination that moves together) and the force on it.
         forces: Vec<(String, String)>,
-        /// Where the coordinate is declared.
-        span: Span,
     } => at(*span, "there is no restoring force on this coordinate").with_help(
         "without an equilibrium there are no small oscillations; is a restoring force missing?",
     ),
 
     /// A search that led nowhere.
     #[error("no equilibrium was found")]
-    "E0304" EquilibriumNotFound {
+    "E0304" EquilibriumNotFound(span) {
         /// The coordinate with the largest force left.
         coordinate: String,
         /// That force.
         force: String,
         /// The point the search ended at.
         point: String,
-        /// Where the coordinate is declared.
-        span: Span,
     } => at(*span, format!("the force on `{coordinate}` is still {force}"))
         .with_help(format!(
             "the search ended at {point}; if there is an equilibrium, give a point near it with `guess`"
@@ -97,15 +87,13 @@ Error LinearizeError {
         "no equilibrium was found: the gradient of a constraint vanishes at {point}, where the search {}",
         if *.ended { "ended" } else { "began" }
     )]
-    "E0320" ConstraintFlat {
+    "E0320" ConstraintFlat(span) {
         /// The point.
         point: String,
         /// Whether the search ended there; else it began there.
         ended: bool,
         /// Whether the constraint holds there, as nearly as can be told.
         holds: bool,
-        /// The constraint.
-        span: Span,
     } => at(*span, "this constraint")
         .with_help(if *holds {
             "a constraint that is a square or a product, as (x - y)^2 = 0, does not determine which motions it allows where it holds: write x = y; if there is an equilibrium elsewhere, give a point near it with `guess`"
@@ -115,15 +103,13 @@ Error LinearizeError {
 
     /// An energy or one of its derivatives that is no number at the point in question.
     #[error("{what} is not defined at {point}")]
-    "E0305" NotFinite {
+    "E0305" NotFinite(span) {
         /// `the energy`, `the force`, …
         what: String,
         /// The point.
         point: String,
         /// What makes it undefined, if that can be told: `the divisor `a - b` is 0 for a = 1, b = 1`.
         cause: Option<String>,
-        /// Where the term stands.
-        span: Span,
     } => {
         let label = if what == GIVEN_VALUE { "given here" } else { "in this term" };
         let help = cause.as_deref().unwrap_or(
@@ -134,13 +120,11 @@ Error LinearizeError {
 
     /// A direction without inertia.
     #[error("{} has no inertia{}", combination_words(.combination), if *.proved { ": the mass matrix is singular" } else { " that can be distinguished from zero: the mass matrix is not shown to be positive definite" })]
-    "E0306" SingularMass {
+    "E0306" SingularMass(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
         /// Whether the inertia is exactly 0; otherwise bounds do not tell it from 0.
         proved: bool,
-        /// Where the first of them is declared.
-        span: Span,
     } => at(*span,
             if *proved {
                 "its velocity does not occur squared in T"
@@ -152,31 +136,25 @@ Error LinearizeError {
 
     /// A direction with negative inertia.
     #[error("{} has a negative inertia: the mass matrix is not positive", combination_words(.combination))]
-    "E0307" IndefiniteMass {
+    "E0307" IndefiniteMass(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
-        /// Where the first of them is declared.
-        span: Span,
     } => at(*span, "declared here")
         .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
     /// A feature of the language that modes do not cover.
     #[error("{}", unsupported_words(*.feature))]
-    "E0308" Unsupported {
+    "E0308" Unsupported(span) {
         /// Which.
         feature: Feature,
-        /// Where.
-        span: Span,
     } => at(*span, "")
         .with_help("`modes` covers all of these"),
 
     /// A steady rate of a coordinate that something depends on.
     #[error("`{coordinate}` can't turn at a constant rate: it is not cyclic")]
-    "E0312" NotCyclic {
+    "E0312" NotCyclic(span) {
         /// The coordinate.
         coordinate: String,
-        /// Where the rate stands.
-        span: Span,
         /// Where the coordinate itself occurs.
         energy: Span,
     } => at(*span, "given here")
@@ -185,12 +163,10 @@ Error LinearizeError {
 
     /// Constraints that can't hold together.
     #[error("{}", contradiction_words(.difference.as_deref()))]
-    "E0313" ConstraintsContradict {
+    "E0313" ConstraintsContradict(span) {
         /// What the sides of this one differ by where the others hold; `None` where no place was found at which they
         /// all hold.
         difference: Option<String>,
-        /// The constraint.
-        span: Span,
     } => at(*span, "this constraint")
         .with_help(if difference.is_some() {
             "remove one of them, or correct its numbers"
@@ -200,11 +176,9 @@ Error LinearizeError {
 
     /// A given equilibrium off a constraint.
     #[error("the given equilibrium violates a constraint: its sides differ by {difference}")]
-    "E0314" ConstraintBroken {
+    "E0314" ConstraintBroken(span) {
         /// Left less right side.
         difference: String,
-        /// The constraint.
-        span: Span,
         /// Where the equilibrium is given.
         given: Option<Span>,
     } => at(*span, "violated").and_at(*given, "given here").with_help(
@@ -215,52 +189,41 @@ Error LinearizeError {
     #[error(
         "the constraints are singular at {point}: at this point they do not determine which motions they allow"
     )]
-    "E0315" ConstraintsSingular {
+    "E0315" ConstraintsSingular(span) {
         /// The point.
         point: String,
-        /// A constraint.
-        span: Span,
     } => at(*span, "the gradients of the constraints are dependent there")
         .with_help("the body has more or fewer degrees of freedom there than nearby, and small oscillations are not defined; search for an equilibrium elsewhere with `guess`"),
 
     /// A dissipation that has no second derivatives at rest.
     #[error("the dissipation is not smooth at rest")]
-    "E0316" FrictionNotSmooth {
+    "E0316" FrictionNotSmooth(span) {
         /// What is to blame, as an expression.
         part: String,
-        /// Where the term stands.
-        span: Span,
     } => at(*span, format!("`{part}` has a corner where nothing moves"))
         .with_help("with dry friction there are no small oscillations: a body at rest sticks; write friction with squares of velocities, 1/2*c*x'^2"),
 
     /// A steady rate that friction brakes.
     #[error("`{coordinate}` does not keep its rate: friction acts on it with {force}")]
-    "E0317" RateNotKept {
+    "E0317" RateNotKept(span) {
         /// The coordinate.
         coordinate: String,
         /// The force, as an expression.
         force: String,
-        /// Where the rate stands.
-        span: Span,
     } => at(*span, "given here")
         .with_help("in a steady motion there is no friction, or a drive balances it: friction against a medium that turns at the same rate is 1/2*c*(psi' - S)^2"),
 
     /// Coordinates that lose a direction at the equilibrium, as Euler angles do.
     #[error("the coordinates are singular at this equilibrium: {} moves nothing there, but does nearby", combination_words(.combination))]
-    "E0318" SingularCoordinates {
+    "E0318" SingularCoordinates(span) {
         /// The coordinates that move together, with their amplitudes.
         combination: Vec<(String, f64)>,
-        /// Where the first of them is declared.
-        span: Span,
     } => at(*span, "has no independent motion there")
         .with_help("Euler angles are singular where two axes coincide (gimbal lock); use angles about other axes, for an upright top R = rot_x(a)*rot_y(b)*rot_z(psi)"),
 
     /// Energies that depend on the time.
     #[error("this model depends on the time explicitly and has no normal modes")]
-    "E0309" TimeDependent {
-        /// Where.
-        span: Span,
-    } => at(*span, "contains the time")
+    "E0309" TimeDependent(span) => at(*span, "contains the time")
         .with_help("the motion about a driven state has Floquet multipliers instead: `librate floquet` computes them"),
 
     /// The eigenvalue problem could not be solved.

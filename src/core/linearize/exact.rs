@@ -10,7 +10,7 @@ use super::elimination;
 use super::equilibrium::Equilibrium;
 use super::integers::Integers;
 use super::radicals::{Exact, Surd};
-use super::velocity::Matrix;
+use super::velocity::{Matrix, sum};
 use crate::model::Model;
 use crate::number::Number;
 use crate::precision::{Ball, Big, DoubleDouble, Magnitude, Scalar};
@@ -276,18 +276,11 @@ pub(crate) fn integers(model: &Model, assembly: &Assembly, equilibrium: &Equilib
     let values = assembly.values::<Exact>(model, ()).ok()?;
     let at = settled(model, assembly, &values, equilibrium)?;
     let part = |matrix| assembly.velocity_matrix(matrix, &at, &values);
-    let zeros = || vec![Exact::rational(Some(Number::ZERO)); n * n];
-    let sum = |left: Vec<Exact>, right: Option<Vec<Exact>>| -> Vec<Exact> {
-        match right {
-            Some(right) => left.iter().zip(&right).map(|(x, y)| x.add(y)).collect(),
-            None => left,
-        }
-    };
-    let velocity = sum(zeros(), part(Matrix::Gyroscopic));
+    let velocity = sum(part(Matrix::Gyroscopic), part(Matrix::Damping));
     Integers::of(&[
         assembly.mass(&at, &values),
-        sum(velocity, part(Matrix::Damping)),
-        sum(assembly.stiffness(&at, &values), part(Matrix::Circulatory)),
+        velocity.unwrap_or_else(|| vec![Exact::rational(Some(Number::ZERO)); n * n]),
+        sum(Some(assembly.stiffness(&at, &values)), part(Matrix::Circulatory))?,
     ])
 }
 

@@ -6,23 +6,18 @@
 use std::collections::BTreeMap;
 
 use super::assemble::VelocityLinear;
-use crate::expr::{ExprId, Substitution, ZeroVerdict};
+use super::symbolic::instance;
+use crate::expr::{ExprId, ZeroVerdict};
 use crate::model::Model;
 
 /// Whether the gyroscopic matrix is proved to be zero at a point of expressions.
 pub(crate) fn vanishes(model: &mut Model, linear: &[VelocityLinear], point: &[ExprId]) -> bool {
     let mut entries: BTreeMap<(u32, u32), Vec<ExprId>> = BTreeMap::new();
-    let pool = &mut model.pool;
+    let mut pool = std::mem::take(&mut model.pool);
     for term in linear {
         for at in 0..term.family.count {
             let coordinates = term.family.coordinates_of(at);
-            let mut map = Substitution::default();
-            for (local, number) in term.family.locals.iter().zip(coordinates) {
-                map.insert(local.coordinate, point[*number as usize]);
-            }
-            for (symbol, constant) in term.family.values.iter().zip(term.family.constants_of(at)) {
-                map.insert(*symbol, *constant);
-            }
+            let map = instance(model, &mut pool, &term.family, at, Some(point));
             for (i, coefficient) in &term.coefficients {
                 for (j, local) in term.family.locals.iter().enumerate() {
                     let slope = pool.diff(*coefficient, local.coordinate);
@@ -37,8 +32,10 @@ pub(crate) fn vanishes(model: &mut Model, linear: &[VelocityLinear], point: &[Ex
             }
         }
     }
-    entries.values().all(|parts| {
+    let vanish = entries.values().all(|parts| {
         let entry = pool.sum(parts);
         pool.is_zero(entry) == ZeroVerdict::Zero
-    })
+    });
+    model.pool = pool;
+    vanish
 }

@@ -11,7 +11,7 @@
 use super::assemble::{known_values, signed_terms};
 use super::equilibrium::Origin;
 use super::steady::put_rates_in;
-use super::symbolic::instance;
+use super::symbolic::written_out;
 use super::symmetry::spaces;
 use super::{Linearized, Structure};
 use crate::expr::{ExprId, ModularPoint, Substitution, ZeroVerdict};
@@ -160,18 +160,8 @@ impl Invariance {
             .collect();
         let friction = model.friction.iter().map(|family| (false, family));
         let lists: [Vec<(bool, &TermFamily)>; 2] = [signed_terms(model).collect(), friction.collect()];
-        let energies = lists.map(|families| {
-            let mut terms = Vec::new();
-            for (negative, family) in families {
-                for at in 0..family.count {
-                    let map = instance(model, &mut pool, family, at, Some(&displaced));
-                    let term = pool.substitute_one(family.body, &map);
-                    terms.push(if negative { pool.neg(term) } else { term });
-                }
-            }
-            let sum = pool.sum(&terms);
-            pool.substitute_one(sum, &self.known)
-        });
+        let energies =
+            lists.map(|families| written_out(model, &mut pool, families.into_iter(), Some(&displaced), &self.known));
         self.model.pool = pool;
         *self.energies.insert(energies)
     }

@@ -51,8 +51,9 @@ mod zero;
 pub use assemble::ElementFamily;
 pub use assemble::{evaluate_closed, known_values, signed_terms};
 pub(crate) use condition::Shape;
+pub use constrained::Tied;
 pub use derived::derive;
-pub use derived::{Tied, derive_with_multipliers};
+pub use derived::derive_with_multipliers;
 pub use elements::Element;
 pub(crate) use elements::{Splitter, elements};
 pub use entries::Entries;
@@ -69,6 +70,7 @@ pub use parametric::{Parametric, parametric};
 pub use precise::Precise;
 pub use slopes::{Slopes, WithMultipliers};
 pub use symbolic::SymbolicMatrices;
+pub(crate) use symbolic::instances;
 pub use symbolic::{instance, written_out};
 pub(crate) use symmetry::{Rotation, candidate_rotations, rotation_name, translation_name};
 pub(crate) use zero::NO_FORCE;
@@ -85,7 +87,7 @@ use velocity::Matrix;
 use std::cell::Cell;
 
 use crate::model::Model;
-use crate::precision::{Ball, Big, Scalar};
+use crate::precision::{Ball, Big, clear_column};
 
 /// The largest dense problem: its matrices and vectors take about 2 GB.
 pub const MOST_COORDINATES: usize = 4000;
@@ -224,10 +226,8 @@ fn linearize_in(
         check_size(model.coordinates.len())?;
     }
     assemble::put_exponents_in(&mut model);
-    let missing = |model: &Model, missing: assemble::NoValue| missing_value(model, missing.0);
     let (mut assembly, mut linear) = assemble::assemble(&mut model);
-    let values = assembly.values::<Ball>(&model, ());
-    let mut values = values.map_err(|name| missing(&model, name))?;
+    let mut values = assembly.values::<Ball>(&model, ())?;
     let chosen = units::choose(&model, &assembly, &values, visible);
     is_far.set(chosen.is_some());
     if let Some(own) = &chosen {
@@ -236,8 +236,7 @@ fn linearize_in(
             own.put_in(&mut model);
             (assembly, linear) = assemble::assemble(&mut model);
         }
-        let wide = assembly.wide_values(&model);
-        values = wide.map_err(|name| missing(&model, name))?;
+        values = assembly.wide_values(&model)?;
     }
     let (equilibrium, unbalanced) = unbalanced::find(&model, &assembly, &values, visible)?;
     if !linear.is_empty() {
@@ -543,15 +542,9 @@ impl Linearized {
     /// G + C and K + N, dense, column by column, in SI.
     #[must_use]
     pub fn velocity_and_stiffness(&self) -> (Vec<Ball>, Vec<Ball>) {
-        let mut stiffness = self.stiffness();
-        let mut velocity = vec![Ball::ZERO; stiffness.len()];
-        for part in [self.gyroscopic(), self.damping()].into_iter().flatten() {
-            velocity.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
-        }
-        if let Some(part) = self.circulatory() {
-            stiffness.iter_mut().zip(part).for_each(|(x, y)| *x = x.add(&y));
-        }
-        (velocity, stiffness)
+        let stiffness = velocity::sum(Some(self.stiffness()), self.circulatory()).unwrap_or_default();
+        let velocity = velocity::sum(self.gyroscopic(), self.damping());
+        (velocity.unwrap_or_else(|| vec![Ball::ZERO; stiffness.len()]), stiffness)
     }
 
     /// The rates of a steady motion in SI, one a coordinate, 0 for those that rest.
@@ -632,25 +625,15 @@ impl Linearized {
         let at: Vec<Ball> = self.equilibrium.values.iter().enumerate().map(shift).collect();
         // Multipliers, which have no inertia, stand behind the coordinates.
         let (n, all) = (self.coordinates(), self.model.coordinates.len());
-        let mut mass = self.assembly.mass(&at, &self.values);
-        for k in 0..n {
-            let pivot = mass[k + all * k];
-            if !pivot.is_positive() {
-                return false;
+        let mass = self.assembly.mass(&at, &self.values);
+        let mut rows: Vec<Vec<Ball>> = (0..n).map(|i| (0..n).map(|j| mass[i + all * j]).collect()).collect();
+        (0..n).all(|k| {
+            let is_positive = rows[k][k].is_positive();
+            if is_positive {
+                clear_column(&mut rows, k, k, ());
             }
-            for i in k + 1..n {
-                let factor = mass[i + all * k];
-                if factor.is_zero() {
-                    continue;
-                }
-                let factor = factor / pivot;
-                for j in k + 1..=i {
-                    let product = factor * mass[j + all * k];
-                    mass[i + all * j] = mass[i + all * j] - product;
-                }
-            }
-        }
-        true
+            is_positive
+        })
     }
 
     /// The first term whose numbers at the equilibrium are not finite, as an error.

@@ -4,7 +4,7 @@
 //! the business of those who put values in.
 
 use super::assemble::{Assembly, evaluate_closed, known_values};
-use super::symbolic::instance;
+use super::symbolic::gradient;
 use crate::expr::{ExprId, Pool, Symbol, ZeroVerdict};
 use crate::model::Model;
 use crate::precision::Ball;
@@ -41,27 +41,12 @@ pub(super) fn put_in(
     }
     let visible = point.len() - expressions.len();
     // With multipliers 0: the derivatives of U alone.
-    let mut forces: Vec<Vec<ExprId>> = vec![Vec::new(); visible];
-    for family in &assembly.families {
-        for at in 0..family.terms.count {
-            let map = instance(model, pool, &family.terms, at, Some(point));
-            let coordinates = family.terms.coordinates_of(at);
-            for element in &family.potential {
-                let here = element.substituted(pool, &map);
-                for (place, slope) in &here.slope {
-                    let part = pool.mul(here.first, *slope);
-                    if let Some(force) = forces.get_mut(coordinates[*place] as usize) {
-                        force.push(part);
-                    }
-                }
-            }
-        }
-    }
+    let mut forces = gradient(model, pool, assembly, point);
     let gradients = gradients(model, pool, &point[..visible], expressions);
     let mut rows = Vec::with_capacity(visible);
-    for (i, parts) in forces.iter().enumerate() {
+    for (i, number) in (0..visible).zip(0..) {
         let mut row: Vec<ExprId> = gradients.iter().map(|gradient| gradient[i]).collect();
-        row.push(pool.sum(parts));
+        row.push(pool.sum(&forces.remove(&number).unwrap_or_default()));
         rows.push(row);
     }
     let is_pivot = |pool: &Pool, e: ExprId| differs_from_zero(model, pool, e);
@@ -147,7 +132,7 @@ pub(crate) fn eliminate(
         let scaled: Vec<ExprId> = rows[row].iter().map(|e| pool.div(*e, pivot)).collect();
         for (at, other) in rows.iter_mut().enumerate() {
             let factor = other[column];
-            if at == row || pool.as_number(factor).is_some_and(|n| n.is_zero()) {
+            if at == row || factor.is_zero() {
                 continue;
             }
             for (entry, above) in other.iter_mut().zip(&scaled) {

@@ -3,8 +3,6 @@
 //! What [`super::derive`] writes out, with every other parameter at its exact value, and with the
 //! equilibrium left open where it has to be searched for at each set.
 
-use std::collections::BTreeMap;
-
 use super::assemble::{self, Assembly, parameters_of};
 use super::equilibrium::{Equilibrium, Origin};
 use super::error::{Feature, LinearizeError};
@@ -81,15 +79,7 @@ pub fn parametric(mut model: Model, varying: &[usize]) -> Result<Parametric, Lin
         .zip(&model.coordinates)
         .map(|(origin, coordinate)| (*origin == Origin::Found).then_some(coordinate.symbol))
         .collect();
-    let place = Equilibrium {
-        values: vec![Ball::ZERO; count],
-        origins,
-        steps: 0,
-        proved: false,
-        proof: None,
-        multipliers_given: false,
-        at_guess: false,
-    };
+    let place = Equilibrium::exactly(vec![Ball::ZERO; count], origins);
     let matrices = symbolic::matrices(&model, &assembly, &place);
     model.pool = matrices.pool;
     if let Some(term) = linear.first()
@@ -156,22 +146,8 @@ fn fixed(model: &mut Model, varying: &[usize], roots: &[ExprId]) -> Result<Vec<E
 /// The gradient of the effective potential at a point, one expression a coordinate.
 fn gradient(model: &mut Model, assembly: &Assembly, point: &[ExprId]) -> Vec<ExprId> {
     let mut pool = std::mem::take(&mut model.pool);
-    let mut parts: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
-    for family in &assembly.families {
-        for at in 0..family.terms.count {
-            let map = symbolic::instance(model, &mut pool, &family.terms, at, Some(point));
-            let coordinates = family.terms.coordinates_of(at);
-            for element in &family.potential {
-                let here = element.substituted(&mut pool, &map);
-                for (place, slope) in &here.slope {
-                    let part = pool.mul(here.first, *slope);
-                    parts.entry(coordinates[*place]).or_default().push(part);
-                }
-            }
-        }
-    }
     let mut gradient = vec![pool.zero(); model.coordinates.len()];
-    for (number, parts) in parts {
+    for (number, parts) in symbolic::gradient(model, &mut pool, assembly, point) {
         gradient[number as usize] = pool.sum(&parts);
     }
     model.pool = pool;

@@ -47,13 +47,9 @@ pub(crate) fn put_rates_in(model: &mut Model) -> Result<(), LinearizeError> {
 /// search for an equilibrium.
 fn check_kept(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), LinearizeError> {
     let mut pool = std::mem::take(&mut model.pool);
-    let zero = pool.zero();
     let mut parts = Vec::new();
     for family in &model.friction {
-        let mut at_rest = Substitution::default();
-        for local in &family.locals {
-            at_rest.insert(local.velocity, zero);
-        }
+        let at_rest = family.at_rest(&pool);
         for at in 0..family.count {
             let numbers = family.coordinates_of(at);
             for (local, number) in family.locals.iter().zip(numbers) {
@@ -143,7 +139,7 @@ fn check_cyclic(model: &mut Model, coordinate: usize, rate: Span) -> Result<(), 
                 .collect();
             for local in own {
                 let slope = pool.diff(family.body, local);
-                if pool.as_number(slope).is_some_and(|slope| slope.is_zero()) {
+                if slope.is_zero() {
                     continue;
                 }
                 let map = instance(model, &mut pool, family, at, None);

@@ -8,9 +8,10 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assemble::{self, evaluate_closed};
+use super::assemble;
 use super::constrained::{gradients, with_multipliers};
 use super::dependence::{self, Verdict};
+use super::units;
 use crate::model::Model;
 use crate::precision::Ball;
 
@@ -52,13 +53,7 @@ pub(super) fn dependent(model: &Model) -> Option<Vec<usize>> {
         let rows = DMatrix::from_fn(rows.len(), visible, |a, i| rows[a][i]);
         (DVector::from_vec(gap), rows)
     };
-    let start: Option<Vec<f64>> = (0..visible)
-        .map(|i| match model.equilibria[i].or(model.guesses[i]) {
-            Some(given) => evaluate_closed::<f64>(&model.pool, given.value?, ()),
-            None => Some(0.0),
-        })
-        .collect();
-    let start = DVector::from_vec(start?);
+    let start = DVector::from_vec(units::start::<f64>(model, ())?);
     let size = start.amax().max(1e-3);
     let mut found: Option<Vec<usize>> = None;
     for point in 0..POINTS {

@@ -11,7 +11,7 @@ use super::equilibrium::{Equilibrium, Origin, short};
 use super::error::LinearizeError;
 use super::multipliers::SymbolicConstraints;
 use super::velocity::Matrix;
-use crate::expr::{ExprId, Node, Pool, Substitution, ZeroVerdict};
+use crate::expr::{ExprId, Pool, Substitution, ZeroVerdict};
 use crate::model::{Model, SymbolKind, TermFamily};
 use crate::number::Number;
 
@@ -48,7 +48,7 @@ impl SymbolicMatrices {
         let others = [&self.gyroscopic, &self.damping, &self.circulatory];
         let all = [&self.mass, &self.stiffness].into_iter();
         let mut entries = all.chain(others.into_iter().flatten()).flatten().flatten();
-        entries.any(|entry| matches!(self.pool.node(*entry), Node::Undefined))
+        entries.any(|entry| self.pool.is_undefined(*entry))
     }
 
     /// Keeps what belongs to the first coordinates: those before multipliers.
@@ -91,22 +91,36 @@ pub fn instance(
     map
 }
 
-/// The sum of some terms, every instance, with the values that are known; a term that comes with `true` is taken away.
+/// An expression of a family's body, for each of its instances.
+pub(crate) fn instances(
+    model: &Model,
+    pool: &mut Pool,
+    terms: &TermFamily,
+    e: ExprId,
+    point: Option<&[ExprId]>,
+) -> Vec<ExprId> {
+    let own = (0..terms.count).map(|at| {
+        let map = instance(model, pool, terms, at, point);
+        pool.substitute_one(e, &map)
+    });
+    own.collect()
+}
+
+/// The sum of some terms, every instance, at a point if one is given, with the values that are known; a term that comes
+/// with `true` is taken away.
 pub fn written_out<'a>(
     model: &Model,
     pool: &mut Pool,
     families: impl Iterator<Item = (bool, &'a TermFamily)>,
+    point: Option<&[ExprId]>,
     known: &Substitution,
 ) -> ExprId {
     let mut terms = Vec::new();
     for (negative, family) in families {
-        for at in 0..family.count {
-            let map = instance(model, pool, family, at, None);
-            let term = pool.substitute_one(family.body, &map);
-            terms.push(if negative { pool.neg(term) } else { term });
-        }
+        let sign = if negative { Number::MINUS_ONE } else { Number::ONE };
+        terms.extend(instances(model, pool, family, family.body, point).into_iter().map(|term| (term, sign.clone())));
     }
-    let sum = pool.sum(&terms);
+    let sum = pool.linear(&terms);
     pool.substitute_one(sum, known)
 }
 
@@ -118,11 +132,8 @@ fn force(model: &Model, pool: &mut Pool, coordinate: usize) -> Option<ExprId> {
         return None;
     }
     let symbol = model.coordinates[coordinate].symbol;
-    let mut at_rest = Substitution::default();
     let zero = pool.zero();
-    for own in &model.coordinates {
-        at_rest.insert(own.velocity, zero);
-    }
+    let at_rest: Substitution = model.coordinates.iter().map(|own| (own.velocity, zero)).collect();
     let mut parts = Vec::new();
     for (negative, terms) in signed_terms(model) {
         for at in 0..terms.count {
@@ -249,33 +260,21 @@ fn forces(
     known: &Substitution,
 ) -> Option<(Pool, BTreeMap<u32, ExprId>)> {
     let mut pool = model.pool.clone();
-    let mut forces: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
     for family in &assembly.families {
         for at in 0..family.terms.count {
             let map = instance(model, &mut pool, &family.terms, at, Some(point));
-            let coordinates = family.terms.coordinates_of(at);
             let logarithms = pool.substitute(&family.logarithms, &map);
-            if logarithms.iter().any(|e| matches!(pool.node(*e), Node::Undefined)) {
+            if logarithms.iter().any(|e| pool.is_undefined(*e))
+                || family.potential.iter().any(|element| element.is_undefined_at(&mut pool, &map))
+            {
                 return None;
-            }
-            for element in &family.potential {
-                if element.is_undefined_at(&mut pool, &map) {
-                    return None;
-                }
-                let here = element.substituted(&mut pool, &map);
-                for (place, slope) in &here.slope {
-                    let part = pool.mul(here.first, *slope);
-                    forces.entry(coordinates[*place]).or_default().push(part);
-                }
             }
         }
     }
+    let mut forces = gradient(model, &mut pool, assembly, point);
     for (family, place, force) in assembly.friction_at_rest() {
-        for at in 0..family.count {
-            let map = instance(model, &mut pool, family, at, Some(point));
-            let part = pool.substitute_one(force, &map);
-            let coordinate = family.coordinates_of(at)[place];
-            forces.entry(coordinate).or_default().push(part);
+        for (at, part) in instances(model, &mut pool, family, force, Some(point)).into_iter().enumerate() {
+            forces.entry(family.coordinates_of(at)[place]).or_default().push(part);
         }
     }
     let sums = forces.into_iter().map(|(coordinate, parts)| {
@@ -284,6 +283,30 @@ fn forces(
     });
     let sums = sums.collect();
     Some((pool, sums))
+}
+
+/// The derivatives of V - T0 at a point, by coordinate: what each is the sum of.
+pub(super) fn gradient(
+    model: &Model,
+    pool: &mut Pool,
+    assembly: &Assembly,
+    point: &[ExprId],
+) -> BTreeMap<u32, Vec<ExprId>> {
+    let mut gradient: BTreeMap<u32, Vec<ExprId>> = BTreeMap::new();
+    for family in &assembly.families {
+        for at in 0..family.terms.count {
+            let map = instance(model, pool, &family.terms, at, Some(point));
+            let coordinates = family.terms.coordinates_of(at);
+            for element in &family.potential {
+                let here = element.substituted(pool, &map);
+                for (place, slope) in &here.slope {
+                    let part = pool.mul(here.first, *slope);
+                    gradient.entry(coordinates[*place]).or_default().push(part);
+                }
+            }
+        }
+    }
+    gradient
 }
 
 /// Writes M and K out at an equilibrium.
@@ -349,9 +372,7 @@ fn of_velocities(
     let n = model.coordinates.len();
     let mut entries: BTreeMap<(usize, usize), Vec<ExprId>> = BTreeMap::new();
     for (family, i, j, share) in assembly.velocity_expressions(matrix) {
-        for at in 0..family.count {
-            let map = instance(model, pool, family, at, Some(point));
-            let share = pool.substitute_one(share, &map);
+        for (at, share) in instances(model, pool, family, share, Some(point)).into_iter().enumerate() {
             let numbers = family.coordinates_of(at);
             let (i, j) = (numbers[i] as usize, numbers[j] as usize);
             if matrix == Matrix::Gyroscopic {
@@ -378,14 +399,13 @@ fn of_velocities(
 
 /// Adds w·phi''·∇s∇sᵀ + w·phi'·∇∇s of one element to the upper triangle.
 fn scatter(pool: &mut Pool, element: &Element, coordinates: &[u32], into: &mut BTreeMap<(u32, u32), Vec<ExprId>>) {
-    let is_zero = |pool: &Pool, e: ExprId| pool.as_number(e).is_some_and(Number::is_zero);
     let two = Number::from(2);
     let mut add = |pool: &mut Pool, a: u32, b: u32, value: ExprId, twice: bool| {
         // Two slots that hold the same coordinate meet on the diagonal from both sides.
         let value = if twice && a == b { pool.scale(value, &two) } else { value };
         into.entry((a.min(b), a.max(b))).or_default().push(value);
     };
-    if !is_zero(pool, element.second) {
+    if !element.second.is_zero() {
         for (k, (a, left)) in element.slope.iter().enumerate() {
             for (l, (b, right)) in element.slope.iter().enumerate().skip(k) {
                 let value = pool.product(&[element.second, *left, *right]);

@@ -159,14 +159,6 @@ fn gradient(pool: &mut Pool, family: &ElementFamily) -> Vec<ExprId> {
     parts.iter().map(|parts| pool.sum(parts)).collect()
 }
 
-fn sample(pool: &Pool, roots: &[ExprId], seed: u64) -> Option<Vec<u64>> {
-    // A point where a denominator vanishes is replaced by another.
-    (0..4).find_map(|attempt| {
-        let seed = seed.wrapping_mul(4).wrapping_add(attempt);
-        pool.evaluate_mod(roots, |symbol| ModularPoint::random_value(seed, symbol), seed)
-    })
-}
-
 /// Constant vectors along which no term changes, and which move only what is allowed to.
 fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed: &[bool]) -> Vec<Symmetry> {
     let n = model.coordinates.len();
@@ -176,7 +168,7 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
             return Vec::new();
         }
     }
-    let zero = |slope: &ExprId| pool.as_number(*slope).is_some_and(Number::is_zero);
+    let zero = |slope: &ExprId| slope.is_zero();
     for body in bodies {
         if body.gradient.iter().all(zero) {
             continue;
@@ -201,18 +193,15 @@ fn constant_generators(model: &Model, pool: &Pool, bodies: &[Body<'_>], allowed:
             }
         }
     }
+    let fraction = |value: &u64| {
+        let (numerator, denominator) = rational_reconstruct(*value)?;
+        Number::ratio(numerator, denominator)
+    };
     let vectors = eliminated.kernel(n);
     vectors
         .into_iter()
         .filter_map(|vector| {
-            let exact: Option<Vec<Number>> = vector
-                .iter()
-                .map(|value| {
-                    let (numerator, denominator) = rational_reconstruct(*value)?;
-                    Number::ratio(numerator, denominator)
-                })
-                .collect();
-            let exact = exact?;
+            let exact = vector.iter().map(fraction).collect::<Option<Vec<Number>>>()?;
             Some(Symmetry { meaning: naming::constant(model, &exact), generator: Generator::Constant(exact) })
         })
         .collect()
@@ -224,12 +213,11 @@ fn functionals(pool: &Pool, gradient: &[ExprId]) -> Option<Vec<Vec<u64>>> {
     let d = gradient.len();
     let mut rows = Vec::new();
     for point in 0..(d as u64 + 3) {
-        rows.push(sample(pool, gradient, point)?);
+        rows.push(pool.evaluate_at_random(gradient, point)?);
     }
     // The kernel of all sampled gradients, and the functionals that vanish on it.
-    let kernel = nullspace_mod(&mut rows, d);
-    let mut kernel_rows = kernel;
-    Some(nullspace_mod(&mut kernel_rows, d))
+    let mut kernel = nullspace_mod(&mut rows, d);
+    Some(nullspace_mod(&mut kernel, d))
 }
 
 /// A rotation in the plane of two axes: what each coordinate's velocity is.

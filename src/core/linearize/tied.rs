@@ -67,15 +67,7 @@ impl Search<'_> {
         if all_given || !guessed {
             match self.settled(&mut point, &origins)? {
                 None => {
-                    return Ok(Equilibrium {
-                        values: point,
-                        origins,
-                        steps: 0,
-                        proved: true,
-                        proof: None,
-                        multipliers_given: true,
-                        at_guess: false,
-                    });
+                    return Ok(Equilibrium { multipliers_given: true, ..Equilibrium::exactly(point, origins) });
                 }
                 Some(error) if all_given => return Err(error),
                 Some(_) => {}
@@ -111,15 +103,7 @@ impl Search<'_> {
         }
         origins.fill(Origin::Found);
         let proved = proof.is_some() || self.vanishes_exactly(&point);
-        Ok(Equilibrium {
-            values: point,
-            origins,
-            steps,
-            proved,
-            proof: proof.map(Arc::new),
-            multipliers_given: false,
-            at_guess: false,
-        })
+        Ok(Equilibrium { steps, proved, proof: proof.map(Arc::new), ..Equilibrium::exactly(point, origins) })
     }
 
     /// The equilibrium where the model guesses it, if no force acts there as expressions tell.
@@ -145,15 +129,8 @@ impl Search<'_> {
         {
             return Ok(None);
         }
-        Ok(Some(Equilibrium {
-            values,
-            origins,
-            steps: 0,
-            proved: true,
-            proof: None,
-            multipliers_given: true,
-            at_guess: true,
-        }))
+        let here = Equilibrium::exactly(values, origins);
+        Ok(Some(Equilibrium { multipliers_given: true, at_guess: true, ..here }))
     }
 
     /// Multipliers from the coordinates as they are given, or 0; what speaks against an equilibrium there.

@@ -5,11 +5,11 @@
 //! the second derivatives are regular exactly if those of the forces are. So the same search and the same proof do, with
 //! twice as many coordinates.
 
-use super::assemble::{self, Assembly, Values, is_zero, signed_terms};
+use super::assemble::{self, Assembly, Values, signed_terms};
 use super::equilibrium::{self, Equilibrium};
 use super::error::LinearizeError;
 use super::precise;
-use crate::expr::{ExprId, Pool, Substitution, Symbol};
+use crate::expr::{ExprId, Pool, Symbol};
 use crate::model::{Coordinate, Given, Local, Model, TermFamily};
 use crate::precision::{Ball, Big};
 
@@ -42,7 +42,7 @@ pub(crate) fn find(
     let mut doubled = doubled(model, assembly);
     let count = model.coordinates.len();
     let (own, _) = assemble::assemble(&mut doubled);
-    let known = own.values::<Ball>(&doubled, ()).map_err(|missing| super::missing_value(&doubled, missing.0))?;
+    let known = own.values::<Ball>(&doubled, ())?;
     let found = equilibrium::find(&doubled, &own, &known, 2 * count)?;
     let equilibrium = found.first(count);
     // Forces on what is given are not among those that were brought to zero.
@@ -81,26 +81,18 @@ impl Unbalanced {
 /// The model whose potential is mu·(∇(V - T0) + ∂F/∂q' at rest).
 fn doubled(model: &Model, assembly: &Assembly) -> Model {
     let mut own = model.clone();
-    let mut pool = std::mem::take(&mut own.pool);
     let count = own.coordinates.len();
-    let zero = pool.zero();
+    let zero = own.pool.zero();
     for i in 0..count {
         let Coordinate { name, span, .. } = own.coordinates[i].clone();
-        let text = format!("the multiplier of the force on {name}");
-        let symbol = pool.symbol(&text);
-        let velocity = pool.symbol(&format!("{text}'"));
-        own.symbols.insert(symbol, crate::model::SymbolKind::Coordinate(count + i));
-        own.symbols.insert(velocity, crate::model::SymbolKind::Velocity(count + i));
-        own.coordinates.push(Coordinate { name, span, symbol, velocity, unit: None, factor: None });
-        own.guesses.push(None);
-        own.guessed_velocities.push(None);
+        own.add_coordinate(&format!("the multiplier of the force on {name}"), name, span);
         // A force on what is held need not vanish here.
-        own.equilibria.push(own.equilibria[i].map(|given| Given { symbolic: zero, value: Some(zero), ..given }));
-        own.rates.push(None);
+        own.equilibria[count + i] = own.equilibria[i].map(|given| Given { symbolic: zero, value: Some(zero), ..given });
     }
+    let mut pool = std::mem::take(&mut own.pool);
     let mut potential = Vec::new();
     for (negative, family) in signed_terms(model) {
-        let rests: Substitution = at_rest(&mut pool, family);
+        let rests = family.at_rest(&pool);
         let share = pool.substitute_one(family.body, &rests);
         let energy = if negative { share } else { pool.neg(share) };
         let forces: Vec<(usize, ExprId)> = family
@@ -128,21 +120,12 @@ fn doubled(model: &Model, assembly: &Assembly) -> Model {
     own
 }
 
-fn at_rest(pool: &mut Pool, family: &TermFamily) -> Substitution {
-    let zero = pool.zero();
-    let mut map = Substitution::default();
-    for local in &family.locals {
-        map.insert(local.velocity, zero);
-    }
-    map
-}
-
 /// The sum of mu·force of a family, as a family with one more slot for each force.
 fn multiplied(pool: &mut Pool, family: &TermFamily, forces: &[(usize, ExprId)], count: usize) -> Option<TermFamily> {
     let mut parts = Vec::new();
     let mut slots: Vec<(usize, Symbol, Symbol)> = Vec::new();
     for (place, force) in forces {
-        if is_zero(pool, *force) {
+        if force.is_zero() {
             continue;
         }
         let name = format!("mu {place} of a slot");

@@ -107,12 +107,12 @@ fn is_far(model: &Model, assembly: &Assembly, values: &Values<Ball>, start: &[Bi
 }
 
 /// Where the search would start.
-fn start(model: &Model) -> Option<Vec<Big>> {
+pub(super) fn start<S: Scalar>(model: &Model, precision: S::Precision) -> Option<Vec<S>> {
     let given = model.equilibria.iter().zip(&model.guesses);
     given
         .map(|(stated, guess)| match stated.or(*guess) {
-            Some(given) => evaluate_closed(&model.pool, given.value?, BITS),
-            None => Some(Big::zero(BITS)),
+            Some(given) => evaluate_closed(&model.pool, given.value?, precision),
+            None => Some(S::from_number(&Number::ZERO, precision)),
         })
         .collect()
 }
@@ -120,7 +120,7 @@ fn start(model: &Model) -> Option<Vec<Big>> {
 /// Units for a model whose numbers are far from usual; `None` for any other, and where there are no numbers at all. The coordinates from
 /// `visible` on are multipliers.
 pub(super) fn choose(model: &Model, assembly: &Assembly, values: &Values<Ball>, visible: usize) -> Option<Units> {
-    let mut at = start(model)?;
+    let mut at = start::<Big>(model, BITS)?;
     if !is_far(model, assembly, values, &at) {
         return None;
     }

@@ -5,10 +5,10 @@
 //! and the circulatory matrix N_ij = ∂²F/∂q_i'∂q_j. As with energies, a family of terms is differentiated
 //! once and its instances are scattered.
 
-use super::assemble::{Assembly, Values, VelocityLinear, is_zero, parameters_of};
+use super::assemble::{Assembly, Values, VelocityLinear, inputs, parameters_of};
 use super::error::LinearizeError;
 use super::facts::{Facts, Variable};
-use crate::expr::{ExprId, Node, Pool, Substitution, Symbol, Tape};
+use crate::expr::{ExprId, Node, Pool, Symbol, Tape};
 use crate::model::{Model, TermFamily};
 use crate::number::Number;
 use crate::precision::{Function, Scalar};
@@ -70,9 +70,7 @@ impl VelocityFamily {
         let rest_expressions: Vec<ExprId> = rest.iter().map(|(_, e)| *e).collect();
         let all: Vec<ExprId> = expressions.iter().chain(&rest_expressions).copied().collect();
         let parameters = parameters_of(model, &all);
-        let mut inputs: Vec<Symbol> = terms.locals.iter().map(|local| local.coordinate).collect();
-        inputs.extend(&terms.values);
-        inputs.extend(parameters.iter().map(|at| model.parameters[*at].symbol));
+        let inputs = inputs(model, terms, &parameters);
         Some(Self {
             tape: Tape::compile(&model.pool, &expressions, &inputs).ok()?,
             rest_tape: Tape::compile(&model.pool, &rest_expressions, &inputs).ok()?,
@@ -165,7 +163,7 @@ fn slopes(pool: &mut Pool, e: ExprId, variables: &[Symbol]) -> Vec<(usize, ExprI
     let found = pool.slopes(e, |symbol| variables.contains(&symbol));
     let mut slopes: Vec<(usize, ExprId)> = found
         .into_iter()
-        .filter(|(_, slope)| !is_zero(pool, *slope))
+        .filter(|(_, slope)| !slope.is_zero())
         .filter_map(|(symbol, slope)| {
             let place = variables.iter().position(|other| *other == symbol)?;
             Some((place, slope))
@@ -192,16 +190,12 @@ fn gyroscopic(pool: &mut Pool, linear: &VelocityLinear) -> Derivatives {
 fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
     let coordinates: Vec<Symbol> = family.locals.iter().map(|local| local.coordinate).collect();
     let velocities: Vec<Symbol> = family.locals.iter().map(|local| local.velocity).collect();
-    let zero = pool.zero();
-    let mut at_rest = Substitution::default();
-    for velocity in &velocities {
-        at_rest.insert(*velocity, zero);
-    }
+    let at_rest = family.at_rest(pool);
     let (mut entries, mut rest) = (Vec::new(), Vec::new());
     for (i, force) in slopes(pool, family.body, &velocities) {
         for (j, entry) in slopes(pool, force, &velocities) {
             let entry = pool.substitute_one(entry, &at_rest);
-            if !is_zero(pool, entry) {
+            if !entry.is_zero() {
                 entries.push((Matrix::Damping, i, j, entry));
             }
         }
@@ -209,7 +203,7 @@ fn friction(pool: &mut Pool, family: &TermFamily) -> Derivatives {
         for (j, entry) in slopes(pool, force, &coordinates) {
             entries.push((Matrix::Circulatory, i, j, entry));
         }
-        if !is_zero(pool, force) {
+        if !force.is_zero() {
             rest.push((i, force));
         }
     }

@@ -53,6 +53,17 @@ enum Task {
     Emit(Op, Span),
 }
 
+impl<'a> Compiler<'a> {
+    pub(super) fn new(
+        file: &'a File,
+        world: &'a mut World,
+        later: &'a std::collections::HashMap<String, Span>,
+        errors: &'a mut Vec<ModelError>,
+    ) -> Self {
+        Self { file, world, later, errors, depth: 0, cost: 0, recursive: false, current_let: None }
+    }
+}
+
 impl Compiler<'_> {
     pub(super) fn fail(&mut self, error: ModelError) {
         // More mistakes than this are of no use to anybody.
@@ -143,12 +154,12 @@ impl Compiler<'_> {
                 tasks.push(Task::Visit(*base));
             }
             ExprKind::Product(factors) => {
-                let divided = factors.iter().map(|factor| factor.divided()).collect();
+                let divided = factors.iter().map(|factor| factor.inverted()).collect();
                 let children: Vec<ExprRef> = factors.iter().map(|factor| factor.value()).collect();
                 then(tasks, Op::Product(divided), &children);
             }
             ExprKind::Sum(terms) => {
-                let subtracted = terms.iter().map(|term| term.subtracted()).collect();
+                let subtracted = terms.iter().map(|term| term.inverted()).collect();
                 let children: Vec<ExprRef> = terms.iter().map(|term| term.value()).collect();
                 then(tasks, Op::Sum(subtracted), &children);
             }

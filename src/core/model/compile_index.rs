@@ -12,41 +12,30 @@ use crate::syntax::{ExprKind, ExprRef, Name};
 impl Compiler<'_> {
     /// Compiles a condition behind `where`.
     pub(super) fn condition(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
-        if !self.is_condition(root) {
-            self.fail(ModelError::ConditionOrValue {
-                what: "a number stands where a condition is expected",
-                span: self.file.expr(root).span,
-            });
-        }
+        self.expect(root, true);
         self.index_ops(root, scope)
     }
 
     fn is_condition(&self, at: ExprRef) -> bool {
-        match &self.file.expr(at).kind {
-            ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_) => true,
-            ExprKind::Number(_)
-            | ExprKind::Name(_)
-            | ExprKind::Index { .. }
-            | ExprKind::Field { .. }
-            | ExprKind::Prime(_)
-            | ExprKind::Negate(_)
-            | ExprKind::Power { .. }
-            | ExprKind::Product(_)
-            | ExprKind::Sum(_)
-            | ExprKind::Call { .. }
-            | ExprKind::SumOver { .. }
-            | ExprKind::Vector(_) => false,
+        let kind = &self.file.expr(at).kind;
+        matches!(kind, ExprKind::Compare { .. } | ExprKind::Not(_) | ExprKind::And(_) | ExprKind::Or(_))
+    }
+
+    /// Refuses a number for a condition, and a condition for a number.
+    fn expect(&mut self, at: ExprRef, condition: bool) {
+        if self.is_condition(at) != condition {
+            let what = if condition {
+                "a number stands where a condition is expected"
+            } else {
+                "a condition stands where a number is expected"
+            };
+            self.fail(ModelError::ConditionOrValue { what, span: self.file.expr(at).span });
         }
     }
 
     /// Compiles an index, a bound, or a number made of such.
     pub(super) fn index(&mut self, root: ExprRef, scope: &mut Scope) -> IndexProgram {
-        if self.is_condition(root) {
-            self.fail(ModelError::ConditionOrValue {
-                what: "a condition stands where a number is expected",
-                span: self.file.expr(root).span,
-            });
-        }
+        self.expect(root, false);
         self.index_ops(root, scope)
     }
 
@@ -67,7 +56,6 @@ impl Compiler<'_> {
                 Task::Visit(at) => at,
             };
             let span = file.expr(at).span;
-            let mut conditions_under = None;
             let (op, children): (IndexOp, Vec<ExprRef>) = match &file.expr(at).kind {
                 ExprKind::Number(text) => (IndexOp::Number(self.literal(text, span)), vec![]),
                 ExprKind::Name(name) => (self.index_name(name, span, scope), vec![]),
@@ -84,46 +72,24 @@ impl Compiler<'_> {
                 ExprKind::Negate(inner) => (IndexOp::Negate, vec![*inner]),
                 ExprKind::Power { base, exponent } => (IndexOp::Power, vec![*base, *exponent]),
                 ExprKind::Product(factors) => (
-                    IndexOp::Product(factors.iter().map(|factor| factor.divided()).collect()),
+                    IndexOp::Product(factors.iter().map(|factor| factor.inverted()).collect()),
                     factors.iter().map(|factor| factor.value()).collect(),
                 ),
                 ExprKind::Sum(terms) => (
-                    IndexOp::Sum(terms.iter().map(|term| term.subtracted()).collect()),
+                    IndexOp::Sum(terms.iter().map(|term| term.inverted()).collect()),
                     terms.iter().map(|term| term.value()).collect(),
                 ),
                 ExprKind::Call { function, arguments } => self.index_call(function, arguments, span, scope),
-                ExprKind::Compare { operator, left, right } => {
-                    conditions_under = Some(false);
-                    (IndexOp::Compare(*operator), vec![*left, *right])
-                }
-                ExprKind::Not(inner) => {
-                    conditions_under = Some(true);
-                    (IndexOp::Not, vec![*inner])
-                }
-                ExprKind::And(parts) => {
-                    conditions_under = Some(true);
-                    (IndexOp::And(parts.len()), parts.to_vec())
-                }
-                ExprKind::Or(parts) => {
-                    conditions_under = Some(true);
-                    (IndexOp::Or(parts.len()), parts.to_vec())
-                }
+                ExprKind::Compare { operator, left, right } => (IndexOp::Compare(*operator), vec![*left, *right]),
+                ExprKind::Not(inner) => (IndexOp::Not, vec![*inner]),
+                ExprKind::And(parts) => (IndexOp::And(parts.len()), parts.to_vec()),
+                ExprKind::Or(parts) => (IndexOp::Or(parts.len()), parts.to_vec()),
                 ExprKind::Prime(_) => (self.not_for_indices("a time derivative".to_owned(), span), vec![]),
                 ExprKind::SumOver { .. } => (self.not_for_indices("a sum".to_owned(), span), vec![]),
                 ExprKind::Vector(_) => (self.not_for_indices("a vector".to_owned(), span), vec![]),
             };
-            let expected = conditions_under.unwrap_or(false);
             for child in &children {
-                if self.is_condition(*child) != expected {
-                    self.fail(ModelError::ConditionOrValue {
-                        what: if expected {
-                            "a number stands where a condition is expected"
-                        } else {
-                            "a condition stands where a number is expected"
-                        },
-                        span: file.expr(*child).span,
-                    });
-                }
+                self.expect(*child, matches!(op, IndexOp::Not | IndexOp::And(_) | IndexOp::Or(_)));
             }
             tasks.push(Task::Emit(op, span));
             tasks.extend(children.iter().rev().map(|child| Task::Visit(*child)));

@@ -43,16 +43,9 @@ impl Elaborator<'_> {
         let members = members.filter(|_| room.is_ok());
         if let Some(members) = members {
             own.grid.rank = members.rank;
-            if let Some(mut block) = members.block {
-                block.base = base;
-                keys.extend(block.keys());
-                own.grid.blocks.push(block);
-            } else {
-                for (position, at) in members.keys.iter().enumerate() {
-                    own.grid.singles.insert(*at, (base + position, members.span));
-                }
-                keys.extend(members.keys);
-            }
+            keys = members.keys();
+            let added = own.add(&members, base, false);
+            self.note(added);
         } else {
             own.grid.rank = declaration.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
         }

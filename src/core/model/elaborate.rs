@@ -13,7 +13,7 @@ use super::values::{Value, sum};
 use super::{Constraint, Given, Model, ModelError, Purpose, dimension};
 use crate::expr::{ExprId, Pool};
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, File, Indices, Name, StatementKind};
+use crate::syntax::{Binding, ExprKind, ExprRef, File, Indices, Name, StatementKind};
 
 pub(super) fn elaborate(
     file: &File,
@@ -44,35 +44,16 @@ pub(super) fn coordinate_count(file: &File, tables: &TableTexts, settings: &Sett
     wanted.extend(tables_of_coordinates(file));
     let mut count = 0_usize;
     for statement in &file.statements {
-        match &statement.kind {
-            StatementKind::Param(binding) if wanted.contains(binding.name.text.as_str()) => {
-                elaborator.parameter(binding);
+        if let StatementKind::Param(Binding { name, .. }) | StatementKind::Table { name, .. } = &statement.kind
+            && wanted.contains(name.text.as_str())
+        {
+            elaborator.declare(&statement.kind, statement.span, tables);
+        }
+        if let StatementKind::Coord { declarations } = &statement.kind {
+            for one in declarations {
+                let members = elaborator.members(one.indices.as_deref(), &one.name);
+                count = count.saturating_add(members.map_or(0, |members| members.count()));
             }
-            StatementKind::Table { name, .. } if wanted.contains(name.text.as_str()) => {
-                elaborator.declare(&statement.kind, statement.span, tables);
-            }
-            StatementKind::Coord { declarations } => {
-                for one in declarations {
-                    let members = elaborator.members(one.indices.as_deref(), &one.name);
-                    let own = members.map_or(0, |members| match &members.block {
-                        Some(block) => block.len(),
-                        None => members.keys.len(),
-                    });
-                    count = count.saturating_add(own);
-                }
-            }
-            StatementKind::Param(_)
-            | StatementKind::Table { .. }
-            | StatementKind::Model { .. }
-            | StatementKind::Let(_)
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Constraint { .. }
-            | StatementKind::Guess { .. }
-            | StatementKind::Equilibrium { .. }
-            | StatementKind::Period(_) => {}
         }
     }
     count
@@ -129,16 +110,7 @@ impl<'a> Elaborator<'a> {
     }
 
     pub(super) fn compiler(&mut self) -> Compiler<'_> {
-        Compiler {
-            file: self.file,
-            world: &mut self.world,
-            later: &self.later,
-            errors: &mut self.errors,
-            depth: 0,
-            cost: 0,
-            recursive: false,
-            current_let: None,
-        }
+        Compiler::new(self.file, &mut self.world, &self.later, &mut self.errors)
     }
 
     pub(super) fn note<T>(&mut self, result: Result<T, ModelError>) -> Option<T> {
@@ -301,12 +273,8 @@ impl<'a> Elaborator<'a> {
         if self.errors.len() > before {
             return None;
         }
-        let keys: Vec<Key> = match &members.block {
-            Some(block) => block.keys().collect(),
-            None => members.keys.clone(),
-        };
-        let mut found = Vec::with_capacity(keys.len());
-        for at in keys {
+        let mut found = Vec::new();
+        for at in members.keys() {
             let mut values = [None, None];
             for (program, value) in programs.iter().zip(&mut values) {
                 let mut slots = at[..members.rank].to_vec();
@@ -368,30 +336,21 @@ impl<'a> Elaborator<'a> {
         let mut constraints = Vec::new();
         for statement in &self.file.statements {
             self.begin(&statement.kind, statement.span);
-            match &statement.kind {
-                StatementKind::Guess { binding, rate: false } => self.given(binding, "the guess", &mut guesses),
-                StatementKind::Guess { binding, rate: true } => {
-                    self.given(binding, "the guessed velocity", &mut guessed_velocities)
+            if let StatementKind::Guess { binding, rate } = &statement.kind {
+                if *rate {
+                    self.given(binding, "the guessed velocity", &mut guessed_velocities);
+                } else {
+                    self.given(binding, "the guess", &mut guesses);
                 }
-                StatementKind::Equilibrium { binding, rate: false } => {
-                    self.given(binding, "the equilibrium", &mut equilibria)
+            } else if let StatementKind::Equilibrium { binding, rate } = &statement.kind {
+                if *rate {
+                    self.given(binding, "the rate", &mut rates);
+                } else {
+                    self.given(binding, "the equilibrium", &mut equilibria);
                 }
-                StatementKind::Equilibrium { binding, rate: true } => self.given(binding, "the rate", &mut rates),
-                StatementKind::Constraint { indices, left, right } => {
-                    let sides = [*left, *right];
-                    let found = self.constraint(sides, indices.as_deref(), statement.span);
-                    constraints.extend(found.unwrap_or_default());
-                }
-                StatementKind::Model { .. }
-                | StatementKind::Param(_)
-                | StatementKind::Coord { .. }
-                | StatementKind::Let(_)
-                | StatementKind::Kinetic(_)
-                | StatementKind::Potential(_)
-                | StatementKind::Lagrangian(_)
-                | StatementKind::Dissipation(_)
-                | StatementKind::Period(_)
-                | StatementKind::Table { .. } => {}
+            } else if let StatementKind::Constraint { indices, left, right } = &statement.kind {
+                let found = self.constraint([*left, *right], indices.as_deref(), statement.span);
+                constraints.extend(found.unwrap_or_default());
             }
         }
         let energies = std::mem::take(&mut self.energies);

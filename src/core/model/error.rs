@@ -12,11 +12,9 @@ mistakes! {
 Error ModelError {
     /// A name that is not declared before it is used.
     #[error("`{name}` is not declared")]
-    "E0101" UndeclaredName {
+    "E0101" UndeclaredName(span) {
         /// The name.
         name: String,
-        /// Where it is used.
-        span: Span,
         /// A declared name that it may have been meant to be.
         nearest: Option<String>,
         /// Where it is declared, but too late.
@@ -36,11 +34,9 @@ Error ModelError {
 
     /// A call of something that is no function.
     #[error("there is no function `{name}`")]
-    "E0102" UnknownFunction {
+    "E0102" UnknownFunction(span) {
         /// The name.
         name: String,
-        /// Where it stands.
-        span: Span,
         /// A function that it may have been meant to be.
         nearest: Option<String>,
         /// Whether the name is a declared quantity, so that a `*` is missing.
@@ -57,22 +53,18 @@ Error ModelError {
 
     /// A name declared twice, or a member given twice.
     #[error("{} is given twice", quoted(.name))]
-    "E0103" GivenTwice {
+    "E0103" GivenTwice(span) {
         /// The name or member.
         name: String,
-        /// The second place.
-        span: Span,
         /// The first place.
         first: Span,
     } => at(*span, "given again here").with_secondary(*first, "first given here"),
 
     /// A second statement where the model can have only one.
     #[error("{what} is given twice")]
-    "E0104" SecondStatement {
+    "E0104" SecondStatement(span) {
         /// `T`, `V`, …
         what: &'static str,
-        /// The second place.
-        span: Span,
         /// The first place.
         first: Span,
     } => at(*span, "given again here")
@@ -84,9 +76,7 @@ Error ModelError {
 
     /// `lagrangian` beside `T` or `V`.
     #[error("a model has either `lagrangian` or `T` and `V`, not both")]
-    "E0105" LagrangianBesideEnergies {
-        /// The lagrangian.
-        span: Span,
+    "E0105" LagrangianBesideEnergies(span) {
         /// The energy.
         energy: Span,
     } => at(*span, "the lagrangian")
@@ -105,11 +95,9 @@ Error ModelError {
 
     /// A `let` that uses itself, or a member that uses one with the same or a higher index.
     #[error("`{name}` is defined through itself")]
-    "E0108" RecursiveLet {
+    "E0108" RecursiveLet(span) {
         /// The name or member.
         name: String,
-        /// Where it uses itself.
-        span: Span,
     } => at(*span, "uses itself here").with_help(if name.contains('[') {
         "a member of a family may use members with a lower index only"
     } else {
@@ -118,83 +106,69 @@ Error ModelError {
 
     /// A member outside the family.
     #[error("there is no member `{member}`")]
-    "E0109" IndexOutOfRange {
+    "E0109" IndexOutOfRange(span) {
         /// The member as asked for.
         member: String,
         /// Which members there are.
         available: String,
-        /// Where it is asked for.
-        span: Span,
         /// Where the family is declared.
         declared: Option<Span>,
     } => at(*span, available).and_at(*declared, "declared here"),
 
     /// An index or bound that is not a whole number.
     #[error("{value} is not a whole number")]
-    "E0110" NotAnInteger {
+    "E0110" NotAnInteger(span) {
         /// What it came out as.
         value: String,
-        /// Where.
-        span: Span,
     } => at(*span, "indices and the ends of ranges are whole numbers"),
 
     /// Too many indices or an index on something that has none.
     #[error("{what} {}", index_words(*.available))]
-    "E0111" TooManyIndices {
+    "E0111" TooManyIndices(span) {
         /// What is indexed.
         what: String,
         /// How many indices it has.
         available: usize,
-        /// Where.
-        span: Span,
     } => at(*span, if *available == 0 { "an index here" } else { "more indices than that" }),
 
     /// Operands whose shapes don't fit.
     #[error("{what}")]
-    "E0112" Shape {
+    "E0112" Shape(span) {
         /// What doesn't fit.
         what: String,
-        /// Where.
-        span: Span,
         /// The way out, if there is one.
         help: Option<String>,
     } => at(*span, "").or_help(help.clone()),
 
     /// A function with the wrong number of arguments.
     #[error("`{function}` takes {expected}, not {found}")]
-    "E0113" ArgumentCount {
+    "E0113" ArgumentCount(span) {
         /// The function.
         function: String,
         /// How many it takes, in words.
         expected: String,
         /// How many there are.
         found: usize,
-        /// Where.
-        span: Span,
     } => at(*span, ""),
 
     /// A list of values of the wrong length.
     #[error("`{name}` has {expected} members, but {found} values are given")]
-    "E0114" ListLength {
+    "E0114" ListLength(span) {
         /// The family.
         name: String,
         /// Its members.
         expected: usize,
         /// The values.
         found: usize,
-        /// Where the values stand.
-        span: Span,
     } => at(*span, "").with_help(format!(
         "give {expected} values, or a single one that fills the family"
     )),
 
     /// An acceleration in an energy.
     #[error("{energy} contains an acceleration")]
-    "E0115" Acceleration {
+    "E0115" Acceleration(span) {
         /// `T`, `V`, …
         energy: &'static str,
-        /// Where.
-        span: Span,
     } => at(*span, "a second time derivative")
         .with_help(format!(
             "{energy} may contain coordinates and velocities only; was one `'` too many?"
@@ -202,32 +176,26 @@ Error ModelError {
 
     /// A constraint that is not one of coordinates alone.
     #[error("a constraint relates coordinates, but this one contains the velocity `{on}`")]
-    "E0133" ConstraintOnVelocities {
+    "E0133" ConstraintOnVelocities(span) {
         /// The velocity.
         on: String,
-        /// Where the constraint stands.
-        span: Span,
     } => at(*span, "contains velocities")
         .with_help("integrate it: rolling without slipping, x' = r*theta', is x = r*theta"),
 
     /// A constant that depends on coordinates or time.
     #[error("{what} must be constant, but depends on `{on}`")]
-    "E0116" NotConstant {
+    "E0116" NotConstant(span) {
         /// What should be constant.
         what: String,
         /// What it depends on.
         on: String,
-        /// Where.
-        span: Span,
     } => at(*span, "not constant"),
 
     /// A parameter without a value where a number is needed.
     #[error("the parameter `{name}` has no value")]
-    "E0117" MissingValue {
+    "E0117" MissingValue(span) {
         /// The parameter.
         name: String,
-        /// Where the number is needed, or where the parameter is declared.
-        span: Span,
     } => at(*span, "a number is needed").with_help(format!("give it a value in the file, or `--set {name}=VALUE`")),
 
     /// `--set` of something that is no parameter.
@@ -252,31 +220,27 @@ Error ModelError {
 
     /// A table whose file was not handed over.
     #[error("the table `{path}` can't be read{reason}")]
-    "E0120" MissingTable {
+    "E0120" MissingTable(span) {
         /// As written.
         path: String,
         /// Why, with a leading `: `; may be empty.
         reason: String,
-        /// Where.
-        span: Span,
     } => at(*span, "named here").with_help("the path is taken relative to the model file"),
 
     /// A table that is not a table.
     #[error("error in line {line} of the table `{path}`: {reason}")]
-    "E0121" BadTable {
+    "E0121" BadTable(span) {
         /// As written.
         path: String,
         /// Line of the CSV file.
         line: u64,
         /// What is wrong.
         reason: String,
-        /// Where the model names the file.
-        span: Span,
     } => at(*span, "read here"),
 
     /// A column that the table does not have.
     #[error("the table `{table}` has no column `{column}`")]
-    "E0122" UnknownColumn {
+    "E0122" UnknownColumn(span) {
         /// The table.
         table: String,
         /// The column.
@@ -285,46 +249,35 @@ Error ModelError {
         available: String,
         /// A column that it may have been meant to be.
         nearest: Option<String>,
-        /// Where.
-        span: Span,
     } => at(*span, "unknown column").or_help(meant(nearest.as_ref()).or_else(|| Some(format!("its columns are {available}")))),
 
     /// More members or terms than fit into memory.
     #[error("{count} are too many")]
-    "E0123" TooLarge {
+    "E0123" TooLarge(span) {
         /// How many of what.
         count: String,
-        /// Where.
-        span: Span,
     } => at(*span, "this does not fit into memory"),
 
     /// An exact number of more than [`MAX_BITS`](crate::number::MAX_BITS) bits.
     #[error("{what} is too long for an exact number")]
-    "E0134" NumberTooLong {
+    "E0134" NumberTooLong(span) {
         /// What comes to it.
         what: String,
-        /// Where.
-        span: Span,
     } => at(*span, "more than 30,000 digits").with_help(
         "exact numbers have up to 100,000 bits; is an exponent wrong, or a number squared again and again?",
     ),
 
     /// A comparison of numbers that can't be told apart.
     #[error("this comparison can't be decided")]
-    "E0124" UndecidedComparison {
-        /// Where.
-        span: Span,
-    } => at(*span, "the two sides agree to thirty digits").with_help(
+    "E0124" UndecidedComparison(span) => at(*span, "the two sides agree to thirty digits").with_help(
         "write the condition without roots or functions, for example with squares",
     ),
 
     /// An index with the name of something declared.
     #[error("the name of the index `{name}` is already in use")]
-    "E0125" IndexReusesName {
+    "E0125" IndexReusesName(span) {
         /// The name.
         name: String,
-        /// Where the index stands.
-        span: Span,
         /// Where the other is declared.
         declared: Option<Span>,
     } => {
@@ -337,42 +290,34 @@ Error ModelError {
 
     /// A condition where a value is expected, or the reverse.
     #[error("{what}")]
-    "E0126" ConditionOrValue {
+    "E0126" ConditionOrValue(span) {
         /// What is expected and what there is.
         what: &'static str,
-        /// Where.
-        span: Span,
     } => at(*span, ""),
 
     /// A form that can't set indices, bounds or filters.
     #[error("{what} can't stand in an index, a range or a filter")]
-    "E0127" NotForIndices {
+    "E0127" NotForIndices(span) {
         /// What.
         what: String,
-        /// Where.
-        span: Span,
     } => at(*span, "").with_help(
         "literals, parameters, table fields and outer indices are allowed, with mod and floor",
     ),
 
     /// A division by exactly zero, or a function outside its domain.
     #[error("{what} is not defined")]
-    "E0128" Undefined {
+    "E0128" Undefined(span) {
         /// What.
         what: String,
-        /// Where.
-        span: Span,
         /// The rule that is broken, if there is a short one.
         help: Option<&'static str>,
     } => at(*span, "not defined").or_help(help.map(str::to_owned)),
 
     /// A unit that is not known.
     #[error("`{name}` is not a unit")]
-    "E0129" UnknownUnit {
+    "E0129" UnknownUnit(span) {
         /// As written.
         name: String,
-        /// Where.
-        span: Span,
         /// A unit that it may have been meant to be.
         nearest: Option<String>,
     } => {
@@ -382,22 +327,18 @@ Error ModelError {
 
     /// A table or a row where a number is expected.
     #[error("`{name}` is a table, not a number")]
-    "E0130" TableAsValue {
+    "E0130" TableAsValue(span) {
         /// The table.
         name: String,
-        /// Where.
-        span: Span,
     } => at(*span, "a table").with_help(format!(
         "`rows({name})` is its length, `{name}[3].column` one of its fields"
     )),
 
     /// A `guess` or `equilibrium` for something that is no coordinate.
     #[error("`{name}` is not a coordinate")]
-    "E0131" NotACoordinate {
+    "E0131" NotACoordinate(span) {
         /// The name.
         name: String,
-        /// Where.
-        span: Span,
         /// A coordinate that it may have been meant to be.
         nearest: Option<String>,
     } => at(*span, "not a coordinate").or_help(meant(nearest.as_ref())),
@@ -408,11 +349,9 @@ Error ModelError {
 
     /// A coordinate without a range where the family needs one.
     #[error("{what}")]
-    "E0132" BadIndices {
+    "E0132" BadIndices(span) {
         /// What is wrong.
         what: String,
-        /// Where.
-        span: Span,
     } => at(
         *span,
         "all members of a family have as many indices, three at most",

@@ -94,25 +94,7 @@ impl Builtin {
             Self::Elementary(Function::Tan) => Some("there is no tangent of a right angle"),
             Self::Sqrt => Some("the argument can't be negative"),
             Self::Atan2 => Some("the origin has no angle: one of the arguments has to differ from 0"),
-            Self::Elementary(
-                Function::Sin
-                | Function::Cos
-                | Function::Atan
-                | Function::Sinh
-                | Function::Cosh
-                | Function::Tanh
-                | Function::Exp
-                | Function::Abs,
-            )
-            | Self::Norm
-            | Self::Dot
-            | Self::Cross
-            | Self::Transpose
-            | Self::Rotation(_)
-            | Self::AngularVelocity
-            | Self::Inertia(_)
-            | Self::Steiner
-            | Self::About => None,
+            _ => None,
         }
     }
 

@@ -5,7 +5,7 @@ use super::functions::Builtin;
 use super::names::{Entity, World, key, member_name};
 use super::program::{IndexForm, IndexOp, IndexProgram};
 use super::table::Cell;
-use crate::expr::ExprId;
+use crate::expr::{ExprId, evaluate_closed};
 use crate::number::Number;
 use crate::precision::{Ball, Function, Scalar};
 use crate::span::Span;
@@ -144,9 +144,7 @@ impl World {
         if let Some(number) = self.pool.as_number(value) {
             return Some(Quantity::Exact(number.clone()));
         }
-        let tape = crate::expr::Tape::compile(&self.pool, &[value], &[]).ok()?;
-        let ball = tape.evaluate::<Ball>(&[], &mut Vec::new()).into_iter().next()?;
-        ball.is_finite().then_some(Quantity::Enclosed(ball))
+        evaluate_closed(&self.pool, value, ()).filter(Ball::is_finite).map(Quantity::Enclosed)
     }
 
     /// The value of a member by its indices.
@@ -159,8 +157,7 @@ impl World {
                 Err(ModelError::NotAnInteger { value: "the index".to_owned(), span })
             }
         };
-        let at = at.iter().rev().map(whole).collect::<Result<Vec<i64>, _>>()?;
-        let at: Vec<i64> = at.into_iter().rev().collect();
+        let at = at.iter().map(whole).collect::<Result<Vec<i64>, _>>()?;
         if at.len() > 3 {
             let family = &self.parameter_families[family];
             let what = format!("`{}`", family.name);
@@ -174,17 +171,20 @@ impl World {
         for (op, span) in ops {
             let span = *span;
             let undefined = |what: &str| ModelError::Undefined { what: what.to_owned(), span, help: None };
+            let count = match op {
+                IndexOp::Parameter { indices: count, .. } => *count,
+                IndexOp::Norm(count) | IndexOp::And(count) | IndexOp::Or(count) => *count,
+                IndexOp::Product(signs) | IndexOp::Sum(signs) => signs.len(),
+                _ => 0,
+            };
+            let operands = stack.split_off(stack.len().saturating_sub(count));
             let mut pop = || stack.pop().unwrap_or(Quantity::Truth(false));
             let result = match op {
                 IndexOp::Number(number) => Quantity::Exact(number.clone()),
                 IndexOp::Broken => return Err(ModelError::FollowOn {}),
                 IndexOp::Pi => Quantity::Enclosed(Ball::pi(())),
                 IndexOp::Variable(slot) => Quantity::Exact(Number::from(slots.get(*slot).copied().unwrap_or(0))),
-                IndexOp::Parameter { family, indices } => {
-                    let mut at: Vec<Quantity> = (0..*indices).map(|_| pop()).collect();
-                    at.reverse();
-                    self.member_quantity(*family, &at, span)?
-                }
+                IndexOp::Parameter { family, .. } => self.member_quantity(*family, &operands, span)?,
                 IndexOp::Field { table, column } => {
                     let row = match pop() {
                         Quantity::Exact(number) => number.to_i64(),
@@ -202,15 +202,9 @@ impl World {
                     power(&base, &exponent).ok_or_else(|| undefined("this power"))?
                 }
                 IndexOp::Product(divided) => {
-                    let mut factors: Vec<Quantity> = divided.iter().map(|_| pop()).collect();
-                    factors.reverse();
-                    product(&factors, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
+                    product(&operands, divided).ok_or_else(|| undefined("a quotient with divisor 0"))?
                 }
-                IndexOp::Sum(subtracted) => {
-                    let mut terms: Vec<Quantity> = subtracted.iter().map(|_| pop()).collect();
-                    terms.reverse();
-                    total(&terms, subtracted)
-                }
+                IndexOp::Sum(subtracted) => total(&operands, subtracted),
                 IndexOp::Mod => {
                     let (b, a) = (pop(), pop());
                     match (&a, &b) {
@@ -225,10 +219,9 @@ impl World {
                     let radicand = pop();
                     root(&radicand).ok_or_else(|| undefined("the root of a negative number"))?
                 }
-                IndexOp::Norm(count) => {
-                    let parts: Vec<Quantity> = (0..*count).map(|_| pop()).collect();
+                IndexOp::Norm(_) => {
                     let two = Quantity::Exact(Number::from(2));
-                    let squares: Option<Vec<Quantity>> = parts.iter().map(|part| power(part, &two)).collect();
+                    let squares: Option<Vec<Quantity>> = operands.iter().map(|part| power(part, &two)).collect();
                     let squares = squares.ok_or_else(|| undefined("this `norm`"))?;
                     let square = total(&squares, &vec![false; squares.len()]);
                     root(&square).ok_or_else(|| undefined("this `norm`"))?
@@ -240,14 +233,8 @@ impl World {
                     Quantity::Truth(truth.ok_or(ModelError::UndecidedComparison { span })?)
                 }
                 IndexOp::Not => Quantity::Truth(!pop().is_true()),
-                IndexOp::And(count) => {
-                    let parts: Vec<bool> = (0..*count).map(|_| pop().is_true()).collect();
-                    Quantity::Truth(parts.iter().all(|part| *part))
-                }
-                IndexOp::Or(count) => {
-                    let parts: Vec<bool> = (0..*count).map(|_| pop().is_true()).collect();
-                    Quantity::Truth(parts.iter().any(|part| *part))
-                }
+                IndexOp::And(_) => Quantity::Truth(operands.iter().all(Quantity::is_true)),
+                IndexOp::Or(_) => Quantity::Truth(operands.iter().any(Quantity::is_true)),
             };
             stack.push(result);
         }

@@ -6,20 +6,19 @@ use std::sync::Arc;
 use super::ModelError;
 use super::compile::Scope;
 use super::elaborate::Elaborator;
-use super::members::Members;
-use super::names::{Entity, Family, Grid, Key, LetFamily, LetPiece, member_name};
+use super::names::{Entity, Family, Grid, LetFamily, LetPiece};
 use super::program::{Op, Program};
 use super::run::{COSTLIEST_LET, DEEPEST_LET};
 use super::survey::mentions;
 use super::terms::is_additive;
-use crate::span::Span;
 use crate::syntax::{Binding, Name};
 
 impl Elaborator<'_> {
     pub(super) fn named_expression(&mut self, binding: &Binding) {
         let name = &binding.name;
         let Some(root) = binding.value else { return };
-        let Some(known) = self.known_let(binding) else {
+        let is_let = |entity| if let Entity::Let(family) = entity { Some(family) } else { None };
+        let Some(known) = self.known_family(binding, is_let) else {
             return;
         };
         let before = self.errors.len();
@@ -35,12 +34,11 @@ impl Elaborator<'_> {
                 .errors
                 .push(ModelError::RecursiveLet { name: name.text.to_string(), span: compiler.file.expr(root).span });
         }
-        let program = if compiler.errors.len() > before && rank == 0 {
+        let mut program = if compiler.errors.len() > before && rank == 0 {
             Program::default()
         } else {
             compiler.value(root, &mut scope)
         };
-        let mut program = program;
         let (recursive, depth, cost) = (compiler.recursive, compiler.depth, compiler.cost);
         if rank == 0 {
             self.introduce(name, Entity::Let(number));
@@ -81,29 +79,16 @@ impl Elaborator<'_> {
             }
             return;
         }
-        if !self.add_let_members(number, piece, &members, name) {
+        let own = &mut self.world.lets[number];
+        // Members written out before this piece came may be followed by lower ones now.
+        own.progress = None;
+        let added = own.family.add(&members, piece, true);
+        if self.note(added).is_none() {
             return;
         }
         if too_deep {
             let written = self.world.write_out_all(number, span);
             self.note(written);
-        }
-    }
-
-    /// The family that a binding adds to, if that is not a new one; `None` where the name is given twice.
-    fn known_let(&mut self, binding: &Binding) -> Option<Option<usize>> {
-        let name = &binding.name;
-        match self.world.names.get(name.text.as_str()).copied() {
-            Some((Entity::Let(family), _))
-                if binding.indices.is_some() && self.world.lets[family].family.grid.rank > 0 =>
-            {
-                Some(Some(family))
-            }
-            Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
-                None
-            }
-            None => Some(None),
         }
     }
 
@@ -124,45 +109,5 @@ impl Elaborator<'_> {
             self.introduce(name, Entity::Let(number));
         }
         number
-    }
-
-    pub(super) fn add_let_members(&mut self, number: usize, piece: usize, members: &Members, name: &Name) -> bool {
-        let own = &mut self.world.lets[number];
-        // Members written out before this piece came may be followed by lower ones now.
-        own.progress = None;
-        if own.family.grid.rank != members.rank {
-            let what = format!(
-                "`{}` was given with {} before",
-                name.text,
-                super::error::counted_indices(own.family.grid.rank)
-            );
-            self.errors.push(ModelError::BadIndices { what, span: members.span });
-            return false;
-        }
-        let twice = |at: &Key, first: Span| ModelError::GivenTwice {
-            name: member_name(&name.text, members.rank, at),
-            span: members.span,
-            first,
-        };
-        let grid = &mut own.family.grid;
-        if let Some(block) = &members.block {
-            if let Some((at, first)) = grid.overlap(block) {
-                self.errors.push(twice(&at, first));
-                return false;
-            }
-            let mut block = block.clone();
-            block.base = piece;
-            grid.blocks.push(block);
-            return true;
-        }
-        for at in &members.keys {
-            if grid.find_block(at).is_some() {
-                let first = grid.singles.get(at).map_or(own.family.span, |(_, span)| *span);
-                self.errors.push(twice(at, first));
-                return false;
-            }
-            grid.singles.insert(*at, (piece, members.span));
-        }
-        true
     }
 }

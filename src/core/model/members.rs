@@ -38,6 +38,11 @@ pub(super) struct Members {
 }
 
 impl Members {
+    /// Their indices, in the order of numbering.
+    pub(super) fn keys(&self) -> Vec<Key> {
+        self.block.as_ref().map_or_else(|| self.keys.clone(), |block| block.keys().collect())
+    }
+
     /// How many members there are.
     pub(super) fn count(&self) -> usize {
         self.block.as_ref().map_or(self.keys.len(), Block::len)
@@ -59,20 +64,7 @@ pub(super) fn reads_names(program: &Program) -> bool {
                         return true;
                     }
                 }
-                Op::Literal(_)
-                | Op::Broken
-                | Op::Time
-                | Op::Field { .. }
-                | Op::Prime
-                | Op::Negate
-                | Op::BeginExponent
-                | Op::EndExponent
-                | Op::Power
-                | Op::Product(_)
-                | Op::Sum(_)
-                | Op::Vector(_)
-                | Op::Component(_)
-                | Op::Call(..) => {}
+                _ => {}
             }
         }
     }

@@ -3,10 +3,13 @@
 use std::collections::{BTreeSet, HashMap, HashSet};
 use std::sync::Arc;
 
-use super::Model;
+use super::error::counted_indices;
+use super::members::Members;
 use super::program::{IndexProgram, Program};
 use super::table::Table;
+use super::terms::Local;
 use super::values::Value;
+use super::{Model, ModelError};
 use crate::expr::{Derivatives, ExprId, Pool, Symbol};
 use crate::span::Span;
 use crate::syntax::ExprRef;
@@ -79,11 +82,17 @@ pub(super) struct Grid {
 impl Grid {
     /// The number of a member, the box that holds it where there is one.
     pub(super) fn find(&self, at: &Key) -> Option<usize> {
-        if let Some((number, _)) = self.singles.get(at) {
-            return Some(*number);
-        }
-        let block = self.blocks.iter().find(|block| block.contains(at))?;
-        Some(block.base + block.offset(at))
+        let block = self.blocks.iter().find(|block| block.contains(at));
+        let single = self.singles.get(at).map(|(number, _)| *number);
+        single.or_else(|| block.map(|block| block.base + block.offset(at)))
+    }
+
+    /// The indices of all members, ascending.
+    pub(super) fn keys(&self) -> Vec<Key> {
+        let boxes = self.blocks.iter().flat_map(Block::keys);
+        let mut keys: Vec<Key> = boxes.chain(self.singles.keys().copied()).collect();
+        keys.sort_unstable();
+        keys
     }
 
     /// The numbers of all members.
@@ -94,11 +103,8 @@ impl Grid {
 
     /// The number of the box (not of the member) that holds an index.
     pub(super) fn find_block(&self, at: &Key) -> Option<usize> {
-        if let Some((number, _)) = self.singles.get(at) {
-            return Some(*number);
-        }
-        let block = self.blocks.iter().find(|block| block.contains(at))?;
-        Some(block.base)
+        let block = self.blocks.iter().find(|block| block.contains(at));
+        self.singles.get(at).map(|(number, _)| *number).or(block.map(|block| block.base))
     }
 
     /// Where a member that is to be added is given already.
@@ -174,6 +180,35 @@ pub(super) struct Family {
     pub(super) name: String,
     pub(super) span: Span,
     pub(super) grid: Grid,
+}
+
+impl Family {
+    /// Adds members, numbered from `base` on, or all by `base` where they are of one piece.
+    pub(super) fn add(&mut self, members: &Members, base: usize, is_piece: bool) -> Result<(), ModelError> {
+        let (rank, span) = (self.grid.rank, members.span);
+        if rank != members.rank {
+            let what = format!("`{}` was given with {} before", self.name, counted_indices(rank));
+            return Err(ModelError::BadIndices { what, span });
+        }
+        let twice =
+            |at: &Key, first: Span| ModelError::GivenTwice { name: member_name(&self.name, rank, at), span, first };
+        if let Some(block) = &members.block {
+            if let Some((at, first)) = self.grid.overlap(block) {
+                return Err(twice(&at, first));
+            }
+            self.grid.blocks.push(Block { base, ..block.clone() });
+            return Ok(());
+        }
+        for (position, at) in members.keys.iter().enumerate() {
+            if self.grid.find(at).is_some() {
+                let first = self.grid.singles.get(at).map_or(self.span, |(_, span)| *span);
+                return Err(twice(at, first));
+            }
+            let number = if is_piece { base } else { base + position };
+            self.grid.singles.insert(*at, (number, span));
+        }
+        Ok(())
+    }
 }
 
 /// One `let` name: its pieces, and the members that have been written out so far.
@@ -397,6 +432,19 @@ impl Model {
     pub fn time(&self) -> Option<Symbol> {
         let mut symbols = self.symbols.iter();
         symbols.find_map(|(symbol, kind)| (*kind == SymbolKind::Time).then_some(*symbol))
+    }
+
+    /// Adds a coordinate that the file does not have, by the name of its symbol and the one that is shown.
+    pub(crate) fn add_coordinate(&mut self, symbol: &str, name: String, span: Span) -> Local {
+        let (symbol, velocity) = (self.pool.symbol(symbol), self.pool.symbol(&format!("{symbol}'")));
+        let at = self.coordinates.len();
+        self.symbols.insert(symbol, SymbolKind::Coordinate(at));
+        self.symbols.insert(velocity, SymbolKind::Velocity(at));
+        self.coordinates.push(Coordinate { name, span, symbol, velocity, unit: None, factor: None });
+        for given in [&mut self.guesses, &mut self.guessed_velocities, &mut self.equilibria, &mut self.rates] {
+            given.push(None);
+        }
+        Local::new(symbol, velocity)
     }
 
     /// The first of some names that no parameter and no coordinate has, to name what the model itself does not speak of.

@@ -23,16 +23,7 @@ impl Elaborator<'_> {
         for setting in &settings.entries {
             let mut errors = Vec::new();
             let later = HashMap::new();
-            let mut compiler = Compiler {
-                file: &setting.file,
-                world: &mut self.world,
-                later: &later,
-                errors: &mut errors,
-                depth: 0,
-                cost: 0,
-                recursive: false,
-                current_let: None,
-            };
+            let mut compiler = Compiler::new(&setting.file, &mut self.world, &later, &mut errors);
             let mut at = Vec::new();
             if let Some(indices) = &setting.binding.indices {
                 let (binders, _) = compiler.binders(indices, &mut Scope::default());
@@ -87,24 +78,25 @@ impl Elaborator<'_> {
 
     pub(super) fn parameter(&mut self, binding: &Binding) {
         let name = &binding.name;
-        let known = self.world.names.contains_key(name.text.as_str());
-        let Some(family) = self.parameter_family(binding) else {
+        let is_parameter = |entity| if let Entity::Parameter(family) = entity { Some(family) } else { None };
+        let Some(known) = self.known_family(binding, is_parameter) else {
             return;
         };
+        let family = known.unwrap_or_else(|| {
+            let grid = Grid { rank: binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3)), ..Grid::default() };
+            self.world.parameter_families.push(Family { name: name.text.to_string(), span: name.span, grid });
+            self.world.parameter_families.len() - 1
+        });
         let members = self.members(binding.indices.as_deref(), name);
         let mut scope = members.as_ref().map_or_else(Scope::default, |members| members.scope.clone());
         let program = binding.value.map(|value| self.compiler().value(value, &mut scope));
         let uncertainty = binding.uncertainty.map(|value| self.compiler().value(value, &mut scope));
-        self.introduce_family(name, Entity::Parameter(family), known);
-        let factor = match &program {
-            Some(program) => self.unit_factor(binding.unit, program),
-            None => {
-                let nothing = Program::default();
-                self.unit_factor(binding.unit, &nothing)
-            }
-        };
+        if known.is_none() {
+            self.introduce(name, Entity::Parameter(family));
+        }
+        let factor = self.unit_factor(binding.unit, program.as_ref().unwrap_or(&Program::default()));
         let Some(members) = members else { return };
-        let Some(keys) = self.add_members(family, &members, name) else {
+        let Some(keys) = self.add_members(family, &members) else {
             return;
         };
         // One value fills the family; a list gives the members; an index makes each its own.
@@ -158,26 +150,22 @@ impl Elaborator<'_> {
         }
     }
 
-    /// The family that a binding declares or adds to.
-    fn parameter_family(&mut self, binding: &Binding) -> Option<usize> {
+    /// The family of a kind that a binding adds to, if that is not a new one; `None` where the name is given twice.
+    pub(super) fn known_family(
+        &mut self,
+        binding: &Binding,
+        of_kind: impl Fn(Entity) -> Option<usize>,
+    ) -> Option<Option<usize>> {
         let name = &binding.name;
-        match self.world.names.get(name.text.as_str()).copied() {
-            Some((Entity::Parameter(family), _))
-                if binding.indices.is_some() && self.world.parameter_families[family].grid.rank > 0 =>
-            {
-                Some(family)
-            }
-            Some((_, first)) => {
-                self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
-                None
-            }
-            None => {
-                let rank = binding.indices.as_ref().map_or(0, |i| i.entries.len().min(3));
-                let grid = Grid { rank, ..Default::default() };
-                self.world.parameter_families.push(Family { name: name.text.to_string(), span: name.span, grid });
-                Some(self.world.parameter_families.len() - 1)
-            }
+        let Some((entity, first)) = self.world.names.get(name.text.as_str()).copied() else {
+            return Some(None);
+        };
+        let has_members = self.world.family(entity).is_some_and(|family| family.grid.rank > 0);
+        let known = of_kind(entity).filter(|_| binding.indices.is_some() && has_members);
+        if known.is_none() {
+            self.errors.push(ModelError::GivenTwice { name: name.text.to_string(), span: name.span, first });
         }
+        known.map(Some)
     }
 
     /// The members' values from a list of them.
@@ -238,52 +226,13 @@ impl Elaborator<'_> {
         level.iter().all(|value| matches!(value, Value::Scalar(_)))
     }
 
-    /// Declares a family, or a further piece of one.
-    pub(super) fn introduce_family(&mut self, name: &Name, entity: Entity, known: bool) {
-        if !known {
-            self.introduce(name, entity);
-        }
-    }
-
     /// Adds members to a parameter family; gives their indices in the order of numbering.
-    pub(super) fn add_members(&mut self, family: usize, members: &Members, name: &Name) -> Option<Vec<Key>> {
+    fn add_members(&mut self, family: usize, members: &Members) -> Option<Vec<Key>> {
         let base = self.world.parameters.len();
-        let own = &mut self.world.parameter_families[family];
-        if own.grid.rank != members.rank {
-            let what =
-                format!("`{}` was given with {} before", name.text, super::error::counted_indices(own.grid.rank));
-            self.errors.push(ModelError::BadIndices { what, span: members.span });
-            return None;
-        }
-        let twice = |at: &Key, first: Span| ModelError::GivenTwice {
-            name: member_name(&name.text, members.rank, at),
-            span: members.span,
-            first,
-        };
-        if let Some(block) = &members.block {
-            if let Some((at, first)) = own.grid.overlap(block) {
-                self.errors.push(twice(&at, first));
-                return None;
-            }
-            if let Err(exceeded) = self.world.pool.budget().room(block.len(), BYTES_EACH) {
-                self.errors.push(exceeded.into());
-                return None;
-            }
-            let mut block = block.clone();
-            block.base = base;
-            let keys = block.keys().collect();
-            own.grid.blocks.push(block);
-            return Some(keys);
-        }
-        for (position, at) in members.keys.iter().enumerate() {
-            if own.grid.find(at).is_some() {
-                let first = own.grid.singles.get(at).map_or(own.span, |(_, span)| *span);
-                self.errors.push(twice(at, first));
-                return None;
-            }
-            own.grid.singles.insert(*at, (base + position, members.span));
-        }
-        Some(members.keys.clone())
+        let room = self.world.pool.budget().room(members.count(), BYTES_EACH).map_err(ModelError::from);
+        let added = room.and_then(|()| self.world.parameter_families[family].add(members, base, false));
+        self.note(added)?;
+        Some(members.keys())
     }
 
     #[allow(clippy::too_many_arguments)] // all of one parameter

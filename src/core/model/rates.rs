@@ -32,19 +32,9 @@ impl World {
         if !self.accelerated {
             return None;
         }
-        let kind = self.pool.symbols(root).iter().find_map(|symbol| {
-            let kind = *self.kinds.get(symbol)?;
-            match kind {
-                SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_) => Some(kind),
-                SymbolKind::Coordinate(_)
-                | SymbolKind::Velocity(_)
-                | SymbolKind::Parameter(_)
-                | SymbolKind::Time
-                | SymbolKind::CoordinateSlot(_)
-                | SymbolKind::VelocitySlot(_)
-                | SymbolKind::ValueSlot(_) => None,
-            }
-        })?;
+        let symbols = self.pool.symbols(root);
+        let mut kinds = symbols.iter().filter_map(|symbol| self.kinds.get(symbol).copied());
+        let kind = kinds.find(|kind| matches!(kind, SymbolKind::Acceleration(_) | SymbolKind::AccelerationSlot(_)))?;
         let beyond = self.pool.fresh_symbol("x'''");
         self.kinds.insert(beyond, kind);
         Some(self.pool.symbol_expr(beyond))

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use super::ModelError;
-use super::names::{Entity, Key, Progress, World, key, member_name};
+use super::names::{Entity, Key, LetPiece, Progress, World, key, member_name};
 use super::program::Program;
 use super::run::{DEEPEST_LET, Instance, Leaf, Stop};
 use super::values::Value;
@@ -171,21 +171,24 @@ impl World {
         if own.recursive || own.depth > DEEPEST_LET {
             return Err(Stop::WriteOut);
         }
-        let rank = own.family.grid.rank;
-        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
-        let piece = own.family.grid.find_block(at).ok_or_else(missing)?;
-        let Some(found) = own.pieces.get(piece) else {
-            return Err(missing());
-        };
-        if found.list {
+        let (number, piece) = self.piece_of(family, at, span)?;
+        if piece.list {
             return Err(Stop::WriteOut);
         }
-        if let Some(filter) = &found.filter
-            && !self.holds(filter, &at[..rank])?
-        {
-            return Err(missing());
+        Ok((Arc::clone(&piece.program), i64::try_from(number).unwrap_or(i64::MAX)))
+    }
+
+    /// The piece of a `let` family that has a member, and its number.
+    fn piece_of(&self, family: usize, at: &Key, span: Span) -> Result<(usize, &LetPiece), Stop> {
+        let own = &self.lets[family];
+        let indices = &at[..own.family.grid.rank];
+        let missing = || self.out_of_range(Entity::Let(family), indices, span);
+        let number = own.family.grid.find_block(at).ok_or_else(missing)?;
+        let piece = own.pieces.get(number).ok_or_else(missing)?;
+        match &piece.filter {
+            Some(filter) if !self.holds(filter, indices)? => Err(missing()),
+            Some(_) | None => Ok((number, piece)),
         }
-        Ok((Arc::clone(&found.program), i64::try_from(piece).unwrap_or(i64::MAX)))
     }
 
     pub(super) fn let_member(
@@ -221,15 +224,8 @@ impl World {
     fn write_out_member(&mut self, family: usize, at: Key, span: Span) -> Result<Value, Stop> {
         let own = &self.lets[family];
         let rank = own.family.grid.rank;
-        let missing = || self.out_of_range(Entity::Let(family), &at[..rank], span);
-        let piece = own.family.grid.find_block(&at).ok_or_else(missing)?;
-        let found = own.pieces.get(piece).ok_or_else(missing)?;
+        let (piece, found) = self.piece_of(family, &at, span)?;
         let (program, list) = (Arc::clone(&found.program), found.list);
-        if let Some(filter) = &found.filter
-            && !self.holds(filter, &at[..rank])?
-        {
-            return Err(missing());
-        }
         let first =
             own.family.grid.blocks.iter().find(|block| block.base == piece).map(|block| (block.lower, block.extent(0)));
         let mut slots = at[..rank].to_vec();
@@ -249,10 +245,7 @@ impl World {
     /// Writes out the members of a recursive family in ascending order, up to one.
     fn write_out_up_to(&mut self, family: usize, at: Key, span: Span) -> Result<(), Stop> {
         if self.lets[family].progress.is_none() {
-            let grid = &self.lets[family].family.grid;
-            let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
-            order.extend(grid.singles.keys());
-            order.sort_unstable();
+            let order = self.lets[family].family.grid.keys();
             self.lets[family].progress = Some(Progress { order, done: 0, current: None, failed: false });
         }
         loop {
@@ -298,11 +291,7 @@ impl World {
 
     /// Writes out all members of a `let` family.
     pub(super) fn write_out_all(&mut self, family: usize, span: Span) -> Result<(), ModelError> {
-        let grid = &self.lets[family].family.grid;
-        let mut order: Vec<Key> = grid.blocks.iter().flat_map(|block| block.keys()).collect();
-        order.extend(grid.singles.keys());
-        order.sort_unstable();
-        for at in order {
+        for at in self.lets[family].family.grid.keys() {
             self.let_member(family, at, span, None).map_err(|stop| match stop {
                 Stop::Error(error) => *error,
                 Stop::WriteOut => ModelError::RecursiveLet { name: self.lets[family].family.name.clone(), span },

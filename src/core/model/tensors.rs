@@ -53,9 +53,7 @@ impl Elaborator<'_> {
                 if !families || grid.numbers().count() > MOST_MEMBERS {
                     continue;
                 }
-                keys = grid.blocks.iter().flat_map(|block| block.keys()).collect();
-                keys.extend(grid.singles.keys());
-                keys.sort_unstable();
+                keys = grid.keys();
             }
             for (place, at) in keys.into_iter().enumerate() {
                 // A member that can't be worked out and that no energy uses is not asked for here either.
@@ -164,7 +162,7 @@ fn meant(file: &File) -> (HashMap<&str, Span>, Vec<(ExprRef, Span)>) {
                     };
                     let [tensor, again] = factors else { continue };
                     let turns = named(file, *omega).filter(|name| velocities.contains(name));
-                    if turns.is_some() && same(file, *omega, again.value()) && !again.divided() {
+                    if turns.is_some() && same(file, *omega, again.value()) && !again.inverted() {
                         add(tensor.value(), expr.span);
                     }
                 }

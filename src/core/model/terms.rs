@@ -14,7 +14,7 @@ use super::program::{Binder, IndexProgram, Op, Program};
 use super::run::{Instance, Leaf, Stop};
 use super::table::Cell;
 use super::values::Value;
-use crate::expr::{ExprId, Symbol};
+use crate::expr::{ExprId, Pool, Substitution, Symbol};
 use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File};
 
@@ -61,6 +61,11 @@ impl TermFamily {
         Self { span, body, locals, values: Vec::new(), count: 1, coordinates, constants: Vec::new() }
     }
 
+    /// What puts all velocities to 0.
+    pub(crate) fn at_rest(&self, pool: &Pool) -> Substitution {
+        self.locals.iter().map(|local| (local.velocity, pool.zero())).collect()
+    }
+
     /// The coordinates of an instance, one number a local.
     #[must_use]
     pub fn coordinates_of(&self, instance: usize) -> &[u32] {
@@ -85,7 +90,7 @@ pub(super) fn is_additive(file: &File, world: &World, root: ExprRef) -> bool {
             ExprKind::Sum(terms) => todo.extend(terms.iter().map(|term| term.value())),
             ExprKind::Negate(inner) => todo.push(*inner),
             ExprKind::Product(factors) => {
-                todo.extend(factors.iter().filter(|factor| !factor.divided()).map(|factor| factor.value()))
+                todo.extend(factors.iter().filter(|factor| !factor.inverted()).map(|factor| factor.value()))
             }
             ExprKind::Name(name) => {
                 if let Some((Entity::Let(number), _)) = world.names.get(*name)
@@ -174,7 +179,7 @@ pub(super) fn families(compiler: &mut Compiler<'_>, root: ExprRef) -> Result<Vec
         let body = compiler.world.pool.sum(&written_out);
         let mut only = Finisher::new(compiler.world, body, span);
         only.push(compiler.world, &[]);
-        result.push(only.finish());
+        result.push(only.family);
     }
     Ok(result)
 }
@@ -190,7 +195,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         ExprKind::Sum(terms) => {
             // The last on the stack comes first.
             for term in terms.iter().rev() {
-                parts.push(Part { at: term.value(), negated: part.negated ^ term.subtracted(), ..part.clone() });
+                parts.push(Part { at: term.value(), negated: part.negated ^ term.inverted(), ..part.clone() });
             }
             None
         }
@@ -203,7 +208,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
         ExprKind::Product(factors) => {
             let mut inner = None;
             for factor in *factors {
-                if !factor.divided() && is_additive(file, compiler.world, factor.value()) {
+                if !factor.inverted() && is_additive(file, compiler.world, factor.value()) {
                     if inner.is_some() {
                         // A product of sums is one term.
                         return Some(part);
@@ -216,7 +221,7 @@ fn take_apart(compiler: &mut Compiler<'_>, mut part: Part, parts: &mut Vec<Part>
             };
             for factor in factors.iter().filter(|factor| factor.value() != inner) {
                 let program = compiler.value(factor.value(), &mut part.scope);
-                part.prefactors.push((factor.divided(), program));
+                part.prefactors.push((factor.inverted(), program));
             }
             part.at = inner;
             parts.push(part);
@@ -327,11 +332,7 @@ fn instantiate(
     if part.binders.is_empty() {
         let value = match world.run_written_out(program, &mut Vec::new()) {
             Ok(value) => value,
-            Err(error) => {
-                mistakes.push(error.clone());
-                world.find_mistakes(program, &mut Vec::new(), mistakes);
-                return Err(error);
-            }
+            Err(error) => return stopped(world, program, &mut Vec::new(), error.into(), written_out, mistakes),
         };
         written_out.push(scalar(&value, program.span)?);
         return Ok(());
@@ -343,9 +344,8 @@ fn instantiate(
     let mut slots = Vec::new();
     world.instances::<ModelError>(&part.binders, &filters, &mut slots, program.span, |world, slots| {
         instance.clear();
-        match world.run_light(program, slots, &mut instance) {
-            Ok(()) => {}
-            Err(stop) => return stopped(world, program, slots, stop, written_out, mistakes),
+        if let Err(stop) = world.run_light(program, slots, &mut instance) {
+            return stopped(world, program, slots, stop, written_out, mistakes);
         }
         let form = if let Some(form) = forms.get(&instance.signature) {
             *form
@@ -366,9 +366,7 @@ fn instantiate(
         }
         Ok(())
     })?;
-    for finisher in finishers {
-        result.push(finisher.finish());
-    }
+    result.extend(finishers.into_iter().map(|finisher| finisher.family));
     Ok(())
 }
 
@@ -388,15 +386,7 @@ enum Source {
 
 impl Finisher {
     fn new(world: &World, body: ExprId, span: Span) -> Self {
-        let mut family = TermFamily {
-            span,
-            body,
-            locals: Vec::new(),
-            values: Vec::new(),
-            count: 0,
-            coordinates: Vec::new(),
-            constants: Vec::new(),
-        };
+        let mut family = TermFamily { count: 0, ..TermFamily::single(span, body, Vec::new(), Vec::new()) };
         let mut local_sources: Vec<Source> = Vec::new();
         let mut value_sources = Vec::new();
         let mut slots_seen = std::collections::BTreeSet::new();
@@ -457,9 +447,5 @@ impl Finisher {
             self.family.constants.push(constant);
         }
         self.family.count += 1;
-    }
-
-    fn finish(self) -> TermFamily {
-        self.family
     }
 }

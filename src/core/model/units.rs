@@ -91,20 +91,15 @@ const PREFIXES: &[(&str, i32)] = &[
 ];
 
 fn named_factor(pool: &mut Pool, name: &str) -> Option<ExprId> {
-    let value = |pool: &mut Pool, known: &Known, exponent: i32| {
-        let factor = Number::parse(known.factor)?;
-        let ten = Number::from(10).powi(exponent)?;
-        let number = factor.mul(&ten);
-        if !known.pi {
-            return Some(pool.number(number));
-        }
-        // deg = pi/180
-        let degree = number.div(&Number::from(180))?;
-        let pi = pool.pi();
-        Some(pool.scale(pi, &degree))
-    };
     let (known, exponent) = look_up(name)?;
-    value(pool, known, exponent)
+    let number = Number::parse(known.factor)?.mul(&Number::from(10).powi(exponent)?);
+    if !known.pi {
+        return Some(pool.number(number));
+    }
+    // deg = pi/180
+    let degree = number.div(&Number::from(180))?;
+    let pi = pool.pi();
+    Some(pool.scale(pi, &degree))
 }
 
 /// The unit that a name means, and the power of ten of its prefix.
@@ -140,52 +135,38 @@ fn power(name: &str) -> Option<String> {
     look_up(base).map(|_| format!("{base}^{exponent}"))
 }
 
-/// The factor by which a number in a unit becomes a number in SI: an expression without symbols.
-pub(super) fn factor(pool: &mut Pool, file: &File, unit: UnitRef, errors: &mut Vec<ModelError>) -> ExprId {
-    // Children stand before parents: one pass over the arena up to the wanted unit, but only over
-    // what belongs to it.
-    enum Task {
-        Visit(UnitRef),
-        Power(i32, i32),
-        Product(Vec<bool>),
-    }
-    let mut tasks = vec![Task::Visit(unit)];
-    let mut done: Vec<ExprId> = Vec::new();
-    while let Some(task) = tasks.pop() {
-        match task {
-            Task::Visit(at) => match &file.unit(at).kind {
-                UnitKind::One => done.push(pool.one()),
-                UnitKind::Name(name) => {
-                    let found = named_factor(pool, name);
-                    if found.is_none() {
-                        errors.push(unknown(name, file.unit(at).span));
-                    }
-                    done.push(found.unwrap_or_else(|| pool.one()));
-                }
-                UnitKind::Product(factors) => {
-                    tasks.push(Task::Product(factors.iter().map(|(under, _)| *under).collect()));
-                    tasks.extend(factors.iter().rev().map(|(_, factor)| Task::Visit(*factor)));
-                }
-                UnitKind::Power { base, numerator, denominator } => {
-                    tasks.push(Task::Power(*numerator, *denominator));
-                    tasks.push(Task::Visit(*base));
-                }
-            },
-            Task::Power(numerator, denominator) => {
-                let exponent = Number::ratio(i64::from(numerator), i64::from(denominator));
-                let base = done.pop().unwrap_or_else(|| pool.one());
-                let exponent = exponent.unwrap_or_else(|| Number::from(1));
-                done.push(pool.powr(base, &exponent));
+/// The names in a unit, with their places and exponents.
+pub(super) fn powers(file: &File, unit: UnitRef) -> Vec<(&str, Span, Number)> {
+    let mut todo = vec![(unit, Number::ONE)];
+    let mut names = Vec::new();
+    while let Some((at, exponent)) = todo.pop() {
+        match file.unit(at).kind {
+            UnitKind::One => {}
+            UnitKind::Name(name) => names.push((name, file.unit(at).span, exponent)),
+            UnitKind::Product(factors) => {
+                let signed = |under: bool| if under { exponent.neg() } else { exponent.clone() };
+                todo.extend(factors.iter().rev().map(|(under, factor)| (*factor, signed(*under))));
             }
-            Task::Product(under) => {
-                let factors = done.split_off(done.len().saturating_sub(under.len()));
-                let mut product = pool.one();
-                for (factor, under) in factors.into_iter().zip(under) {
-                    product = if under { pool.div(product, factor) } else { pool.mul(product, factor) };
-                }
-                done.push(product);
+            UnitKind::Power { base, numerator, denominator } => {
+                let own = Number::ratio(i64::from(numerator), i64::from(denominator));
+                todo.extend(own.map(|own| (base, exponent.mul(&own))));
             }
         }
     }
-    done.pop().unwrap_or_else(|| pool.one())
+    names
+}
+
+/// The factor by which a number in a unit becomes a number in SI: an expression without symbols.
+pub(super) fn factor(pool: &mut Pool, file: &File, unit: UnitRef, errors: &mut Vec<ModelError>) -> ExprId {
+    let mut product = pool.one();
+    for (name, span, exponent) in powers(file, unit) {
+        match named_factor(pool, name) {
+            Some(factor) => {
+                let factor = pool.powr(factor, &exponent);
+                product = pool.mul(product, factor);
+            }
+            None => errors.push(unknown(name, span)),
+        }
+    }
+    product
 }

@@ -2,6 +2,7 @@
 //! done with them.
 
 use crate::expr::{ExprId, Pool};
+use crate::number::Number;
 
 /// A scalar, or a vector of scalars, vectors, …
 #[derive(Clone, Debug, PartialEq)]
@@ -36,14 +37,8 @@ impl Value {
     /// The components of a plain vector.
     pub(super) fn components(&self, what: &str) -> Result<Vec<ExprId>, Misfit> {
         if let Self::Vector(rows) = self {
-            let parts: Option<Vec<ExprId>> = rows
-                .iter()
-                .map(|row| match row {
-                    Self::Scalar(e) => Some(*e),
-                    Self::Vector(_) => None,
-                })
-                .collect();
-            if let Some(parts) = parts {
+            let parts: Result<Vec<ExprId>, Misfit> = rows.iter().map(|row| row.scalar("")).collect();
+            if let Ok(parts) = parts {
                 return Ok(parts);
             }
         }
@@ -102,14 +97,10 @@ impl Value {
 /// The sum of values of one shape, each with its sign.
 pub(super) fn sum(pool: &mut Pool, terms: &[(bool, Value)]) -> Result<Value, Misfit> {
     if terms.iter().all(|(_, value)| matches!(value, Value::Scalar(_))) {
-        let one = crate::number::Number::from(1);
-        let minus_one = crate::number::Number::from(-1);
+        let sign = |negative: bool| if negative { Number::MINUS_ONE } else { Number::ONE };
         let linear: Vec<_> = terms
             .iter()
-            .flat_map(|(negative, value)| {
-                let sign = if *negative { &minus_one } else { &one };
-                value.scalars().into_iter().map(|e| (e, sign.clone()))
-            })
+            .flat_map(|(negative, value)| value.scalars().into_iter().map(|e| (e, sign(*negative))))
             .collect();
         return Ok(Value::Scalar(pool.linear(&linear)));
     }
@@ -139,13 +130,7 @@ pub(super) fn product(pool: &mut Pool, factors: &[(bool, Value)]) -> Result<Valu
     for (divided, value) in factors {
         match (value, &tensor) {
             (Value::Scalar(e), _) => {
-                let e = if *divided {
-                    let one = pool.one();
-                    pool.div(one, *e)
-                } else {
-                    *e
-                };
-                scalars.push(e);
+                scalars.push(if *divided { pool.div(pool.one(), *e) } else { *e });
             }
             (Value::Vector(_), _) if *divided => {
                 return Err((format!("can't divide by {}", value.describe()), None));

@@ -7,7 +7,6 @@ use super::survey::structural_names;
 use super::{Model, TermFamily};
 use crate::diagnostic::{Diagnostic, at};
 use crate::mistakes;
-use crate::span::Span;
 use crate::syntax::{ExprKind, ExprRef, File, IndexKind, Indices, StatementKind};
 
 mistakes! {
@@ -16,90 +15,71 @@ mistakes! {
 Warning Warning {
     /// A parameter that nothing uses.
     #[error("the parameter `{name}` is never used")]
-    "W0001" UnusedParameter {
+    "W0001" UnusedParameter(span) {
         /// The parameter.
         name: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "declared here").with_help(format!(
         "is a term missing? If not, remove the line or call it `_{name}`"
     )),
 
     /// A named expression that nothing uses.
     #[error("`{name}` is never used")]
-    "W0002" UnusedExpression {
+    "W0002" UnusedExpression(span) {
         /// Its name.
         name: String,
-        /// Where it is given.
-        span: Span,
     } => at(*span, "given here").with_help(format!(
         "is a term missing? If not, remove the line or call it `_{name}`"
     )),
 
     /// A table that nothing uses.
     #[error("the table `{name}` is never used")]
-    "W0003" UnusedTable {
+    "W0003" UnusedTable(span) {
         /// The table.
         name: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "read here"),
 
     /// A coordinate in no energy.
     #[error("the coordinate `{name}` is never used")]
-    "W0004" UnusedCoordinate {
+    "W0004" UnusedCoordinate(span) {
         /// The coordinate or family.
         name: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "declared here").with_help("a coordinate needs a kinetic energy"),
 
     /// A coordinate that the energies depend on through its velocity only.
     #[error("no restoring force acts on `{name}`")]
-    "W0005" NoRestoringForce {
+    "W0005" NoRestoringForce(span) {
         /// The coordinate or family.
         name: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "only its velocity occurs in the energies").with_help(
         "it moves freely and has a mode of frequency zero; is a term of V missing?",
     ),
 
     /// A whole number written with a decimal point where only whole numbers will do.
     #[error("`{text}` is the end of a range, but is written like a measured value")]
-    "W0006" DecimalRange {
+    "W0006" DecimalRange(span) {
         /// As written.
         text: String,
-        /// Where.
-        span: Span,
     } => at(*span, "a count").with_help(format!("write `{}`", text.split('.').next().unwrap_or(text))),
 
     /// An index that its sum does not use.
     #[error("the index `{name}` does not occur in the summand")]
-    "W0007" UnusedIndex {
+    "W0007" UnusedIndex(span) {
         /// The index.
         name: String,
-        /// Where it stands.
-        span: Span,
     } => at(*span, "all terms are equal")
         .with_help("is an index in brackets missing after a name?"),
 
     /// A period of a model in which nothing depends on the time.
     #[error("a period is given, but nothing depends on the time")]
-    "W0008" PeriodWithoutTime {
-        /// The statement.
-        span: Span,
-    } => at(*span, "has no effect here").with_help(
+    "W0008" PeriodWithoutTime(span) => at(*span, "has no effect here").with_help(
         "remove it, or let an energy depend on the time `t`: `cos(W*t)`; a natural period is computed, not given",
     ),
 
     /// A velocity that is guessed where no periodic motion is searched for.
     #[error("a velocity is given by `guess`, but {reason}")]
-    "W0009" UselessVelocity {
+    "W0009" UselessVelocity(span) {
         /// Why none is searched for.
         reason: &'static str,
-        /// The statement.
-        span: Span,
     } => at(*span, "has no effect here").with_help(
         "it is the start of the search for the periodic motion of a driven model; initial velocities are given by `librate motion --start`",
     ),
@@ -148,26 +128,20 @@ fn unused_names(file: &File) -> Vec<Warning> {
     let mut found = Vec::new();
     let mut seen: HashSet<&str> = HashSet::new();
     for statement in &file.statements {
-        let make: fn(String, Span) -> Warning = match &statement.kind {
-            StatementKind::Param(_) => |name, span| Warning::UnusedParameter { name, span },
-            StatementKind::Let(_) => |name, span| Warning::UnusedExpression { name, span },
-            StatementKind::Table { .. } => |name, span| Warning::UnusedTable { name, span },
-            StatementKind::Coord { .. } => |name, span| Warning::UnusedCoordinate { name, span },
-            StatementKind::Model { .. }
-            | StatementKind::Kinetic(_)
-            | StatementKind::Potential(_)
-            | StatementKind::Lagrangian(_)
-            | StatementKind::Dissipation(_)
-            | StatementKind::Constraint { .. }
-            | StatementKind::Guess { .. }
-            | StatementKind::Equilibrium { .. }
-            | StatementKind::Period(_) => continue,
-        };
         for name in statement.kind.declared() {
             // The members of a family may be given one by one.
             let first = seen.insert(name.text.as_str());
             if first && !name.text.starts_with('_') && !used.contains(name.text.as_str()) {
-                found.push(make(name.text.to_string(), name.span));
+                let (name, span) = (name.text.to_string(), name.span);
+                found.push(if matches!(statement.kind, StatementKind::Param(_)) {
+                    Warning::UnusedParameter { name, span }
+                } else if matches!(statement.kind, StatementKind::Let(_)) {
+                    Warning::UnusedExpression { name, span }
+                } else if matches!(statement.kind, StatementKind::Table { .. }) {
+                    Warning::UnusedTable { name, span }
+                } else {
+                    Warning::UnusedCoordinate { name, span }
+                });
             }
         }
     }

@@ -21,27 +21,21 @@ Warning Warning {
     /// Nobody asked for the equilibrium that was taken, and the motion runs away from it in every
     /// direction.
     #[error("the equilibrium is a maximum of the potential energy")]
-    "W0101" Maximum {
-        /// Where the coordinate is declared that runs away fastest.
-        span: Span,
+    "W0101" Maximum(span) {
         /// That coordinate.
         coordinate: String,
     } => runs_from(*span, coordinate),
 
     /// The same in some directions.
     #[error("the equilibrium is a saddle of the potential energy")]
-    "W0102" Saddle {
-        /// Where the coordinate is declared that runs away fastest.
-        span: Span,
+    "W0102" Saddle(span) {
         /// That coordinate.
         coordinate: String,
     } => runs_from(*span, coordinate),
 
     /// The equilibrium was searched for, and that there is one where the search ended is not proved.
     #[error("the existence of the equilibrium that was found is not proved")]
-    "W0103" NotProved {
-        /// Where the first coordinate is declared that was searched for.
-        span: Span,
+    "W0103" NotProved(span) {
         /// That coordinate.
         coordinate: String,
     } => at(*span, format!("the error of `{coordinate}` is an estimate, and so are all digits below")).with_help(
@@ -52,9 +46,7 @@ Warning Warning {
     #[error(
         "omega of mode {mode} is ill-conditioned: its square is {share} of the terms of which it is the difference"
     )]
-    "W0104" IllConditioned {
-        /// Where the parameter is declared that matters most, or else the coordinate that moves most.
-        span: Span,
+    "W0104" IllConditioned(span) {
         /// The number of the mode, from 1.
         mode: usize,
         /// The parameter, if one matters more than the others.
@@ -74,18 +66,13 @@ Warning Warning {
 
     /// A constraint that says nothing that others do not.
     #[error("this constraint follows from the others and has no effect")]
-    "W0105" DependentConstraint {
-        /// The constraint.
-        span: Span,
-    } => at(*span, "ignored").with_help(
+    "W0105" DependentConstraint(span) => at(*span, "ignored").with_help(
         "the model is the same without it; if it was meant to restrict a further motion, it is wrong",
     ),
 
     /// A dissipation that is negative for some motion.
     #[error("the dissipation supplies energy")]
-    "W0106" FeedsEnergy {
-        /// Where the dissipation stands.
-        span: Span,
+    "W0106" FeedsEnergy(span) {
         /// The coordinate that moves most in such a motion.
         coordinate: String,
         /// Another one, if it is by moving in turns that the two take energy in: round a loop in the one sense or

@@ -6,7 +6,7 @@
 
 use std::fmt::{self, Debug, Formatter};
 
-use super::ast::{Comparison, Expr, ExprKind, ExprRef, Factor, Indices, Name, Term, Unit, UnitKind, UnitRef};
+use super::ast::{Comparison, Expr, ExprKind, ExprRef, Indices, Member, Name, Unit, UnitKind, UnitRef};
 use crate::span::Span;
 
 /// Texts, most of which come again and again.
@@ -78,54 +78,16 @@ impl Texts {
 }
 
 /// What a node is, and so what its payload says.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Form {
-    Number,
-    Name,
-    Index,
-    Field,
-    Prime,
-    Negate,
-    Power,
-    Product,
-    Sum,
-    Call,
-    SumOver,
-    Vector,
-    Equal,
-    NotEqual,
-    Less,
-    LessEqual,
-    Greater,
-    GreaterEqual,
-    Not,
-    And,
-    Or,
+macro_rules! forms {
+    ($($form:ident)*) => {
+        #[derive(Clone, Copy, PartialEq, Eq)]
+        enum Form { $($form),* }
+
+        const FORMS: &[Form] = &[$(Form::$form),*];
+    };
 }
 
-const FORMS: [Form; 21] = [
-    Form::Number,
-    Form::Name,
-    Form::Index,
-    Form::Field,
-    Form::Prime,
-    Form::Negate,
-    Form::Power,
-    Form::Product,
-    Form::Sum,
-    Form::Call,
-    Form::SumOver,
-    Form::Vector,
-    Form::Equal,
-    Form::NotEqual,
-    Form::Less,
-    Form::LessEqual,
-    Form::Greater,
-    Form::GreaterEqual,
-    Form::Not,
-    Form::And,
-    Form::Or,
-];
+forms!(Number Name Index Field Prime Negate Power Product Sum Call SumOver Vector Compare Not And Or);
 
 /// Bits of a node's word that hold its form.
 const FORM_BITS: u32 = 5;
@@ -170,10 +132,8 @@ pub struct Expressions {
     texts: Texts,
     /// Children, and the lengths of lists in front of them.
     children: Vec<ExprRef>,
-    /// Lists of terms, each with its length in front.
-    terms: Vec<Term>,
-    /// Lists of factors likewise.
-    factors: Vec<Factor>,
+    /// Lists of terms and of factors, each with its length in front.
+    members: Vec<Member>,
     names: Vec<Name>,
     indices: Vec<Indices>,
 }
@@ -205,37 +165,58 @@ pub(super) struct Mark {
     nodes: usize,
     texts: usize,
     children: usize,
-    terms: usize,
-    factors: usize,
+    members: usize,
     names: usize,
     indices: usize,
 }
 
+/// How an arena is read.
+macro_rules! reading {
+    ($arena:ident, $number:ident, $read:ident) => {
+        impl $arena {
+            /// How many there are.
+            #[must_use]
+            pub fn len(&self) -> usize {
+                self.nodes.len()
+            }
+
+            /// Whether there are none.
+            #[must_use]
+            pub fn is_empty(&self) -> bool {
+                self.nodes.is_empty()
+            }
+
+            /// All of them, children before parents.
+            pub fn iter(&self) -> impl ExactSizeIterator<Item = $read<'_>> + DoubleEndedIterator {
+                self.nodes.iter().map(|node| self.read(*node))
+            }
+
+            /// The one of that number, if there is one.
+            #[must_use]
+            pub fn get(&self, at: $number) -> Option<$read<'_>> {
+                let node = self.nodes.get(at.0 as usize)?;
+                Some(self.read(*node))
+            }
+        }
+
+        impl PartialEq for $arena {
+            fn eq(&self, other: &Self) -> bool {
+                self.iter().eq(other.iter())
+            }
+        }
+
+        impl Debug for $arena {
+            fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+                f.debug_list().entries(self.iter()).finish()
+            }
+        }
+    };
+}
+
+reading!(Expressions, ExprRef, Expr);
+reading!(Units, UnitRef, Unit);
+
 impl Expressions {
-    /// How many there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// All of them, children before parents.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = Expr<'_>> + DoubleEndedIterator {
-        self.nodes.iter().map(|node| self.read(*node))
-    }
-
-    /// The expression of that number, if there is one.
-    #[must_use]
-    pub fn get(&self, at: ExprRef) -> Option<Expr<'_>> {
-        let node = self.nodes.get(at.0 as usize)?;
-        Some(self.read(*node))
-    }
-
     fn child(&self, at: usize) -> ExprRef {
         self.children.get(at).copied().unwrap_or(ExprRef(0))
     }
@@ -246,7 +227,7 @@ impl Expressions {
         let (first, second) = (self.child(payload), self.child(payload + 1));
         let members = |at| list(&self.children, at, node.length(), |length| length);
         let name = |number: ExprRef| &self.names[number.0 as usize];
-        let compare = |operator| ExprKind::Compare { operator, left: first, right: second };
+        let signed = || list(&self.members, payload, node.length(), Member::value);
         let kind = match node.form() {
             Form::Number => ExprKind::Number(self.texts.get(payload as u32)),
             Form::Name => ExprKind::Name(self.texts.get(payload as u32)),
@@ -255,17 +236,15 @@ impl Expressions {
             Form::Prime => ExprKind::Prime(only),
             Form::Negate => ExprKind::Negate(only),
             Form::Power => ExprKind::Power { base: first, exponent: second },
-            Form::Product => ExprKind::Product(list(&self.factors, payload, node.length(), Factor::value)),
-            Form::Sum => ExprKind::Sum(list(&self.terms, payload, node.length(), Term::value)),
+            Form::Product => ExprKind::Product(signed()),
+            Form::Sum => ExprKind::Sum(signed()),
             Form::Call => ExprKind::Call { function: name(first), arguments: members(payload + 1) },
             Form::SumOver => ExprKind::SumOver { indices: &self.indices[first.0 as usize], body: second },
             Form::Vector => ExprKind::Vector(members(payload)),
-            Form::Equal => compare(Comparison::Equal),
-            Form::NotEqual => compare(Comparison::NotEqual),
-            Form::Less => compare(Comparison::Less),
-            Form::LessEqual => compare(Comparison::LessEqual),
-            Form::Greater => compare(Comparison::Greater),
-            Form::GreaterEqual => compare(Comparison::GreaterEqual),
+            Form::Compare => {
+                let operator = Comparison::ALL[self.child(payload + 2).0 as usize];
+                ExprKind::Compare { operator, left: first, right: second }
+            }
             Form::Not => ExprKind::Not(only),
             Form::And => ExprKind::And(members(payload)),
             Form::Or => ExprKind::Or(members(payload)),
@@ -299,15 +278,10 @@ impl Expressions {
                 self.children.extend([base, exponent]);
                 (Form::Power, here)
             }
-            ExprKind::Product(factors) => {
-                let here = self.factors.len();
-                length = push_list(&mut self.factors, factors, |n| Factor::new(false, n));
-                (Form::Product, here)
-            }
-            ExprKind::Sum(terms) => {
-                let here = self.terms.len();
-                length = push_list(&mut self.terms, terms, |n| Term::new(false, n));
-                (Form::Sum, here)
+            ExprKind::Product(members) | ExprKind::Sum(members) => {
+                let here = self.members.len();
+                length = push_list(&mut self.members, members, |n| Member::new(false, n));
+                (if matches!(expr.kind, ExprKind::Sum(_)) { Form::Sum } else { Form::Product }, here)
             }
             ExprKind::Call { function, arguments } => {
                 let function = self.push_name(function);
@@ -326,16 +300,8 @@ impl Expressions {
                 (Form::Vector, here)
             }
             ExprKind::Compare { operator, left, right } => {
-                self.children.extend([left, right]);
-                let form = match operator {
-                    Comparison::Equal => Form::Equal,
-                    Comparison::NotEqual => Form::NotEqual,
-                    Comparison::Less => Form::Less,
-                    Comparison::LessEqual => Form::LessEqual,
-                    Comparison::Greater => Form::Greater,
-                    Comparison::GreaterEqual => Form::GreaterEqual,
-                };
-                (form, here)
+                self.children.extend([left, right, ExprRef(operator as u32)]);
+                (Form::Compare, here)
             }
             ExprKind::Not(inner) => (Form::Not, inner.0 as usize),
             ExprKind::And(members) => {
@@ -358,8 +324,7 @@ impl Expressions {
             nodes: self.nodes.len(),
             texts: self.texts.ends.len(),
             children: self.children.len(),
-            terms: self.terms.len(),
-            factors: self.factors.len(),
+            members: self.members.len(),
             names: self.names.len(),
             indices: self.indices.len(),
         }
@@ -370,8 +335,7 @@ impl Expressions {
         self.nodes.truncate(mark.nodes);
         self.texts.back_to(mark.texts);
         self.children.truncate(mark.children);
-        self.terms.truncate(mark.terms);
-        self.factors.truncate(mark.factors);
+        self.members.truncate(mark.members);
         self.names.truncate(mark.names);
         self.indices.truncate(mark.indices);
     }
@@ -386,22 +350,9 @@ impl Expressions {
         self.nodes.shrink_to_fit();
         self.texts.finish();
         self.children.shrink_to_fit();
-        self.terms.shrink_to_fit();
-        self.factors.shrink_to_fit();
+        self.members.shrink_to_fit();
         self.names.shrink_to_fit();
         self.indices.shrink_to_fit();
-    }
-}
-
-impl PartialEq for Expressions {
-    fn eq(&self, other: &Self) -> bool {
-        self.iter().eq(other.iter())
-    }
-}
-
-impl Debug for Expressions {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.iter()).finish()
     }
 }
 
@@ -425,30 +376,6 @@ pub struct Units {
 }
 
 impl Units {
-    /// How many there are.
-    #[must_use]
-    pub fn len(&self) -> usize {
-        self.nodes.len()
-    }
-
-    /// Whether there are none.
-    #[must_use]
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty()
-    }
-
-    /// All of them, children before parents.
-    pub fn iter(&self) -> impl ExactSizeIterator<Item = Unit<'_>> + DoubleEndedIterator {
-        self.nodes.iter().map(|node| self.read(*node))
-    }
-
-    /// The unit of that number, if there is one.
-    #[must_use]
-    pub fn get(&self, at: UnitRef) -> Option<Unit<'_>> {
-        let node = self.nodes.get(at.0 as usize)?;
-        Some(self.read(*node))
-    }
-
     fn read(&self, (span, form): (Span, UnitForm)) -> Unit<'_> {
         let kind = match form {
             UnitForm::One => UnitKind::One,
@@ -487,18 +414,6 @@ impl Units {
         self.nodes.shrink_to_fit();
         self.texts.finish();
         self.factors.shrink_to_fit();
-    }
-}
-
-impl PartialEq for Units {
-    fn eq(&self, other: &Self) -> bool {
-        self.iter().eq(other.iter())
-    }
-}
-
-impl Debug for Units {
-    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        f.debug_list().entries(self.iter()).finish()
     }
 }
 

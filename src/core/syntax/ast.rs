@@ -244,10 +244,10 @@ pub enum ExprKind<'f> {
         exponent: ExprRef,
     },
     /// `a*b/c`: two or more factors, the first never a divisor.
-    Product(&'f [Factor]),
+    Product(&'f [Member]),
     /// `a + b - c`: two or more terms, the first never subtracted (`-a + b` starts with a
     /// [`ExprKind::Negate`]).
-    Sum(&'f [Term]),
+    Sum(&'f [Member]),
     /// `sin(x)`, `atan2(y, x)`, `rows(bonds)`
     Call {
         /// The function's name, not checked here.
@@ -281,70 +281,28 @@ pub enum ExprKind<'f> {
     Or(&'f [ExprRef]),
 }
 
-/// A factor of a product.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Factor(Member);
-
-impl Factor {
-    /// The factor `value`, with `/` before it if it is `divided`.
-    #[must_use]
-    pub const fn new(divided: bool, value: ExprRef) -> Self {
-        Self(Member::new(divided, value))
-    }
-
-    /// Whether `/` stands before it.
-    #[must_use]
-    pub const fn divided(self) -> bool {
-        self.0.inverted()
-    }
-
-    /// The factor.
-    #[must_use]
-    pub const fn value(self) -> ExprRef {
-        self.0.value()
-    }
-}
-
-/// A term of a sum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Term(Member);
-
-impl Term {
-    /// The term `value`, with `-` before it if it is `subtracted`.
-    #[must_use]
-    pub const fn new(subtracted: bool, value: ExprRef) -> Self {
-        Self(Member::new(subtracted, value))
-    }
-
-    /// Whether `-` stands before it.
-    #[must_use]
-    pub const fn subtracted(self) -> bool {
-        self.0.inverted()
-    }
-
-    /// The term.
-    #[must_use]
-    pub const fn value(self) -> ExprRef {
-        self.0.value()
-    }
-}
-
-/// A reference with the sign before it in the highest bit.
+/// A term of a sum or a factor of a product, with the sign before it: in the highest bit of the reference.
 #[derive(Clone, Copy, PartialEq, Eq)]
-struct Member(u32);
+pub struct Member(u32);
 
 impl Member {
     const INVERTED: u32 = 1 << 31;
 
-    const fn new(inverted: bool, value: ExprRef) -> Self {
+    /// The term or factor `value`, with `-` or `/` before it if it is `inverted`.
+    #[must_use]
+    pub const fn new(inverted: bool, value: ExprRef) -> Self {
         Self(if inverted { value.0 | Self::INVERTED } else { value.0 })
     }
 
-    const fn inverted(self) -> bool {
+    /// Whether `-` or `/` stands before it.
+    #[must_use]
+    pub const fn inverted(self) -> bool {
         self.0 & Self::INVERTED != 0
     }
 
-    const fn value(self) -> ExprRef {
+    /// The term or factor.
+    #[must_use]
+    pub const fn value(self) -> ExprRef {
         ExprRef(self.0 & !Self::INVERTED)
     }
 }
@@ -353,6 +311,11 @@ impl Debug for Member {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         write!(f, "{}{:?}", if self.inverted() { "inverted " } else { "" }, self.value())
     }
+}
+
+impl Comparison {
+    pub(super) const ALL: [Self; 6] =
+        [Self::Equal, Self::NotEqual, Self::Less, Self::LessEqual, Self::Greater, Self::GreaterEqual];
 }
 
 /// The comparisons of filters.

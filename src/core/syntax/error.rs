@@ -30,13 +30,11 @@ Error SyntaxError {
 
     /// A statement begins with a word that is none.
     #[error("there is no statement `{word}`")]
-    "E0002" UnknownStatement {
+    "E0002" UnknownStatement(span) {
         /// The word.
         word: String,
         /// The statement word probably meant.
         suggestion: Option<&'static str>,
-        /// The word's place.
-        span: Span,
     } => match suggestion {
         Some(word) => at(*span, "not a statement word").with_help(format!("write `{word}`")),
         None => at(*span, "a statement begins here").with_help(STATEMENTS),
@@ -44,13 +42,11 @@ Error SyntaxError {
 
     /// `m = 2` without `param` or another statement word before it.
     #[error("a statement word is missing before `{name}`")]
-    "E0003" MissingStatementWord {
+    "E0003" MissingStatementWord(span) {
         /// The name that stands in its place.
         name: String,
         /// The statement in full, where the one before it tells which word is meant.
         fix: Option<String>,
-        /// The name's place.
-        span: Span,
     } => at(*span, "a statement begins here").with_help(match fix {
         Some(fix) => format!("write `{fix}`"),
         None => format!(
@@ -60,31 +56,25 @@ Error SyntaxError {
 
     /// Something that can't begin a statement.
     #[error("a statement can't begin with {found}")]
-    "E0004" NoStatement {
+    "E0004" NoStatement(span) {
         /// What stands there.
         found: String,
-        /// The place.
-        span: Span,
     } => at(*span, "a statement begins here").with_help(STATEMENTS),
 
     /// A reserved word is declared.
     #[error("`{name}` can't be used as a name")]
-    "E0005" ReservedName {
+    "E0005" ReservedName(span) {
         /// The word.
         name: String,
         /// What it is: `is the time`.
         meaning: &'static str,
-        /// The place.
-        span: Span,
     } => at(*span, *meaning).with_help(format!("take another name, such as `{name}_0`")),
 
     /// A statement word inside an expression.
     #[error("`{word}` can't be used in an expression")]
-    "E0006" WordInExpression {
+    "E0006" WordInExpression(span) {
         /// The word.
         word: String,
-        /// The place.
-        span: Span,
     } => at(*span, "begins a statement").with_help(match word.as_str() {
         "T" | "V" => {
             "the energies are not names: give the common part a name with `let` and use that"
@@ -94,94 +84,72 @@ Error SyntaxError {
 
     /// Two operands without a sign between them.
     #[error("the multiplication sign is missing")]
-    "E0007" MissingMultiplication {
+    "E0007" MissingMultiplication(span) {
         /// The text left of the gap.
         left: String,
         /// The text right of it.
         right: String,
-        /// Both operands.
-        span: Span,
     } => at(*span, "two factors without an operator between them").with_help(format!("write `{left}*{right}`")),
 
     /// `3 4`
     #[error("two numbers side by side")]
-    "E0008" TwoNumbers {
-        /// Both.
-        span: Span,
-    } => at(*span, "nothing between them").with_help("write an operator or a comma between them"),
+    "E0008" TwoNumbers(span) =>
+        at(*span, "nothing between them").with_help("write an operator or a comma between them"),
 
     /// `sin x`
     #[error("the argument of `{function}` needs parentheses")]
-    "E0009" MissingParentheses {
+    "E0009" MissingParentheses(span) {
         /// The function.
         function: String,
         /// The argument, or its beginning.
         argument: String,
-        /// Both.
-        span: Span,
     } => at(*span, "a function without parentheses").with_help(format!("write `{function}({argument})`")),
 
     /// `np.cos(x)`, `v.norm()`
     #[error("a function has no prefix: `{function}`")]
-    "E0059" PrefixedFunction {
+    "E0059" PrefixedFunction(span) {
         /// The function with what stands before it.
         function: String,
         /// The call as the language has it.
         fix: String,
-        /// The function with what stands before it.
-        span: Span,
     } => at(*span, "a name and a point before a function").with_help(format!("write `{fix}`")),
 
     /// `sin^2(x)`
     #[error("the power of `{function}` is written after its argument")]
-    "E0010" FunctionPower {
+    "E0010" FunctionPower(span) {
         /// The function.
         function: String,
         /// The exponent.
         exponent: String,
-        /// From the function to the exponent.
-        span: Span,
     } => at(*span, "a power before the argument").with_help(format!("write `{function}(…)^{exponent}`")),
 
     /// `1.` or `.5`.
     #[error("a number needs digits on both sides of the point")]
-    "E0011" HalfNumber {
+    "E0011" HalfNumber(span) {
         /// The number in full.
         fix: String,
-        /// The place.
-        span: Span,
     } => at(*span, "not a complete number").with_help(format!("write `{fix}`")),
 
     /// `9,81`
     #[error("the decimal sign is a point, not a comma")]
-    "E0012" DecimalComma {
+    "E0012" DecimalComma(span) {
         /// The number with a point.
         fix: String,
-        /// The place.
-        span: Span,
     } => at(*span, "two numbers here").with_help(format!("write `{fix}`")),
 
     /// `+x`
     #[error("a plus sign needs something on its left")]
-    "E0013" UnaryPlus {
-        /// The sign.
-        span: Span,
-    } => at(*span, "positive numbers have no sign").with_help("remove the `+`"),
+    "E0013" UnaryPlus(span) => at(*span, "positive numbers have no sign").with_help("remove the `+`"),
 
     /// `**`
     #[error("`**` is not an operator")]
-    "E0014" DoubleStar {
-        /// The sign.
-        span: Span,
-    } => at(*span, "no such operator").with_help("a power is written `x^2`"),
+    "E0014" DoubleStar(span) => at(*span, "no such operator").with_help("a power is written `x^2`"),
 
     /// An operator without its right operand.
     #[error("something is missing after `{sign}`")]
-    "E0015" MissingOperand {
+    "E0015" MissingOperand(span) {
         /// The operator, comma or bracket.
         sign: String,
-        /// Its place.
-        span: Span,
         /// What stands there instead.
         found: Option<(String, Span)>,
     } => {
@@ -194,27 +162,21 @@ Error SyntaxError {
 
     /// An operator without its left operand.
     #[error("something is missing before `{sign}`")]
-    "E0016" MissingLeftOperand {
+    "E0016" MissingLeftOperand(span) {
         /// The operator.
         sign: String,
-        /// Its place.
-        span: Span,
     } => at(*span, format!("`{sign}` needs an operand on each side")),
 
     /// Nothing behind `=`.
     #[error("the value after `=` is missing")]
-    "E0017" MissingValue {
-        /// The `=`.
-        span: Span,
-    } => at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
+    "E0017" MissingValue(span) =>
+        at(*span, "nothing follows").with_help("write the value; a `param` may have none, but then no `=` either"),
 
     /// A statement that needs a right side has none.
     #[error("`{statement}` needs a right side: `= …`")]
-    "E0018" MissingRightSide {
+    "E0018" MissingRightSide(span) {
         /// The statement word.
         statement: &'static str,
-        /// The end of what is there.
-        span: Span,
     } => at(*span, "`= …` is missing here").with_help(match *statement {
         "constraint" => "a constraint is written `constraint EXPR = EXPR`",
         "T" | "V" | "lagrangian" | "dissipation" => "write `=` and the expression",
@@ -224,11 +186,9 @@ Error SyntaxError {
 
     /// Nothing where a statement expects an expression.
     #[error("an expression is missing after `{statement}`")]
-    "E0019" MissingExpression {
+    "E0019" MissingExpression(span) {
         /// The statement word.
         statement: &'static str,
-        /// Its place.
-        span: Span,
     } => at(*span, "nothing follows").with_help(match *statement {
         "period" => "write the period of the explicit time dependence: `period 2*pi/W`",
         _ => "a constraint is written `constraint EXPR = EXPR`",
@@ -236,13 +196,11 @@ Error SyntaxError {
 
     /// No name behind a word that needs one.
     #[error("a name is missing after `{statement}`")]
-    "E0020" MissingName {
+    "E0020" MissingName(span) {
         /// The statement word.
         statement: &'static str,
         /// What stands there instead, or the end.
         found: String,
-        /// The place.
-        span: Span,
     } => at(*span, format!("{found} instead of a name")).with_help(match *statement {
         "model" => {
             "write `model NAME`; a name is a letter or `_`, then letters, digits and `_`, without quotes"
@@ -252,20 +210,16 @@ Error SyntaxError {
 
     /// `param m = 1, k = 2`
     #[error("`{statement}` gives one value")]
-    "E0021" SeveralValues {
+    "E0021" SeveralValues(span) {
         /// The statement word.
         statement: &'static str,
-        /// The comma.
-        span: Span,
     } => at(*span, "a second value").with_help("write a statement for each name"),
 
     /// `T : J = …`
     #[error("`{statement}` takes no unit")]
-    "E0022" MisplacedUnit {
+    "E0022" MisplacedUnit(span) {
         /// The statement word.
         statement: &'static str,
-        /// The colon.
-        span: Span,
     } => at(*span, "begins a unit").with_help(match *statement {
         "T" | "V" | "lagrangian" => "remove it: this is an energy",
         "dissipation" => "remove it: this is a power",
@@ -274,20 +228,16 @@ Error SyntaxError {
 
     /// `x[i 1..n]`
     #[error("`in` is missing")]
-    "E0023" IndexWithoutIn {
+    "E0023" IndexWithoutIn(span) {
         /// The index's name.
         name: String,
-        /// From the name to what follows.
-        span: Span,
     } => at(*span, "an index and its range without a word between them").with_help(format!("write `{name} in 1..n`")),
 
     /// Two names where one belongs.
     #[error("`{statement}` takes one name")]
-    "E0024" SeveralNames {
+    "E0024" SeveralNames(span) {
         /// The statement word.
         statement: &'static str,
-        /// The second name.
-        span: Span,
     } => at(*span, "a second name").with_help(match *statement {
         "model" => "a model's name is one word; join words with `_`",
         _ => "write a statement for each name",
@@ -295,9 +245,7 @@ Error SyntaxError {
 
     /// `coord x y`
     #[error("a comma is missing between the names")]
-    "E0025" MissingComma {
-        /// From the first to the second name.
-        span: Span,
+    "E0025" MissingComma(span) {
         /// The first name.
         left: String,
         /// The second name.
@@ -306,23 +254,15 @@ Error SyntaxError {
 
     /// `=` inside a condition.
     #[error("a comparison is written `==`")]
-    "E0026" EqualsForComparison {
-        /// The `=`.
-        span: Span,
-    } => at(*span, "gives a value").with_help("write `==`"),
+    "E0026" EqualsForComparison(span) => at(*span, "gives a value").with_help("write `==`"),
 
     /// `==` where a value is given.
     #[error("a value is given with a single `=`")]
-    "E0027" ComparisonForEquals {
-        /// The `==`.
-        span: Span,
-    } => at(*span, "compares two values").with_help("write `=`"),
+    "E0027" ComparisonForEquals(span) => at(*span, "compares two values").with_help("write `=`"),
 
     /// `:=`, or a colon without a unit.
     #[error("a unit is missing after the colon")]
-    "E0028" MissingUnit {
-        /// The colon.
-        span: Span,
+    "E0028" MissingUnit(span) {
         /// Whether `=` follows at once.
         assignment: bool,
     } => if *assignment {
@@ -335,32 +275,21 @@ Error SyntaxError {
 
     /// A second `=`.
     #[error("a second `=` in one statement")]
-    "E0029" SecondEquals {
-        /// The second one.
-        span: Span,
-    } => at(*span, "the statement has its `=` already").with_help("if a new statement begins here, its first word is missing"),
+    "E0029" SecondEquals(span) => at(*span, "the statement has its `=` already").with_help("if a new statement begins here, its first word is missing"),
 
     /// `coord x = 1`
     #[error("a coordinate has no value of its own")]
-    "E0030" CoordinateValue {
-        /// The `=`.
-        span: Span,
-    } => at(*span, "gives a value").with_help("`equilibrium NAME = …` gives its equilibrium, `guess NAME = …` the start of the search for it"),
+    "E0030" CoordinateValue(span) => at(*span, "gives a value").with_help("`equilibrium NAME = …` gives its equilibrium, `guess NAME = …` the start of the search for it"),
 
     /// `param f(x) = …`
     #[error("functions can't be defined")]
-    "E0031" FunctionDefinition {
-        /// The bracket behind the name.
-        span: Span,
-    } => at(*span, "no argument is allowed here").with_help("a family has square brackets: `let f[i in 1..n] = …`; other names are used directly in the expression"),
+    "E0031" FunctionDefinition(span) => at(*span, "no argument is allowed here").with_help("a family has square brackets: `let f[i in 1..n] = …`; other names are used directly in the expression"),
 
     /// `period = …`, `model = …`
     #[error("`{statement}` is written without `=`")]
-    "E0032" NeedlessEquals {
+    "E0032" NeedlessEquals(span) {
         /// The statement word.
         statement: &'static str,
-        /// The `=`.
-        span: Span,
     } => at(*span, "not needed").with_help(match *statement {
         "period" => "write `period EXPR`",
         "model" => "write `model NAME`",
@@ -381,46 +310,38 @@ Error SyntaxError {
 
     /// A closing bracket without an opening one.
     #[error("there is no bracket that `{bracket}` closes")]
-    "E0034" StrayBracket {
+    "E0034" StrayBracket(span) {
         /// The bracket.
         bracket: char,
-        /// Its place.
-        span: Span,
     } => at(*span, "no bracket is open here").with_help("remove it, or open a bracket before it"),
 
     /// `(…]`
     #[error("`{close}` closes `{bracket}`")]
-    "E0035" MismatchedBracket {
+    "E0035" MismatchedBracket(span) {
         /// The opening bracket.
         bracket: char,
         /// Its place.
         open: Span,
         /// The closing bracket.
         close: char,
-        /// Its place.
-        span: Span,
     } => at(*span, format!("`{}` expected", partner(*bracket))).with_secondary(*open, "opened here"),
 
     /// Brackets, signs or powers within each other beyond the limit.
     #[error("this is nested too deeply: more than {most} levels")]
-    "E0036" NestingTooDeep {
+    "E0036" NestingTooDeep(span) {
         /// The deepest level read.
         most: usize,
-        /// Where it is exceeded.
-        span: Span,
     } => at(*span, "one level too many").with_help("name a part of the expression with `let`"),
 
     /// A character the language has no use for.
     #[error("`{character}` has no meaning here")]
-    "E0037" IllegalCharacter {
+    "E0037" IllegalCharacter(span) {
         /// The character or a run of them.
         character: String,
         /// What to write instead.
         hint: Option<&'static str>,
         /// A rewriting that depends on the character, such as `^2`.
         fix: Option<String>,
-        /// The place.
-        span: Span,
     } => at(*span, "not a character of the language").or_help(match fix {
         Some(fix) => Some(format!("write `{fix}`")),
         None => hint.map(str::to_owned),
@@ -428,18 +349,13 @@ Error SyntaxError {
 
     /// A quote without its partner.
     #[error("the closing quote is missing")]
-    "E0038" OpenText {
-        /// From the quote to the end of the line.
-        span: Span,
-    } => at(*span, "opened here, not closed on this line").with_help("end the text with `\"`"),
+    "E0038" OpenText(span) => at(*span, "opened here, not closed on this line").with_help("end the text with `\"`"),
 
     /// Quoted text where none belongs.
     #[error("text in quotes is allowed only after `table NAME =`")]
-    "E0039" MisplacedText {
+    "E0039" MisplacedText(span) {
         /// The number within the quotes, if it is one.
         number: Option<String>,
-        /// The text.
-        span: Span,
     } => at(*span, "not a value").with_help(match number {
         Some(number) => format!("numbers are written without quotes: `{number}`"),
         None => "names and numbers are written without quotes".to_owned(),
@@ -447,9 +363,7 @@ Error SyntaxError {
 
     /// `;` within brackets.
     #[error("a semicolon is not allowed inside brackets")]
-    "E0040" SemicolonInBrackets {
-        /// The semicolon.
-        span: Span,
+    "E0040" SemicolonInBrackets(span) {
         /// The bracket around it.
         open: Span,
     } => at(*span, "ends a statement")
@@ -458,78 +372,54 @@ Error SyntaxError {
 
     /// `±` where no parameter gets its value.
     #[error("an uncertainty is not allowed here")]
-    "E0041" MisplacedUncertainty {
-        /// The sign.
-        span: Span,
-    } => at(*span, "not after the value of a parameter").with_help("only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"),
+    "E0041" MisplacedUncertainty(span) => at(*span, "not after the value of a parameter").with_help("only a parameter has an uncertainty, once, after its whole value: `param g = 9.81 ± 0.01`"),
 
     /// A comparison outside of a filter.
     #[error("a condition is allowed only after `where`")]
-    "E0042" ConditionOutsideFilter {
-        /// The operator.
-        span: Span,
-    } => at(*span, "a condition has no value").with_help("select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
+    "E0042" ConditionOutsideFilter(span) => at(*span, "a condition has no value").with_help("select terms of a sum with a filter: `sum(i in 1..n where i != 2, …)`"),
 
     /// `1 < i < n`
     #[error("comparisons can't be chained")]
-    "E0043" ChainedComparison {
+    "E0043" ChainedComparison(span) {
         /// The first comparison.
         first: Span,
-        /// The second operator.
-        span: Span,
     } => at(*span, "a second comparison")
         .with_secondary(*first, "compared already")
         .with_help("join two comparisons with `and`: `1 < i and i < n`"),
 
     /// `i in 1..3, where …`
     #[error("no comma belongs before `where`")]
-    "E0044" CommaBeforeWhere {
-        /// The comma.
-        span: Span,
-    } => at(*span, "another index would follow").with_help("the condition follows the last index directly: `i in 1..n where i != 2`"),
+    "E0044" CommaBeforeWhere(span) => at(*span, "another index would follow").with_help("the condition follows the last index directly: `i in 1..n where i != 2`"),
 
     /// `not` where no condition begins.
     #[error("`not` can only begin a condition")]
-    "E0045" MisplacedNot {
-        /// The word.
-        span: Span,
-    } => at(*span, "no condition begins here").with_help("put the condition in parentheses: `not (…)`"),
+    "E0045" MisplacedNot(span) =>
+        at(*span, "no condition begins here").with_help("put the condition in parentheses: `not (…)`"),
 
     /// `..` outside of indices.
     #[error("a range is not allowed here")]
-    "E0046" MisplacedRange {
-        /// The `..`.
-        span: Span,
-    } => at(*span, "ranges are allowed only in indices").with_help("add up the members with `sum(i in 1..n, …)`"),
+    "E0046" MisplacedRange(span) =>
+        at(*span, "ranges are allowed only in indices").with_help("add up the members with `sum(i in 1..n, …)`"),
 
     /// An index with `in` but neither a range nor a table behind it.
     #[error("a range needs two ends")]
-    "E0047" HalfRange {
-        /// What stands behind `in`.
-        span: Span,
-    } => at(*span, "only one end").with_help("write `i in 1..n`, or `b in TABLE` for the rows of a table"),
+    "E0047" HalfRange(span) =>
+        at(*span, "only one end").with_help("write `i in 1..n`, or `b in TABLE` for the rows of a table"),
 
     /// `sum(x)`, `sum(1..3, x)`, `sum(i=1..3, x)`
     #[error("`sum` needs an index: `sum(i in 1..n, …)`")]
-    "E0048" SumWithoutIndex {
-        /// What stands there.
-        span: Span,
-    } => at(*span, "no index with `in`").with_help("write `sum(i in 1..n, …)`, or `sum(b in TABLE, …)` for the rows of a table"),
+    "E0048" SumWithoutIndex(span) => at(*span, "no index with `in`").with_help("write `sum(i in 1..n, …)`, or `sum(b in TABLE, …)` for the rows of a table"),
 
     /// `sum(i in 1..n)`
     #[error("nothing is summed here")]
-    "E0049" SumWithoutBody {
-        /// The closing bracket.
-        span: Span,
-    } => at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
+    "E0049" SumWithoutBody(span) =>
+        at(*span, "only indices before it").with_help("write the summand after a comma: `sum(i in 1..n, x[i])`"),
 
     /// `2'` or `2[1]`
     #[error("a number can't be followed by `{sign}`")]
-    "E0050" PostfixOnNumber {
+    "E0050" PostfixOnNumber(span) {
         /// The sign.
         sign: String,
-        /// Its place.
-        span: Span,
     } => at(*span, "not after a number").with_help(match sign.as_str() {
         "'" => "the derivative of a number is 0",
         _ => "only names, function values, vectors and parentheses have members",
@@ -537,11 +427,9 @@ Error SyntaxError {
 
     /// `param x' = 1`
     #[error("a prime is not allowed here")]
-    "E0051" MisplacedRate {
+    "E0051" MisplacedRate(span) {
         /// The statement word.
         statement: &'static str,
-        /// The prime.
-        span: Span,
     } => match *statement {
         "equilibrium" | "guess" => at(*span, "not here").with_help(format!(
             "a rate has one prime, after the brackets if there are any: `{statement} x[1]' = …`"
@@ -553,11 +441,9 @@ Error SyntaxError {
 
     /// `param g = 9.81 : m/s^2`, `param l = 30 cm`
     #[error("the unit belongs after the name")]
-    "E0052" UnitBehindValue {
+    "E0052" UnitBehindValue(span) {
         /// The statement with the unit where it belongs, if it is short.
         fix: Option<String>,
-        /// The colon, or the unit.
-        span: Span,
     } => at(*span, "after the value").with_help(format!(
         "write `{}`",
         fix.as_deref().unwrap_or("NAME : UNIT = VALUE")
@@ -565,50 +451,35 @@ Error SyntaxError {
 
     /// Something in a unit that is no part of one.
     #[error("this is not a unit")]
-    "E0053" BadUnit {
-        /// The place.
-        span: Span,
-    } => at(*span, "not part of a unit").with_help("a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number"),
+    "E0053" BadUnit(span) => at(*span, "not part of a unit").with_help("a unit is made of names, `*`, `/`, `^` and parentheses: `kg*m/s^2`; `1` for a pure number"),
 
     /// An exponent of a unit that is not a fraction of small integers.
     #[error("the exponent of a unit is an integer or a fraction in parentheses")]
-    "E0054" UnitExponent {
-        /// The exponent.
-        span: Span,
-    } => at(*span, "not such an exponent").with_help("write `m^2`, `s^-1` or `m^(1/2)`"),
+    "E0054" UnitExponent(span) => at(*span, "not such an exponent").with_help("write `m^2`, `s^-1` or `m^(1/2)`"),
 
     /// A name with a hyphen: `model double-pendulum`
     #[error("a name has no hyphens, points or blanks")]
-    "E0055" BrokenName {
+    "E0055" BrokenName(span) {
         /// The name with underscores.
         fix: String,
-        /// The place.
-        span: Span,
     } => at(*span, "not one name").with_help(format!("write `{fix}`")),
 
     /// A point without a column behind it.
     #[error("the name of a column is missing after the point")]
-    "E0056" MissingColumn {
-        /// The point.
-        span: Span,
-    } => at(*span, "nothing follows").with_help("write a column of the table: `b.k`; a range has two points: `1..n`"),
+    "E0056" MissingColumn(span) =>
+        at(*span, "nothing follows").with_help("write a column of the table: `b.k`; a range has two points: `1..n`"),
 
     /// `table NAME` without a path in quotes.
     #[error("`table` needs the path of a CSV file in quotes")]
-    "E0057" MissingPath {
-        /// What stands there instead.
-        span: Span,
-    } => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
+    "E0057" MissingPath(span) => at(*span, "no text in quotes").with_help("write `table NAME = \"file.csv\"`"),
 
     /// Anything else.
     #[error("{found} is not allowed here")]
-    "E0058" Unexpected {
+    "E0058" Unexpected(span) {
         /// What stands there.
         found: String,
         /// What could stand there, in plain words.
         expected: Vec<&'static str>,
-        /// The place.
-        span: Span,
     } => at(*span, match expected.as_slice() {
         [] => String::new(),
         [one] => format!("expected {one}"),

@@ -116,17 +116,6 @@ fn rule_in_words(rule: Rule) -> Option<&'static str> {
         | Rule::period_word
         | Rule::table_word => Some("the next statement"),
         // What may always follow an operand is not worth saying.
-        Rule::postfix
-        | Rule::prime
-        | Rule::subscript
-        | Rule::field
-        | Rule::arguments
-        | Rule::rate
-        | Rule::sum_word
-        | Rule::letter
-        | Rule::word_rest
-        | Rule::keyword
-        | Rule::WHITESPACE
-        | Rule::COMMENT => None,
+        _ => None,
     }
 }

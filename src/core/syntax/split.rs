@@ -108,16 +108,7 @@ pub(super) fn expects_operand(kind: TokenKind, text: &str) -> bool {
         | TokenKind::Range
         | TokenKind::Open => true,
         TokenKind::Word => words::is_connective(text),
-        TokenKind::Comment
-        | TokenKind::Number
-        | TokenKind::HalfNumber
-        | TokenKind::Text
-        | TokenKind::OpenText
-        | TokenKind::Close
-        | TokenKind::Prime
-        | TokenKind::Dot
-        | TokenKind::Semicolon
-        | TokenKind::Illegal => false,
+        _ => false,
     }
 }
 
@@ -233,26 +224,7 @@ impl<'s> Splitter<'s> {
                 };
                 Some(SyntaxError::IllegalCharacter { character: shown(text), hint, fix, span })
             }
-            TokenKind::Comment
-            | TokenKind::Word
-            | TokenKind::Number
-            | TokenKind::Text
-            | TokenKind::Open
-            | TokenKind::Close
-            | TokenKind::Prime
-            | TokenKind::Dot
-            | TokenKind::Range
-            | TokenKind::Comma
-            | TokenKind::Colon
-            | TokenKind::Semicolon
-            | TokenKind::Plus
-            | TokenKind::Minus
-            | TokenKind::Star
-            | TokenKind::Slash
-            | TokenKind::Caret
-            | TokenKind::Equals
-            | TokenKind::Comparison
-            | TokenKind::PlusMinus => None,
+            _ => None,
         }
     }
 
@@ -369,12 +341,7 @@ impl<'s> Splitter<'s> {
                     self.report(SyntaxError::SemicolonInBrackets { span: token.span(), open });
                 }
             }
-            TokenKind::Comment
-            | TokenKind::Number
-            | TokenKind::HalfNumber
-            | TokenKind::Text
-            | TokenKind::OpenText
-            | TokenKind::Illegal => {}
+            _ => {}
         }
     }
 

@@ -9,78 +9,43 @@ use super::ast::{Binding, ExprKind, ExprRef, File, IndexKind, Indices, Name, Sta
 impl StatementKind {
     /// The name with its value that a statement gives, if it is of that form.
     pub(crate) fn binding(&self) -> Option<&Binding> {
-        match self {
-            Self::Param(binding)
-            | Self::Let(binding)
-            | Self::Guess { binding, .. }
-            | Self::Equilibrium { binding, .. } => Some(binding),
-            Self::Model { .. }
-            | Self::Coord { .. }
-            | Self::Kinetic(_)
-            | Self::Potential(_)
-            | Self::Lagrangian(_)
-            | Self::Dissipation(_)
-            | Self::Constraint { .. }
-            | Self::Period(_)
-            | Self::Table { .. } => None,
+        if let Self::Param(binding)
+        | Self::Let(binding)
+        | Self::Guess { binding, .. }
+        | Self::Equilibrium { binding, .. } = self
+        {
+            return Some(binding);
         }
+        None
     }
 
     /// The energy that a statement gives, or the dissipation function.
     pub(crate) fn energy(&self) -> Option<ExprRef> {
-        match self {
-            Self::Kinetic(value) | Self::Potential(value) | Self::Lagrangian(value) | Self::Dissipation(value) => {
-                Some(*value)
-            }
-            Self::Model { .. }
-            | Self::Param(_)
-            | Self::Coord { .. }
-            | Self::Let(_)
-            | Self::Constraint { .. }
-            | Self::Guess { .. }
-            | Self::Equilibrium { .. }
-            | Self::Period(_)
-            | Self::Table { .. } => None,
+        if let Self::Kinetic(value) | Self::Potential(value) | Self::Lagrangian(value) | Self::Dissipation(value) = self
+        {
+            return Some(*value);
         }
+        None
     }
 
     /// The names that a statement declares.
     pub(crate) fn declared(&self) -> Vec<&Name> {
-        match self {
-            Self::Coord { declarations } => declarations.iter().map(|one| &one.name).collect(),
-            Self::Table { name, .. } => vec![name],
-            Self::Param(binding) | Self::Let(binding) => vec![&binding.name],
-            Self::Model { .. }
-            | Self::Kinetic(_)
-            | Self::Potential(_)
-            | Self::Lagrangian(_)
-            | Self::Dissipation(_)
-            | Self::Constraint { .. }
-            | Self::Guess { .. }
-            | Self::Equilibrium { .. }
-            | Self::Period(_) => Vec::new(),
+        if let Self::Coord { declarations } = self {
+            return declarations.iter().map(|one| &one.name).collect();
         }
+        if let Self::Table { name, .. } | Self::Param(Binding { name, .. }) | Self::Let(Binding { name, .. }) = self {
+            return vec![name];
+        }
+        Vec::new()
     }
 
     /// The indices in brackets behind its names.
     pub(crate) fn indices(&self) -> impl Iterator<Item = &Indices> {
-        let (own, declared) = match self {
-            Self::Coord { declarations } => (None, declarations.as_slice()),
-            Self::Constraint { indices, .. } => (indices.as_deref(), [].as_slice()),
-            Self::Param(binding)
-            | Self::Let(binding)
-            | Self::Guess { binding, .. }
-            | Self::Equilibrium { binding, .. } => (binding.indices.as_deref(), [].as_slice()),
-            Self::Model { .. }
-            | Self::Kinetic(_)
-            | Self::Potential(_)
-            | Self::Lagrangian(_)
-            | Self::Dissipation(_)
-            | Self::Period(_)
-            | Self::Table { .. } => (None, [].as_slice()),
-        };
-        let declared = declared.iter().filter_map(|one| one.indices.as_deref());
-        own.into_iter().chain(declared)
+        let own = self.binding().map(|binding| &binding.indices);
+        let tied = if let Self::Constraint { indices, .. } = self { Some(indices) } else { None };
+        let declared = if let Self::Coord { declarations } = self { declarations.as_slice() } else { &[] };
+        let declared = declared.iter().map(|one| &one.indices);
+        own.into_iter().chain(tied).chain(declared).filter_map(Option::as_deref)
     }
 }
 

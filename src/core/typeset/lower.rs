@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::symbol::Subscript;
 use super::{Formula, Sign, Symbol};
-use crate::syntax::{Comparison, ExprKind, ExprRef, Factor, File, IndexKind, Indices, StatementKind, Term, parse};
+use crate::syntax::{Comparison, ExprKind, ExprRef, File, IndexKind, Indices, Member, StatementKind, parse};
 
 /// What the names of an expression stand for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -152,22 +152,22 @@ impl Notation {
         }
     }
 
-    fn sum(&self, file: &File, terms: &[Term]) -> Formula {
+    fn sum(&self, file: &File, terms: &[Member]) -> Formula {
         let mut parts = Vec::with_capacity(terms.len());
         for one in terms {
             let (negative, formula) = signed(self.formula(file, one.value()));
-            parts.push((negative != one.subtracted(), term(formula)));
+            parts.push((negative != one.inverted(), term(formula)));
         }
         Formula::Sum(parts)
     }
 
-    fn product(&self, file: &File, factors: &[Factor]) -> Formula {
+    fn product(&self, file: &File, factors: &[Member]) -> Formula {
         let mut numbers = Vec::new();
         let (mut above, mut below) = (Vec::new(), Vec::new());
         let mut rest = factors;
         // `1/2*...` keeps its fraction to itself where nothing else stands below.
         if let [first, second, others @ ..] = factors
-            && second.divided()
+            && second.inverted()
             && let (Some(a), Some(b)) = (literal(file, first.value()), literal(file, second.value()))
         {
             numbers = vec![Formula::Number(a), Formula::Number(b)];
@@ -177,7 +177,7 @@ impl Notation {
         for factor in rest {
             let (minus, formula) = signed(self.formula(file, factor.value()));
             negative ^= minus;
-            if factor.divided() {
+            if factor.inverted() {
                 below.push(formula);
             } else {
                 above.push(formula);

@@ -4,7 +4,6 @@ use librate_core::diagnostic::{at, nowhere};
 use librate_core::linearize::LinearizeError;
 use librate_core::mistakes;
 use librate_core::model::Feature;
-use librate_core::span::Span;
 
 /// That a feature is not covered, and a way round it.
 fn words(feature: Feature) -> [&'static str; 2] {
@@ -34,30 +33,22 @@ mistakes! {
 Error AmplitudeError {
     /// Something without periodic motions, or that is not covered.
     #[error("{}", words(*feature)[0])]
-    "E0801" Unsupported {
+    "E0801" Unsupported(span) {
         /// What.
         feature: Feature,
-        /// Where.
-        span: Span,
     } => {
         at(*span, feature.label()).with_help(words(*feature)[1])
     },
 
     /// Terms linear in the velocities that are no total derivative by the time.
     #[error("terms linear in the velocities act on the motion: it has gyroscopic forces")]
-    "E0802" Gyroscopic {
-        /// The first such term.
-        span: Span,
-    } => at(*span, "linear in the velocities").with_help(
+    "E0802" Gyroscopic(span) => at(*span, "linear in the velocities").with_help(
         "the change of frequencies with the amplitude is computed for L = T - V with T quadratic in the velocities",
     ),
 
     /// A Lagrangian that is no quadratic polynomial in the velocities.
     #[error("the energies are not quadratic in the velocities")]
-    "E0803" NotQuadratic {
-        /// The term.
-        span: Span,
-    } => at(*span, "not quadratic in the velocities").with_help(
+    "E0803" NotQuadratic(span) => at(*span, "not quadratic in the velocities").with_help(
         "the change of frequencies with the amplitude is computed for L = T - V with T quadratic in the velocities",
     ),
 

@@ -88,7 +88,7 @@ impl Reader {
                 let mut parts = Vec::with_capacity(factors.len());
                 for factor in factors {
                     let value = self.value(pool, file, factor.value())?;
-                    let exponent = if factor.divided() { Number::MINUS_ONE } else { Number::ONE };
+                    let exponent = if factor.inverted() { Number::MINUS_ONE } else { Number::ONE };
                     parts.push((value, exponent));
                 }
                 Ok(pool.product_of_powers(&parts))
@@ -97,7 +97,7 @@ impl Reader {
                 let mut parts = Vec::with_capacity(terms.len());
                 for term in terms {
                     let value = self.value(pool, file, term.value())?;
-                    let sign = if term.subtracted() { Number::MINUS_ONE } else { Number::ONE };
+                    let sign = if term.inverted() { Number::MINUS_ONE } else { Number::ONE };
                     parts.push((value, sign));
                 }
                 Ok(pool.linear(&parts))

@@ -24,11 +24,9 @@ Error FloquetError {
 
     /// The time occurs, but no period is given.
     #[error("this model depends on the time, but its period is not given")]
-    "E0702" NoPeriod {
+    "E0702" NoPeriod(span) {
         /// A period that may be meant, as an expression.
         suggestion: Option<String>,
-        /// Where the time occurs.
-        span: Span,
     } => {
         let help = match suggestion {
             Some(period) => format!("write `period {period}`"),
@@ -39,11 +37,9 @@ Error FloquetError {
 
     /// The model at t and at t + period differs.
     #[error("this is not a period: the equations of motion at t = {time} and a period later differ")]
-    "E0703" NotAPeriod {
+    "E0703" NotAPeriod(span) {
         /// A time at which they differ.
         time: String,
-        /// Where the period is given.
-        span: Span,
         /// Where the time occurs.
         energy: Span,
     } => at(*span, "given here")
@@ -52,23 +48,19 @@ Error FloquetError {
 
     /// A period that is no positive number.
     #[error("the period is {value}, but must be a positive number")]
-    "E0704" PeriodNotPositive {
+    "E0704" PeriodNotPositive(span) {
         /// What it is.
         value: String,
-        /// Where it is given.
-        span: Span,
     } => at(*span, "given here")
         .with_help("the period is a time, like 2*pi/W"),
 
     /// A given equilibrium on which a force acts at some time.
     #[error("this is not an equilibrium at all times: a force {force} acts on `{coordinate}`")]
-    "E0705" EquilibriumMoves {
+    "E0705" EquilibriumMoves(span) {
         /// The coordinate.
         coordinate: String,
         /// The force, as an expression.
         force: String,
-        /// Where the equilibrium is given.
-        span: Span,
         /// Where the time occurs.
         energy: Span,
     } => at(*span, "given here")
@@ -77,41 +69,32 @@ Error FloquetError {
 
     /// The search for a periodic motion led nowhere.
     #[error("no periodic motion was found: {reason}")]
-    "E0706" NoPeriodicMotion {
+    "E0706" NoPeriodicMotion(span) {
         /// Where the search ended.
         reason: String,
-        /// Where the time occurs.
-        span: Span,
     } => at(*span, "contains the time")
         .with_help("give a point near the motion, and its velocity there at t = 0, with `guess x` and `guess x'`, or an equilibrium that holds at all times with `equilibrium`"),
 
     /// A motion that could not be followed over a period.
     #[error("the equations of motion could not be integrated beyond t = {time}")]
-    "E0707" Singular {
+    "E0707" Singular(span) {
         /// How far they were followed.
         time: String,
-        /// Where the time occurs.
-        span: Span,
     } => at(*span, "contains the time").with_help(
         "is there a division by zero, a root of a negative number, or an inertia 0 along the motion? Check the values of the parameters",
     ),
 
     /// Equations that have no value.
     #[error("the equations of motion are not defined")]
-    "E0708" NotDefined {
-        /// Where the time occurs.
-        span: Span,
-    } => at(*span, "contains the time").with_help(
+    "E0708" NotDefined(span) => at(*span, "contains the time").with_help(
         "every coordinate needs a kinetic energy of its own; is a term of T missing, or is there a division by zero?",
     ),
 
     /// A feature of the language that multipliers do not cover.
     #[error("multipliers are not computed for models with {what}")]
-    "E0709" Unsupported {
+    "E0709" Unsupported(span) {
         /// Which, in words.
         what: &'static str,
-        /// Where.
-        span: Span,
     } => at(*span, "")
         .with_help("choose coordinates that satisfy the constraints identically, and write driven rotations with `t`"),
 
@@ -129,13 +112,11 @@ Error FloquetError {
     #[error(
         "the period, {period}, is too long for this motion, which would take more than {steps} steps"
     )]
-    "E0711" TooLong {
+    "E0711" TooLong(span) {
         /// The period.
         period: String,
         /// How many steps are made at most.
         steps: usize,
-        /// Where the period is given.
-        span: Span,
         /// Where the time occurs.
         energy: Span,
     } => at(*span, "given here")

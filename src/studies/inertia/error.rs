@@ -28,11 +28,9 @@ Error InertiaError {
 
     /// A tensor whose parameter has no value.
     #[error("the tensor `{tensor}` needs a value for the parameter `{parameter}`")]
-    "E0402" MissingValue {
+    "E0402" MissingValue(span) {
         /// The tensor.
         tensor: String,
-        /// Where it stands.
-        span: Span,
         /// The parameter.
         parameter: String,
         /// Where that is declared.
@@ -45,11 +43,9 @@ Error InertiaError {
 
     /// An entry of a tensor that is no number.
     #[error("entry ({row}, {column}) of the tensor `{tensor}` is not a finite number")]
-    "E0403" NotANumberEntry {
+    "E0403" NotANumberEntry(span) {
         /// The tensor.
         tensor: String,
-        /// Where it stands.
-        span: Span,
         /// The row, from 1.
         row: usize,
         /// The column, from 1.

@@ -14,11 +14,9 @@ mistakes! {
 Warning Warning {
     /// Moments that break the triangle inequality, or a negative one.
     #[error("no body can have {}: {why}", described(.name))]
-    "W0201" ImpossibleTensor {
+    "W0201" ImpossibleTensor(span) {
         /// The tensor; empty if it has no name.
         name: String,
-        /// Where it stands.
-        span: Span,
         /// Where it is used as one, if anywhere.
         rotational: Option<Span>,
         /// Which rule its moments break.

@@ -46,22 +46,18 @@ Error PeriodError {
 
     /// Something that the energy is not conserved with, or that is not covered.
     #[error("{}", words(*feature)[0])]
-    "E0502" Unsupported {
+    "E0502" Unsupported(span) {
         /// What.
         feature: Feature,
-        /// Where.
-        span: Span,
     } => {
         at(*span, feature.label()).with_help(words(*feature)[1])
     },
 
     /// A kinetic energy that is no quadratic polynomial in the velocity.
     #[error("the kinetic energy is not quadratic in the velocity of `{coordinate}`")]
-    "E0503" NotQuadratic {
+    "E0503" NotQuadratic(span) {
         /// The coordinate.
         coordinate: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "this coordinate").with_help(
         "T must be 1/2*M(q)*q'^2, possibly with terms linear in q' and without q'",
     ),
@@ -170,23 +166,19 @@ Error PeriodError {
 
     /// A mass that is negative on the way.
     #[error("the inertia of `{coordinate}` is negative at {coordinate} = {place}")]
-    "E0511" NegativeMass {
+    "E0511" NegativeMass(span) {
         /// The coordinate.
         coordinate: String,
         /// The place.
         place: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "declared here")
         .with_help("a kinetic energy can't be negative; is a sign in T wrong?"),
 
     /// No kinetic energy.
     #[error("the coordinate `{coordinate}` has no inertia")]
-    "E0513" NoInertia {
+    "E0513" NoInertia(span) {
         /// The coordinate.
         coordinate: String,
-        /// Where it is declared.
-        span: Span,
     } => at(*span, "its velocity does not occur squared in T")
         .with_help("a coordinate needs a kinetic energy; is a term of T missing?"),
 

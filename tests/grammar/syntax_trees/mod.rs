@@ -211,13 +211,13 @@ impl Planter {
                 self.push(ExprKind::Power { base, exponent })
             }
             Tree::Product(list) => {
-                let factors: Vec<Factor> =
-                    list.iter().map(|(divided, tree)| Factor::new(*divided, self.tree(tree))).collect();
+                let factors: Vec<Member> =
+                    list.iter().map(|(divided, tree)| Member::new(*divided, self.tree(tree))).collect();
                 self.push(ExprKind::Product(&factors))
             }
             Tree::Sum(list) => {
-                let terms: Vec<Term> =
-                    list.iter().map(|(subtracted, tree)| Term::new(*subtracted, self.tree(tree))).collect();
+                let terms: Vec<Member> =
+                    list.iter().map(|(subtracted, tree)| Member::new(*subtracted, self.tree(tree))).collect();
                 self.push(ExprKind::Sum(&terms))
             }
             Tree::Call(function, list) => {

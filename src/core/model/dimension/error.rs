@@ -23,11 +23,9 @@ mistakes! {
 Error DimensionError {
     /// Terms of a sum that are different kinds of quantity.
     #[error("the dimensions of a sum differ: {found} can't be added to {other}")]
-    "E0201" UnlikeTerms {
+    "E0201" UnlikeTerms(span) {
         /// The odd term.
         found: Dimension,
-        /// Where it stands.
-        span: Span,
         /// What the other terms are.
         other: Dimension,
         /// One of them.
@@ -43,15 +41,13 @@ Error DimensionError {
 
     /// A term of an energy that is none.
     #[error("the dimensions of `{what}` don't fit: it is {wanted}, but this is {found}")]
-    "E0202" WrongEnergy {
+    "E0202" WrongEnergy(span) {
         /// `V`, `dissipation`, …
         what: &'static str,
         /// What the term is.
         found: Dimension,
         /// What it has to be.
         wanted: Dimension,
-        /// The term.
-        span: Span,
         /// The statement's first word.
         statement: Span,
         /// A name in it whose dimension was inferred.
@@ -71,13 +67,11 @@ Error DimensionError {
 
     /// A function of pure numbers with something else in it, or an exponent that is no number.
     #[error("{what} must be without a dimension, but is {found}")]
-    "E0203" NotANumber {
+    "E0203" NotANumber(span) {
         /// The argument of which function, or the exponent.
         what: String,
         /// What it is.
         found: Dimension,
-        /// Where it stands.
-        span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
     } => with_inferred(
@@ -88,13 +82,11 @@ Error DimensionError {
 
     /// Arguments of a function that must be alike and are not.
     #[error("the dimensions of {what} differ: {found} beside {other}")]
-    "E0204" UnlikeArguments {
+    "E0204" UnlikeArguments(span) {
         /// The function, or the two sides of a constraint.
         what: String,
         /// What one is.
         found: Dimension,
-        /// Where it stands.
-        span: Span,
         /// What the other is.
         other: Dimension,
         /// Where it stands.
@@ -110,7 +102,7 @@ Error DimensionError {
 
     /// A right side that is not what its name is declared to be.
     #[error("the dimensions don't fit: `{name}` is {declared}, but its {side} is {found}")]
-    "E0205" WrongSide {
+    "E0205" WrongSide(span) {
         /// The name.
         name: String,
         /// What it is.
@@ -121,8 +113,6 @@ Error DimensionError {
         side: &'static str,
         /// What the right side is.
         found: Dimension,
-        /// Where it stands.
-        span: Span,
         /// A name in it whose dimension was inferred.
         inferred: Option<Inferred>,
     } => with_inferred(

@@ -5,7 +5,7 @@ use super::operations::{Context, Quantity, base};
 use super::solve::Combination;
 use crate::number::Number;
 use crate::span::Span;
-use crate::syntax::{ExprKind, ExprRef, Factor, IndexKind, Indices};
+use crate::syntax::{ExprKind, ExprRef, IndexKind, Indices, Member};
 
 impl<'a> Inference<'a> {
     /// Brings index variables into scope. What sets ranges is a number.
@@ -215,10 +215,10 @@ impl<'a> Inference<'a> {
         }
     }
 
-    fn ratio(&self, factors: &[Factor], number: &impl Fn(ExprRef) -> Option<Number>) -> Option<Number> {
+    fn ratio(&self, factors: &[Member], number: &impl Fn(ExprRef) -> Option<Number>) -> Option<Number> {
         let mut product = Number::from(1);
         for factor in factors {
-            let (divided, value) = (factor.divided(), factor.value());
+            let (divided, value) = (factor.inverted(), factor.value());
             let own = match self.file.expr(value).kind {
                 ExprKind::Negate(inner) => number(inner)?.neg(),
                 _ => number(value)?,
@@ -228,10 +228,10 @@ impl<'a> Inference<'a> {
         Some(product)
     }
 
-    fn factors(&mut self, factors: &[Factor], span: Span) -> Quantity {
+    fn factors(&mut self, factors: &[Member], span: Span) -> Quantity {
         let mut product = Quantity::number();
         for factor in factors {
-            let (divided, value) = (factor.divided(), factor.value());
+            let (divided, value) = (factor.inverted(), factor.value());
             let own = self.take(value);
             product = self.sheet.product(product, own, divided, span);
         }

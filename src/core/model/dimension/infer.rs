@@ -33,10 +33,7 @@ impl Dimensions {
             return Some("rad".to_owned());
         }
         let members = self.known.get(name)?;
-        let own = members.get(member).or(match members.as_slice() {
-            [only] => Some(only),
-            _ => None,
-        })?;
+        let own = if let [only] = members.as_slice() { only } else { members.get(member)? };
         own.as_ref().map(Dimension::unit)
     }
 }
@@ -144,47 +141,12 @@ impl<'a> Inference<'a> {
 
     /// The dimension of a unit; what is not known as one fits everything.
     fn unit(&self, at: UnitRef) -> Quantity {
-        let mut done: HashMap<UnitRef, Quantity> = HashMap::new();
-        let mut todo = vec![(at, false)];
-        while let Some((at, ready)) = todo.pop() {
-            let below: Vec<UnitRef> = match self.file.unit(at).kind {
-                UnitKind::One | UnitKind::Name(_) => Vec::new(),
-                UnitKind::Product(factors) => factors.iter().map(|(_, factor)| *factor).collect(),
-                UnitKind::Power { base, .. } => vec![base],
-            };
-            if !ready {
-                todo.push((at, true));
-                todo.extend(below.into_iter().map(|part| (part, false)));
-                continue;
-            }
-            let mut part = |at: &UnitRef| done.remove(at).unwrap_or(Quantity::Any);
-            let own = match self.file.unit(at).kind {
-                UnitKind::One => Quantity::number(),
-                UnitKind::Name(name) => match units::exponents(name) {
-                    Some(exponents) => Quantity::Of(Combination::from_exponents(&exponents)),
-                    None => Quantity::Any,
-                },
-                UnitKind::Product(factors) => {
-                    let mut product = Some(Combination::default());
-                    for (under, factor) in factors {
-                        product = match (product, part(factor)) {
-                            (Some(own), Quantity::Of(other)) if *under => Some(own.over(&other)),
-                            (Some(own), Quantity::Of(other)) => Some(own.times(&other)),
-                            _ => None,
-                        };
-                    }
-                    product.map_or(Quantity::Any, Quantity::Of)
-                }
-                UnitKind::Power { base, numerator, denominator } => {
-                    match Number::ratio(i64::from(numerator), i64::from(denominator)) {
-                        Some(exponent) => part(&base).power(&exponent),
-                        None => Quantity::Any,
-                    }
-                }
-            };
-            done.insert(at, own);
+        let mut product = Combination::default();
+        for (name, _, exponent) in units::powers(self.file, at) {
+            let Some(exponents) = units::exponents(name) else { return Quantity::Any };
+            product = product.times_power(&Combination::from_exponents(&exponents), &exponent);
         }
-        done.remove(&at).unwrap_or(Quantity::Any)
+        Quantity::Of(product)
     }
 
     /// A quantity of its own for a name without a unit; one for each member of a small family whose
@@ -264,28 +226,20 @@ impl<'a> Inference<'a> {
         let Some(root) = binding.value else { return };
         let scope = self.binders(binding.indices.as_deref(), 0);
         let names = self.names_something(root);
-        if let Some(unit) = binding.unit {
-            let unit = self.unit(unit);
-            let quantity = self.declare(&binding.name.text, unit);
-            if names {
-                let side = self.evaluate(root, scope);
-                self.same(binding, &quantity, "right side", side, root);
-            }
-        } else if binding.indices.is_some() {
-            // A member may use lower ones, so the family has its dimension first.
-            let fresh = Quantity::Of(self.sheet.solver.unknown(&binding.name.text));
-            let quantity = self.declare(&binding.name.text, fresh);
-            if names {
-                let side = self.evaluate(root, scope);
-                self.same(binding, &quantity, "right side", side, root);
-            }
-        } else {
-            let quantity = if names {
-                self.evaluate(root, scope)
-            } else {
-                Quantity::Of(self.sheet.solver.unknown(&binding.name.text))
-            };
+        if names && binding.unit.is_none() && binding.indices.is_none() {
+            let quantity = self.evaluate(root, scope);
             self.declare(&binding.name.text, quantity);
+            return;
+        }
+        // A member of a family may use lower ones: the family has its dimension first.
+        let quantity = match binding.unit {
+            Some(unit) => self.unit(unit),
+            None => Quantity::Of(self.sheet.solver.unknown(&binding.name.text)),
+        };
+        let quantity = self.declare(&binding.name.text, quantity);
+        if names {
+            let side = self.evaluate(root, scope);
+            self.same(binding, &quantity, "right side", side, root);
         }
     }
 

@@ -80,11 +80,7 @@ impl Sheet {
 
     /// The name that makes one of two sides what it is.
     pub(super) fn inferred(&self, sides: [&Combination; 2]) -> Option<Inferred> {
-        sides.iter().find_map(|side| self.solver.last_found(side)).map(|found| Inferred {
-            name: found.name,
-            dimension: found.dimension,
-            span: found.span,
-        })
+        sides.iter().find_map(|side| self.solver.last_found(side))
     }
 
     /// Requires terms, or arguments, to be alike; what they are.

@@ -1,5 +1,6 @@
 //! Equations among dimensions: linear in the exponents, solved one at a time by elimination.
 
+use super::error::Inferred;
 use super::{BASE, Dimension};
 use crate::number::Number;
 use crate::span::Span;
@@ -97,14 +98,6 @@ struct Unknown {
     solved: Option<Solved>,
 }
 
-/// What an unknown was found to be.
-#[derive(Clone, Debug)]
-pub(super) struct Found {
-    pub(super) name: String,
-    pub(super) dimension: Dimension,
-    pub(super) span: Span,
-}
-
 /// The equations so far, solved.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Solver {
@@ -166,7 +159,7 @@ impl Solver {
     }
 
     /// The name in a combination that was found out last, and where.
-    pub(super) fn last_found(&self, combination: &Combination) -> Option<Found> {
+    pub(super) fn last_found(&self, combination: &Combination) -> Option<Inferred> {
         combination
             .0
             .iter()
@@ -174,7 +167,7 @@ impl Solver {
                 let solved = self.solved(*at)?;
                 let unknown = self.unknowns.get((*at - FIRST_UNKNOWN) as usize)?;
                 let dimension = self.resolve(&solved.value)?.dimension()?;
-                let found = Found { name: unknown.name.clone(), dimension, span: solved.span };
+                let found = Inferred { name: unknown.name.clone(), dimension, span: solved.span };
                 Some((solved.step, found))
             })
             .max_by_key(|(step, _)| *step)

@@ -2,7 +2,7 @@
 
 use pest::iterators::Pair;
 
-use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, Factor, Name, Term};
+use super::super::ast::{Comparison, Expr, ExprKind, ExprRef, Member, Name};
 use super::super::error::SyntaxError;
 use super::super::grammar::Rule;
 use super::super::words;
@@ -20,8 +20,8 @@ pub(super) struct Operand<'i> {
 enum Form<'i> {
     Done(ExprRef),
     Name(&'i str),
-    Sum(Vec<Term>),
-    Product(Vec<Factor>),
+    Sum(Vec<Member>),
+    Product(Vec<Member>),
     Compare(Comparison, ExprRef, ExprRef),
     And(Vec<ExprRef>),
     Or(Vec<ExprRef>),
@@ -29,7 +29,7 @@ enum Form<'i> {
 
 impl<'i> Operand<'i> {
     /// The terms of a sum that stands by itself, or whatever else it is.
-    pub(super) fn sum(self) -> Result<Vec<Term>, Self> {
+    pub(super) fn sum(self) -> Result<Vec<Member>, Self> {
         match self.form {
             Form::Sum(terms) => Ok(terms),
             _ => Err(self),
@@ -197,10 +197,22 @@ impl Builder {
         let span = left.span.to(right.span);
         let at = self.span(sign);
         let form = match sign.as_rule() {
-            Rule::add => self.sum(left, false, right),
-            Rule::subtract => self.sum(left, true, right),
-            Rule::multiply => self.product(left, false, right),
-            Rule::divide => self.product(left, true, right),
+            rule @ (Rule::add | Rule::subtract) => {
+                let mut terms = match left.form {
+                    Form::Sum(terms) => terms,
+                    _ => vec![Member::new(false, self.close(left))],
+                };
+                terms.push(Member::new(rule == Rule::subtract, self.close(right)));
+                Form::Sum(terms)
+            }
+            rule @ (Rule::multiply | Rule::divide) => {
+                let mut factors = match left.form {
+                    Form::Product(factors) => factors,
+                    _ => vec![Member::new(false, self.close(left))],
+                };
+                factors.push(Member::new(rule == Rule::divide, self.close(right)));
+                Form::Product(factors)
+            }
             Rule::equal => self.compare(at, left, Comparison::Equal, right),
             Rule::not_equal => self.compare(at, left, Comparison::NotEqual, right),
             Rule::less => self.compare(at, left, Comparison::Less, right),
@@ -232,24 +244,6 @@ impl Builder {
             }
         };
         Operand { span, form }
-    }
-
-    fn sum<'i>(&self, left: Operand<'i>, subtracted: bool, right: Operand<'i>) -> Form<'i> {
-        let mut terms = match left.form {
-            Form::Sum(terms) => terms,
-            _ => vec![Term::new(false, self.close(left))],
-        };
-        terms.push(Term::new(subtracted, self.close(right)));
-        Form::Sum(terms)
-    }
-
-    fn product<'i>(&self, left: Operand<'i>, divided: bool, right: Operand<'i>) -> Form<'i> {
-        let mut factors = match left.form {
-            Form::Product(factors) => factors,
-            _ => vec![Factor::new(false, self.close(left))],
-        };
-        factors.push(Factor::new(divided, self.close(right)));
-        Form::Product(factors)
     }
 
     fn compare<'i>(&self, at: Span, left: Operand<'i>, operator: Comparison, right: Operand<'i>) -> Form<'i> {

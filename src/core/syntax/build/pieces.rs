@@ -13,7 +13,7 @@ use pest::iterators::Pair;
 use super::expressions::Operand;
 use super::{Builder, statement_in};
 use crate::span::Span;
-use crate::syntax::ast::{ExprKind, ExprRef, StatementKind, Term};
+use crate::syntax::ast::{ExprKind, ExprRef, Member, StatementKind};
 use crate::syntax::cut::{self, Region};
 use crate::syntax::grammar::{Grammar, Rule};
 
@@ -155,7 +155,14 @@ impl Builder {
     }
 
     /// Adds the terms of a piece to those before it.
-    fn piece(&self, source: &str, span: Span, known: &[Known], subtracted: bool, terms: &mut Vec<Term>) -> Option<()> {
+    fn piece(
+        &self,
+        source: &str,
+        span: Span,
+        known: &[Known],
+        subtracted: bool,
+        terms: &mut Vec<Member>,
+    ) -> Option<()> {
         let replaced;
         let text = if known.is_empty() {
             self.places.plain(span.start);
@@ -170,10 +177,10 @@ impl Builder {
         match operand.sum() {
             Ok(more) => {
                 let (first, rest) = more.split_first()?;
-                terms.push(Term::new(subtracted, first.value()));
+                terms.push(Member::new(subtracted, first.value()));
                 terms.extend(rest);
             }
-            Err(operand) => terms.push(Term::new(subtracted, self.close(operand))),
+            Err(operand) => terms.push(Member::new(subtracted, self.close(operand))),
         }
         let whole = self.places.all_used() && self.error.borrow().is_none();
         whole.then_some(())

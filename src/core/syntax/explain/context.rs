@@ -141,25 +141,7 @@ impl<'s> Context<'s> {
             TokenKind::Comparison if self.enclosures.is_empty() && text == "==" => {
                 self.comparison = Some(token);
             }
-            TokenKind::Comment
-            | TokenKind::Number
-            | TokenKind::HalfNumber
-            | TokenKind::Text
-            | TokenKind::OpenText
-            | TokenKind::Prime
-            | TokenKind::Dot
-            | TokenKind::Colon
-            | TokenKind::Semicolon
-            | TokenKind::Plus
-            | TokenKind::Minus
-            | TokenKind::Star
-            | TokenKind::Slash
-            | TokenKind::Caret
-            | TokenKind::DoubleStar
-            | TokenKind::Equals
-            | TokenKind::Comparison
-            | TokenKind::PlusMinus
-            | TokenKind::Illegal => {}
+            _ => {}
         }
         self.third_last = self.before_last;
         self.before_last = Some(self.before);
@@ -379,23 +361,7 @@ impl<'s> Context<'s> {
             {
                 Some(self.missing_operand(found))
             }
-            TokenKind::Comment
-            | TokenKind::HalfNumber
-            | TokenKind::OpenText
-            | TokenKind::Close
-            | TokenKind::Prime
-            | TokenKind::Dot
-            | TokenKind::Range
-            | TokenKind::Colon
-            | TokenKind::Semicolon
-            | TokenKind::Plus
-            | TokenKind::Minus
-            | TokenKind::Star
-            | TokenKind::Slash
-            | TokenKind::Caret
-            | TokenKind::DoubleStar
-            | TokenKind::Comparison
-            | TokenKind::Illegal => None,
+            _ => None,
         }
     }
 

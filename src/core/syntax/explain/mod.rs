@@ -32,9 +32,7 @@ pub(super) fn no_statement(source: &str, token: Token, next: Option<Token>) -> S
         return SyntaxError::NoStatement { found: describe(source, token), span: token.span() };
     }
     let suggestion = suggested(source, token, next);
-    let binds =
-        next.is_some_and(|next| matches!(next.kind, TokenKind::Equals | TokenKind::Colon) || next.text(source) == "[");
-    if suggestion.is_none() && binds && words::reserved_for(text).is_none() {
+    if suggestion.is_none() && next.is_some_and(|next| binds(source, next)) && words::reserved_for(text).is_none() {
         SyntaxError::MissingStatementWord { name: text.to_owned(), fix: None, span: token.span() }
     } else {
         SyntaxError::UnknownStatement { word: text.to_owned(), suggestion, span: token.span() }
@@ -62,14 +60,17 @@ pub(super) fn unknown_statement(
         return None;
     }
     let suggestion = suggested(source, found, after);
-    let binds = after
-        .is_some_and(|after| matches!(after.kind, TokenKind::Equals | TokenKind::Colon) || after.text(source) == "[");
     let meant = if found.first_on_line {
-        suggestion.is_some() || before_word || binds
+        suggestion.is_some() || before_word || after.is_some_and(|after| binds(source, after))
     } else {
         suggestion.is_some() && before_word
     };
     meant.then(|| no_statement(source, found, after))
+}
+
+/// Whether a token gives what stands before it a value, a unit or indices.
+fn binds(source: &str, token: Token) -> bool {
+    matches!(token.kind, TokenKind::Equals | TokenKind::Colon) || token.text(source) == "["
 }
 
 /// The further words in the text at `span`, behind a mistake of that kind, that were meant to
@@ -133,24 +134,6 @@ fn describe(source: &str, token: Token) -> String {
         TokenKind::Word => format!("the name `{text}`"),
         TokenKind::Number | TokenKind::HalfNumber => format!("the number `{text}`"),
         TokenKind::Text | TokenKind::OpenText => "text in quotes".to_owned(),
-        TokenKind::Comment
-        | TokenKind::Open
-        | TokenKind::Close
-        | TokenKind::Prime
-        | TokenKind::Dot
-        | TokenKind::Range
-        | TokenKind::Comma
-        | TokenKind::Colon
-        | TokenKind::Semicolon
-        | TokenKind::Plus
-        | TokenKind::Minus
-        | TokenKind::Star
-        | TokenKind::Slash
-        | TokenKind::Caret
-        | TokenKind::DoubleStar
-        | TokenKind::Equals
-        | TokenKind::Comparison
-        | TokenKind::PlusMinus
-        | TokenKind::Illegal => format!("`{text}`"),
+        _ => format!("`{text}`"),
     }
 }

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::super::ast::{Comparison, ExprKind, ExprRef, Factor, IndexKind, Indices, Term, UnitKind, UnitRef};
+use super::super::ast::{Comparison, ExprKind, ExprRef, IndexKind, Indices, Member, UnitKind, UnitRef};
 use super::{Break, Group, Job, Manner, Printer, Sink};
 
 /// Binding strengths, weakest first; [`Strength::Any`] asks for no parentheses.
@@ -109,25 +109,11 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
     }
 
     fn is_leaf(&self, at: ExprRef) -> bool {
-        match &self.file.expr(at).kind {
-            ExprKind::Number(_) | ExprKind::Name(_) => true,
-            ExprKind::Field { base, .. } => {
-                matches!(self.file.expr(*base).kind, ExprKind::Name(_))
-            }
-            ExprKind::Index { .. }
-            | ExprKind::Prime(_)
-            | ExprKind::Negate(_)
-            | ExprKind::Power { .. }
-            | ExprKind::Product(_)
-            | ExprKind::Sum(_)
-            | ExprKind::Call { .. }
-            | ExprKind::SumOver { .. }
-            | ExprKind::Vector(_)
-            | ExprKind::Compare { .. }
-            | ExprKind::Not(_)
-            | ExprKind::And(_)
-            | ExprKind::Or(_) => false,
+        let kind = &self.file.expr(at).kind;
+        if let ExprKind::Field { base, .. } = kind {
+            return matches!(self.file.expr(*base).kind, ExprKind::Name(_));
         }
+        matches!(kind, ExprKind::Number(_) | ExprKind::Name(_))
     }
 
     /// Conditions with a word between them.
@@ -144,19 +130,19 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
         self.close();
     }
 
-    fn product(&mut self, factors: &[Factor], manner: Manner) {
+    fn product(&mut self, factors: &[Member], manner: Manner) {
         self.open(Group::Other);
         for (position, factor) in factors.iter().enumerate() {
             if position > 0 {
                 self.place(Break::Factor, "");
-                self.token(if factor.divided() { "/" } else { "*" });
+                self.token(if factor.inverted() { "/" } else { "*" });
             }
             self.child(factor.value(), Strength::Negate, manner);
         }
         self.close();
     }
 
-    fn sum(&mut self, terms: &[Term], whole: bool, manner: Manner) {
+    fn sum(&mut self, terms: &[Member], whole: bool, manner: Manner) {
         let tight = manner == Manner::Tight;
         self.open(match (tight, whole) {
             (true, _) => Group::Other,
@@ -167,7 +153,7 @@ impl<'f, S: Sink<'f>> Printer<'f, S> {
             if position > 0 {
                 let (kind, blank) = if tight { (Break::Hidden, "") } else { (Break::Member, " ") };
                 self.place(kind, blank);
-                self.token(if term.subtracted() { "-" } else { "+" });
+                self.token(if term.inverted() { "-" } else { "+" });
                 if !tight {
                     self.blank();
                 }
