@@ -3,8 +3,9 @@
 //! `cargo bench --bench modes --no-default-features --features engine`
 
 use divan::Bencher;
-use librate::modes::{Options, PreciseProblem, Problem, Source, solve, solve_from};
-use librate::precision::{Ball, Big};
+use librate::modes::Options;
+use librate::{precision::Ball, precision::Big};
+use librate_core::{modes::PreciseProblem, modes::Problem, modes::Source, modes::solve, modes::solve_from};
 
 fn main() {
     divan::main();

@@ -93,19 +93,183 @@
 //! from its compiler; a new form is a new major version. Codes, JSON fields and the language itself only
 //! grow.
 //!
-//! The modules stand in reading order: a stage uses only what stands above it.
+//! The modules stand in reading order: a stage uses only what stands above it. What they hold is chosen from the crates
+//! `librate-core` and `librate-studies`, in which more is public, for librate alone, and may change at any time.
 
-pub use librate_core::{diagnostic, explain, span, syntax};
+/// Places in a text. In full: [`librate_core::span`].
+pub mod span {
+    pub use librate_core::span::Span;
+}
 
+/// Errors and warnings as data: a message, a code, places, the fix. In full: [`librate_core::diagnostic`].
+pub mod diagnostic {
+    pub use librate_core::diagnostic::{Diagnostic, Label, Severity};
+}
+
+/// A page on each code. In full: [`librate_core::explain`].
+pub mod explain {
+    pub use librate_core::explain::{codes, explain};
+}
+
+/// From text to a syntax tree, and back. In full: [`librate_core::syntax`].
+pub mod syntax {
+    #[cfg(feature = "format")]
+    pub use librate_core::syntax::format;
+    pub use librate_core::syntax::{
+        Binding, Comment, Comparison, Declaration, Expr, ExprKind, ExprRef, Expressions, FUNCTIONS, File, IndexEntry,
+        IndexKind, Indices, MOST_BYTES, Name, STATEMENT_WORDS, Statement, StatementKind, SyntaxError, Text, Unit,
+        UnitKind, UnitRef, Units, parse, print_expr, print_file, print_statement, print_unit,
+    };
+}
+
+/// Syntax trees as formulas, in LaTeX and in Unicode. In full: [`librate_core::typeset`].
 #[cfg(feature = "format")]
-pub use librate_core::typeset;
+pub mod typeset {
+    pub use librate_core::typeset::{Block, Formula, Notation, Sign, Subscript, Symbol};
+}
+
+/// A limit on memory and work that all stages share. In full: [`librate_core::budget`].
+#[cfg(feature = "engine")]
+pub mod budget {
+    pub use librate_core::budget::{BYTES, Budget, Exceeded, Limit};
+}
+
+/// Exact rational numbers. In full: [`librate_core::number`].
+#[cfg(feature = "engine")]
+pub mod number {
+    pub use librate_core::number::Number;
+}
+
+/// Numbers with rigorous bounds, and the digits that these decide. In full: [`librate_core::precision`].
+#[cfg(feature = "engine")]
+pub mod precision {
+    pub use librate_core::precision::{Ball, Big, Decimal, Magnitude, Rounding, Scalar, decimal};
+}
+
+/// Expressions, canonical and shared: what matrices and derivations are made of. In full: [`librate_core::expr`].
+#[cfg(feature = "engine")]
+pub mod expr {
+    pub use librate_core::expr::{
+        Derivatives, ExprId, Function, Node, Pool, Symbol, Tape, UnboundSymbol, ZeroVerdict, function_name,
+    };
+}
+
+/// What the text means: names, shapes, ranges, tables, settings. In full: [`librate_core::model`].
+#[cfg(feature = "engine")]
+pub mod model {
+    pub use librate_core::model::{
+        Constant, Constraint, Coordinate, CoordinateFamily, Dimension, DimensionError, Feature, Model, ModelError,
+        Parameter, Range, Settings, TableTexts, Tensor, Warning, coordinate_count, elaborate, elaborate_tensors,
+        warnings,
+    };
+}
+
+/// The equilibrium, and the matrices there, in symbols and in numbers with bounds. In full: [`librate_core::linearize`].
+#[cfg(feature = "engine")]
+pub mod linearize {
+    pub use librate_core::linearize::{
+        Equilibrium, LinearizeError, Linearized, Origin, Structure, SymbolicConstraints, SymbolicMatrices,
+        WithMultipliers, ZeroMode, check_size, constant, derive, linearize,
+    };
+}
+
+/// What is wanted of the modes, and what they are called. In full: [`librate_core::modes`].
+#[cfg(feature = "engine")]
+pub mod modes {
+    pub use librate_core::modes::{Kind, Options, Rung, Stability, Which, exponents::Limit};
+}
+
+/// Symmetries of the energies, and the classes of the modes. In full: [`librate_core::symmetry`].
+#[cfg(feature = "engine")]
+pub mod symmetry {
+    pub use librate_core::symmetry::{Classes, GroupKind, Pattern, SignedPermutation, Symmetry};
+}
+
+/// Normal modes with the names and units of the model. In full: [`librate_core::oscillation`].
+#[cfg(feature = "engine")]
+pub mod oscillation {
+    pub use librate_core::oscillation::{NormalMode, NormalModes, Uncertainty, Warning, normal_modes, warnings};
+}
+
+/// The derivation, to read. In full: [`librate_core::derive`].
+#[cfg(feature = "engine")]
+pub mod derive {
+    pub use librate_core::derive::{
+        Abbreviation, Angles, Approximation, Block, Case, Condition, Conserved, Constraints, Definition, Derivation,
+        Energy, Exchange, Factor, Frequencies, Frequency, Linear, Motion, MotionSum, MotionTerm, Names,
+        NormalCoordinates, NormalMode, NormalWaves, Parts, Reduced, Relation, Root, SecondOrder, Series, Solved,
+        SolvedFormula, Tangent, WaveSum, derive,
+    };
+}
+
+/// How frequencies follow uncertain parameters. In full: [`librate_studies::sensitivity`].
+#[cfg(feature = "engine")]
+pub mod sensitivity {
+    pub use librate_studies::sensitivity::{Sensitivities, put, put_uncertainties, sensitivities};
+}
+
+/// Masses, centres and inertia tensors of bodies. In full: [`librate_studies::inertia`].
+#[cfg(feature = "engine")]
+pub mod inertia {
+    pub use librate_studies::inertia::{
+        Amount, Body, Edge, Equal, Impossible, InertiaError, Made, Mesh, Moment, NamedTensor, Principal, Warning,
+        of_model, of_points, warnings,
+    };
+}
+
+/// One model, thousands of parameter sets. In full: [`librate_studies::batch`].
+#[cfg(feature = "engine")]
+pub mod batch {
+    pub use librate_studies::batch::{BatchMode, Bounds, Options, Outcome, Solution, Solutions, Study, StudyError};
+}
+
+/// Derivations compared with what they should be, for tests. In full: [`librate_studies::expect`].
+#[cfg(feature = "engine")]
+pub mod expect {
+    pub use librate_studies::expect::{Expected, Mismatch, Mismatches, Part, are_equal};
+}
+
+/// Periodic motion, periodic coefficients: multipliers, exponents, resonances. In full: [`librate_studies::floquet`].
+#[cfg(feature = "engine")]
+pub mod floquet {
+    pub use librate_studies::floquet::{Away, Floquet, FloquetError, Multiplier, Options, Place, Resonance, floquet};
+}
+
+/// Motion in time. In full: [`librate_studies::motion`].
+#[cfg(feature = "engine")]
+pub mod motion {
+    pub use librate_studies::motion::{Enclosed, MotionError, Moved, Start, System, Times, Trajectory, superposition};
+}
+
+/// The period at finite amplitude. In full: [`librate_studies::period`].
+#[cfg(feature = "engine")]
+pub mod period {
+    pub use librate_studies::period::{Motion, Options, Oscillator, Period, PeriodError, Place, Request, check, curve};
+}
+
+/// How frequencies begin to change with the amplitude. In full: [`librate_studies::amplitude`].
+#[cfg(feature = "engine")]
+pub mod amplitude {
+    pub use librate_studies::amplitude::{AmplitudeError, Amplitudes, ModeAmplitude, Obstacle, amplitude, check};
+}
+
+/// The modes over ranges of parameters. In full: [`librate_studies::sweep`].
+#[cfg(feature = "engine")]
+pub mod sweep {
+    pub use librate_studies::sweep::{Place, sweep};
+}
+
+/// Charts of stability over two parameters. In full: [`librate_studies::chart`].
+#[cfg(feature = "engine")]
+pub mod chart {
+    pub use librate_studies::chart::{Border, Chart, Place, Worker};
+}
 
 #[cfg(feature = "engine")]
-pub use librate_core::{budget, derive, expr, linearize, model, modes, number, oscillation, precision, symmetry};
-#[cfg(feature = "engine")]
-pub use librate_studies::{
-    Error, amplitude, assert_derives, batch, chart, expect, floquet, flow, inertia, motion, period, sensitivity, sweep,
-};
+pub use librate_studies::{Error, assert_derives};
 
+/// Results in writing.
 #[cfg(feature = "report")]
-pub use librate_report as report;
+pub mod report {
+    pub use librate_report::*;
+}

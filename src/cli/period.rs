@@ -2,9 +2,9 @@
 
 use librate::diagnostic::Diagnostic;
 use librate::model::Range;
-use librate::model::{Constant, ModelError};
-use librate::period::{self, Options, Oscillator, Place, Request};
 use librate::{Error, linearize, report};
+use librate::{model::Constant, model::ModelError};
+use librate::{period, period::Options, period::Oscillator, period::Place, period::Request};
 
 use super::args;
 use super::input::Source;

@@ -11,7 +11,8 @@ fn everything_can_cross_threads() {
     crosses_threads::<syntax::SyntaxError>();
     #[cfg(feature = "engine")]
     {
-        use librate::{expr, linearize, model, modes, number, oscillation, precision};
+        use librate::{expr, linearize, model, number, oscillation, precision};
+        use librate_core::modes;
         crosses_threads::<number::Number>();
         crosses_threads::<precision::Ball>();
         crosses_threads::<expr::Pool>();
@@ -39,7 +40,8 @@ fn everything_can_cross_threads() {
 #[cfg(feature = "engine")]
 #[test]
 fn threads_do_not_disturb_each_other() {
-    use librate::{linearize, model, modes, oscillation, syntax};
+    use librate::{linearize, model, oscillation, syntax};
+    use librate_core::modes;
     let omega = |stiffness: usize| {
         let text = format!(
             "param k = {stiffness}  coord x, y
@@ -84,7 +86,7 @@ fn every_beginning_of_a_file_is_answered() {
 #[cfg(feature = "engine")]
 #[test]
 fn a_later_table_takes_the_place_of_an_earlier_one() {
-    use librate::model::{ModelError, Settings, TableTexts, elaborate};
+    use librate::{model::ModelError, model::Settings, model::TableTexts, model::elaborate};
     let file = librate::syntax::parse(
         "table rods = \"t.csv\"  coord x[1..rows(rods)]  T = 1/2*dot(x', x')  V = 1/2*dot(x, x)",
     )
@@ -104,8 +106,9 @@ fn a_later_table_takes_the_place_of_an_earlier_one() {
 #[cfg(feature = "engine")]
 #[test]
 fn coordinates_are_counted_before_the_energies_are_worked_out() {
-    use librate::linearize::{LinearizeError, MOST_COORDINATES, check_size};
-    use librate::model::{Settings, TableTexts, coordinate_count, elaborate};
+    use librate::{linearize::LinearizeError, linearize::check_size};
+    use librate::{model::Settings, model::TableTexts, model::coordinate_count, model::elaborate};
+    use librate_core::linearize::MOST_COORDINATES;
     let tables = TableTexts::new().with("t.csv", "k\n1\n2\n");
     let mut seven = Settings::new();
     seven.add("N=7").unwrap();

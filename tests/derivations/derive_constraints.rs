@@ -6,14 +6,15 @@ use crate::common;
 
 use common::{load, model, model_files};
 use librate::assert_derives;
-use librate::derive::{Derivation, Linear, Parts, Tangent, derive};
-use librate::expr::{ExprId, Pool, Substitution, Tape};
-use librate::linearize::{LinearizeError, linearize};
 use librate::model::Model;
 use librate::modes::Options;
 use librate::oscillation::normal_modes;
 use librate::precision::Ball;
-use librate::report::{Style, derive_latex, derive_text};
+use librate::{derive::Derivation, derive::Linear, derive::Parts, derive::Tangent, derive::derive};
+use librate::{expr::ExprId, expr::Pool, expr::Tape};
+use librate::{linearize::LinearizeError, linearize::linearize};
+use librate::{report::Style, report::derive_latex, report::derive_text};
+use librate_core::expr::Substitution;
 use nalgebra::DMatrix;
 
 fn tangent(derivation: &Derivation) -> (&Linear, &Tangent) {
@@ -26,7 +27,7 @@ fn values(model: &Model, pool: &mut Pool, roots: &[ExprId]) -> Vec<Ball> {
     let known: Substitution =
         model.parameters.iter().map(|parameter| (parameter.symbol, parameter.value.unwrap())).collect();
     let closed = pool.substitute(roots, &known);
-    closed.into_iter().map(|root| librate::linearize::constant(pool, root).unwrap()).collect()
+    closed.into_iter().map(|root| librate_core::linearize::constant(pool, root).unwrap()).collect()
 }
 
 #[test]

@@ -4,12 +4,12 @@
 use crate::common;
 
 use common::model;
-use librate::linearize::{Linearized, linearize};
-use librate::modes::exponents::Limit;
-use librate::modes::{Kind, Options, Stability};
+use librate::modes::Limit;
 use librate::number::Number;
-use librate::oscillation::{NormalMode, NormalModes, normal_modes, warnings};
-use librate::precision::{Big, Rounding};
+use librate::{linearize::Linearized, linearize::linearize};
+use librate::{modes::Kind, modes::Options, modes::Stability};
+use librate::{oscillation::NormalMode, oscillation::NormalModes, oscillation::normal_modes, oscillation::warnings};
+use librate::{precision::Big, precision::Rounding};
 
 fn solve(text: &str, options: &Options) -> (Linearized, NormalModes) {
     let linearized = linearize(model(text)).unwrap();

@@ -5,7 +5,8 @@ use crate::exact;
 
 use dashu_ratio::RBig;
 use librate::number::Number;
-use librate::precision::{Ball, DoubleDouble, Scalar};
+use librate::{precision::Ball, precision::Scalar};
+use librate_core::precision::DoubleDouble;
 use proptest::prelude::*;
 
 fn contains(ball: &Ball, value: &RBig) -> bool {

@@ -1,8 +1,9 @@
 //! Decimal digits of numbers with bounds.
 #![cfg(feature = "engine")]
 
-use librate::precision::{
-    Ball, Big, DoubleDouble, Rounding, decimal, decimal_to_place, one_digit_up, one_digit_up_text,
+use librate::{precision::Ball, precision::Big, precision::Rounding, precision::decimal};
+use librate_core::{
+    precision::DoubleDouble, precision::decimal_to_place, precision::one_digit_up, precision::one_digit_up_text,
 };
 use proptest::prelude::*;
 

@@ -5,8 +5,9 @@
 use crate::expr_support;
 
 use expr_support::{Plain, value};
-use librate::expr::{ExprId, Function, Pool, Seeds, Substitution, Tape};
 use librate::number::Number;
+use librate::{expr::ExprId, expr::Function, expr::Pool, expr::Tape};
+use librate_core::{expr::Seeds, expr::Substitution};
 
 const DEPTH: usize = 100_000;
 

@@ -4,8 +4,9 @@
 use crate::expr_support;
 
 use expr_support::read;
-use librate::expr::{Pool, Seeds, Substitution, ZeroVerdict};
 use librate::number::Number;
+use librate::{expr::Pool, expr::ZeroVerdict};
+use librate_core::{expr::Seeds, expr::Substitution};
 
 fn pool() -> Pool {
     let mut pool = Pool::default();

@@ -1,7 +1,8 @@
 //! Derivatives by dual numbers.
 #![cfg(feature = "engine")]
 
-use librate::precision::{Ball, Dual, Function, Scalar};
+use librate::{precision::Ball, precision::Scalar};
+use librate_core::{precision::Dual, precision::Function};
 
 /// Derivatives against differences of 1e-8 beside 0.7.
 #[test]

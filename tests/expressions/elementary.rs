@@ -3,7 +3,8 @@
 
 use crate::exact;
 
-use librate::precision::{Ball, DoubleDouble};
+use librate::precision::Ball;
+use librate_core::precision::DoubleDouble;
 
 /// Values with 60 digits computed outside (mpmath), arguments as exact doubles.
 #[test]

@@ -3,8 +3,9 @@
 
 use dashu_int::{IBig, UBig};
 use dashu_ratio::RBig;
-use librate::expr::function_from_name;
-use librate::precision::{DoubleDouble, Magnitude, Scalar};
+use librate::{precision::Magnitude, precision::Scalar};
+use librate_core::expr::function_from_name;
+use librate_core::precision::DoubleDouble;
 
 pub(crate) fn double(x: f64) -> RBig {
     RBig::try_from(x).unwrap()

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 use fancy_regex::Regex;
 use librate::span::Span;
-use librate::syntax::*;
+use librate_core::syntax::*;
 use serde_json::Value;
 use textmate::{Grammar, Scoped};
 

@@ -1,7 +1,7 @@
 //! What the grammar promises: precedences, spans, statement ends, limits.
 
 use librate::span::Span;
-use librate::syntax::*;
+use librate_core::syntax::*;
 
 /// The expression with every operator in parentheses.
 fn full(file: &File, at: ExprRef) -> String {

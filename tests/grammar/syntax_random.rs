@@ -5,7 +5,7 @@ use crate::syntax_trees;
 
 use librate::diagnostic::Diagnostic;
 use librate::span::Span;
-use librate::syntax::*;
+use librate_core::syntax::*;
 use proptest::prelude::*;
 use proptest::sample::select;
 use syntax_common::strip_spans;

@@ -2,11 +2,15 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
-use librate::modes::exponents::{
-    Exponents, IntegerQuadratic, Limit, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
-};
-use librate::modes::{Kind, ModesError, Options, Stability};
+use librate::modes::Limit;
 use librate::precision::Ball;
+use librate::{modes::Kind, modes::Options, modes::Stability};
+use librate_core::modes::ModesError;
+use librate_core::{
+    modes::exponents::Exponents, modes::exponents::IntegerQuadratic, modes::exponents::QuadraticProblem,
+    modes::exponents::QuadraticSource, modes::exponents::Structure, modes::exponents::Units,
+    modes::exponents::exponents,
+};
 
 fn balls(rows: &[&[f64]]) -> Vec<Ball> {
     let n = rows.len();

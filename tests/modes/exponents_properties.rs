@@ -3,11 +3,13 @@
 #![cfg(feature = "engine")]
 
 use dashu_int::IBig;
-use librate::modes::exponents::{
-    Exponents, IntegerQuadratic, QuadraticProblem, QuadraticSource, Structure, Units, exponents,
-};
-use librate::modes::{Kind, Options};
 use librate::precision::Ball;
+use librate::{modes::Kind, modes::Options};
+use librate_core::{
+    modes::exponents::Exponents, modes::exponents::IntegerQuadratic, modes::exponents::QuadraticProblem,
+    modes::exponents::QuadraticSource, modes::exponents::Structure, modes::exponents::Units,
+    modes::exponents::exponents,
+};
 use proptest::prelude::*;
 
 type Square = Vec<Vec<i64>>;
@@ -212,7 +214,7 @@ fn equal_vectors_do_not_end_the_decomposition() {
     let found = exponents(&planted.problem, &planted, &Options::default()).unwrap();
     let sixth = (number(1) / number(6)).sqrt();
     for truth in [sixth, -sixth, number(1)] {
-        let near = |entry: &&librate::modes::exponents::Exponent| {
+        let near = |entry: &&librate_core::modes::exponents::Exponent| {
             (entry.growth - truth).contains_zero() && entry.omega.is_zero()
         };
         assert!(found.entries.iter().any(|entry| near(&entry)), "{truth:?} {found:?}");
@@ -293,7 +295,7 @@ proptest! {
             );
         }
         for entry in &open.entries {
-            let fits = |other: &librate::modes::exponents::Exponent| {
+            let fits = |other: &librate_core::modes::exponents::Exponent| {
                 let mirrored = structure == Structure::Gyroscopic
                     && (entry.growth + other.growth).contains_zero();
                 (mirrored || (entry.growth - other.growth).contains_zero())

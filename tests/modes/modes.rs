@@ -5,8 +5,9 @@
 use crate::modes_support;
 
 use dashu_ratio::RBig;
-use librate::modes::{Kind, ModesError, Options, Problem, Rung, Stability, solve};
-use librate::precision::{Ball, Rounding, decimal};
+use librate::{modes::Kind, modes::Options, modes::Rung, modes::Stability};
+use librate::{precision::Ball, precision::Rounding, precision::decimal};
+use librate_core::{modes::ModesError, modes::Problem, modes::solve};
 use modes_support::*;
 
 fn reference(name: &str) -> Vec<RBig> {

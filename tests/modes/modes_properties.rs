@@ -8,8 +8,9 @@ use crate::modes_support;
 use std::ops::Range;
 
 use dashu_ratio::RBig;
-use librate::modes::{Kind, ModesError, Options, Problem, Stability, solve};
 use librate::precision::Ball;
+use librate::{modes::Kind, modes::Options, modes::Stability};
+use librate_core::{modes::ModesError, modes::Problem, modes::solve};
 use modes_support::*;
 use proptest::prelude::*;
 

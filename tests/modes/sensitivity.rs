@@ -6,12 +6,12 @@ use crate::common;
 use std::path::Path;
 
 use common::model_in;
-use librate::linearize::{Linearized, linearize};
 use librate::modes::Options;
-use librate::oscillation::{NormalModes, normal_modes};
-use librate::precision::{Ball, Big};
-use librate::report::{Style, modes_text};
-use librate::sensitivity::{Sensitivities, put_uncertainties, sensitivities};
+use librate::{linearize::Linearized, linearize::linearize};
+use librate::{oscillation::NormalModes, oscillation::normal_modes};
+use librate::{precision::Ball, precision::Big};
+use librate::{report::Style, report::modes_text};
+use librate::{sensitivity::Sensitivities, sensitivity::put_uncertainties, sensitivity::sensitivities};
 
 fn solve(text: &str, settings: &[&str], digits: usize) -> (Linearized, NormalModes) {
     let linearized = linearize(model_in(text, Path::new("models"), settings)).unwrap();
@@ -51,7 +51,7 @@ fn compare(name: &str, text: &str) -> usize {
     for (at, parameter) in found.parameters.iter().enumerate() {
         let parameter = &model.parameters[*parameter];
         let value = parameter.value.unwrap();
-        let value = librate::linearize::constant(&model.pool, value).unwrap();
+        let value = librate_core::linearize::constant(&model.pool, value).unwrap();
         let whole = model.pool.display(parameter.value.unwrap());
         let shifted = |sign: &str| {
             let setting = format!("{} = ({whole})*(1 {sign} 1e-9)", parameter.name);

@@ -5,12 +5,12 @@ use crate::cli_support;
 
 use cli_support::*;
 use librate::linearize::linearize;
-use librate::model::{Constant, elaborate};
 use librate::number::Number;
-use librate::period::{Motion, Options, Oscillator, Period, Request};
-use librate::precision::{Ball, Big, Scalar};
-use librate::report::{Style, period_text};
 use librate::syntax;
+use librate::{model::Constant, model::elaborate};
+use librate::{period::Motion, period::Options, period::Oscillator, period::Period, period::Request};
+use librate::{precision::Ball, precision::Big, precision::Scalar};
+use librate::{report::Style, report::period_text};
 use proptest::prelude::*;
 use serde_json::Value;
 
@@ -469,7 +469,7 @@ fn numbers_far_from_usual_ones_change_nothing() {
     let plain = period("coord x  T = x'^2/2  V = x^2/2 + x^4/4", &amplitude("1"), 20);
     let slow = "coord x  T = x'^2/2  V = exp(-800)*(x^2/2 + x^4/4)";
     let found = period(slow, &amplitude("1"), 20);
-    let want = plain.period * Ball::exact(400.0).apply(librate::precision::Function::Exp);
+    let want = plain.period * Ball::exact(400.0).apply(librate_core::precision::Function::Exp);
     assert!((found.period - want).contains_zero());
     // E = 3/4 exp(-800), which is no double.
     let energy = found.energy_precise.unwrap().decimal(8).text;

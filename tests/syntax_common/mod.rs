@@ -1,7 +1,7 @@
 //! Trees without places, in one order, for comparing.
 
 use librate::span::Span;
-use librate::syntax::*;
+use librate_core::syntax::*;
 
 /// The same file with all places at 0, comments dropped, and the arenas in the order in which
 /// the statements use them.

@@ -1,7 +1,7 @@
 //! Random trees, and files that are made of them.
 
 use librate::span::Span;
-use librate::syntax::*;
+use librate_core::syntax::*;
 use proptest::prelude::*;
 use proptest::sample::select;
 

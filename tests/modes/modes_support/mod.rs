@@ -6,8 +6,10 @@ pub mod precise;
 
 use dashu_int::IBig;
 use dashu_ratio::RBig;
-use librate::modes::{Options, Problem, Spectrum, solve};
-use librate::precision::{Ball, DoubleDouble};
+use librate::modes::Options;
+use librate::precision::Ball;
+use librate_core::precision::DoubleDouble;
+use librate_core::{modes::Problem, modes::Spectrum, modes::solve};
 
 /// A dense symmetric matrix of exact numbers.
 pub type Exact = Vec<Vec<RBig>>;
@@ -129,7 +131,7 @@ pub fn count_below(mass: &Exact, stiffness: &Exact, s: &RBig) -> (usize, usize) 
 /// Exact witness: the k-th ω² lies in its ball, and clusters do not claim separation that is not
 /// there.
 pub fn check_enclosures(mass: &Exact, stiffness: &Exact, spectrum: &Spectrum) {
-    let mut positions: Vec<&librate::modes::Mode> = spectrum.modes.iter().collect();
+    let mut positions: Vec<&librate_core::modes::Mode> = spectrum.modes.iter().collect();
     positions.sort_by(|a, b| a.omega_squared.mid.partial_cmp(&b.omega_squared.mid).unwrap());
     for (k, mode) in positions.iter().enumerate() {
         let b = mode.omega_squared;
